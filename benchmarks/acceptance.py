@@ -46,8 +46,8 @@ def run(runs: int, shares: tuple[float, ...], *, seed: int, drawn: bool) -> dict
     Parameters
     ----------
     drawn
-        Every run has cameras of its own, with the errors of their calibration on top of the share;
-        else all runs are of one drawn rig.
+        Every run has individual cameras, with the errors of their calibration added to the share;
+        otherwise all runs are of one drawn rig.
     """
     rig, body = load_rig(RECOMMENDED_RIG), load_probe(STANDARD_PROBE)
     bar = used_bar(load_bar(resource("artefacts", "verification_bar.toml")))

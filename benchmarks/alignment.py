@@ -115,7 +115,7 @@ def _scipy_locked(
 def _gradient(
     fit: RigidTransform, measured: Points3, wanted: Points3, weights: Float, start: RigidTransform
 ) -> float:
-    """Return how far, mm, one more exact step over x, y and the turn about z would go."""
+    """Return the effect, mm, of one more exact step over x, y and the turn about z."""
     placed = fit.apply(measured)
     origin = fit.compose(start.inverse()).translation
     arms = placed - origin

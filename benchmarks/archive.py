@@ -83,7 +83,7 @@ def touches() -> tuple[Touch, ...]:
 
 
 def real_files(folder: Path, count: int) -> list[Path]:
-    """Measure so many jobs of the quick plan from the same touches; each has its own identity."""
+    """Measure jobs of the quick plan from the same touches; each has an individual identity."""
     rig, body, plan, taken = load_rig(RIG), load_probe(PROBE), load_plan(PLAN), touches()
     paths = []
     for number in range(count):
@@ -138,7 +138,7 @@ def questions(archive: SqlArchive, jobs: int) -> dict[str, float]:
 
 
 class ReadBack:
-    """Times what an archive reads back before a job counts as handed over."""
+    """Times the read-back of an archive before a job counts as handed over."""
 
     def __init__(self, archive: SqlArchive) -> None:
         self.s = 0.0

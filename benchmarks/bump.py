@@ -57,7 +57,7 @@ LEAST_SHARE, MOST_ALARMS = 0.99, 1
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """What is simulated: the rig as its frames are, the same for single exposures, the rest."""
+    """The simulation: the rig for averaged frames and for single exposures, the rest."""
 
     rig: Rig
     exposures: Rig
@@ -92,7 +92,7 @@ class Bench:
         )
 
     def learnt(self, seed: int) -> Baseline:
-        """Return what a minute of waving teaches about the sensors of a world."""
+        """Return the baseline of the sensors of a world after a minute of waving."""
         shown = CalibrationScenesRig(
             self.rig, self.body, (FreeMotionScene(ways=WAYS, seed=seed),), seed
         )
@@ -140,7 +140,7 @@ def draw_push(bench: Bench, camera: int, first_frame: int, rng: np.random.Genera
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One push: whether it was noticed in time, what was named, how far back the doubt reaches."""
+    """One push: detection in time, the named cause, and the beginning of the suspicion."""
 
     noticed_s: float | None
     named: bool
@@ -173,7 +173,7 @@ def push_once(bench: Bench, baseline: Baseline | None, seed: int, number: int) -
 
 
 def clean_alarms(bench: Bench, baseline: Baseline, seed: int, seconds: float) -> tuple[int, int]:
-    """Return alarms and examinations in so much clean work in one world."""
+    """Return alarms and examinations of undisturbed work in one world."""
     operator = bench.operator(seed)
     script = [(artefact.name, 6) for artefact in bench.part.artefacts]
     monitor = CalibrationMonitor(bench.rig, bench.body, baseline=baseline)
@@ -229,7 +229,7 @@ def main() -> int:
 
 
 def report(bench: Bench, learnt: list[Run], plain: list[Run], left: list[float]) -> float:
-    """Print what was noticed and return its share, with the baseline."""
+    """Print the detections and return their share, with the baseline."""
     share = _in_time(learnt)
     times = [run.noticed_s for run in learnt if run.noticed_s is not None]
     since = [run.since_before_s for run in learnt if run.since_before_s is not None]

@@ -37,7 +37,7 @@ _VIEW = WatchView(0, 2, (CameraView(answers=1, state=8),) * 2)
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """How many cycles of each kind were tried, and how many of them passed."""
+    """The numbers of tried cycles of each kind, and of passed ones."""
 
     tried: Counter[str]
     passed: Counter[str]
@@ -66,12 +66,12 @@ class Cameras:
 
 
 def try_cycles(count: int, seed: int) -> Found:
-    """Return what became of so many wrong cycles.
+    """Return the outcome of the given number of wrong cycles.
 
     Raises
     ------
     AssertionError
-        A cycle as it should be was refused: then the others prove nothing.
+        A correct cycle was refused: then the others prove nothing.
     """
     rng = np.random.default_rng(seed)
     cameras = Cameras()
@@ -124,7 +124,7 @@ def _passes(inputs: list[bytes], cycle: int) -> bool:
 
 
 def main() -> int:
-    """Print the table; return 1 where a wrong cycle passed."""
+    """Print the table; return 1 if a wrong cycle passed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--n", type=int, default=1_000_000)
     parser.add_argument("--seed", type=int, default=20261125)

@@ -20,7 +20,7 @@ from pathlib import Path
 from ocmm_core.blas import use_one_thread
 
 use_one_thread()
-# The simulated cameras are those of the tests, which are beside this folder.
+# The simulated cameras are in the folder of the tests, next to this folder.
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cv2  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
@@ -37,7 +37,7 @@ from tests.core.calibration.thesis_volumes import TABLE_1_UM, cost_of, table_1  
 
 RATIO_LIMIT = 1.0
 ACCURACY_LIMIT = 1.02
-"""Of the RMS errors of the focal lengths; OpenCV takes positions in single precision."""
+"""Of the RMS errors of the focal lengths; OpenCV rounds positions to single precision."""
 
 TABLE_LIMIT = 0.05
 DEPTHS = (15.0, 50.0, 100.0, 200.0, 400.0)
@@ -155,7 +155,7 @@ def print_table_1(runs: int) -> bool:
 
 
 def print_depths(runs: int) -> bool:
-    """Print what the depth of the calibrated volume is worth; return whether the map says so."""
+    """Print the effect of the depth of the calibrated volume; return whether the map agrees."""
     print("\nSystematic error in depth, um RMS, of 200 points: found / predicted by the error map;")
     print("of the focal length, and of lengths of 400 mm in 400 x 300 x 400 mm")
     heads = ["within it", *(f"+-{half:.0f} mm" for half in HALVES)]

@@ -35,9 +35,9 @@ class Probed:
     Attributes
     ----------
     nominal
-        What the plan says.
+        From the plan.
     surface, normals
-        (n, 3) each: where it is touched, mm, and out of the material.
+        (n, 3) each: touched places, mm, and directions out of the material.
     """
 
     nominal: NominalFeature
@@ -50,7 +50,7 @@ def _plane(
     grid: tuple[int, int],
 ) -> Probed:  # fmt: skip
     direction, centre = np.array(normal, dtype=float), np.array(point, dtype=float)
-    # The longer side is the one that lies along x, or along y where the face looks along x.
+    # The longer side is along x, or along y if the face is directed along x.
     along = np.array([0.0, 1.0, 0.0]) if abs(direction[0]) > 0.5 else np.array([1.0, 0.0, 0.0])
     beside = np.cross(direction, along)
     u, v = (
@@ -178,7 +178,7 @@ def block_plan(features: Sequence[Probed]) -> Plan:
 
 @dataclass(frozen=True, slots=True)
 class Station:
-    """What the block is measured with, and touches without error.
+    """The equipment for the block, and touches without error.
 
     Attributes
     ----------
@@ -187,7 +187,7 @@ class Station:
     points
         Without error, world; sensitivities are those of their spots.
     sensitivities
-        Of each.
+        One for each point.
     """
 
     rig: Rig

@@ -47,7 +47,7 @@ from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tracking import tip_sensitivity
 
 PLACES_MM, FORM_MM = 0.004, 0.0015
-"""What a good part is off by: sizes and places of features, and its surfaces, 1 sigma."""
+"""Errors of a good part: sizes and places of features, and its surfaces, 1 sigma."""
 
 OWN = ("RIGHT", "BACK", "STEP", "BORE_A", "BORE_B", "BORE_C", "BORE_D", "BOSS", "PIN", "BALL")
 """Features that are no datum and have more points than they need."""
@@ -55,20 +55,20 @@ OWN = ("RIGHT", "BACK", "STEP", "BORE_A", "BORE_B", "BORE_C", "BORE_D", "BOSS", 
 
 @dataclass(slots=True)
 class Scene:
-    """A job that is being spoiled; arrays are of all N points, world.
+    """A job with a changing fault; arrays are of all N points, world.
 
     Attributes
     ----------
     plan, station
-        What is measured, and with what.
+        Features and equipment.
     shifts
-        (N, 3), mm: what is added to the ball centres.
+        (N, 3), mm: offsets of the ball centres.
     flipped
         Names of features whose points are compensated to the wrong side.
     noise
-        mm: what the windows of the points say of their scatter.
+        mm: stated scatter of the points' windows.
     wrong
-        Names of features at which the cause sits; empty for a cause of the whole job.
+        Names of features with the fault; empty for a fault of the whole job.
     """
 
     plan: Plan
@@ -111,7 +111,7 @@ def make_job(seed: int, spoil: Spoil | None) -> tuple[EvaluatedJob, JobView, Sce
 
 
 def asked(view: JobView, found: tuple[Explanation, ...]) -> Explanation | None:
-    """Return the explanation that an inspector looks at first: the value farthest out."""
+    """Return the first explanation for an inspector: of the value farthest out."""
     tolerance = {item.name: item.upper - item.lower for item in view.characteristics}
     return max(
         found,
@@ -124,7 +124,7 @@ def asked(view: JobView, found: tuple[Explanation, ...]) -> Explanation | None:
 
 
 def explained(seed: int, spoil: Spoil | None) -> tuple[tuple[Explanation, ...], JobView, Scene]:
-    """Return what is said about a job with one thing wrong."""
+    """Return the explanations of a job with one fault."""
     job, view, scene = make_job(seed, spoil)
     return explanations_of(job, view), view, scene
 
@@ -189,11 +189,11 @@ def _view(job: EvaluatedJob) -> JobView:
     )  # fmt: skip
 
 
-# What can be wrong.
+# Possible faults.
 
 
 def outlier(scene: Scene, rng: np.random.Generator) -> None:
-    """Move one point of a feature that is no datum by 0.1 to 0.45 mm, in or out."""
+    """Move one point of a feature without datum by 0.1 to 0.45 mm, in or out."""
     name = str(rng.choice(OWN))
     row = int(rng.integers(len(scene.rows(name))))
     amount = rng.uniform(0.1, 0.45) * rng.choice([-1.0, 1.0])
@@ -202,7 +202,7 @@ def outlier(scene: Scene, rng: np.random.Generator) -> None:
 
 
 def burr(scene: Scene, rng: np.random.Generator) -> None:
-    """Let two or three neighbouring points of a round feature stand out by 0.05 to 0.3 mm."""
+    """Raise two or three neighbouring points of a round feature by 0.05 to 0.3 mm."""
     name = str(rng.choice([n for n in OWN if n.startswith("B") and n not in ("BACK", "BALL")]))
     count = int(rng.integers(2, 4))
     ring = len(scene.rows(name)) if name.startswith("BORE") else 6
@@ -342,11 +342,11 @@ SPOILED: dict[str, tuple[Spoil, tuple[Cause, ...]]] = {
     "alignment": (alignment, (Cause.ALIGNMENT,)),
     "part": (part, (Cause.PART,)),
 }
-"""What is done to a job, by its word, and the causes that name it rightly."""
+"""The change of a job, by its word, and its correct causes."""
 
 
 def is_right(word: str, found: Explanation | None, scene: Scene) -> bool:
-    """Return whether the cause is named, and where it sits."""
+    """Return whether the cause and its place are named."""
     if found is None or found.cause not in SPOILED[word][1]:
         return False
     return not scene.wrong or bool(set(scene.wrong) & set(found.finding.features))
@@ -375,7 +375,7 @@ def _touch_again(scene: Scene, features: list[Probed], rng: np.random.Generator)
 
 
 def _from_bore_a(name: str, axis: str, plan: Plan) -> float:
-    """Return the nominal coordinate as it is from bore A, where the drawing has its origin."""
+    """Return the nominal coordinate relative to bore A, the origin of the drawing."""
     place, origin = plan.feature(name).point, plan.feature("BORE_A").point
     index = "xyz".index(axis)
     # The origin lies in the top face.

@@ -24,7 +24,7 @@ from ocmm_core.inspection.causes import Cause, explanations_of
 FIRST_SEED = 20
 LEAST_RIGHT = 0.9
 _NO_ERROR = (Cause.PART, Cause.UNCERTAINTY, Cause.NOISE)
-"""What may be named in a good job: by chance it lies near a limit, and U reaches over it."""
+"""Causes allowed in a good job: by chance it is near a limit, and U extends over it."""
 
 
 def main() -> int:

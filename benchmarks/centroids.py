@@ -50,7 +50,7 @@ SPEED_LIMIT = 64_000.0
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One row: exposure, brightness against the default, spot width, and what is subtracted."""
+    """One row: exposure, relative brightness, spot width, and the subtracted image."""
 
     exposure_us: float
     brightness: float = 1.0
@@ -88,17 +88,17 @@ class Row:
     Attributes
     ----------
     case
-        What was measured.
+        Its conditions.
     electrons, contrast
         Light of an LED; brightest pixel over its noise.
     used
-        Part of the windows that gave a position.
+        Share of the windows that gave a position.
     bound_px, rms_px
         Per axis.
     bias_px, worst_bias_px
         RMS and largest error over the place between the pixels, without noise.
     nees
-        Mean squared error over the stated variance; 1 if that is honest.
+        Mean squared error over the stated variance; 1 if the latter is correct.
     """
 
     case: Case
@@ -247,7 +247,7 @@ def spot_options(sensor: SensorOptions) -> SpotOptions:
 
 
 def windows_per_second(seconds: float, normal: Float) -> float:
-    """Return how many windows the compiled loop measures in a second of processor time."""
+    """Return the number of windows that the compiled loop measures per second of processor time."""
     case = Case(20.0)
     sensor = Sensor(1, 0, SIZE, SIZE, case.sensor, normal)
     options = SpotOptions().packed()

@@ -42,7 +42,7 @@ _TURN, _SHIFT = np.array([2e-4, 1e-4, -2e-4]), np.array([0.1, 0.1, 0.1])
 
 
 def main() -> int:
-    """Print the table; return 1 where a limit is broken."""
+    """Print the table; return 1 if a limit is broken."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=1000)
     parser.add_argument("--tasks", type=int, default=40)

@@ -44,7 +44,7 @@ KINDS = (
     "sizes", "frames", "greetings", "requests", "broken pickles",
 )  # fmt: skip
 _PATIENCE_S = 0.02
-"""How long an answer is waited for: what is malformed often gets none."""
+"""Waiting time for an answer: malformed messages often get none."""
 _SEEDS = np.random.SeedSequence(22).spawn(8)
 _GREETING = {"compression": None, "python": (3, 11, 0), "pickle-protocol": 5}
 _WRONG: tuple[object, ...] = (
@@ -86,14 +86,14 @@ def program(marker: Path) -> bytes:
 
 
 class Attacker:
-    """Sends one message after the other.
+    """Sends messages in turn.
 
     Parameters
     ----------
     folder
-        For what a program that ran would leave.
+        For files left by executed programs.
     own, others
-        Certificates of the CA of the shop, and of another one.
+        Certificates of the CA of the shop, and of a foreign one.
     """
 
     def __init__(self, folder: Path, own: Path, others: Path, seed: int = 22) -> None:
@@ -110,7 +110,7 @@ class Attacker:
         return [one.name for one in self._folder.iterdir()]
 
     def send(self, kind: str, port: int, part: str) -> None:
-        """Send one message of a kind, and wait a moment for what comes."""
+        """Send one message of a kind, and receive for a moment."""
         request = program(self._folder / part)
         if kind == "bytes in the clear":
             _talk(port, None, self._bytes(400))
@@ -136,7 +136,7 @@ class Attacker:
             whole = bytearray(request)
             for _ in range(rng.randint(1, 6)):
                 whole[rng.randrange(len(whole))] = rng.randrange(256)
-            # What still says which program is meant was not malformed enough.
+            # A message that still names the program was not malformed enough.
             whole = bytearray(bytes(whole).replace(b"mknod", b"mk\x00od").replace(b"run", b"rum"))
             return framed(_GREETING) + bytes(whole[: rng.randint(8, len(whole))])
         if kind == "greetings":
@@ -177,7 +177,7 @@ def _context(certificates: Path | None) -> ssl.SSLContext:
 def _talk(
     port: int, context: ssl.SSLContext | None, said: bytes, wait_s: float = _PATIENCE_S
 ) -> None:
-    """Connect, say it, and hear what comes for a moment; being refused is what is expected."""
+    """Connect, send, and receive for a moment; a refusal is expected."""
     with (
         contextlib.suppress(OSError),
         socket.create_connection(("127.0.0.1", port), 20.0) as plain,
@@ -196,7 +196,7 @@ def _talk(
 def attack(
     cluster: ShopCluster, attacker: Attacker, messages: int, told: Callable[[Effects], None]
 ) -> None:
-    """Send so many messages, as many of each kind to the scheduler as to workers; tell of each."""
+    """Send messages, half of each kind to the scheduler and half to workers; yield each."""
     expected = list(run_tasks(_drawn, _SEEDS, str))
     workers = worker_ports(cluster)
     ports = {"scheduler": cluster.port, "worker": workers[0]}
@@ -220,7 +220,7 @@ def attack(
 
 
 def worker_ports(cluster: ShopCluster) -> list[int]:
-    """Return the ports of the workers that the scheduler knows."""
+    """Return the ports of the scheduler's workers."""
     with cluster.client() as client:
         known = client.scheduler_info(n_workers=-1)["workers"]
     return sorted(int(one.rpartition(":")[2]) for one in known)

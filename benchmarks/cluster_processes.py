@@ -35,12 +35,12 @@ more than the tasks."""
 
 
 class ShopCluster:
-    """Processes of their own, as systemd would start them; gone at the end.
+    """Separate processes, as started by systemd; removed at the end.
 
     Parameters
     ----------
     folder
-        For what the workers keep.
+        For the workers' files.
     certificates
         Folder with ``ca.pem``, ``cert.pem`` and ``key.pem``; None: without TLS.
     """
@@ -91,12 +91,12 @@ class ShopCluster:
         return worker
 
     def wait_for(self, workers: int) -> None:
-        """Wait until so many workers are there."""
+        """Wait for the given number of workers."""
         with self.client() as client:
             client.wait_for_workers(workers, timeout=HANG_S)
 
     def client(self) -> Client:
-        """Return a client of the scheduler, with the certificate of the shop where it has one."""
+        """Return a client of the scheduler, with the certificate of the shop if available."""
         from distributed import Client
         from distributed.security import Security
 

@@ -38,12 +38,12 @@ class WildTrials:
     flagged: int
     right: int
     questions: tuple[int, ...]
-    """Of each honest job."""
+    """Counts of wild points and of honest jobs."""
     missed: tuple[str, ...]
 
 
 def touched(nominal: NominalFeature, rng: np.random.Generator) -> list[MeasuredPoint]:
-    """Return points of a feature with noise and form; plan places, all normals known."""
+    """Return points of a feature with noise and form at planned places, with exact normals."""
     # Plans leave sizes out that evaluation does not need.
     length, width = nominal.length or 40.0, nominal.width or 30.0
     if nominal.shape in (Shape.PLANE, Shape.CYLINDER, Shape.CONE, Shape.LINE):
@@ -83,7 +83,7 @@ def _wild(point: MeasuredPoint, rng: np.random.Generator) -> tuple[MeasuredPoint
 
 
 def run(jobs: int, honest: int, seed: int = 1) -> WildTrials:
-    """Return the counts of so many jobs with a wild point and without."""
+    """Return the counts of jobs with a wild point and without."""
     plans = [load_plan(path) for path in PLANS]
     flagged = right = 0
     missed = []

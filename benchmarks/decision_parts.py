@@ -1,4 +1,4 @@
-"""The parts of `benchmarks.decisions`: features, touches without error, and what is asked."""
+"""The parts of `benchmarks.decisions`: features, touches without error, and characteristics."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ class Group:
     Attributes
     ----------
     features, characteristics, alignment
-        As a plan has them.
+        As in a plan.
     points, normals
         Touches without error, and the surface's normals (N, 3) there, world.
     covariance
         (3 N + 1, 3 N + 1) of the errors.
     share
-        Of all results that are of this kind of part.
+        Share of this kind among all results.
     """
 
     features: tuple[NominalFeature, ...]
@@ -88,7 +88,7 @@ class _Builder:
         self._add(name, Shape.CYLINDER, at, _Z, diameter, "outer", surface, normals, length=height)
 
     def ball(self, name: str, at: Sequence[float], diameter: float, off: float = 0.0) -> None:
-        """Add a ball of twelve points that lies ``off`` along x from where it should."""
+        """Add a ball of twelve points displaced by ``off`` along x."""
         place = 2.399963 * np.arange(12)
         height = np.linspace(-0.25, 1.0, 12)
         ring = np.sqrt(1.0 - height**2)

@@ -63,7 +63,7 @@ FAR = 1e3
 
 @dataclass(slots=True)
 class Count:
-    """What is counted of one characteristic under one form."""
+    """Counts of one characteristic under one form."""
 
     parts: int = 0
     covered: int = 0
@@ -249,7 +249,7 @@ def _run_parts(parts: Mapping[str, float], processes: int, seed: int) -> Counts:
 
 
 def faults(counts: Counts) -> list[str]:
-    """Return what is beyond its limit by more than three standard errors."""
+    """Return the figures beyond their limits by more than three standard errors."""
     found = []
     for (name, with_form), count in counts.items():
         what = f"{name}, {'with' if with_form else 'without'} form"
@@ -280,7 +280,7 @@ def _is_zone(name: str) -> bool:
 
 
 def print_table(counts: Counts) -> None:
-    """Print what was counted."""
+    """Print the counts."""
     print(f"{'':<30}{'':>16}{'covered':>9}   false accept, reject % at the limit (and near it)")
     print(f"{'characteristic':<24}{'form':>6}{'parts':>8}{'refused':>8}{'%':>9}   " + "".join(
         f"{rule:<26}" for rule in RULES))  # fmt: skip
@@ -300,7 +300,7 @@ def print_table(counts: Counts) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table and return 0, or 1 with what is beyond its limit."""
+    """Print the table and return 0, or 1 with figures beyond their limits."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--results", type=int, default=100_000)
     parser.add_argument("--whole", type=int, default=6_000)

@@ -109,7 +109,7 @@ def compare(master: str) -> list[str]:
                 break
             faults.append(done.stderr.strip().splitlines()[-1] if done.stderr else "no cameras")
     if done.returncode:
-        # That of a try that got farther than the start says more of the cameras.
+        # The error of an attempt that got past the start describes the cameras better.
         return [next((fault for fault in faults if NOT_STARTED not in fault), faults[-1])]
     found = msgspec.json.decode(done.stdout.splitlines()[-1], type=list[FoundCamera])
     wrong = [difference for camera in found for difference in differences(camera)]

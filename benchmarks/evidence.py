@@ -94,7 +94,7 @@ KINDS = (*(one.__name__ for one in EDITS), *MOVES)
 
 
 def draw(rng: Rng, kind: str, store: Store, other: Store) -> tuple[str, Damage]:
-    """Return a damage of a kind, and which file it is about; another draw where it is none."""
+    """Return a damage of a kind, and its file; drawn again if it changes nothing."""
     while True:
         roles = sorted({store.role(one) for one in store.files})
         role = roles[int(rng.integers(len(roles)))]
@@ -148,7 +148,7 @@ def put(folder: Path, files: Damage, *, keep_times: bool = False) -> None:
 
 
 def restore(store: Store) -> None:
-    """Make a store what it was."""
+    """Restore the files of a store."""
     for path in [one for one in store.folder.rglob("*") if one.is_file()]:
         if path.relative_to(store.folder).as_posix() not in store.files:
             path.unlink()
@@ -160,7 +160,7 @@ def restore(store: Store) -> None:
 
 
 def forget() -> None:
-    """Forget what this computer has seen, by name, so that no missing memory is reported."""
+    """Clear this computer's memory, by name, so that no missing memory is reported."""
     shutil.rmtree(Path(os.environ["XDG_STATE_HOME"]), ignore_errors=True)
     start_memory(KeyFolder(), "benchmark", "only damage counts", datetime(9999, 1, 1, tzinfo=UTC))
 
@@ -210,7 +210,7 @@ def _look(count: Count, store: Store, what: str, when: str, look: Callable[[], V
     if view.blocker is None:
         count.valid.append(f"{what}, {when}: {view.word}")
     elif str(store.folder) not in view.blocker.what and f"{MOVES[4]}, " not in what:
-        # Where the whole folder is that of another rig, both rigs are named.
+        # For the folder of another rig, both rigs are named.
         count.nameless.append(f"{what}, {when}: {view.blocker}")
 
 

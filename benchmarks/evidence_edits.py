@@ -1,4 +1,4 @@
-"""What can happen to the content of one file, for `benchmarks.evidence`."""
+"""Possible changes of the content of one file, for `benchmarks.evidence`."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ NOW = MADE + timedelta(days=2)
 
 View = CalibrationView | ProbeView
 Look = Callable[[], View]
-"""Returns what is said at `NOW`."""
+"""Returns the view at `NOW`."""
 
 
 @dataclass(slots=True)
@@ -61,7 +61,7 @@ class Store:
     earlier: dict[str, list[bytes]] = field(default_factory=lambda: {EVENTS: [], SEAL: []})
 
     def begin(self) -> Look:
-        """Open it as a job does that begins now; what is returned looks while the job runs."""
+        """Open it as a new job does; the result polls it like a running job."""
         if self.kind == "cameras":
             cameras = open_calibration(RIG_DOCUMENT, self.folder.parent)
             return lambda: judge(cameras, NOW)
@@ -69,7 +69,7 @@ class Store:
         return lambda: judge(probe, NOW)
 
     def role(self, name: str) -> str:
-        """Return what a file is."""
+        """Return the role of a file."""
         if name == EVENTS:
             return "history"
         if name == SEAL:
@@ -77,7 +77,7 @@ class Store:
         return "session" if name.startswith("sessions/") else "record"
 
     def keep(self) -> None:
-        """Note what it holds now, after an event."""
+        """Record the present content, after an event."""
         if self.files:
             for name, versions in self.earlier.items():
                 versions.append(self.files[name])

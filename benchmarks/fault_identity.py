@@ -21,7 +21,7 @@ from ocmm_sim.bus import COPIED, EXCHANGED, SHARED, FaultKind, FaultRig, FrameKi
 from tests.system.frame_watch import FrameWatch, Watched
 
 _SHARE = 0.3
-"""Of the cycles: enough good ones in between that the bus goes on."""
+"""Share of the cycles: enough good ones in between keep the bus in operation."""
 _POLL_S = 0.002
 _LONGEST_S = 600.0
 _PROCESS = (FrameKind.PROCESS,)
@@ -51,7 +51,7 @@ class Identity(msgspec.Struct, kw_only=True):
 
 
 def play_identity(count: int, out: Path) -> None:
-    """Spoil cycles until so many were refused, a quarter of them of each kind."""
+    """Spoil cycles until the given number was refused, a quarter of them of each kind."""
     found = []
     kinds: tuple[tuple[str, Callable[[FaultRig, bool], object]], ...] = (
         ("exchanged", lambda rig, on: _corrupt(rig, EXCHANGED + SHARED if on else 0)),
@@ -74,7 +74,7 @@ def play_identity(count: int, out: Path) -> None:
                 seen.exposed_us.clear()
                 now = read_status(rig.ring)
                 result.torn += now.elapsed != now.good + now.late + now.lost + now.bad
-                # An old answer is no answer of its cycle: that one is lost.
+                # An old answer does not belong to its cycle, which counts as lost.
                 result.refused = now.bad + now.lost - before.bad - before.lost
                 result.good = now.good - before.good
                 time.sleep(_POLL_S)

@@ -1,4 +1,4 @@
-"""The faults of the bus: how each is made, how it ends, and what must be said of it."""
+"""The faults of the bus: cause, end, and expected report."""
 
 from __future__ import annotations
 
@@ -223,7 +223,7 @@ class _SecondMaster:
 
     def _run(self) -> None:
         frame = encode_frame(3, [Datagram(Command.BRD, 0, 0x0130, bytes(2))])
-        # The master library's own source address: only that it passed no camera tells it.
+        # The master library's own source address: it shows only that the frame passed no camera.
         frame = frame[:6] + b"\x01" * 6 + frame[12:]
         with socket.socket(socket.AF_PACKET, socket.SOCK_RAW) as channel:
             channel.bind((NEAR, 0))

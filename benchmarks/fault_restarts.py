@@ -152,7 +152,7 @@ class Restarts(msgspec.Struct, kw_only=True):
 
 
 def play_restarts(count: int, out: Path) -> None:
-    """Restart cameras and bus again and again, and read the books all the time."""
+    """Restart cameras and bus repeatedly, and read the accounts all the time."""
     result = Restarts(count=count)
     with tempfile.TemporaryDirectory() as folder, FaultRig(Path(folder), (LEFT, RIGHT)) as rig:
         books = _BookWatch(rig, result)
@@ -162,8 +162,8 @@ def play_restarts(count: int, out: Path) -> None:
                 break
             kind = number % _RESTART_KINDS
             if kind == _RESTART_KINDS - 1:
-                # Every second one is killed in the middle of whatever it does, the first one, too:
-                # its last page must be whole.
+                # Every second one is killed at any moment, including the first: its last page must
+                # be whole.
                 books.end(kill=number // _RESTART_KINDS % 2 == 0)
                 result.of_the_bus += 1
                 books.begin()
@@ -181,7 +181,7 @@ def play_restarts(count: int, out: Path) -> None:
 
 
 class _BookWatch:
-    """Reads the books of one bus process after the other."""
+    """Reads the accounts of consecutive bus processes."""
 
     def __init__(self, rig: FaultRig, result: Restarts) -> None:
         self._rig = rig
@@ -200,7 +200,7 @@ class _BookWatch:
         self._wanted = self._recoveries() + 1
 
     def back(self) -> bool:
-        """Wait for operation, and read the books meanwhile; say whether it came."""
+        """Wait for operation, and read the accounts meanwhile; return whether it came."""
         deadline = time.monotonic() + GIVE_UP_S
         while time.monotonic() < deadline:
             if self._recoveries() >= self._wanted:
@@ -219,7 +219,7 @@ class _BookWatch:
         return 0 if report is None else report.recoveries
 
     def end(self, *, kill: bool = False) -> None:
-        """Kill the bus process, or ask it to end; its books must still be whole."""
+        """Kill the bus process, or request its end; its accounts must still be whole."""
         elapsed, at_ns = self._first
         last = self.look()
         self._result.elapsed += last.elapsed - elapsed
@@ -236,7 +236,7 @@ class _BookWatch:
         self._rig.stop_bus()
 
     def look(self) -> AcquisitionStatus:
-        """Read the books once; they must add up."""
+        """Read the accounts once; they must add up."""
         ring = self._rig.ring
         if ring is None:
             raise BusError("rig.bus", "The bus process is not there.", "Start it.")

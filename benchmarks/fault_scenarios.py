@@ -117,7 +117,7 @@ class Outcome(msgspec.Struct, kw_only=True):
 
     @property
     def wrong(self) -> int:
-        """Return how many frames must not have been given out."""
+        """Return the number of frames that must not have been given out."""
         return self.stale + self.mixed + self.garbled + self.disordered
 
 
@@ -156,7 +156,7 @@ class Player:
         return None
 
     def watch(self, seen: Watched, seconds: float) -> None:
-        """Take in what comes."""
+        """Read frames for a time."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self._look(seen)
@@ -249,7 +249,7 @@ def _cycles(before: AcquisitionStatus, after: AcquisitionStatus) -> dict[str, in
 
 
 def play_all(names: list[str], out: Path, *, careful: bool = True) -> None:
-    """Play scenarios and write their outcomes; after one that does not end well, start anew."""
+    """Play scenarios and write their outcomes; restart after one that does not end well."""
     chosen = [scenario for scenario in SCENARIOS if not names or scenario.name in names]
     order = [scenario.name for scenario in chosen]
     outcomes: list[Outcome] = []
@@ -281,7 +281,7 @@ def _next(chosen: list[Scenario], player: Player) -> Scenario:
 
 
 def play_exact(out: Path) -> None:
-    """Let answers of one camera get lost; a cycle is one frame then, and the counts are exact."""
+    """Lose answers of one camera; a cycle is one frame then, and the counts are exact."""
     scenario = cable(
         "1 % of the answers lost, one camera",
         LineRule(do=Trick.DROP, share=0.01, kinds=(FrameKind.PROCESS,)),
@@ -294,7 +294,7 @@ def play_exact(out: Path) -> None:
 
 
 def main() -> None:
-    """Do what the arguments say; see the module."""
+    """Run the program; see the module for its arguments."""
     out, what, *rest = Path(sys.argv[1]), *sys.argv[2:]
     counted = {"restarts": play_restarts, "flaps": play_flaps, "identity": play_identity}
     if what in ("faults", "quick"):

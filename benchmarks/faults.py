@@ -36,7 +36,7 @@ _DATA_STAY = {"emergency message", "request to a camera whose mailbox hangs",
 
 
 def inside(program: str, *arguments: str) -> bytes:
-    """Run a program of this folder in a private network namespace; return what it wrote."""
+    """Run a program of this folder in a private network namespace; return its output."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "result.json"
         environment = {**os.environ, "PYTHONPATH": str(_FOLDER.parent)}

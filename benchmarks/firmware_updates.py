@@ -44,7 +44,7 @@ def server_of(banks: FirmwareBanks) -> FoeServer:
 
 
 class _Power:
-    """Goes after so many writes."""
+    """Ends after the given number of writes."""
 
     def __init__(self) -> None:
         self.left = _NEVER
@@ -56,7 +56,7 @@ class _Power:
 
 
 def interrupted(count: int, seed: int) -> tuple[int, int, int]:
-    """Interrupt updates; return how many cameras run the old and the new, and how many are dead."""
+    """Interrupt updates; return the numbers of cameras with old and new firmware, and dead."""
     random = np.random.default_rng(seed)
     old = new = dead = 0
     images = {version: firmware(version, 3000) for version in ("3.1.0", "3.2.0")}

@@ -60,7 +60,7 @@ _AXES = (Shape.LINE, Shape.CYLINDER, Shape.CONE)
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """What is measured: shape, number of points, and degrees of arc that they lie on."""
+    """One condition: shape, number of points, and their arc in degrees."""
 
     shape: Shape
     points: int
@@ -249,7 +249,7 @@ class Row:
 
     @property
     def fault(self) -> str:
-        """Return what is wrong; empty where nothing is."""
+        """Return the fault; empty without one."""
         if not self.counted:
             return ""
         low, high = (
@@ -275,7 +275,7 @@ def rows_of(counts: dict[str, Counter[str]], runs: int) -> list[Row]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the cells and return 0, or 1 where one is beyond its limits."""
+    """Print the cells and return 0, or 1 if one is beyond its limits."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=None, help="a new one where none is given")

@@ -60,7 +60,7 @@ class Peer:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A shape beside a peer: times, us, and how far the peer is from the optimum, mm."""
+    """A shape and a peer: times, us, and the peer's distance from the optimum, mm."""
 
     shape: Shape
     peer: str
@@ -86,9 +86,9 @@ SHAPES = (
 
 
 def rows(rounds: int, shapes: Sequence[Shape] = SHAPES) -> Iterator[Row]:
-    """Yield every shape beside each of its peers."""
+    """Yield every shape with each of its peers."""
     for shape in shapes:
-        # Each has points of its own, whichever others are asked for.
+        # Each shape has its own points, independent of the other selected ones.
         points, truth = sample(shape, np.random.default_rng([5, SHAPES.index(shape)]))
         fit = fit_shape(shape, points)
         for peer in _peers(shape, points, truth):
@@ -120,7 +120,7 @@ def main() -> int:
 def _in_turns(
     ours: Callable[[], object], peer: Callable[[], tuple[Float, float]], rounds: int
 ) -> tuple[float, float, tuple[Float, float]]:
-    """Return the least times of both, us, and what the peer found; a slow peer gets fewer calls."""
+    """Return the least times of both, us, and the peer's result; a slow peer gets fewer calls."""
     ours()
     times: tuple[list[int], list[int]] = ([], [])
     began = time.perf_counter()
@@ -137,7 +137,7 @@ def _in_turns(
             break
         if time.perf_counter() - began > SLOWEST:
             break
-    # One call of ours beside a slow peer is no measure.
+    # A single call of ours next to a slow peer is no measure.
     for _ in range(max(0, LEAST_CALLS - len(times[0]))):
         start = time.process_time_ns()
         ours()

@@ -84,7 +84,7 @@ def main() -> int:
     worst = 0.0
     wanted = [(f"{name} {turn}", name, turn) for turn in range(options.turns) for name in KINDS]
     with tempfile.TemporaryDirectory() as folder:
-        # The writer of assemblies puts part files where the program runs.
+        # The writer of assemblies writes part files into the working directory.
         os.chdir(folder)
         for number, (label, name, turn) in enumerate(
             [*wanted, *((m.name, "", 0) for m in options.models)]

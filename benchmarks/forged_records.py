@@ -366,7 +366,7 @@ def _certificate(kind: Kind, rng: Rng, number: int) -> Mapping[Path, bytes | Non
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run, print what was found, and return 1 if a forgery passed or an honest file did not."""
+    """Run, print the findings, and return 1 if a forgery passed or an honest file did not."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--n", type=int, default=TRIALS)
     parser.add_argument("--seed", type=int, default=1)

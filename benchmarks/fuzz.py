@@ -35,7 +35,7 @@ _WORDS = (
 
 @dataclass(slots=True)
 class Found:
-    """What came of the executions: counts, the slowest in s, and faults by what was raised."""
+    """Outcome of the executions: counts, the slowest in s, and faults by exception."""
 
     done: int = 0
     refused: int = 0
@@ -66,7 +66,7 @@ def damaged(sample: bytes, samples: tuple[bytes, ...], chance: random.Random) ->
             word = chance.choice(_WORDS)
             content[at : at + len(word) * chance.randrange(2)] = word
         else:
-            # A whole number or word is exchanged: what it meant is somewhere else now.
+            # A whole number or word is exchanged, and its former meaning is displaced.
             end = at
             while end < len(content) and chr(content[end]) in "0123456789.-+eE":
                 end += 1
@@ -77,7 +77,7 @@ def damaged(sample: bytes, samples: tuple[bytes, ...], chance: random.Random) ->
 def run(
     parser: Parser, executions: int, seconds: float, seed: int, tell: Callable[[str, bytes], None]
 ) -> Found:
-    """Give a parser so many damaged samples, or as many as there is time for."""
+    """Give a parser a number of damaged samples, within the available time."""
     chance = random.Random(seed)  # noqa: S311 - repeatable, not secret
     found = Found()
     with tempfile.TemporaryDirectory(prefix="ocmm-fuzz-", dir=_fast_folder()) as name:
@@ -112,7 +112,7 @@ def run(
 
 
 def main() -> int:
-    """Run the parsers; return 0 where none has a fault."""
+    """Run the parsers; return 0 without faults."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--parser", choices=sorted(PARSERS))
     parser.add_argument("--executions", type=int, default=1_000_000)
@@ -143,7 +143,7 @@ def main() -> int:
 
 
 def _fast_folder() -> str | None:
-    return "/dev/shm" if Path("/dev/shm").is_dir() else None  # noqa: S108 - a folder of its own in it
+    return "/dev/shm" if Path("/dev/shm").is_dir() else None  # noqa: S108 - a private folder in it
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ SEED, CENTRES, MOST_POINTS = 20_262, 40, 60
 ROUNDING, AT_REST = 2e-6, 1e-6
 """Relative difference of costs; part of the residuals that a step could still remove."""
 FARTHEST = 1e4
-"""Centre against the size of the points beyond which there is no ball."""
+"""Ratio of centre distance to the size of the points, beyond which no ball exists."""
 
 
 def hard_ball(shape: Shape, seed: int, number: int) -> Points3:

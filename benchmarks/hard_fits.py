@@ -45,12 +45,12 @@ WANTED_MS = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What became of one set.
+    """Outcome of one set.
 
     Attributes
     ----------
     silent
-        The element is worse than another one, and nothing says so.
+        The element is worse than another one, without a message.
     well
         The set is well conditioned.
     refused, ambiguous

@@ -1,7 +1,7 @@
 """An independent search for least-squares elements: scipy's least_squares from very many starts.
 
-Distances are written anew from the definition of each shape, and none of the product's starts,
-kernels or solvers is used. Starts are the truth, which only a simulation knows, places around it at
+Distances are derived independently from the definition of each shape, without the product's starts,
+kernels or solvers. Starts are the truth, available only in a simulation, places around it at
 growing distances, and random ones.
 """
 
@@ -19,7 +19,7 @@ from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float
 
 LARGEST = 1e4
-"""Size against that of the points beyond which there is no element."""
+"""Ratio of its size to that of the points, beyond which no element exists."""
 AROUND = (0.003, 0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0)
 """How far from the truth starts lie, as shares of the sizes and in rad."""
 AT_REST = 1e-5
@@ -139,7 +139,7 @@ def _axis_search(
         if minimum is None:
             continue
         if hard.shape is Shape.TORUS and 0.0 < minimum.sizes[0] <= minimum.sizes[1]:
-            # A tube thicker than its ring is no torus: where it fits better, tori end in it.
+            # A tube thicker than its ring is a degenerate torus: if it fits better, tori end in it.
             minimum = replace(minimum, at_rest=False)
             if minimum.sizes[1] < LARGEST * spread:
                 found.append(minimum)
@@ -211,7 +211,7 @@ def _possible(shape: Shape, sizes: Float, spread: float) -> bool:
 
 
 def _descend(terms: Terms, start: Float, sizes: int) -> Minimum | None:
-    """Return the minimum that is reached from a start, or None where none is."""
+    """Return the minimum reached from a start, or None."""
     with np.errstate(all="ignore"):
         try:
             held = _Held(terms)
@@ -227,7 +227,7 @@ def _descend(terms: Terms, start: Float, sizes: int) -> Minimum | None:
     if not np.isfinite(rest) or not np.all(lengths > 0.0):
         return None
     across, singular, _ = np.linalg.svd(jacobian / lengths, full_matrices=False)
-    # What a whole step of Gauss and Newton would still gain, whichever way a valley runs.
+    # Gain of one more whole Gauss-Newton step, along any valley.
     across = across[:, singular > SINGULAR * singular[0]]
     at_rest = bool(np.linalg.norm(across.T @ residuals) <= AT_REST * rest + 1e-12)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
@@ -357,7 +357,7 @@ def _anomaly(x: Float, y: Float, a: float, b: float) -> tuple[Float, Float]:
         slope = 2.0 * (u * u / (t + a * a) + v * v / (t + b * b))
         after = t + value / np.maximum(slope, 1e-300)
         after = np.where((after < low) | (after > high), 0.5 * (low + high), after)
-        # The distance changes with the square of what is left.
+        # The distance changes with the square of the remainder.
         if np.all(np.abs(after - t) <= 1e-11 * (t + b * b)):
             t = after
             break

@@ -27,7 +27,7 @@ from ocmm_bench.campaign import REFUSED, given, good_files, hostile_groups, usua
 
 
 def main() -> int:
-    """Give all kinds to their commands; return 0 where nothing happened that must not."""
+    """Give all kinds to their commands; return 0 if none had a forbidden outcome."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", default="")
     parser.add_argument("--damaged", type=int, default=600)

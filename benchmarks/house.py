@@ -48,15 +48,15 @@ class Row:
     Attributes
     ----------
     measure
-        What is measured.
+        Name of the measure.
     today
-        What it is.
+        Its value.
     goal
-        What it should be; empty where there is no goal.
+        Its goal; empty if it has none.
     met
-        Whether it is so.
+        Whether the goal is met.
     listed
-        What breaks the goal, or what the number is made of.
+        Items that break the goal, or that form the number.
     """
 
     measure: str
@@ -107,7 +107,7 @@ def _doors(house: House) -> list[Row]:
     with_face = len(house.packages) - len(faceless)
     single = single_rooms(house)
     doors = [one.module for one in house.packages if one.exported is not None] + single
-    # A room within a room that only that one may enter is nobody else's door.
+    # A package within a package that only that one may import is not public for others.
     doors = [name for name in doors if not any(is_private(one) for one in upwards(name))]
     rows = [
         Row(

@@ -1,4 +1,4 @@
-"""What is measured at the tree: doors, circles, names, comments, sizes."""
+"""Measures of the tree: faces, circles, names, comments, sizes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from benchmarks.house_tree import ROOTS, House, Import, Source, inside, is_single, last_name
 
 _NUMBA = frozenset({"njit", "jit", "vectorize", "guvectorize", "cfunc", "stencil"})
-# What is said to a tool explains nothing.
+# Comments for tools explain nothing.
 _TO_A_TOOL = re.compile(r"#\s*(noqa|type:|fmt:|pragma|ruff:|mypy:)")
 _LAYOUT = frozenset(
     {
@@ -34,7 +34,7 @@ class Entry:
     reason: str
 
     def __str__(self) -> str:
-        """Return file, line, and what is imported how."""
+        """Return file, line, and the import."""
         name = f".{self.taken.name}" if self.taken.name else ""
         return f"{self.source.path}:{self.taken.line} {self.taken.target}{name} ({self.reason})"
 
@@ -54,10 +54,10 @@ class Density:
 
 
 def wrong_entries(house: House, sources: Iterable[Source]) -> list[Entry]:
-    """Return the imports of ``sources`` that enter a room otherwise than through its face.
+    """Return the imports of ``sources`` past a public face.
 
-    What stands under TYPE_CHECKING enters as well. Tests may enter the room that they are about
-    and, where a test stands for a package, the rooms in it.
+    Imports under TYPE_CHECKING count as well. Tests may import the internals of their package and,
+    if a test is for a package of packages, of the packages in it.
     """
     found = []
     for source in sources:
@@ -71,10 +71,10 @@ def wrong_entries(house: House, sources: Iterable[Source]) -> list[Entry]:
 
 
 def room_of_test(house: House, source: Source) -> str:
-    """Return the room that a test is about, by its folder; empty if it is about none.
+    """Return the package of a test, by its folder; empty if it has none.
 
-    `tests/core/a/b` is about `ocmm_core.a.b`, or about `ocmm_core.a` if there is no such room;
-    `tests/gui` is about `ocmm_gui`. A file directly in `tests/core` is about no room.
+    `tests/core/a/b` is for `ocmm_core.a.b`, or for `ocmm_core.a` if the former does not exist;
+    `tests/gui` is for `ocmm_gui`. A file directly in `tests/core` is for no package.
     """
     parts = source.path.parts
     if len(parts) < 3 or parts[0] != "tests" or f"ocmm_{parts[1]}" not in ROOTS:
@@ -94,10 +94,10 @@ def single_rooms(house: House) -> list[str]:
 
 
 def module_graph(house: House, *, typing: bool = False) -> Graph:
-    """Return which module needs which: the file that is named, and the one that holds the name.
+    """Return the modules needed by each module: the named file, and the file with the definition.
 
-    A face that imports when it is asked (`__getattr__`) needs nothing by itself; who takes a name
-    from it needs the file behind. With ``typing``, imports under TYPE_CHECKING count as well.
+    A lazy face (`__getattr__`) needs nothing itself; an importer of its name needs the file behind
+    it. With ``typing``, imports under TYPE_CHECKING count as well.
     """
     graph = {}
     for name in house.product:
@@ -201,7 +201,7 @@ def lines(sources: Iterable[Source]) -> int:
 
 
 def longer_than(limit: int, sources: Iterable[Source]) -> list[tuple[str, int]]:
-    """Return the files with more than so many lines, the longest first."""
+    """Return the files above a number of lines, the longest first."""
     sizes = ((str(source.path), lines([source])) for source in sources)
     return sorted((one for one in sizes if one[1] > limit), key=lambda one: -one[1])
 

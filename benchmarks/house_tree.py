@@ -102,7 +102,7 @@ class House:
         return tuple(source for source in found if source.module not in ROOTS)
 
     def home(self, target: str, name: str) -> tuple[str, str]:
-        """Return module and name that define what is taken, behind any number of faces."""
+        """Return module and name of a definition, behind any number of faces."""
         seen = set()
         while (target, name) not in seen and name:
             seen.add((target, name))
@@ -113,20 +113,20 @@ class House:
         return target, name
 
     def room(self, module: str) -> str:
-        """Return the room of a module: its package, or itself where it is a room of one file."""
+        """Return the package of a module, or the module itself if it is public."""
         if self.product[module].is_package or is_single(module):
             return module
         return parent(module)
 
     def wrong_entry(self, importer: str, taken: Import) -> str:
-        """Return why an import does not go through a door; empty where it does.
+        """Return the fault of an import past a public face; empty if there is none.
 
         Parameters
         ----------
         importer
-            Dotted name of the module that imports, or of the room that a test belongs to.
+            Dotted name of the importing module, or of the package of a test.
         taken
-            What it imports.
+            Its import.
         """
         target = taken.target
         if target in ROOTS:
@@ -190,7 +190,7 @@ def is_private(module: str) -> bool:
 
 
 def is_single(module: str) -> bool:
-    """Whether a module that is no package would be a room of one file: directly in a root."""
+    """Whether a module would be a package of one file: directly in a root."""
     return parent(module) in ROOTS and not is_private(module)
 
 
@@ -202,7 +202,7 @@ def upwards(module: str) -> Iterator[str]:
 
 
 def last_name(node: ast.AST) -> str:
-    """Return the last part of what is named or called: ``njit`` of ``numba.njit(...)``."""
+    """Return the last part of a name or call: ``njit`` of ``numba.njit(...)``."""
     if isinstance(node, ast.Call):
         node = node.func
     if isinstance(node, ast.Attribute):

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from benchmarks.house_tree import House, Source, last_name
 
 _BY_NAME = frozenset({"getattr", "hasattr", "setattr", "delattr", "attrgetter", "methodcaller"})
-# These change what a definition is, and register it nowhere.
+# These change a definition without registering it.
 _PLAIN = frozenset(
     {
         "abstractmethod", "cache", "cached_property", "classmethod", "compiled", "contextmanager",
@@ -27,7 +27,7 @@ _PLAIN = frozenset(
         "property", "runtime_checkable", "setter", "staticmethod", "total_ordering", "wraps",
     }
 )  # fmt: skip
-# A class that builds on another one of somebody else's may have methods that only that one calls.
+# A subclass of a foreign class may have methods that only the latter calls.
 _CALLED_BY_NOBODY = frozenset(
     {
         "ABC", "Enum", "Exception", "Flag", "Generic", "IntEnum", "IntFlag", "NamedTuple",
@@ -65,7 +65,7 @@ class Definition:
     Attributes
     ----------
     module, name
-        Where it is and what it is called.
+        Its module and name.
     owner
         Class of a method; empty for others.
     path
@@ -98,12 +98,12 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class Unused:
-    """What the product does not use.
+    """Definitions unused by the product.
 
     Attributes
     ----------
     by_anything
-        Used by nothing at all.
+        Without any user.
     by_tests_only
         Used by tests.
     """
@@ -142,7 +142,7 @@ def unused(house: House) -> Unused:
 
 
 def _hooks(house: House) -> Iterator[Definition]:
-    """Return what says of itself that it is for tests."""
+    """Yield the definitions marked as hooks for tests."""
     for source in house.product.values():
         for node in ast.walk(source.tree):
             if not isinstance(node, ast.ClassDef | ast.Module):
@@ -206,7 +206,7 @@ def _definition(
 
 
 def _is_known(node: ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef) -> bool:
-    """Whether Python or a decorator that registers it knows a definition."""
+    """Whether Python or a registering decorator uses a definition."""
     special = node.name.startswith("_") and node.name.endswith("_")
     return special or any(last_name(one) not in _PLAIN for one in node.decorator_list)
 
@@ -219,7 +219,7 @@ def _is_foreign(house: House, source: Source, node: ast.ClassDef, seen: set[str]
         module, name = _home_of(house, source, name)
         found = _class_of(house, module, name)
         if found is None:
-            # That of asyncio is no interface for type checkers: the event loop calls it.
+            # asyncio's protocol is not a mere interface for type checkers: the event loop calls it.
             if name not in _CALLED_BY_NOBODY or ast.unparse(inner) == "asyncio.Protocol":
                 return True
         elif name not in seen and _is_foreign(house, house.product[module], found, seen | {name}):
@@ -270,11 +270,11 @@ def _add_uses(uses: _Uses, house: House, sources: Iterable[Source]) -> None:
             elif isinstance(node, ast.ClassDef):
                 for name, line in _in_body(node):
                     uses.attributes[name].add((source.module, line))
-        # A table of names that `getattr` asks for, unless it is that of a lazy face.
+        # A table of names for `getattr`, unless it is that of a lazy face.
         if by_name and not source.is_package:
             for text, line in texts:
                 uses.attributes[text].add((source.module, line))
-                # And of the modules that it imports when it asks.
+                # And of the lazily imported modules.
                 for imported in late:
                     uses.defined[imported, text].add((source.module, line))
         for taken in house.imports[source.module]:
@@ -291,7 +291,7 @@ def _modules_by_name(house: House, source: Source) -> dict[str, str]:
 
 
 def _in_body(node: ast.ClassDef) -> Iterator[tuple[str, int]]:
-    """Yield what a class names outside its methods: ``area = property(_area)``."""
+    """Yield the names used in a class outside its methods: ``area = property(_area)``."""
     for statement in node.body:
         if isinstance(statement, ast.Assign | ast.AnnAssign | ast.Expr):
             for one in ast.walk(statement):

@@ -110,7 +110,7 @@ def main() -> int:
 
 
 def compared(folder: Path, base: Sequence[MeasuredPoint], jobs: int, processes: int) -> bool:
-    """Print what it takes to compare jobs; return whether a thousand would be done in time."""
+    """Print the time to compare jobs; return whether a thousand would be done in time."""
     paths = [folder / f"part-{k}.ocmm" for k in range(jobs)]
     for k, path in enumerate(paths):
         write_job(path, base, len(base), k)

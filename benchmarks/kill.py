@@ -37,7 +37,7 @@ EARLY = 0.2
 """Part of the programs that are killed while they begin."""
 LONGEST_BEGINNING_S = 0.05
 MOST_STEPS = 8
-"""The others are killed so many steps later at the most, somewhere in the step that follows."""
+"""The others are killed at most this number of steps later, within the following step."""
 LONGEST_STEP_S = 0.004
 REOPEN_LIMIT_S = 2.0
 FRAME_RATE_HZ = 500
@@ -127,10 +127,10 @@ def measure_until_killed(bench: Bench, path: Path, seed: int, book: int) -> None
 
 
 def one_kill(bench: Bench, path: Path, before: list[int], seed: int) -> tuple[Outcome, list[int]]:
-    """Measure, kill and reopen once; return what was found and the points that are there now."""
+    """Measure, kill and reopen once; return the outcome and the present points."""
     rng = np.random.default_rng(seed)
     reading, writing = os.pipe()
-    # A copy of this warm program: one that starts anew would spend its life importing.
+    # A fork of this warm program: a new one would spend its life importing.
     child = os.fork()
     if child == 0:
         try:
@@ -167,11 +167,11 @@ def one_kill(bench: Bench, path: Path, before: list[int], seed: int) -> tuple[Ou
 
 
 def wait_for_moment(pipe: BinaryIO, rng: np.random.Generator) -> list[bytes]:
-    """Wait for the moment of a kill, and return what was read from the book meanwhile."""
+    """Wait for the moment of a kill, and return the lines read meanwhile."""
     if rng.random() < EARLY:
         time.sleep(float(rng.uniform(0.0, LONGEST_BEGINNING_S)))
         return []
-    # By steps and not by the clock alone: a computer that is busy makes as many of them.
+    # By steps, not only by the clock: independent of the load.
     lines: list[bytes] = []
     wanted = int(rng.integers(1, MOST_STEPS + 1))
     while sum(not line.isalpha() for line in lines) < wanted:
@@ -181,7 +181,7 @@ def wait_for_moment(pipe: BinaryIO, rng: np.random.Generator) -> list[bytes]:
 
 
 def wrong_points(book: list[int], found: list[int], under_way: str) -> int:
-    """Return how many points contradict the book, allowing for the step that was under way."""
+    """Return the number of points that contradict the list, except the unfinished step."""
     gone = [number for number in book if number not in found]
     new = [number for number in found if number not in book]
     done = {
@@ -196,7 +196,7 @@ def wrong_points(book: list[int], found: list[int], under_way: str) -> int:
 
 
 def run(runs: int, seed: int, folder: Path) -> list[Outcome]:
-    """Return what ``runs`` kills left behind, on jobs that begin anew every 25 kills."""
+    """Return the outcomes of ``runs`` kills, on jobs restarted every 25 kills."""
     bench = make_bench()
     outcomes: list[Outcome] = []
     found: list[int] = []

@@ -7,14 +7,14 @@ import numpy as np
 from ocmm_core.geometry import Float, rotation_from_vector, unit
 
 JITTER_MM = 0.3
-"""LEDs are off their symmetric places by this, standard deviation, and still too near to tell."""
+"""Offset of LEDs from their symmetric places, standard deviation, still too small to decide."""
 
 
 def ambiguous_layout(rng: np.random.Generator) -> Float:
-    """Return 3 to 8 LEDs, (L, 3), mm, of which a part looks the same after a turn.
+    """Return 3 to 8 LEDs, (L, 3), mm, with a part that is congruent after a turn.
 
-    Either all of them, or all but one, which stands anywhere: while it is hidden the others are
-    confused. In some, two LEDs stand in each other's mirror image, which is a turn if all are flat.
+    Either all of them, or all except one in a random place: while it is hidden the others are
+    confused. In some, two LEDs are mirror images, which is a turn if all are flat.
     """
     kind = rng.integers(4)
     if kind == 0:

@@ -19,19 +19,19 @@ HIDDEN_LEDS = (0.0, 0.0, 0.2, 0.45)
 
 MOST_GHOSTS = 4
 BESIDE_MM = (2.0, 20.0)
-"""How far reflections beside an LED are from it: nearer lies its own lens."""
+"""Distances of reflections from an LED: closer ones fall on its own lens."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scenes:
-    """Frames and what is true of them.
+    """Frames and their truth.
 
     Attributes
     ----------
     spots
-        (n, C, 8, 2), px, NaN where a slot is empty.
+        (n, C, 8, 2), px, NaN for an empty slot.
     slots
-        (n, C, L): slot that truly follows the LED, -1 where it is hidden.
+        (n, C, L): slot of the LED, -1 if it is hidden.
     rotations, origins
         (n, 3, 3) and (n, 3), mm: pose of the body in the world.
     """
@@ -45,7 +45,7 @@ class Scenes:
 def rig_with(rig: Rig, n_cameras: int) -> Rig:
     """Return a rig of cameras like the first one of ``rig``.
 
-    Up to four stand side by side, up to sixteen on a wall, all turned to the origin.
+    Up to four in a row, up to sixteen on a wall, all turned to the origin.
     """
     if n_cameras == len(rig.cameras):
         return rig
@@ -88,10 +88,10 @@ def draw_scenes(
     rng: np.random.Generator, rig: Rig, body: LedBody, n: int,
     *, sigma_px: float, hidden: bool = True, ghosts: bool = True,
 ) -> Scenes:  # fmt: skip
-    """Return ``n`` frames of a body that is held by its orientation rules.
+    """Return ``n`` frames of a body held by its orientation rules.
 
-    Ghosts are points that shine as LEDs do, anywhere about the body, beside an LED, or where a
-    mirror would show one; and single spots in one camera.
+    Ghosts are points with the light of LEDs, anywhere about the body, near an LED, or at the mirror
+    image of one; and single spots in one camera.
     """
     # Rules that forbid half turns leave some 75 degrees to both sides.
     tilt = (40.0, 40.0, 40.0) if body.rules else (50.0, 180.0, 50.0)
@@ -123,7 +123,7 @@ def draw_scenes(
 
 
 def mirrored(body: LedBody) -> LedBody:
-    """Return what a mirror shows of a body."""
+    """Return the mirror image of a body."""
     flip = np.array([-1.0, 1.0, 1.0])
     return replace(
         body, leds_body=body.leds_body * flip, led_directions_body=body.led_directions_body * flip
@@ -133,7 +133,7 @@ def mirrored(body: LedBody) -> LedBody:
 def together(
     rng: np.random.Generator, rig: Rig, bodies: tuple[LedBody, LedBody], n: int, *, sigma_px: float
 ) -> tuple[Scenes, Scenes]:
-    """Return ``n`` frames with two bodies in sight, and what is true of each of them."""
+    """Return ``n`` frames with two visible bodies, and the truth of each."""
     first = draw_scenes(rng, rig, bodies[0], n, sigma_px=sigma_px)
     second = draw_scenes(rng, rig, bodies[1], n, sigma_px=sigma_px, ghosts=False)
     spots = first.spots.copy()
@@ -159,7 +159,7 @@ def _ghosts(
     chosen = leds[np.arange(n)[:, None], picked]
     aside = rng.uniform(*BESIDE_MM, (*shape[:2], 1)) * unit(rng.standard_normal(shape))
     beside = chosen + aside
-    # A mirror in front of which the whole probe stands.
+    # A mirror in front of the whole probe.
     normal = unit(rng.standard_normal((n, 3)))
     height = np.einsum("nlk,nk->nl", leds - middle[:, None], normal)
     plane = height.min(axis=1) - rng.uniform(0.0, 150.0, n)
@@ -170,14 +170,14 @@ def _ghosts(
     shown = np.ones((n, len(rig.cameras), MOST_GHOSTS), dtype=bool)
     heading = directions[np.arange(n)[:, None], picked]
     for c, camera in enumerate(rig.cameras):
-        # The LED shines to where the mirror shows the camera.
+        # The LED shines at the mirror image of the camera.
         high = np.sum((camera.centre_world - middle) * normal, axis=1) - plane
         image = camera.centre_world - 2.0 * high[:, None] * normal
         sight = unit(image[:, None] - chosen)
         lit = (np.sum(sight * heading, axis=2) > np.cos(body.emission_half_angle)) & (high > 0.0)[
             :, None
         ]
-        # Never all of them: a symmetric flat probe cannot be told from its whole mirror image.
+        # Never all of them: a symmetric flat probe cannot be distinguished from its mirror image.
         lit[:, body.n_leds - 1 :] = False
         shown[:, c] = lit | (kind[:, :, 0] != 2)
     return places, shown
@@ -187,7 +187,7 @@ def _in_slots(
     rng: np.random.Generator, uv: Float, shines: NDArray[np.bool_], n_leds: int,
     rotations: Float, origins: Float, *, ghosts: bool,
 ) -> Scenes:  # fmt: skip
-    """Put what shines into slots in any order; what is more than slots is lost."""
+    """Put spots into slots in any order; spots beyond the number of slots are lost."""
     n, n_cameras, n_lights = shines.shape
     n_slots = max(USUAL_SLOTS, n_leds)
     spots = np.full((n, n_cameras, n_slots, 2), np.nan)
@@ -199,7 +199,7 @@ def _in_slots(
     slots[f, c, light] = order[f, c, rank[f, c, light]]
     spots[f, c, slots[f, c, light]] = uv[f, c, light]
     if ghosts:
-        # A single spot in one camera, near the others, where a slot is free.
+        # A single spot in one camera, near the others, if a slot is free.
         lone = rng.random((n, n_cameras)) < 0.25
         free = np.isnan(spots[:, :, :, 0])
         f, c = np.nonzero(lone & free.any(axis=2) & ~free.all(axis=2))

@@ -98,7 +98,7 @@ def shipped_rig(name: str, n_cameras: int) -> Rig:
 def search(
     rig: Rig, bodies: Sequence[LedBody], point: Float, scenes: Scenes, index: int = 0
 ) -> Counts:
-    """Return what the search makes of scenes of ``bodies[index]``, whose tip is at ``point``."""
+    """Return the labels found in scenes of ``bodies[index]``, with its tip at ``point``."""
     body, sigma = bodies[index], spot_sigma_px(rig)
     began = time.process_time()
     status, labels = identify_many(rig, bodies, scenes.spots, IdentifyOptions(sigma))
@@ -157,12 +157,12 @@ def mirror_images(probe: Path, frames: int, seed: int) -> Counts:
 
 
 def reflections(frames: int, seed: int) -> int:
-    """Return how many of random poses of a flat body come out with the wrong side in front."""
+    """Return the number of random poses of a flat body found with the wrong side in front."""
     rig, body = shipped_rig("recommended", 2), load_probe(resource("probes", "thesis.toml"))
     rng = np.random.default_rng([4, seed])
     rotations = draw_rotations(rng, frames, (60.0, 60.0, 60.0))
     origins = rng.uniform(rig.volume_world[0], rig.volume_world[1], (frames, 3))
-    # A flat body anew for every hundred poses: four LEDs in the plane of the handle.
+    # A new flat body for every hundred poses: four LEDs in the plane of the handle.
     wrong = 0
     for part in np.array_split(np.arange(frames), max(1, frames // 100)):
         leds = rng.uniform([-60.0, 0.0, 100.0], [60.0, 0.0, 240.0], (4, 3))
@@ -173,13 +173,13 @@ def reflections(frames: int, seed: int) -> int:
         good = pose.status == 0
         found = pose.rotation_world_from_probe[good]
         aligned = np.einsum("nji,nji->n", found, rotations[part][good])
-        # The trace of the turn between them is 3 where they agree, and -1 for half a turn.
+        # The trace of the turn between them is 3 if they agree, and -1 for half a turn.
         wrong += int(np.count_nonzero((np.linalg.det(found) < 0.0) | (aligned < 2.0)))
     return wrong
 
 
 def layouts_taken(count: int, seed: int) -> int:
-    """Return how many of ``count`` layouts with labels that can be confused are not refused."""
+    """Return the number of ``count`` ambiguous layouts that are not refused."""
     rng = np.random.default_rng([5, seed])
     like = load_probe(resource("probes", "standard.toml"))
     return sum(not _refused(like, ambiguous_layout(rng)) for _ in range(count))

@@ -47,7 +47,7 @@ _OPENED_S, _MORE_S, _MEMORY_MB = 3.0, 0.020, 600.0
 
 
 def large_plan(points: int, features: int, after: Path | None = None) -> Plan:
-    """Return a plan of spheres, and of what ``after`` says when they are measured."""
+    """Return a plan of spheres, and of the features in ``after`` behind them."""
     centres = _centres(features)
     spheres = [
         NominalFeature(
@@ -136,7 +136,7 @@ def _centres(features: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]
 
 
 def looked_at(plan: Plan, path: Path) -> tuple[float, float]:
-    """Return what the first view and one after one more point take, s."""
+    """Return the times of the first view and of one after one more point, s."""
     rig, body = load_rig(RIG), load_probe(PROBE)
     with JobFile.open(path) as job:
         stored = job.points()
@@ -158,7 +158,7 @@ def looked_at(plan: Plan, path: Path) -> tuple[float, float]:
 
 
 def main() -> int:
-    """Print what it takes; return 0 where all is within its limits."""
+    """Print the times; return 0 if all are within their limits."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--points", type=int, default=10_000)
     parser.add_argument("--features", type=int, default=500)

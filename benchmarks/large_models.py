@@ -40,7 +40,7 @@ _CANCEL_S = 3.0
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print what the import of each model takes; code 1 where one takes more than it may."""
+    """Print the cost of each import; code 1 if one exceeds its limit."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("models", nargs="*", type=Path)
     parser.add_argument("--size", type=float, default=20.0, help="of those that are made, MB")
@@ -90,7 +90,7 @@ def _children_s() -> float:
 
 
 def _library_alone(path: Path) -> str:
-    """Return how long the library reads a file by itself, in a process that is given up as ours."""
+    """Return the time of the library alone for a file, in a process with our limits."""
     process = multiprocessing.get_context("spawn").Process(target=_read_alone, args=(str(path),))
     before = _children_s()
     process.start()
@@ -160,7 +160,7 @@ def _peak_bytes(pid: int | None) -> float:
 
 
 def written(path: Path, make: Callable[[int], Any], size: float) -> Path:
-    """Write a model that is as long as is asked for, MB."""
+    """Write a model of the requested length, MB."""
     _write(path, make(1))
     first = path.stat().st_size
     _write(path, make(4))
@@ -213,7 +213,7 @@ def nine_hundred_holes(count: int) -> Any:
 
 
 def plates(count: int) -> Any:
-    """Return an assembly of different plates with 24 bores each, beside and above each other."""
+    """Return an assembly of different plates with 24 bores each, in rows and layers."""
     rng = np.random.default_rng(SEED)
     shapes = []
     for number in range(count):

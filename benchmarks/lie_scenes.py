@@ -7,8 +7,9 @@ stated; then one thing is done to it, with an amount from the range of its lie.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -99,7 +100,7 @@ class Scene:
         return RelocationOptions(world=KeptByPoints(listed, POINTS_SIGMA))
 
     def observed(self) -> Observations:
-        """Return what the cameras saw, in the order of a session."""
+        """Return the cameras' observations, in the order of a session."""
         rng, tip = self.rng, self.body.tip_probe
         seats = len(NAMES) * TOUCHES if self.by_points else 0
         times = np.linspace(0.0, 1.0, self.poses + PLACEMENTS + seats)
@@ -165,6 +166,19 @@ def honest(seed: int, poses: int) -> Scene:
         places=POINTS.copy(), touched=list(range(len(NAMES))),
         moves=lambda _: true.cameras, by_points=bool(seed % 2),
     )  # fmt: skip
+
+
+def honest_twin(scene: Scene, noise: Mapping[str, Any]) -> Scene:
+    """Return the session without bent LEDs, wrong bars and movements, with the same noise.
+
+    Documents are true, and the cameras always were where they are at the end. ``noise``: state of
+    the generator before the session was observed.
+    """
+    last = scene.moves(1.0)
+    rng = np.random.default_rng()
+    rng.bit_generator.state = noise
+    body = replace(scene.body, leds_probe=scene.leds)
+    return replace(scene, rng=rng, body=body, bar=BAR, moves=lambda _: last)
 
 
 def _log_uniform(scene: Scene, low: float, high: float) -> float:

@@ -31,7 +31,7 @@ from tests.core.calibration.waved_probe import VOLUME, length_errors, rig  # noq
 
 RIGHT_LIMIT, FOUND_LIMIT, FALSE_LIMIT = 0.95, 0.90, 0.01
 WRONG_SIGMAS = 3.0
-"""Lengths that err by more than so many of their stated standard deviations are wrong numbers."""
+"""Length errors beyond this number of stated standard deviations are wrong numbers."""
 
 LEADS_ROUND = ("unknown", "free lens", "force")
 """What no remedy may propose."""
@@ -75,7 +75,7 @@ class Outcome:
 
 
 def run(task: tuple[int, int, int]) -> Outcome:
-    """Return what becomes of a lie (-1: none) with a seed and so many poses."""
+    """Return the outcome of a lie (-1: none) with a seed and a number of poses."""
     lie, seed, poses = task
     scene = honest(seed, poses)
     expected = LIES[lie].tell(scene) if lie >= 0 else ()
@@ -131,7 +131,7 @@ def _lengths(true: Rig, after: Rig) -> tuple[float, float]:
 
 
 def _contained(one: Outcome) -> bool:
-    """Return whether a lie that was accepted does no more than the uncertainty says."""
+    """Return whether the effect of an accepted lie is within the uncertainty."""
     return not one.answer and one.error_um <= 2.0 * one.sigma_um
 
 

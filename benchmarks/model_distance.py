@@ -34,7 +34,7 @@ _FAR_MM = 3.0
 
 
 def main() -> int:
-    """Print the table; return 1 where a distance is off."""
+    """Print the table; return 1 if a distance is off."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--points", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=18)

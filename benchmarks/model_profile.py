@@ -45,7 +45,7 @@ _SIDE = 4
 
 @dataclass(slots=True)
 class Count:
-    """How many values there were, and of how many U held the true one."""
+    """Number of values, and of those whose U contains the true one."""
 
     values: int = 0
     covered: int = 0
@@ -53,7 +53,7 @@ class Count:
 
 
 def free_forms() -> tuple[NominalFace, ...]:
-    """Return a wavy sheet, a rational one and a twisted one, beside each other."""
+    """Return a wavy sheet, a rational one and a twisted one, in a row."""
     found = []
     rng = np.random.default_rng(4)
     for number, (degree, shift) in enumerate(((3, -90.0), (2, 0.0), (5, 90.0)), 1):
@@ -175,7 +175,7 @@ def _part(
 
 
 def main() -> int:
-    """Print the share of values that U holds; return 1 where it is not 94 to 97 %."""
+    """Print the share of values within U; return 1 if it is not 94 to 97 %."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--jobs", type=int, default=350)
     parser.add_argument("--seed", type=int, default=64)

@@ -41,7 +41,7 @@ _LOOP_TRIALS = 200
 
 
 def job(seed: int) -> Task:
-    """Return the measured job: 54 noisy touches of a part that stands askew."""
+    """Return the measured job: 54 noisy touches of an oblique part."""
     rng = np.random.default_rng(seed)
     axis = unit(np.array([0.2, -0.3, 0.9]))
     u, v = perpendicular_pair(axis)
@@ -104,7 +104,7 @@ def _features() -> list[NominalFeature]:
 
 
 def characteristics() -> tuple[Characteristic, ...]:
-    """Return what is simulated."""
+    """Return the simulated characteristics."""
     return (
         _asked("Bore A", "diameter", ["A"], 20.0),
         _asked("Bore B", "diameter", ["B"], 20.0),

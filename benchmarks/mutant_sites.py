@@ -34,7 +34,7 @@ COMPARISONS: dict[str, tuple[str, ...]] = {
 }
 ARITHMETIC = {"+": "-", "-": "+", "*": "/", "/": "*", "//": "*", "%": "*", "**": "*"}
 LARGE = 100
-"""Whole numbers from here on are doubled: one more or less of them is no mistake to be found."""
+"""Whole numbers from here on are doubled: a change by one would be no detectable mistake."""
 COMPILERS = ("njit", "compiled")
 """Decorators of compiled functions; no test is seen in these."""
 LOGS = ("_log", "log", "logger", "logging", "warnings")
@@ -148,13 +148,13 @@ class _Walk:
             self._any(child)
 
     def _any(self, node: ast.AST) -> None:
-        """Note the changes of a part of a statement and of what it holds."""
+        """Record the changes of a part of a statement and of its contents."""
         match node:
             case ast.stmt():
                 self._statement(node)
                 return
             case ast.JoinedStr() | ast.expr_context():
-                # Before Python 3.12 what stands in a text has no place of its own.
+                # Before Python 3.12 parts of an f-string have no place of their own.
                 return
             case ast.Call() if _word(node.func) in LOGS or _word(node.func) == "cast":
                 return
@@ -276,7 +276,7 @@ def _text(node: ast.expr) -> bool:
 
 
 def places(source: str, names: frozenset[str]) -> Iterator[int]:
-    """Yield the lines, inside of functions, where one of the names is used."""
+    """Yield the lines, inside of functions, that use one of the names."""
     for function in ast.walk(ast.parse(source)):
         if isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
             for node in ast.walk(function):

@@ -30,11 +30,11 @@ NEEDED = (*ROOTS, "tests", "benchmarks", "resources", "installer", "docs")
 LEFT_OUT = "timing"
 """Tests with this mark judge the machine, which is busy here."""
 SLOWER = 10.0
-"""A mutant takes so many times the processor time of its tests before it counts as hanging, ..."""
+"""A mutant may take this multiple of its tests' processor time before it counts as hanging, ..."""
 BEGINNING_S, COMPILING_S = 30.0, 180.0
-"""... and this for the beginning of the process, and for what is compiled anew."""
+"""... plus this for the start of the process, and for compilation."""
 WAITING = 30.0
-"""Where it takes no processor time it may wait so many times as long: the machine may be busy."""
+"""Without using a processor it may wait this multiple as long: the machine may be busy."""
 _NO_SUCH_TEST = 4
 """Pytest ends with this."""
 
@@ -65,13 +65,13 @@ class Seen:
 
 
 class Copy:
-    """A copy of the tree in a folder of its own."""
+    """A copy of the tree in a separate folder."""
 
     def __init__(self, source: Path, folder: Path) -> None:
         self.root = folder / "tree"
         self.root.mkdir()
         if (source.parent / "shared").exists():
-            # Reference data, which tests look for beside the tree.
+            # Reference data, which tests expect next to the tree.
             (folder / "shared").symlink_to(source.parent / "shared")
         for name in NEEDED:
             if (source / name).is_dir():
@@ -81,7 +81,7 @@ class Copy:
                 shutil.copy2(file, self.root / file.name)
 
     def files(self, room: Room) -> list[str]:
-        """Return the modules of a room; a face only says what stands where."""
+        """Return the modules of a package; a face only lists names."""
         found = [path for part in room.sources for path in _python(self.root / part)]
         return [str(path.relative_to(self.root)) for path in found if path.name != "__init__.py"]
 
@@ -175,7 +175,7 @@ class Copy:
         ]
 
     def run(self, tests: list[str], limit_s: float | None, *more: str) -> str:
-        """Return what the tests say of the copy as it stands."""
+        """Return the outcome of tests on the present copy."""
         asked = self.root / "tests.txt"
         asked.write_text("\n".join(tests), encoding="utf-8")
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
@@ -251,7 +251,7 @@ def chosen(
 
 
 def limit(tests: list[str], seen: dict[str, Seen], compiled: bool) -> float:
-    """Return after how many seconds of processor time the tests count as hanging."""
+    """Return the processor time after which the tests count as hanging, s."""
     beginning = COMPILING_S if compiled else BEGINNING_S
     return beginning + SLOWER * sum(seen[test].seconds for test in tests)
 

@@ -30,9 +30,9 @@ ROOT = Path(__file__).resolve().parents[1]
 EACH = 20
 KILLED_LIMIT = 0.9
 COMPILED_PART = 0.2
-"""At most this part of a room's mutants stands in compiled functions, which take long to build."""
+"""Largest share of a package's mutants in compiled functions, which take long to build."""
 BUDGET_S = 60.0
-"""Tests of so much time are run for a mutant, those that ran its lines and the quickest first."""
+"""Time of the tests run for a mutant, the quickest of those that ran its lines first."""
 
 _CALIBRATION = "tests/core/calibration/test_"
 ROOMS = (
@@ -111,7 +111,7 @@ class Mutant:
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What the tests said of a mutant: killed, timeout, survived, not covered, or gone."""
+    """Outcome of the tests of a mutant: killed, timeout, survived, not covered, or gone."""
 
     judged: int
     outcome: str
@@ -183,7 +183,7 @@ class Book:
                 self.mutants[entry["number"]] = Mutant(**entry)
 
     def begin(self, seed: int) -> None:
-        """Note where the drawing begins."""
+        """Record the seed of the drawing."""
         self.seed = seed
         self._write({"seed": seed})
 
@@ -205,7 +205,7 @@ class Book:
 
 
 def judge(copy: Copy, mutant: Mutant, seen: dict[str, Seen], budget_s: float) -> Judgement:
-    """Return what the tests say of a mutant; without a budget, all tests of the room."""
+    """Return the outcome of a mutant; without a budget, of all tests of the package."""
     begin = time.monotonic()
     change = mutant.change(copy.texts.get(mutant.file, ""))
     if change is None:
@@ -220,7 +220,7 @@ def judge(copy: Copy, mutant: Mutant, seen: dict[str, Seen], budget_s: float) ->
 
 
 def run(rooms: list[Room], book: Book, n: int, again: bool, budget_s: float, notes: Path) -> None:
-    """Judge what is not judged yet, or what survived, in rooms of a new copy of the tree."""
+    """Judge new mutants, or survivors, of packages in a new copy of the tree."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Copy(ROOT, Path(folder))
         for room in ROOMS if not book.mutants else ():

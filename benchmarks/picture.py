@@ -57,7 +57,7 @@ _STYLES = {mode: RenderStyle(mode, "#e8eef4", "#1d242a") for mode in RenderMode}
 
 
 def part_of(triangles: int) -> PartModel:
-    """Return a torus on a waved plate, about so many triangles, some 80 mm wide."""
+    """Return a torus on a waved plate, with about this number of triangles, about 80 mm wide."""
     n = int(np.sqrt(triangles / 4.0))
     u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, n + 1), np.linspace(0.0, 2.0 * np.pi, n + 1))
     tube = np.stack([np.cos(u) * np.cos(v), np.sin(u) * np.cos(v), np.sin(v)], axis=-1)

@@ -52,9 +52,9 @@ BUNDLE_LIMIT_UM = 1.25
 SPEED_LIMIT = 2.0
 INSIDE = (0.94, 0.97)
 PATTERNED_POSES = 1000
-"""Of a hand that moves on slowly: fewer do not cover the attitudes."""
+"""Of a slowly moving hand: fewer do not cover the attitudes."""
 REFUSED = 0.03
-"""Good sweeps that may be refused: the guard of a moving cone asks for chance in many places."""
+"""Permitted refusals of good sweeps: the guard of a moving cone tests many places."""
 DESIGNS = ((45.0, 1000), (20.0, 100), (20.0, 1000), (10.0, 1000), (20.0, 10_000))
 
 
@@ -118,7 +118,7 @@ def side_by_side(runs: int) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Adjusting:
-    """Processor time of an adjustment and of plain numpy with as many linearisations, s."""
+    """Processor time of an adjustment and of plain numpy with the same linearisations, s."""
 
     ours: float
     peer: float
@@ -131,7 +131,7 @@ class Adjusting:
 
 
 def adjusting(poses: int, repeats: int) -> Adjusting:
-    """Return what the adjustment of a sweep takes."""
+    """Return the times of the adjustment of a sweep."""
     frames = sweep(poses, 20.0, 1)
     start = start_pivot(rig(), frames, seed=1)
     state = start.state
@@ -169,7 +169,7 @@ WIDE_REFUSED = 0.003
 
 
 def wide_sweeps(runs: int, first_seed: int) -> bool:
-    """Print how many honest sweeps of +-20 to +-60 degrees are refused; return whether it holds."""
+    """Print the refusals of honest sweeps of +-20 to +-60 degrees; return whether they pass."""
     body, known = probe(), rig()
     refused: Counter[str] = Counter()
     for seed in range(first_seed, first_seed + runs):

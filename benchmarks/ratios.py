@@ -40,7 +40,7 @@ from ocmm_core.tracking import load_probe  # noqa: E402 - as above
 
 TABLE = Path(__file__).with_name("ratios.json")
 LOST, GREW = 0.75, 0.15
-"""Share of a ratio that is left, and what an exponent may gain, before it is called worse."""
+"""Remaining share of a ratio, and growth of an exponent, at which it counts as worse."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ def speeds() -> list[BenchRow]:
 
 @cache
 def pivot(poses: int) -> probe.Adjusting:
-    """Return what the adjustment of a pivot sweep takes."""
+    """Return the times of the adjustment of a pivot sweep."""
     return probe.adjusting(poses, 3)
 
 
@@ -191,7 +191,7 @@ FIGURES = (
 
 
 def main() -> int:
-    """Print the figures beside the stored ones; return 0."""
+    """Print the figures next to the stored ones; return 0."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--store", action="store_true", help="keep the figures of this run")
     parser.add_argument("--only", default="", help="figures with these words in their name")

@@ -36,13 +36,13 @@ from ocmm_sim.scene import Motion, VirtualRig, load_part
 SEED = 18
 _RATE_HZ, _COMING, _RESTING = 500, 40, 60
 _OFF_MM = 0.2
-"""A ball that is found farther off was labelled wrongly; what the virtual probe is off is less."""
+"""A ball found farther off was labelled wrongly; the errors of the virtual probe are smaller."""
 _BALL_SLACK_MM = 0.02
 """The ball is made smaller by this: it touches the part, and the library is exact to 1e-7."""
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print how many targets touch or are not seen; code 1 where one does or is not."""
+    """Print the numbers of targets that collide or are hidden; code 1 if there are any."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("models", nargs="*", type=Path)
     parser.add_argument(
@@ -55,7 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def run(paths: list[Path], wanted: int) -> int:
-    """Print what is found of ``wanted`` targets of all models, a target of each at a time."""
+    """Print the findings for ``wanted`` targets of all models, in turns between the models."""
     rng = np.random.default_rng(SEED)
     request = usual_request()
     setting = setting_of(request)
@@ -72,8 +72,8 @@ def run(paths: list[Path], wanted: int) -> int:
         taken = rng.permutation(len(rows)).tolist()
         drawn.append((part, model_middle(part), [rows[index] for index in taken]))
         print(f"{path.stem}: {len(rows)} targets in {read_s:.1f} s", flush=True)
-    # One target of each model at a time: a run that is cut short has printed what it reached, and
-    # models with more targets stand in for those that have few.
+    # One target of each model in turn: a run cut short has printed its results so far, and models
+    # with more targets compensate for those with few.
     for turn in range(max(len(rows) for _, _, rows in drawn)):
         if total >= wanted:
             break
@@ -119,7 +119,7 @@ class Hand:
         )  # fmt: skip
 
     def measured_off(self, row: Row, middle: Float) -> float:
-        """Return how far the resting ball is found from its place, mm; NaN where it is not."""
+        """Return the distance of the found resting ball from its place, mm; NaN if not found."""
         target, normal, held, way = row
         pose = self._setting.pose(middle)
         backs = np.concatenate([np.linspace(way, 0.0, _COMING), np.zeros(_RESTING)])
@@ -153,14 +153,14 @@ def _targets(model: StepModel) -> list[Row]:
 
 
 def _normals(feature: NominalFeature) -> Float:
-    """Return the normals as the guidance has them, which knows nothing of faces."""
+    """Return the normals of the guidance, which is independent of faces."""
     places = places_of(feature, len(feature.targets))
     np.testing.assert_array_equal(places.points, feature.targets)
     return places.normals
 
 
 def examined(part: Any, row: Row, setting: Setting, middle: Float) -> tuple[float, int]:
-    """Return the distance of stylus and body, mm, 0 where the ball hits; and LEDs both see."""
+    """Return the distance of stylus and body, mm, 0 if the ball collides; and LEDs seen by both."""
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 
     target, normal, held, way = row

@@ -59,7 +59,7 @@ class Counts:
 
 
 def main() -> int:
-    """Print the table; return 1 where a limit is broken."""
+    """Print the table; return 1 if a limit is broken."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--n", type=int, default=1000)
     parser.add_argument("--worlds", type=int, default=10)
@@ -166,7 +166,7 @@ def _count(job: RecalledJob, part: TruePart, name: str, counts: Counts) -> None:
 
 
 def _stands(one: RecalledCharacteristic) -> str:
-    """Return the verdict that stands after the recall; empty where none does."""
+    """Return the verdict after the recall; empty without one."""
     if one.outcome is Outcome.UNKNOWN or one.after is None:
         return ""
     return one.after.verdict

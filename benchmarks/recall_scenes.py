@@ -53,7 +53,7 @@ _RATE_HZ = 500
 
 @dataclass(frozen=True, slots=True)
 class TruePart:
-    """What a part truly is, mm: diameter of the ball and height of the step."""
+    """Truth of a part, mm: diameter of the ball and height of the step."""
 
     diameter: float = DIAMETER
     step: float = STEP
@@ -133,7 +133,7 @@ class World:
         )
 
     def calibrate(self) -> None:
-        """Calibrate the cameras as they stand now, and verify that."""
+        """Calibrate the cameras at their present places, and verify the calibration."""
         record = _record(self._drawn(self.cameras, 1.0), self._believed, str(self._checks))
         self.store.accept(record, "technician", "new", datetime.now(UTC))
         self.verify()

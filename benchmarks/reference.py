@@ -64,7 +64,7 @@ MOST_COST = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """What is simulated."""
+    """The simulation."""
 
     rig: Rig
     body: ProbeBody
@@ -196,7 +196,7 @@ def report(bench: Bench, worlds: int) -> bool:
 
 
 def report_frames(bench: Bench) -> None:
-    """Print the noise of single frames and how far the live position lags behind a drift."""
+    """Print the noise of single frames and the lag of the live position behind a drift."""
     for speed in (0.0, 0.1, 1.0, 10.0):
         nudge = ScriptedNudge(3 * FRAMES, 8 * FRAMES, (0.0, 0.0, 0.0), (speed * 2.0 / 1.875, 0, 0))
         world = bench.world(0, nudge)

@@ -112,7 +112,7 @@ def run(kind: Kind, runs: int, frames: int, first_seed: int) -> Tally:
     for seed in range(first_seed, first_seed + runs):
         true = world(seed, body=body)
         observed = observe(true, frames)
-        # Lenses known from before have the errors that were stated, all others are far off.
+        # Lenses with a calibration have the stated errors, all others are far off.
         before = known if kind.lens == "free" else with_lens_errors(known, true.rng)
         start = disturbed(before, true.rng, lenses=kind.lens == "free")
         options = RelocationOptions(lens=kind.lens, geometry=kind.geometry)

@@ -64,7 +64,7 @@ class Row:
 def measure(
     points: int, features: int, poses: list[TipSensitivity], bench: Bench, distances: int = 0
 ) -> Row:
-    """Return what one evaluation costs, with so many distances of spheres beside the diameters."""
+    """Return the cost of one evaluation, with distances of spheres in addition to the diameters."""
     rng = np.random.default_rng(points)
     taken, found = [], []
     for number in range(points):
@@ -130,7 +130,7 @@ def measure(
 
 
 def _centre(sphere: int) -> Float:
-    """Return where a sphere stands on the table, (3,), mm."""
+    """Return the place of a sphere on the table, (3,), mm."""
     return np.array([30.0 * (sphere % 25), 30.0 * (sphere // 25), 0.0])
 
 

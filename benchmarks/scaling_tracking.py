@@ -62,7 +62,7 @@ def tip_call(rig: Rig, body: ProbeBody) -> Callable[[], object]:
 
 
 def tracking_call(rig: Rig, body: ProbeBody) -> Callable[[], object]:
-    """Return the tracking of a block of frames whose labels are known."""
+    """Return the tracking of a block of frames with given labels."""
     uv = np.full((FRAMES, len(rig.cameras), max(USUAL_SLOTS, body.n_leds), 2), np.nan)
     uv[:, :, : body.n_leds] = spots_of(rig, body)
     pipeline = TrackingPipeline(rig, body)
@@ -113,7 +113,7 @@ def row(what: str, sizes: Sequence[int], make: Callable[[int], Callable[[], obje
 
 
 def main() -> int:
-    """Print all rows; return 0 where nothing grows faster than its spots."""
+    """Print all rows; return 0 if nothing grows faster than its spots."""
     argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
     eight = MAX_LEDS
     good = [

@@ -27,7 +27,7 @@ _EXCHANGE_MS = 30
 With less, a computer that pauses breaks its reading of the memory of a camera.
 """
 NOT_STARTED = "KickCAT could not start the bus"
-"""How it begins what it says where it did not get so far as to ask a camera for a state."""
+"""Beginning of its message if it reached no query of a camera's state."""
 _OUTPUT_ASSIGNMENT, _INPUT_ASSIGNMENT = 0x1C12, 0x1C13
 _IDENTITY, _NAME = 0x1018, 0x1008
 _OP_TRIES = 40
@@ -36,7 +36,7 @@ Read = Callable[[int, int, int], bytes]
 
 
 class Mapped(msgspec.Struct, frozen=True):
-    """One mapped variable: its place in the dictionary, its bits, and its name where told."""
+    """One mapped variable: its place in the dictionary, its bits, and its name if given."""
 
     index: int
     sub: int
@@ -45,7 +45,7 @@ class Mapped(msgspec.Struct, frozen=True):
 
 
 class FoundCamera(msgspec.Struct, frozen=True, kw_only=True):
-    """What a master found out about one camera."""
+    """A master's findings about one camera."""
 
     name: str
     vendor: int

@@ -39,7 +39,7 @@ CALLS = 5
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What a shape and a number of points show: times in ms, and numbers of sets."""
+    """Results of a shape and a number of points: times in ms, and numbers of sets."""
 
     ours_ms: float
     scipy_ms: float

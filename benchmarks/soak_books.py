@@ -1,4 +1,4 @@
-"""The books of a soak: what each side counted, what it held, and whether it agrees."""
+"""The accounts of a soak: the counts of each side, their memory, and their agreement."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Usage(msgspec.Struct):
         return float(line[0] * duration_s)
 
     def words(self) -> str:
-        """Return what it held at the start and after each quarter."""
+        """Return the memory at the start and after each quarter."""
         picked = [self.mib[round(at * (len(self.mib) - 1) / 4)] for at in range(5)]
         return (
             f"MiB {' '.join(f'{one:.1f}' for one in picked)}; "
@@ -114,7 +114,7 @@ class Outcome(msgspec.Struct):
     stale: int
 
     def during(self, name: str) -> int:
-        """Return how much a counter rose during the run."""
+        """Return the increase of a counter during the run."""
         return self.status[name] - self.first[name]
 
 
@@ -130,7 +130,7 @@ class Cable:
     spoilt: set[int] = field(default_factory=set)
 
     def order(self, rules: tuple[LineRule, ...] | None = None) -> None:
-        """Give it rules, or none of them anew, and take its log."""
+        """Set its rules, or clear them, and take its log."""
         order = LineOrder(rules=rules, new_log=True)
         self.ask.sendto(msgspec.json.encode(order), str(self.control))
         log = msgspec.json.decode(self.ask.recv(1 << 20), type=LineLog)
@@ -138,7 +138,7 @@ class Cable:
         self.exchanged = max(self.exchanged, log.heartbeats[1])
         self.answers += log.seen.get("answer process", 0)
         self.dropped += log.done.get("answer process drop", 0)
-        # The zeroth is what a bring-up sends before there are cycles.
+        # Number zero belongs to a bring-up, before there are cycles.
         self.spoilt |= {frame.heartbeat for frame in log.touched if frame.heartbeat > 0}
 
 
@@ -156,7 +156,7 @@ class WakeUps:
         )
 
     def words(self) -> str:
-        """Wait until it has measured, and return what it found."""
+        """Wait until it has measured, and return its findings."""
         content, _ = self._process.communicate()
         seen: dict[str, float] = msgspec.json.decode(content)
         late = 100.0 * seen["missed"] / seen["cycles"]
@@ -249,8 +249,7 @@ def judge(name: str, seen: Outcome) -> list[Row]:
             sum_of_verdicts == status["elapsed"]),
         Row("cycles sent, by bus process", f"{begun}", f"= {seen.exchanged} by cable",
             begun == seen.exchanged),
-        # An answer that is not taken from the wire but comes when nobody waits any more is one
-        # that the bus process counts as stray.
+        # An answer that is not lost on the wire but late counts as stray in the bus process.
         Row("answer late, none dropped", f"{unasked}", f"0 to {seen.report.stray_answers} strays",
             0 <= unasked <= seen.report.stray_answers),
         Row("cycles refused or lost", f"{status['lost'] + status['bad']}",
@@ -260,7 +259,7 @@ def judge(name: str, seen: Outcome) -> list[Row]:
         Row("frames that the ring lost", f"{seen.during('overrun')}", "= 0",
             seen.during("overrun") == 0),
         taken_by_station(seen.frames, seen.during("frames") - seen.during("overrun")),
-        # What is missing at the reader is what the books call lost, to the frame.
+        # Frames missing at the reader are those counted as lost, to the frame.
         Row("exposures missing at reader", f"{seen.gaps} of {seen.frames}", "<= lost + ring's",
             seen.gaps <= lost + seen.during("overrun") and seen.frames > 0),
         Row("frames stale or repeated", f"{seen.stale} of {seen.frames}", "= 0", not seen.stale),

@@ -15,7 +15,7 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_sim.slave import CameraFrames
 
 SAMPLE, SAMPLED_FRAMES = 50, 16
-"""Of one block in so many, so many frames are compared with what the rig shows."""
+"""One block in this number is sampled, with this number of frames compared with the rig."""
 
 
 @dataclass(slots=True)
@@ -50,7 +50,7 @@ class Observer:
     time_ns: int = 0
 
     def take(self, block: FrameBlock) -> None:
-        """Look at what was read."""
+        """Examine a block."""
         counter, time_ns = block.counter, block.time_ns
         if self.counter >= 0:
             counter = np.concatenate([[self.counter], counter])
@@ -90,7 +90,7 @@ class Observer:
 
 @contextlib.contextmanager
 def observed(observer: Observer) -> Iterator[None]:
-    """Let the observer see what this process reads from rings."""
+    """Let the observer see all ring reads of this process."""
     read = FrameRing.read
 
     def observing(self: FrameRing, limit: int) -> FrameBlock | None:
@@ -109,7 +109,7 @@ def observed(observer: Observer) -> Iterator[None]:
 def run_observed(
     app: QApplication, bridge: StationBridge, station: MeasuringStation, observer: Observer
 ) -> None:
-    """Let a window measure until it is closed, and the observer see what the station takes."""
+    """Let a window measure until it is closed, with an observer of the station's frames."""
     with observed(observer):
         try:
             bridge.start()

@@ -162,8 +162,8 @@ def judge(soak: Soak) -> list[Row]:
         Row(f"pixels not of their exposure of {seen.compared}", f"{seen.differing}", "= 0",
             not seen.differing and seen.compared > 0),
     ]  # fmt: skip
-    # What a window keeps on purpose fills by bus time, which a busy computer stretches: the second
-    # half is judged, not what comes after a time by the clock.
+    # Deliberate buffers of a window fill by bus time, which a busy computer stretches: the second
+    # half is judged, not the time after a fixed delay.
     is_long, half_s = soak.lasted_s >= 2.0 * STEADY_S, 0.5 * soak.lasted_s
     for process, held in soak.usage.items():
         what = "MiB an hour in the second half" if is_long else "MiB in 10 minutes"

@@ -73,7 +73,7 @@ def main() -> int:
 
 
 def _read(line: RawLine) -> tuple[int, int]:
-    """Return how far the camera's clock is ahead of this computer's, and the way there and back."""
+    """Return the camera clock's lead over this computer's, and the round trip."""
     before = time.monotonic_ns()
     answer = line.exchange(Datagram(Command.APRD, 0, _SYSTEM_TIME, bytes(8)))
     after = time.monotonic_ns()

@@ -231,7 +231,7 @@ def _fresh(template: Template, folder: Path, number: int) -> Iterator[Template]:
 
 
 def run_attacks(trials: int, seed: int, folder: Path) -> Found:
-    """Put older histories back, damage memories, set clocks back; return what was VALID."""
+    """Restore older histories, damage memories, set clocks back; return the counts of VALID."""
     found = Found()
     template = make_template(folder)
     for number in range(trials):
@@ -241,7 +241,7 @@ def run_attacks(trials: int, seed: int, folder: Path) -> Found:
         what = ("older", "former", "current")[int(rng.integers(3))]
         with _fresh(template, folder, number) as at:
             if what == "current":
-                # The clock: it was later when somebody checked, then the folder was moved.
+                # The clock: a check was later, then the folder was moved.
                 _ = CalibrationStore(at.current).status(_LATER)
                 old = at.current.rename(at.older.with_name("again"))
                 shutil.copytree(old, at.current)

@@ -187,7 +187,7 @@ def refused(touches: list[Touch]) -> float:
 
 
 def covered(touches: list[Touch]) -> tuple[float, float]:
-    """Return the share of what was accepted inside U (k = 2), all axes, and along the depth."""
+    """Return the share of accepted touches inside U (k = 2), all axes, and along the depth."""
     inside = np.abs([touch.ratio for touch in touches if not touch.word]) <= 2.0
     if not len(inside):
         return np.nan, np.nan

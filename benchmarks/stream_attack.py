@@ -97,7 +97,7 @@ def _talk(address: tuple[str, int], rng: random.Random, messages: int) -> int:
     done = 0
     with contextlib.suppress(OSError), socket.create_connection(address, timeout=1.0) as one:
         for _ in range(messages):
-            # Counted as sent, also where nobody takes it any more.
+            # Counted as sent, even without a receiver.
             done += 1
             if kind == 0:
                 one.sendall(rng.randbytes(rng.randint(1, 400)) + b"\n")

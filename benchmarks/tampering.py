@@ -98,7 +98,7 @@ def _point(number: int, rng: Rng) -> MeasuredPoint:
 
 
 def look(path: Path) -> tuple[str, tuple[object, ...]]:
-    """Return what is noticed of a job, empty where nothing is, and what it holds."""
+    """Return the findings about a job, empty without any, and its content."""
     try:
         with JobFile.open(path) as job:
             faults = job.verify()
@@ -135,7 +135,7 @@ def _page(site: Site, rng: Rng) -> None:
 
 
 def _exchanged(site: Site, rng: Rng) -> None:
-    """Put the points of another job under the head of this one, the chain as it was or anew."""
+    """Put the points of another job under the head of this one, with the old or a new chain."""
     spare = site.folder / "spare.ocmm"
     spare.write_bytes(site.content)
     site.path.write_bytes(site.other)
@@ -181,7 +181,7 @@ def _downgraded(site: Site, rng: Rng) -> None:
 
 
 def _chain_anew(site: Site, rng: Rng) -> None:
-    """Change what is stored and compute the whole chain again; the signatures stay."""
+    """Change stored data and compute the whole chain again; the signatures stay."""
     _edit(site, list(_narrower(rng)), chain=True)
 
 
@@ -199,7 +199,7 @@ def _signature_moved(site: Site, rng: Rng) -> None:
 
 
 def _strangers_key(site: Site, rng: Rng) -> None:
-    """Write the whole job anew with another key, under the same identity."""
+    """Write the whole job again with another key, under the same identity."""
     home = site.folder / "stranger"
     site.path.unlink()
     with other_station(home), _begun(site.path) as job:
@@ -256,7 +256,7 @@ def _edit(site: Site, statements: list[str], *, chain: bool = False) -> None:
 
 
 def _link_anew(db: sqlite3.Connection) -> None:
-    """Compute every hash of the audit from what is stored, as whoever knows the program can."""
+    """Compute every hash of the audit from the stored data, as an attacker with the program can."""
     rows = db.execute("SELECT sequence, time_utc, subject, key FROM audit ORDER BY sequence")
     previous, number = "0" * 64, 0
     for sequence, utc, subject, key in rows.fetchall():
@@ -291,7 +291,7 @@ class Count:
 
 
 def run(trials: int, seed: int, folder: Path) -> Count:
-    """Change jobs and look at each."""
+    """Change jobs and check each."""
     site, count = make_site(folder), Count()
     kinds = list(EDITS)
     for number in range(trials):
@@ -317,7 +317,7 @@ def run(trials: int, seed: int, folder: Path) -> Count:
 
 
 def run_histories(trials: int, seed: int, folder: Path) -> tuple[Counter[str], list[str], int]:
-    """Set histories back, write them anew and turn the clock; return what passed for VALID."""
+    """Restore old histories, rewrite them and turn the clock; return the passes as VALID."""
     done: Counter[str] = Counter()
     passed: list[str] = []
     accused = 0

@@ -29,7 +29,7 @@ from tests.core.calibration.waved_probe import VOLUME, length_errors, rig  # noq
 STEEL, CARBON, ALUMINIUM = 11.5e-6, 1.0e-6, 23.0e-6
 LOW, HIGH = 0.94, 0.97
 SAME_U = 0.02
-"""Fraction by which U of a good thermometer may differ from that of a known temperature."""
+"""Relative difference of U between a good thermometer and an exact temperature."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class WarmSession:
 
 
 def run(task: tuple[int, int, float | None]) -> WarmSession:
-    """Return the outcome of a seed, so many poses, and a stated U (None: drawn, 1 to 8 K)."""
+    """Return the outcome of a seed, a number of poses, and a stated U (None: drawn, 1 to 8 K)."""
     seed, poses, stated = task
     scene = honest(seed, poses)
     # Each material with each probe, in turns; odd seeds have control points.

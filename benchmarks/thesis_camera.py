@@ -76,7 +76,7 @@ _COMPARED = 50
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One characteristic of one seed: error and U, mm; NaN where it was not measured."""
+    """One characteristic of one seed: error and U, mm; NaN if not measured."""
 
     name: str
     error: float
@@ -174,7 +174,7 @@ def _through(uv: Float, device: DeviceDescription, lens: CameraModel) -> Float:
 
 
 def compare(virtual: VirtualRig, device: DeviceDescription, lenses: Sequence[CameraModel]) -> None:
-    """Stop where the first frames are not those of the software camera, read as on the bus."""
+    """Stop if the first frames differ from those of the software camera, read as on the bus."""
     image = ProcessImage(device)
     for number, lens in enumerate(lenses):
         camera = DescribedCamera(number, 1, 1, virtual, device, lens)

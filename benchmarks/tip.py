@@ -103,7 +103,7 @@ def checks(rig: str, runs: int, seed: int) -> bool:
 
 
 def standard(runs: int, seed: int) -> bool:
-    """Print form and size of 25 points of equal uncertainty; return whether they are as known."""
+    """Print form and size of 25 points of equal uncertainty; return whether they agree."""
     world = TipWorld.of()
     normals = sphere_layout(QUALIFICATION_RINGS, frame_about(POLE, world.rig)).directions
     rng = np.random.default_rng(seed)
@@ -125,7 +125,7 @@ def standard(runs: int, seed: int) -> bool:
 
 
 def thesis_case(runs: int, seed: int) -> bool:
-    """Print how often a ball that is not what its name says is noticed when it is qualified."""
+    """Print the detection rate of a ball that differs from its name; return whether it suffices."""
     world = TipWorld.of("thesis")
     plan = check_plans(world, 1, seed)[0]
     rng = np.random.default_rng(seed)

@@ -127,7 +127,7 @@ class Site:
 
 
 def main() -> int:
-    """Print the table and return 1 where a limit is broken."""
+    """Print the table and return 1 if a limit is broken."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--n", type=int, default=100, help="Sessions of each kind.")
     parser.add_argument("--only", default="", help="Only scenes whose name holds this.")
@@ -175,7 +175,7 @@ def _table(site: Site, scene: Scene, n: int) -> bool:
 
 
 def _record(rig: Rig) -> CameraRecord:
-    """Return a calibration record that says what the rig document says."""
+    """Return a calibration record with the data of the rig document."""
     low, high = (tuple(float(v) for v in corner) for corner in rig.volume_world)
     content = {
         "schema": SCHEMA, "rig": rig.name, "method": "known points",

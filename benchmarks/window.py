@@ -47,7 +47,7 @@ _POINTS_EACH = 20
 
 
 class Probe(QObject):
-    """Posts time stamps from a thread of its own and measures how late they are handled."""
+    """Posts time stamps from a separate thread and measures the delay of their handling."""
 
     posted = Signal(float)
 

@@ -44,7 +44,7 @@ _START_S = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """What a process has taken so far: processor time, s, and how often it was woken."""
+    """Usage of a process: processor time, s, and number of wake-ups."""
 
     processor_s: float
     wake_ups: int
@@ -63,7 +63,7 @@ class Usage:
         return cls(ticks / os.sysconf("SC_CLK_TCK"), wake_ups)
 
     def words(self, before: Usage, seconds: float, cycles: float) -> str:
-        """Say what was taken since ``before``."""
+        """Return the usage since ``before`` in words."""
         processor_s, wake_ups = (
             self.processor_s - before.processor_s,
             self.wake_ups - before.wake_ups,

@@ -82,7 +82,7 @@ def peer(start: Fit, points: Points3, programmes: int = 30) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What the zone of 1,000 points takes: ours, and the first of the peer's programmes, s."""
+    """Cost of the zone of 1,000 points: ours, and the first of the peer's programmes, s."""
 
     start: Fit
     points: Points3
@@ -91,12 +91,12 @@ class Cost:
 
     @property
     def ratio(self) -> float:
-        """Return the peer's time over ours; NaN where there is no peer."""
+        """Return the peer's time over ours; NaN without a peer."""
         return self.programme / self.zone
 
 
 def cost(shape: Shape) -> Cost:
-    """Return what a zone of 1,000 points of a shape takes."""
+    """Return the cost of a zone of 1,000 points of a shape."""
     rng = np.random.default_rng(1)
     points = somewhere(rng).apply(drawn(shape, rng, 1000, 0.02))
     start = fit_shape(shape, points)
@@ -106,7 +106,7 @@ def cost(shape: Shape) -> Cost:
 
 
 def times() -> None:
-    """Print the time of 1,000 points of every shape, least squares beside it, and the peer's."""
+    """Print the times of 1,000 points of every shape, with least squares and the peer's."""
     for shape in SHAPES:
         found = cost(shape)
         start, points, zone = found.start, found.points, found.zone

@@ -17,6 +17,7 @@ _MACHINE = re.compile(
     r"</?\w|\b(SELECT|PRAGMA|CREATE|INSERT|DELETE|UPDATE|VALUES|CHECK|DOCTYPE|TRIGGER|BEGIN|LOCK)\b"
     r"|\b(ALTER TABLE|DROP|LIMIT :page|UNIQUE|NOT NULL|PRIMARY KEY|CASE WHEN)\b|\boperator, plan"
     r"|^part, characteristic,"
+    r"|\b\w+ [=<>]+ :\w+"  # a condition of SQL
     r"|://|strftime|search_path|\\d|^[\w.,/ ]*_[\w.,/ ]*$"
 )
 _SINGLE = re.compile(r"[A-Z]([a-z]+|[A-Z]+)( \(UTC\))?")
@@ -45,6 +46,7 @@ _WORD_PARTS = _set(
     "value word words status state kind shape strerror quantity verdict when lower hold "
     "depth_part wanted_part side"
 )
+_FAILING = _set("contained described fail note draw run_errand _do _tell_failure")
 _WORD_KEYWORDS = _set("words title point_word direction_word name_words label")
 
 
@@ -57,7 +59,7 @@ class Reader:
             child: node for node in ast.walk(self._tree) for child in ast.iter_child_nodes(node)
         }
 
-        self._asked: list[str] = []  # names whose values are being looked for
+        self._asked: list[str] = []  # names whose values are being resolved
 
     def sentences(self, *, all_of_it: bool) -> Iterator[tuple[str, str, bool]]:
         """Return sentences with the code that stands beside them, or nothing for it.
@@ -83,7 +85,7 @@ class Reader:
                     yield sentence, code, is_remedy
 
     def words(self, *, single: bool) -> Iterator[str]:
-        """Return members of enumerations, words of registries and, if asked for, single words."""
+        """Return members of enumerations, words of registries and, on request, single words."""
         for node in ast.walk(self._tree):
             match node:
                 case ast.ClassDef(bases=bases) if any(
@@ -104,7 +106,7 @@ class Reader:
                         pass
 
     def spoken_words(self) -> Iterator[str]:
-        """Return the words that a command says in the language: heads, labels, verdicts."""
+        """Return the words that a command prints in the language: heads, labels, verdicts."""
         for node in ast.walk(self._tree):
             if not isinstance(node, ast.Call):
                 continue
@@ -115,6 +117,29 @@ class Reader:
                 for side in sides:
                     if isinstance(side, ast.Constant) and _WORD.search(str(side.value)):
                         yield str(side.value).strip()
+
+    def failures(self) -> Iterator[str]:
+        """Return the sentences of `failure.contained`: what failed, and what is not lost."""
+        for node in ast.walk(self._tree):
+            if not isinstance(node, ast.Call) or _called(node) not in _FAILING:
+                continue
+            for value in node.args:
+                for form in self._alternatives(value) or self._constants(value):
+                    text = named(form)
+                    if re.match(r"[A-Z]\w+ .", text):
+                        yield text if text.endswith(".") else f"{text} failed: {{text}}."
+
+    def _constants(self, value: ast.expr) -> list[list[str | ast.FormattedValue]]:
+        """Return the texts of a constant of the module."""
+        return [
+            [node.value.value]
+            for node in self._tree.body
+            if isinstance(value, ast.Name)
+            and isinstance(node, ast.Assign)
+            and ast.unparse(node.targets[0]) == value.id
+            and isinstance(node.value, ast.Constant)
+            and isinstance(node.value.value, str)
+        ]
 
     def _is_inner(self, node: ast.AST) -> bool:
         parent = self._parents.get(node)
@@ -144,7 +169,7 @@ class Reader:
         return "", False
 
     def _is_spoken(self, node: ast.AST) -> bool:
-        """Return whether a command says it in the language of the terminal."""
+        """Return whether a command prints it in the language of the terminal."""
         parent = self._parents.get(node)
         return isinstance(parent, ast.Call) and getattr(parent.func, "id", "") in {
             "say",
@@ -159,13 +184,7 @@ class Reader:
                 case ast.Expr() if child is node:
                     return True
                 case ast.Call():
-                    called = parent.func
-                    name = (
-                        called.attr
-                        if isinstance(called, ast.Attribute)
-                        else getattr(called, "id", "")
-                    )
-                    if child is not called and name in _SILENT_CALLS:
+                    if child is not parent.func and _called(parent) in _SILENT_CALLS:
                         return True
                 case ast.keyword() if parent.arg in _SILENT_KEYWORDS:
                     return True
@@ -221,7 +240,7 @@ class Reader:
         return [list(itertools.chain(*parts)) for parts in itertools.product(*forms)]
 
     def _alternatives(self, value: ast.expr) -> list[list[str | ast.FormattedValue]]:
-        """Return the texts that stand in the source for what is filled in, if all of them do."""
+        """Return the source texts of a filled-in value, if all of them are literal."""
         if isinstance(value, ast.Constant) and isinstance(value.value, str):
             return [[value.value]]
         if isinstance(value, ast.IfExp):
@@ -299,6 +318,11 @@ def _product_of(counts: Iterator[int]) -> int:
     return total
 
 
+def _called(node: ast.Call) -> str:
+    """Return the name of a called function or method."""
+    return str(getattr(node.func, "attr", getattr(node.func, "id", "")))
+
+
 def _is_text(node: ast.AST) -> bool:
     match node:
         case ast.Constant(value=str()) | ast.JoinedStr():
@@ -338,7 +362,7 @@ def named(parts: Sequence[str | ast.FormattedValue]) -> str:
     used: dict[str, int] = {}
     text = ""
     if len(parts) == 1 and isinstance(parts[0], str) and _FILLED_LATER.search(parts[0]):
-        # `str.format` fills it in; what has a place or a format there is a number.
+        # `str.format` fills it in; a field with a place or a format is a number.
         return re.sub(r"\{(\d?)(:.*?)?\}", r"{number\1:n}", parts[0])
     for part in parts:
         if isinstance(part, str):

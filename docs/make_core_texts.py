@@ -25,7 +25,7 @@ TEXTS = ROOT / "resources" / "i18n"
 
 CORE = ("ocmm_core", "ocmm_cad", "ocmm_shop", "ocmm_serve", "ocmm_sim")
 REPORTS = "ocmm_gui/reports"
-"""All that is said there and in the core is collected."""
+"""All its texts and those of the core are collected."""
 ERRORS_ONLY = (
     "ocmm_gui", "ocmm_cli", "ocmm_bench", "ocmm_core/units",
     "ocmm_sim/bus/", "ocmm_sim/calibration_scenes/", "ocmm_sim/described_slave/",
@@ -44,13 +44,15 @@ LEFT_OUT = (
     "ocmm_core/export/aqdef", "ocmm_core/export/certificate/_dcc.py",
     "ocmm_core/export/report/_json_schema.py", "ocmm_core/export/report/_polyworks.py",
     "ocmm_core/export/report/_first_article.py",
-    # For whoever builds a camera: the rules of a conforming one, by the words of the ETG.
+    # For makers of cameras: the rules of a conforming one, by the words of the ETG.
     "ocmm_bench/conform",
     # Documents of the cameras, in English as the ETG wants them.
     "ocmm_core/fieldbus/device/_camera_", "ocmm_core/fieldbus/device/_object_",
     "ocmm_core/fieldbus/device/_page_of_", "ocmm_core/fieldbus/device/_profile_objects.py",
-    "ocmm_core/fieldbus/device/_esi.py", "ocmm_core/fieldbus/device/_controller.py",
+    "ocmm_core/fieldbus/device/_esi.py",
     "ocmm_core/fieldbus/device/_diagnosis.py",
+    # Help of commands, which stays English.
+    "ocmm_core/options.py",
     # Texts of the protocol, and a table of the English manual.
     "ocmm_serve/ippdme/_commands.py", "ocmm_serve/ippdme/_dialect.py",
     "ocmm_serve/ippdme/_grammar.py",
@@ -59,7 +61,7 @@ LEFT_OUT = (
 )  # fmt: skip
 
 COMPOSED = (
-    # What is joined from words at run time.
+    # Texts joined from words at run time.
     "{count:n} of {total:n} {verdict:k}", "{count:n} {verdict:k}",
     "{count:n} {verdict:k}, {count_2:n} {verdict_2:k}",
     "{count:n} {verdict:k}, {count_2:n} {verdict_2:k}, {count_3:n} {verdict_3:k}",
@@ -100,7 +102,7 @@ COMPOSED = (
 )  # fmt: skip
 
 TITLES = (
-    # Of a room that is left out, but its title is shown in the window.
+    # From an excluded package, but the window shows its title.
     "QIF 3.0 results", "First article (AS9102)",
     # Kinds of sources of a plan.
     "model", "QIF document", "table", "sources",
@@ -117,18 +119,29 @@ TITLES = (
 )  # fmt: skip
 """Words that no source has as one."""
 
-PROCEDURES = tuple(
-    tomllib.loads(path.read_text(encoding="utf-8"))["title"]
+_DOCUMENTS = [
+    tomllib.loads(path.read_text(encoding="utf-8"))
     for path in sorted((ROOT / "resources" / "acceptance").glob("*.toml"))
+]
+_SOURCES = sorted(
+    {
+        f"{one['standard']}{':' if one['edition'].isdigit() else ', '}{one['edition']}"
+        for one in _DOCUMENTS
+        if re.search("[a-z]{2}", one["standard"])
+    }
 )
-"""Titles of the procedures that are shipped: documents, but on the screen they are ours."""
+PROCEDURES = (
+    *(one["title"] for one in _DOCUMENTS),
+    *(f"{start}{name}" for name in _SOURCES for start in ("", "tested to ", "modelled on ")),
+)
+"""Titles of the shipped procedures, and sources whose names have words."""
 
 WORD_FILES = re.compile(
     r"_steps|_procedure_\w+|_guided_view|settings/_specs|_facts|_paper_facts|_report_data|_head"
     r"|_tables|_recall_messages|_causes|_registry|_station_state|_gauge_rr|_from_jobs|_in_use"
     r"|_model_frame|_job_messages|_usable|certificate/_content|_contributions|_evaluating|_kinds"
 )
-"""Where a single word is a heading or the title of a step."""
+"""Fields whose single words are headings or titles of steps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +182,8 @@ def collect(root: Path = ROOT) -> Texts:
                 codes.add(code)
             if is_remedy:
                 remedies.add(sentence)
+        for sentence in reader.failures():
+            found.setdefault(sentence, set())
         if name.startswith(CORE) and not name.startswith(ERRORS_ONLY):
             words.update(reader.words(single=bool(WORD_FILES.search(name))))
         elif name.startswith(COMMANDS):
@@ -178,7 +193,7 @@ def collect(root: Path = ROOT) -> Texts:
 
 
 def faults(texts: Texts, shown: Shown) -> list[str]:
-    """Return what is wrong with the catalogue of a language, one line each."""
+    """Return the faults of the catalogue of a language, one line each."""
     found = [f"not translated: {one!r}" for one in texts.sentences if not shown.sentences.get(one)]
     found += [f"nobody says: {one!r}" for one in shown.sentences if one not in texts.sentences]
     for said, told in shown.sentences.items():
@@ -212,8 +227,8 @@ def load_shown(language: str) -> Shown:
 
 
 def renewed(texts: Texts, shown: Shown) -> Shown:
-    """Return a catalogue with all that is said, empty where new, without what nobody says."""
-    # Words also hold what the system says, such as "Permission denied": they stay.
+    """Return a catalogue with all present texts, empty for new ones, without unused ones."""
+    # Words also contain messages of the system, such as "Permission denied": they stay.
     words = {one: shown.words.get(one, "") for one in {*texts.words, *shown.words}}
     return Shown(
         {one: shown.sentences.get(one, "") for one in texts.sentences},
@@ -228,7 +243,7 @@ def catalogue(sentences: object, words: object, **more: object) -> str:
 
 
 def main() -> None:
-    """Renew the catalogues; the end is 1 where a language lacks something."""
+    """Renew the catalogues; the exit code is 1 if a language lacks something."""
     texts = collect()
     (TEXTS / "core.json").write_text(
         catalogue(texts.sentences, texts.words, remedies=texts.remedies), encoding="utf-8"

@@ -17,6 +17,7 @@ from typing import get_args
 import msgspec
 from lxml import etree
 
+from ocmm_cli.options import OPTIONS
 from ocmm_core.composition import sources
 from ocmm_core.doctor import CHECKS, DoctorReport
 from ocmm_core.documents import write_atomic
@@ -25,8 +26,11 @@ from ocmm_core.export.report import ReportFile
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.fieldbus.report import Alarm, AlarmResponse, AlarmSpec
 from ocmm_core.inspection.plan import HEAD_FIELDS, EnvironmentLimits, Material, Plan
+from ocmm_core.options import OF_SETTINGS, VARIABLES, WINDOW
+from ocmm_core.settings import SETTINGS
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
+from ocmm_core.typed_numbers import number_field
 from ocmm_gui.plan_editor import words_of
 from ocmm_serve.ippdme import DmeDialect, supported
 
@@ -89,6 +93,79 @@ def table_of_sources() -> str:
     )
 
 
+def table_of_settings() -> str:
+    """Return the table of the settings: what each is, and by what it can be set."""
+    options = {one.setting: one.typed[0] for one in OF_SETTINGS}
+    return table(
+        ("setting", "value", "default", "option", "is"),
+        (
+            (
+                f"`{spec.key}`",
+                _value(spec.kind.value, spec.number, spec.choices),
+                _default(spec.default),
+                f"`{options[spec.key]}`" if spec.key in options else "",
+                _plain(f"{spec.label}: {spec.tip}"),
+            )
+            for spec in SETTINGS
+        ),
+    )
+
+
+def table_of_options() -> str:
+    """Return the table of the options of commands."""
+    rows = (
+        (
+            f"`{place}`" if place else "several",
+            f"`{option.name.upper() if option.is_argument else ' '.join(option.typed)}`",
+            _value("", option.number, option.choices),
+            "required" if option.default is ... else _default(option.default),
+            _plain(option.text or "as of several"),
+        )
+        for (place, _), option in sorted(OPTIONS.items())
+    )
+    return table(("command", "option", "range", "default", "is"), rows)
+
+
+def table_of_window() -> str:
+    """Return the table of the arguments of the window that set no setting."""
+    rows = (
+        (
+            f"`{option.name.upper() if option.is_argument else option.typed[0]}`",
+            _value("", option.number, option.choices), _default(option.default), option.text,
+        )
+        for option in WINDOW if not option.setting
+    )  # fmt: skip
+    return table(("argument", "range", "default", "is"), rows)
+
+
+def variables() -> str:
+    """Return the table of the environment variables."""
+    rows = ((f"`{one.name}`", _default(one.default), one.text) for one in VARIABLES)
+    return table(("variable", "default", "is"), rows)
+
+
+def _value(kind: str, number: str, choices: Sequence[str]) -> str:
+    if choices:
+        return ", ".join(f"`{one}`" for one in choices)
+    if not number:
+        return kind
+    one = number_field(number).quantity
+    return f"{one.least:.10g} to {one.most:.10g} {one.unit}".strip()
+
+
+def _default(value: object) -> str:
+    if value is False:
+        return "no"
+    if value is None or value in ("", ()) or isinstance(value, dict):
+        return ""
+    text = "yes" if value is True else str(value)
+    if isinstance(value, tuple):
+        text = " ".join(map(str, value))
+    if isinstance(value, Path):
+        text = f"{value}".replace(f"{ROOT}/", "").replace(f"{Path.home()}", "~")
+    return f"`{text}`"
+
+
 def checks() -> str:
     """Return the table of the checks of the computer."""
     return table(
@@ -142,7 +219,7 @@ def _askers(names: Set[str]) -> str:
 
 
 def held() -> str:
-    """Return the table of what the binaries of packages hold besides their own code."""
+    """Return the table of foreign parts in the binaries of packages."""
     from installer.licences import licences
 
     return table(
@@ -246,7 +323,11 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
         partial(packages, "requirements-docs.lock", "requirements-dev.lock"),
     ),
     "parts of packages": (_LICENCES, held),
+    "options of commands": ("docs/integrator/options.md", table_of_options),
+    "settings": ("docs/integrator/options.md", table_of_settings),
     "sources": ("docs/integrator/commands.md", table_of_sources),
+    "variables": ("docs/integrator/options.md", variables),
+    "window": ("docs/integrator/options.md", table_of_window),
     **{
         f"{name} fields{mark}": (
             f"docs{folder}/inspector/plans.md",
@@ -256,14 +337,14 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
         for mark, folder, language in (("", "", "en"), (" (de)", "/de", "de"))
     },
 }
-"""By the name in its marks: the page, from the root, and what stands between the marks."""
+"""By the name in its marks: the page, from the root, and the text between the marks."""
 
 
 SCHEMAS: dict[str, type[msgspec.Struct]] = {
     "docs/doctor.schema.json": DoctorReport,
     "docs/report.schema.json": ReportFile,
 }
-"""JSON Schemas (draft 2020-12) of what the program prints and writes as JSON, from its types."""
+"""JSON Schemas (draft 2020-12) of the program's JSON output, from its types."""
 
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -288,7 +369,7 @@ def schema_bytes(kind: type[msgspec.Struct]) -> bytes:
 
 def main() -> None:
     """Write all tables and schemas."""
-    # `installer` stands beside this folder and is not installed.
+    # `installer` is next to this folder and not installed.
     sys.path.insert(0, str(ROOT))
     for name, (path, text) in TABLES.items():
         page = (ROOT / path).read_text(encoding="utf-8")

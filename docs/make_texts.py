@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 LUPDATE = str(Path(sys.executable).with_name("pyside6-lupdate"))
 LRELEASE = str(Path(sys.executable).with_name("pyside6-lrelease"))
-"""Both come with PySide6, beside Python."""
+"""Both come with PySide6, next to Python."""
 
 _CORE = ("ocmm_core/settings/_specs.py",)
 """Sentences of the core that the window shows as they are, marked with `later`."""
@@ -57,7 +57,7 @@ def extract(target: Path, program: str = LUPDATE) -> str:
 
 
 def compiled(source: Path, target: Path, program: str = LRELEASE) -> str:
-    """Compile the translations of ``source`` for Qt and return what the program says about it."""
+    """Compile the translations of ``source`` for Qt and return the program's messages."""
     done = subprocess.run(  # noqa: S603  # a program of PySide6, with files of ours
         [program, str(source), "-qm", str(target)], check=True, capture_output=True, text=True,
     )  # fmt: skip
@@ -65,7 +65,7 @@ def compiled(source: Path, target: Path, program: str = LRELEASE) -> str:
 
 
 def main() -> None:
-    """Renew the file that is named, or all languages and what is compiled of them."""
+    """Renew the named file, or all languages and their compiled forms."""
     if len(sys.argv) > 1:
         sys.stdout.write(extract(Path(sys.argv[1])))
         return

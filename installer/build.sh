@@ -5,7 +5,7 @@
 #
 #   ocmm_VERSION_amd64.deb              for Debian 12 and 13 and Ubuntu 24.04 (installer/test.sh)
 #   ocmm-VERSION-linux-amd64.tar.xz     the same programs for other distributions
-#   ocmm-VERSION-py3-none-any.whl       for a Python that is there already
+#   ocmm-VERSION+COMMIT-py3-none-any.whl   for a Python that is there already
 #   SHA256SUMS
 #
 #   --out DIR          where they go; default: dist of this folder
@@ -69,6 +69,17 @@ git -C "$root" archive HEAD | tar -x -C "$src"
 cd "$src"
 stated=$(sed -n 's/^__version__ = "\(.*\)"/\1/p' ocmm_core/__init__.py)
 [ -z "$version" ] || sed -i "s/^__version__ = .*/__version__ = \"$version\"/" ocmm_core/__init__.py
+# Debian's version of a build before a release is older than that of the release; one behind it is
+# newer, so a repaired package replaces the one before.
+behind=$(TZ=UTC git -C "$root" log -1 --date=format-local:%Y%m%d%H%M%S --format=git%cd.%h --abbrev=10)
+if [ -n "$version" ] ||
+    git -C "$root" describe --tags --exact-match --match "v$stated" >/dev/null 2>&1; then
+    deb_version=${version:-$stated}-1
+elif git -C "$root" merge-base --is-ancestor "v$stated" HEAD 2>/dev/null; then
+    deb_version=$stated-1+$behind
+else
+    deb_version=$stated-1~$behind
+fi
 version=${version:-$stated}
 
 # 2. What builds, and what is built in, by hash.
@@ -88,9 +99,10 @@ $pip --require-hashes -r requirements-package.lock
 
 # 3. The wheel; it is also what is frozen.
 say "Building the wheel."
+rm -rf "$work/wheel"
 "$python" -m pip --disable-pip-version-check --quiet wheel --no-deps --no-build-isolation \
     --wheel-dir "$work/wheel" .
-wheel=$work/wheel/ocmm-$version-py3-none-any.whl
+wheel=$(ls "$work"/wheel/ocmm-*.whl)
 $pip --no-deps --force-reinstall "$wheel"
 # What is frozen is what the wheel holds, with its resources.
 rm -rf build ./*.egg-info ocmm_*
@@ -106,7 +118,7 @@ find "$work/sources" -name __pycache__ -prune -exec rm -rf {} +
 state=$({
     "$python" -VV
     cat requirements-package.lock
-    cd "$work/sources" && find ocmm_* installer/bundle -name '*.py' ! -path ocmm_core/__init__.py -print0 |
+    cd "$work/sources" && find ocmm_* installer/bundle -name '*.py' ! -path ocmm_core/__init__.py ! -path ocmm_core/build.py -print0 |
         sort -z | xargs -0 sha256sum
 } | sha256sum)
 if [ "$(cat "$kernels/state" 2>/dev/null)" = "$state" ]; then
@@ -193,6 +205,7 @@ cp -a "$bundle" "$deb/opt/ocmm"
 rm -rf "$deb/opt/ocmm/share"
 ln -s /opt/ocmm/ocmm /opt/ocmm/ocmm-acq "$deb/usr/bin/"
 place installer/debian/ocmm.desktop usr/share/applications
+place installer/debian/ocmm.metainfo.xml usr/share/metainfo
 place installer/debian/ocmm.svg usr/share/icons/hicolor/scalable/apps
 place installer/debian/ocmm-mime.xml usr/share/mime/packages ocmm.xml
 place "$work/pages/completion/bash/ocmm" usr/share/bash-completion/completions
@@ -208,8 +221,14 @@ done
 mkdir -p "$deb/usr/share/doc/ocmm"
 { cat LICENSE; printf '\nWhat OCMM stands on: /opt/ocmm/THIRD_PARTY_LICENCES.md; the texts: /opt/ocmm/licences\n'; } \
     >"$deb/usr/share/doc/ocmm/copyright"
+gzip -9nc CHANGELOG.md >"$deb/usr/share/doc/ocmm/changelog.gz"
+{
+    printf 'ocmm (%s) unstable; urgency=medium\n\n  * Changes: changelog.gz.\n\n' "$deb_version"
+    printf ' -- %s  %s\n' "$(sed -n 's/^Maintainer: //p' installer/debian/control)" \
+        "$(date -uR --date="@$SOURCE_DATE_EPOCH")"
+} | gzip -9nc >"$deb/usr/share/doc/ocmm/changelog.Debian.gz"
 size=$(du -sk --apparent-size "$deb" | cut -f1)
-sed "s/@VERSION@/$version/; s/@SIZE@/$size/" installer/debian/control >"$deb/DEBIAN/control"
+sed "s/@VERSION@/$deb_version/; s/@SIZE@/$size/" installer/debian/control >"$deb/DEBIAN/control"
 for script in preinst postinst prerm postrm; do
     cp "installer/debian/$script" "$deb/DEBIAN/"
 done
@@ -225,6 +244,6 @@ cp "$wheel" "$out/"
 wait "$packing"
 
 (cd "$out" && sha256sum "ocmm_${version}_amd64.deb" "ocmm-$version-linux-amd64.tar.xz" \
-    "ocmm-$version-py3-none-any.whl") >"$out/SHA256SUMS"
+    "${wheel##*/}") >"$out/SHA256SUMS"
 cat "$out/SHA256SUMS"
 say "Done."

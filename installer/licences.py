@@ -67,7 +67,7 @@ class Stated(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Licences(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """All of `licences.toml`; its comments say what the tables mean."""
+    """All of `licences.toml`; its comments explain the tables."""
 
     shipped: dict[str, str]
     fits: tuple[Fitting, ...]
@@ -76,11 +76,11 @@ class Licences(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     packages: dict[str, Stated]
 
     def parts_of(self, package: str) -> tuple[Part, ...]:
-        """Return what the binaries of a package hold besides its own code."""
+        """Return the foreign parts in the binaries of a package."""
         return tuple(part for part in self.holds if package in part.packages)
 
     def refusals(self, package: str, *, shipped: bool) -> tuple[str, ...]:
-        """Return which licences of a package, or of what it holds, may not be in OCMM."""
+        """Return the licences of a package, or of its parts, that are forbidden in OCMM."""
         if package not in self.packages:
             return ("no licence is stated",)
         expressions = (
@@ -97,7 +97,7 @@ class Licences(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @cache
 def licences() -> Licences:
-    """Return what `licences.toml` says."""
+    """Return the content of `licences.toml`."""
     return msgspec.toml.decode(read_bytes(_LICENCES), type=Licences)
 
 

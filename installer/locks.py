@@ -1,4 +1,4 @@
-"""The lock files: what is installed, in which version, and by which hashes."""
+"""The lock files: packages, versions and hashes."""
 
 from __future__ import annotations
 

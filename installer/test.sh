@@ -60,7 +60,7 @@ if [ -z "$deb" ]; then
     deb=$(ls "$work"/built/*.deb)
 fi
 # What was built says which version it is.
-version=$(dpkg-deb -f "$deb" Version)
+version=$(dpkg-deb -f "$deb" Version | cut -d- -f1)
 if [ -z "$newer" ]; then
     newer=$work/ocmm_99.0_amd64.deb
     rm -rf "$work/newer"
@@ -311,7 +311,7 @@ reads_the_old_job() {
     as tester "ocmm audit verify first/*.ocmm" && as tester "ocmm report first/*.ocmm --format json --out again"
     [ $? -le 1 ]
 }
-upgrade() { inside env SUDO_USER=tester dpkg -i /newer.deb && [ "$(inside ocmm --version)" = "ocmm 99.0" ]; }
+upgrade() { inside env SUDO_USER=tester dpkg -i /newer.deb && [ "$(inside ocmm --version | cut -c1-9)" = "ocmm 99.0" ]; }
 remove() { inside dpkg -r ocmm && [ ! -e "$root/opt/ocmm" ] && [ ! -e "$root/usr/bin/ocmm" ]; }
 purge() {
     inside dpkg -P ocmm | tee "$work/seen/purge.txt"
@@ -359,7 +359,7 @@ kills() {
 
 # The wheel, as README says, in an empty environment of this computer's Python.
 wheel_measures() {
-    wheel=$(ls "${deb%/*}/ocmm-$version-py3-none-any.whl") || return 77
+    wheel=$(ls "${deb%/*}/ocmm-$version"*-py3-none-any.whl) || return 77
     python=${PYTHON:-python3}
     "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || return 77
     rm -rf "$work/wheel"

@@ -11,11 +11,7 @@ are `bus` and `measure`.
 Nothing imports it: the window starts from `composition`, as the commands do.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli._app import app
@@ -23,12 +19,6 @@ if TYPE_CHECKING:
     from ocmm_cli._entry import main
     from ocmm_cli._kernels import kernel_groups
 else:
-    __getattr__ = door(
-        __name__,
-        _app="app",
-        _compile="compile_all compile_group",
-        _entry="main",
-        _kernels="kernel_groups",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = ["app", "compile_all", "compile_group", "kernel_groups", "main"]

@@ -38,6 +38,7 @@ from ocmm_cli.measure import (
     recall_command,
     report_command,
 )
+from ocmm_cli.options import describe, described, read_typed_numbers
 from ocmm_cli.station import settings_app, station_app, support_app
 from ocmm_cli.study import (
     fit_command,
@@ -46,50 +47,16 @@ from ocmm_cli.study import (
     uncertainty_command,
     verify_fits_command,
 )
-from ocmm_cli.terminal import (
-    ForceOption,
-    PartOption,
-    PlanOption,
-    ProbeOption,
-    ReferenceOption,
-    RigOption,
-    SeedOption,
-    SourceOption,
-    SpeedOption,
-    make_console,
-    read_typed_numbers,
-    say,
-)
-from ocmm_core import __version__
-from ocmm_core.composition import (
-    DEFAULT_SEED,
-    DEFAULT_SOURCE,
-    DEMO_PART,
-    DEMO_PLAN,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-)
+from ocmm_cli.terminal import make_console, say
+from ocmm_core.build import build_version
 from ocmm_core.plugins import load
 from ocmm_core.plugins import names as plugin_names
 
 
 def record(
-    *,
-    out: Annotated[Path, typer.Option("--out", help="File for the recording.")],
-    source: SourceOption = DEFAULT_SOURCE,
-    plan: PlanOption = DEMO_PLAN,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    reference: ReferenceOption = None,
-    part: PartOption = DEMO_PART,
-    seed: SeedOption = DEFAULT_SEED,
-    speed: SpeedOption = 0.0,
-    seconds: Annotated[
-        float | None,
-        typer.Option("--seconds", help="Stop after this much bus time; default: at the end."),
-    ] = None,
-    force: ForceOption = False,
-) -> None:
+    *, out: Path, source: str, plan: Path, rig: Path, probe: Path, reference: Path | None,
+    part: Path, seed: int, speed: float, seconds: float | None, force: bool,
+) -> None:  # fmt: skip
     """Record the raw frames of a source, to be measured later with --source replay:FILE.
 
     The recording survives a crash at any moment: all complete frames can be replayed.
@@ -105,18 +72,7 @@ def record(
     record_source(request, out, seconds, make_console())
 
 
-def bench(
-    *,
-    seconds: Annotated[
-        float, typer.Option("--seconds", help="Duration of each measurement.")
-    ] = 2.0,
-    memory: Annotated[
-        float,
-        typer.Option(
-            "--memory", help="Also run the whole chain for this many minutes of bus time."
-        ),
-    ] = 0.0,
-) -> None:
+def bench(*, seconds: float, memory: float) -> None:
     """Print the speed of the hot path on this machine, as ratios against limits and a peer.
 
     With --memory 60 the whole chain runs for an hour of bus time at full speed (some minutes on
@@ -130,11 +86,7 @@ def bench(
         print_run(run_for(60.0 * memory, console), 60.0 * memory, console)
 
 
-def compile_command(
-    processes: Annotated[
-        int | None, typer.Option("--processes", help="Default: one per core.")
-    ] = None,
-) -> None:
+def compile_command(processes: int | None) -> None:
     """Compile the most used functions in advance, as the set-up does.
 
     Functions in the compiled cache are not compiled again. Each type of processor needs its own.
@@ -231,6 +183,7 @@ def _build(name: str) -> Any:
         parent.add_typer(found, name=name)
     elif callable(found):
         parent.command(name=name, **_SETTINGS.get(name, {}))(found)
+    describe(parent)
     built = typer.main.get_command(parent)
     command = getattr(built, "commands", {}).get(name, built)
     read_typed_numbers(command, name)
@@ -274,24 +227,17 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"ocmm {__version__}")
+        typer.echo(f"ocmm {build_version()}")
         raise typer.Exit
 
 
-@app.callback()
 def _options(
     context: typer.Context,
-    _: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
-    ] = False,
-    language: Annotated[
-        Language | None,
-        typer.Option(
-            "--language",
-            help="Language of all texts; default: that of the window, or of the system.",
-        ),
-    ] = None,
+    *,
+    version: Annotated[bool, typer.Option(callback=_version, is_eager=True)],
+    language: Language | None,
 ) -> None:
+    del version
     if language is not None:
         # Child windows and reports use it also.
         os.environ["OCMM_LANGUAGE"] = language
@@ -300,3 +246,6 @@ def _options(
     if has_display():
         open_window("--start")
     typer.echo(context.get_help())
+
+
+app.callback()(described(_options, "ocmm"))

@@ -58,16 +58,17 @@ def _main() -> None:
             if threads.caught:
                 sys.exit(EXIT_INTERNAL)
             cause = end.__context__
-            if isinstance(getattr(cause, "__cause__", None), KeyboardInterrupt):
+            stop = getattr(cause, "__cause__", None)
+            if isinstance(stop, KeyboardInterrupt):
                 # typer makes an exit of it and says nothing.
-                _tell_stopped()
+                _tell_stopped(stop)
             if end.code == 1 and isinstance(cause, Exception) and _is_crash(cause):
                 # typer reports the end of a pipe or file as "aborted", with the code of a
                 # nonconforming part.
                 _give_up(cause.__cause__ or cause, piped=piped)
             raise
-        except KeyboardInterrupt:
-            _tell_stopped()
+        except KeyboardInterrupt as stop:
+            _tell_stopped(stop)
             sys.exit(_INTERRUPTED)
         except Exception as error:
             _give_up(error, piped=piped)
@@ -86,12 +87,12 @@ def _run() -> None:
     app()
 
 
-def _tell_stopped() -> None:
+def _tell_stopped(stop: KeyboardInterrupt) -> None:
+    """Print what is kept and how to continue, if known."""
+    told = say("ocmm: stopped.")
     if _measures():
-        told = say("ocmm: stopped; all points taken are saved in the job file.\n")
-    else:
-        told = say("ocmm: stopped.\n")
-    sys.stderr.write(told)
+        told = say("ocmm: stopped; all points taken are saved in the job file.")
+    sys.stderr.write(f"{told} {stop}".rstrip() + "\n")
 
 
 def _is_crash(error: Exception) -> bool:

@@ -22,8 +22,6 @@ _TYPES = {
 # compiles a group, because two processes that compile the same function at the same time would each
 # overwrite the other's cache. Longest groups first.
 _TABLE = """
-ocmm_core.features.search._axis_kernel
-    tubes f2 f2
 ocmm_core.features.search._ellipse_kernel
     conics f2 f2
     of_conic f1 f f1
@@ -51,6 +49,11 @@ ocmm_core.features.search._point_kernel
     spread_alike f3 f2T f2 f2
     spread_alike f3 f2 f2 f2
     taubin f2 f2
+ocmm_core.features.search._starts_kernel
+    circles f2 f2 f2
+    flanks f2 f2
+    quadric_feet f2 f2 f2
+    tubes f2 f2
 ocmm_core.features.search._tube_kernel
     narrowest_tube f2 f2
 ocmm_core.features.zones._settle_kernel
@@ -73,7 +76,7 @@ ocmm_cad.reach._search_kernel
     search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 i1 i1 f2 i2 i1 i2 f1
 ocmm_core.part_model._spline_kernel
     to_bezier f1 i i1 f3
-ocmm_core.part_model._edge_kernel
+ocmm_core.part_model._trimming
     nearest_stretch f2 f3 f1 f2
 ocmm_cad.step._place_kernel
     spread f2 i1
@@ -86,7 +89,7 @@ ocmm_cad.step.brep._surface_kernel
     run_along i f2 f1 f i1 f2 i1 f1 f2 f2 f2 f1
     places_inside i f2 f1 f2 i1
 
-ocmm_core.tracking._reference_filter
+ocmm_core.tracking._reference_body
     _follow b1 f3 f2 f3 f f1 f2 f1 f1 f3 f2 f1
 ocmm_core.tracking.kernels._follow_kernel
     extend_tracked f3 f2 f2 f2 f2 f f f f1 i2
@@ -149,7 +152,7 @@ ocmm_core.rendering._line_kernel
     draw_outline s2 i i f i f i v2
     lay_ground i i i v2
     merge_layers v2 v2 i i f f
-ocmm_core.rendering._frame_kernel
+ocmm_core.rendering._rendering
     paint_frame f2 f2 u2 j2 j1 u1 f2 j1 f2 f1 f b f2 s2 f2 f i f f f f i i s2 j2 v2
 """
 

@@ -2,61 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from ocmm_cli._window import has_display, open_window
-from ocmm_cli.terminal import (
-    BusProcessorOption,
-    CalibrationsOption,
-    CheckAfterOption,
-    CompensatePartOption,
-    CompensateProbeOption,
-    ForceOption,
-    HumidityOption,
-    IncompleteOption,
-    OutOption,
-    PartExpansionOption,
-    PartOption,
-    PartTemperatureOption,
-    PlanOption,
-    PressureOption,
-    ProbeDesignOption,
-    ProbeOption,
-    ProbesOption,
-    ProbeTemperatureOption,
-    ReferenceOption,
-    RigOption,
-    RoomOption,
-    SeedOption,
-    SourceOption,
-    SpeedOption,
-    StreamCertOption,
-    StreamHostOption,
-    StreamKeyOption,
-    StreamOption,
-    StreamTokenOption,
-    TemperatureSigmaOption,
-    TemperatureUOption,
-    ThermometerOption,
-    TipOption,
-    UncalibratedOption,
-    make_console,
-    print_notes,
-    shown,
-)
-from ocmm_core.composition import (
-    DEFAULT_SEED,
-    DEFAULT_SOURCE,
-    DEMO_PART,
-    DEMO_PLAN,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-)
+from ocmm_cli.terminal import make_console, print_notes, shown
+from ocmm_core.composition import DEMO_PLAN
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.surroundings import TypedRoom
 
@@ -89,6 +44,7 @@ def measure_parts(
     from ocmm_core.export import DEFAULT_FORMAT, chosen_formats
     from ocmm_core.export.template import load_paper, template_in_use
     from ocmm_core.inspection.archive import next_serial
+    from ocmm_core.station import drop_job_without_points
 
     # Check names and templates before a job is started.
     formats = chosen_formats(formats or [DEFAULT_FORMAT])
@@ -113,6 +69,12 @@ def measure_parts(
             jobs.begin(built.job_path)
             try:
                 view = run_job(built, request.out, console, incomplete=incomplete, formats=formats)
+            except OcmmError:
+                # A source that was refused leaves no job without points.
+                with suppress(OcmmError):
+                    if request.resume is None and drop_job_without_points(built.job_path):
+                        jobs.drop(built.job_path)
+                raise
             finally:
                 if built.station.job.lost is not None:
                     jobs.drop(built.job_path)
@@ -139,39 +101,13 @@ def measure_parts(
     raise typer.Exit(code)
 
 
-class ThemeName(StrEnum):
-    DARK = "dark"
-    LIGHT = "light"
-    CONTRAST = "contrast"
-
-
-class Order(StrEnum):
-    PLAN = "plan"
-    ANY = "any"
-
-
 _OUT = Path("ocmm-out")
 
 
 def demo(
-    *,
-    headless: Annotated[
-        bool, typer.Option("--headless", help="Measure on the terminal, without the window.")
-    ] = False,
-    source: SourceOption = DEFAULT_SOURCE,
-    plan: PlanOption = DEMO_PLAN,
-    out: OutOption = _OUT,
-    seed: SeedOption = DEFAULT_SEED,
-    speed: Annotated[
-        float | None,
-        typer.Option("--speed", help="Default: 1 (real time) in the window, 0 (full) else."),
-    ] = None,
-    theme: Annotated[
-        ThemeName | None,
-        typer.Option("--theme", help="Colours of the window. Default: as in the settings."),
-    ] = None,
-    incomplete: IncompleteOption = False,
-) -> None:
+    *, headless: bool, source: str, plan: Path, out: Path, seed: int, speed: float | None,
+    theme: str | None, incomplete: bool,
+) -> None:  # fmt: skip
     """Measure the demonstration part on the virtual rig: SIMULATED, a robot hand measures.
 
     Opens the window where there is a display. Without one, or with --headless, measures the whole
@@ -183,100 +119,25 @@ def demo(
         open_window(
             "--source", source, "--plan", str(plan), "--out", str(out),
             "--seed", str(seed), "--speed", str(1.0 if speed is None else speed),
-            *([] if theme is None else ["--theme", theme.value]),
+            *([] if theme is None else ["--theme", theme]),
         )  # fmt: skip
     request = StationRequest(plan=plan, out=out, source=source, seed=seed, speed=speed or 0.0)
     measure_parts(request, with_truth=True, incomplete=incomplete)
 
 
 def measure(
-    *,
-    plan: Annotated[
-        Path | None, typer.Option("--plan", help="Plan document (TOML): what to measure.")
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", help="Folder for job file and report; with --continue: that of the job."
-        ),
-    ] = None,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    reference: ReferenceOption = None,
-    part: PartOption = DEMO_PART,
-    seed: SeedOption = DEFAULT_SEED,
-    speed: SpeedOption = 0.0,
-    operator: Annotated[str, typer.Option("--operator", help="Operator name.")] = "unnamed",
-    serial: Annotated[str, typer.Option("--serial", help="Serial number of the part.")] = "-",
-    order_number: Annotated[
-        str, typer.Option("--order-number", help="Order number, for the report.")
-    ] = "",
-    batch: Annotated[str, typer.Option("--batch", help="Batch that the part belongs to.")] = "",
-    parts: Annotated[
-        int,
-        typer.Option(
-            "--parts",
-            help="Measure this many parts in sequence, one job file each; the serial number is "
-            "incremented. Waits for Enter between parts so that the part can be changed; "
-            "virtual rigs change it themselves.",
-        ),
-    ] = 1,
-    go_on: Annotated[
-        Path | None,
-        typer.Option(
-            "--continue",
-            help="Resume this job file, with its own plan, instead of starting a new job.",
-        ),
-    ] = None,
-    order: Annotated[
-        Order, typer.Option("--order", help="Probe in plan order or in any order.")
-    ] = Order.PLAN,
-    record: Annotated[
-        Path | None, typer.Option("--record", help="Keep all raw frames in this file as well.")
-    ] = None,
-    thesis: Annotated[
-        bool,
-        typer.Option(
-            "--thesis", help="Compute poses with the method of the thesis, for comparison."
-        ),
-    ] = False,
-    calibrations: CalibrationsOption = None,
-    uncalibrated: UncalibratedOption = False,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    check_after: CheckAfterOption = 8.0,
-    probe_design: ProbeDesignOption = None,
-    probe_temperature: ProbeTemperatureOption = None,
-    compensate_probe: CompensateProbeOption = False,
-    part_temperature: PartTemperatureOption = None,
-    part_expansion: PartExpansionOption = None,
-    compensate_part: CompensatePartOption = False,
-    temperature_sigma: TemperatureSigmaOption = None,
-    temperature_u: TemperatureUOption = "",
-    room: RoomOption = "",
-    thermometer: ThermometerOption = "",
-    humidity: HumidityOption = "",
-    pressure: PressureOption = "",
-    force: ForceOption = False,
-    bus_processor: BusProcessorOption = None,
-    stream: StreamOption = None,
-    stream_host: StreamHostOption = "127.0.0.1",
-    stream_token: StreamTokenOption = None,
-    stream_cert: StreamCertOption = None,
-    stream_key: StreamKeyOption = None,
-    incomplete: IncompleteOption = False,
-    formats: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--format", help="Of the report, see ocmm report; can be repeated. Default: polyworks."
-        ),
-    ] = None,
-    archive: Annotated[
-        str | None,
-        typer.Option("--archive", help="local, off, a file or a server. Default: the settings."),
-    ] = None,
-) -> None:
+    *, plan: Path | None, out: Path | None, source: str, rig: Path, probe: Path,
+    reference: Path | None, part: Path, seed: int, speed: float, operator: str, serial: str,
+    order_number: str, batch: str, parts: int, go_on: Path | None, order: str,
+    record: Path | None, thesis: bool, calibrations: Path | None, uncalibrated: bool,
+    probes: Path | None, tip: str | None, check_after: float, probe_design: Path | None,
+    probe_temperature: float | None, compensate_probe: bool, part_temperature: float | None,
+    part_expansion: float | None, compensate_part: bool, temperature_sigma: float | None,
+    temperature_u: str, room: str, thermometer: str, humidity: str, pressure: str, force: bool,
+    bus_processor: int | None, stream: int | None, stream_host: str, stream_token: Path | None,
+    stream_cert: Path | None, stream_key: Path | None, incomplete: bool, formats: list[str] | None,
+    archive: str | None,
+) -> None:  # fmt: skip
     """Measure a part by a plan, and write the job file and the report.
 
     Every point is in the job file (DIR/NAME-001.ocmm) before it counts. The report (on the
@@ -309,7 +170,7 @@ def measure(
         plan=plan or DEMO_PLAN, out=out or (go_on.parent if go_on is not None else _OUT), rig=rig,
         probe=probe, part=part, source=source, seed=seed, speed=speed, operator=operator,
         serial=serial, order=order_number, batch=batch, resume=go_on,
-        probing="any" if order is Order.ANY else "plan", record=record, force=force,
+        probing="any" if order == "any" else "plan", record=record, force=force,
         bus_processor=bus_processor, reference=reference,
         calibrations=calibrations, uncalibrated=uncalibrated, probes=probes, tip=tip,
         check_after_h=check_after,

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import re
-import socket
 import sys
-from contextlib import suppress
-from pathlib import Path
 
-from ocmm_cli.terminal import say
+from ocmm_cli.terminal import say, say_later, told
 from ocmm_core.errors import InputError
-from ocmm_core.host import HOST
+from ocmm_core.host import display_answers, library_fault
 
-_ANSWER_S = 1.0
-_FIRST_PORT = 6000
-"""Port of display 0 of a computer."""
+_WITHOUT_QT = say_later("The window needs the package PySide6, which is not installed here.")
 
 
 def open_window(*arguments: str) -> None:
@@ -24,7 +18,7 @@ def open_window(*arguments: str) -> None:
     if importlib.util.find_spec("PySide6") is None:
         raise InputError(
             "window.missing",
-            "The window needs the package PySide6, which is not installed here.",
+            _WITHOUT_QT,
             "Install it: pip install 'ocmm[gui]'. Without it, measure with 'ocmm measure'.",
         )
     command = [sys.executable, "-m", "ocmm_gui", *arguments]
@@ -33,36 +27,34 @@ def open_window(*arguments: str) -> None:
 
 
 def has_display() -> bool:
-    """Return whether a display answers, without loading Qt; write which one does not."""
+    """Return whether a display answers, without loading Qt; write why the window is not opened."""
     if sys.platform != "linux" or os.environ.get("QT_QPA_PLATFORM"):
         return True
-    wayland, x11 = os.environ.get("WAYLAND_DISPLAY", ""), os.environ.get("DISPLAY", "")
-    if (wayland and _wayland_answers(wayland)) or (x11 and _x11_answers(x11)):
-        return True
-    for name, value in (("WAYLAND_DISPLAY", wayland), ("DISPLAY", x11)):
-        if value:
-            text = say(f"{name} is {value!r}, but no display answers there.")
-            sys.stderr.write(f"ocmm: {text}\n")
-    return False
-
-
-def _wayland_answers(name: str) -> bool:
-    path = Path(os.environ.get("XDG_RUNTIME_DIR", "/run"), name)
-    return HOST.listens_at(str(path), _ANSWER_S)
-
-
-def _x11_answers(name: str) -> bool:
-    """Return whether an X server listens, by its forms ``:0``, ``unix:0`` and ``host:10.0``."""
-    found = re.fullmatch(r"(.*):(\d{1,5})(?:\.\d+)?", name)
-    if found is None:
+    named = {
+        kind: name
+        for kind, name in (("wayland", "WAYLAND_DISPLAY"), ("xcb", "DISPLAY"))
+        if os.environ.get(name)
+    }
+    if not named:
         return False
-    host, number = found[1].removeprefix("tcp/"), int(found[2])
-    if host in {"", "unix"}:
-        path = f"/tmp/.X11-unix/X{number}"  # noqa: S108 - the place of the X Window System
-        return any(HOST.listens_at(one, _ANSWER_S) for one in (path, f"\0{path}"))
-    with (
-        suppress(OSError, OverflowError),
-        socket.create_connection((host.strip("[]"), _FIRST_PORT + number), _ANSWER_S),
-    ):
+    if importlib.util.find_spec("PySide6") is None:
+        _tell(say(_WITHOUT_QT))
+        return False
+    answering = [kind for kind in named if display_answers(kind)]
+    if answering:
+        if len(named) > 1 and len(answering) == 1:
+            # Qt would end with an abort at the other one.
+            os.environ["QT_QPA_PLATFORM"] = answering[0]
         return True
+    fault = library_fault()
+    if fault is not None:
+        _tell(told(fault))
+        return False
+    for name in named.values():
+        value = os.environ[name]
+        _tell(say(f"{name} is {value!r}, but no display answers there."))
     return False
+
+
+def _tell(text: str) -> None:
+    sys.stderr.write(f"ocmm: {text}\n")

@@ -86,10 +86,10 @@ def reading_of(quantity: Quantity, text: str) -> Reading | None:
     if unit not in ("", quantity.unit):
         raise _error(quantity, text, f"is not in {quantity.unit}")
     values = [float(one.replace(",", ".")) for one in (first, last) if one]
-    if not all(value in quantity for value in values):
+    wide = float(spread.replace(",", ".")) if spread else 0.0
+    if not all(value in quantity for value in values) or wide > quantity.most - quantity.least:
         least, most = f"{quantity.least:g}", f"{quantity.most:g}"
         raise _error(quantity, text, f"is not between {least} and {most} {quantity.unit}")
-    wide = float(spread.replace(",", ".")) if spread else 0.0
     if values != sorted(values) or wide < 0.0:
         raise _error(quantity, text, "has its smaller number last")
     # Without a word: the paper may be in another language.

@@ -17,6 +17,7 @@ if __name__ == "__main__":
 
     from ocmm_core.errors import InternalError
     from ocmm_core.failure import EXIT_INTERNAL, contained, hold_standard_streams, write_last
+    from ocmm_core.host import library_fault
     from ocmm_core.side_files import distrust_working_folder
 
     hold_standard_streams()
@@ -25,7 +26,8 @@ if __name__ == "__main__":
         distrust_working_folder()
         from ocmm_gui.app import main
     except Exception as error:
-        told = contained(error, "The loading of the window")
+        lacking = library_fault() if isinstance(error, ImportError) else None
+        told = lacking or contained(error, "Loading the window")
         write_last(f"{told.what}\n{told.remedy}\n")
         sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else 2)
     code = main()

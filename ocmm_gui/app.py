@@ -21,6 +21,8 @@ from PySide6.QtWidgets import QApplication
 from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
 from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, hold_standard_streams, write_last
+from ocmm_core.host import library_fault
+from ocmm_core.options import DEFAULT_SERIAL
 from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
 from ocmm_gui._showing import (
     HandOverSender,
@@ -82,7 +84,7 @@ def make_application(zoom_percent: int = 100) -> QApplication:
 
 
 def _no_display() -> InputError:
-    return InputError(
+    return library_fault() or InputError(
         "window.no_display",
         "No display available for the window.",
         "Start OCMM on a desktop, or measure without a window: ocmm demo --headless.",
@@ -106,7 +108,9 @@ def _fatal_messages_end_in_a_sentence() -> Iterator[None]:
         yield
     finally:
         qInstallMessageHandler(before)
-    sys.stderr.write("".join(f"{text}\n" for text in messages))
+    # Qt then uses a locale with UTF-8: nothing to do for the user.
+    kept = (text for text in messages if not text.startswith("Detected locale"))
+    sys.stderr.write("".join(f"{text}\n" for text in kept))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -294,7 +298,7 @@ def _work(
         return EXIT_INTERNAL, None
     if lost is not None and not after:
         raise lost
-    leaves = choice.errand is not StartPurpose.MEASURE or bool(after)
+    leaves = choice.errand is not StartPurpose.MEASURE or bool(after) or failure is not None
     kept = _left_behind(path, plan) if leaves else path
     if after == START:
         return code, _START_PAGE
@@ -356,7 +360,8 @@ def _begin(
         else:
             start()
     else:
-        if errand is StartPurpose.MEASURE and parsed.serial is None and source != DEFAULT_SOURCE:
+        unknown = parsed.serial == DEFAULT_SERIAL
+        if errand is StartPurpose.MEASURE and unknown and source != DEFAULT_SOURCE:
             # Operator and part are entered before the first point.
             window.sheets.open_job()
         start()
@@ -379,8 +384,7 @@ def _request(
         part=parsed.part,
         seed=parsed.seed,
         speed=parsed.speed,
-        operator=parsed.operator,
-        serial=parsed.serial or "1",
+        serial=parsed.serial,
         resume=choice.path if choice.errand is StartPurpose.CONTINUE else None,
         force=parsed.force,
         uncalibrated=parsed.uncalibrated,

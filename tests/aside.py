@@ -1,8 +1,8 @@
-"""Run a command behind what measures time: ``python -m tests.aside COMMAND...``.
+"""Run a command at low priority, behind the timing tests: ``python -m tests.aside COMMAND...``.
 
-Of a core that both want it gets a quarter, and so does all that it starts; what the other leaves is
-all its own. Not less: beside other programs a test of some seconds must not take minutes. It ends
-with the shell that started it. The exit code is that of the command.
+On a contended core the command and its children get a quarter of the time, on an idle core all of
+it. A smaller share would turn tests of seconds into minutes under load. The command ends with the
+shell that started it. The exit code is that of the command.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ _PR_SET_PDEATHSIG = 1
 
 
 def main(*command: str) -> int:
-    """Replace this process by the command; return only where there is none."""
+    """Replace this process by the command; return only if no command is given."""
     if command:
         os.nice(_NICER)
-        # A shell lets its background ignore them, and so would what a test starts to interrupt.
+        # A background shell ignores these signals, and so would the programs that tests interrupt.
         for interrupt in (signal.SIGINT, signal.SIGQUIT):
             signal.signal(interrupt, signal.SIG_DFL)
         if sys.platform == "linux":

@@ -1,4 +1,4 @@
-"""Commands of `ocmm`, in processes of their own or in that of the test."""
+"""Commands of `ocmm`, in separate processes or in that of the test."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Ocmm = Callable[..., subprocess.CompletedProcess[str]]
 
 @pytest.fixture
 def ocmm(tmp_path: Path) -> Ocmm:
-    """Return a function that runs the real command line in a process, in a folder of its own."""
+    """Return a function that runs the real command line in a process, in a separate folder."""
 
     def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
@@ -66,5 +66,5 @@ def slow_rig(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def calm_rig(tmp_path: Path) -> Path:
-    """Return the same with a quarter of them, where a step wants frames of a ball at rest."""
+    """Return the same with a quarter of them, for steps that need frames of a resting ball."""
     return slow_rig_in(tmp_path, CALM_HZ)

@@ -1,9 +1,8 @@
-"""Runs command lines, and notes in a file every process of them and all that is compiled there.
+"""Runs command lines, and logs each of their processes and everything compiled in it.
 
-``python tests/compile_log.py 'window|ocmm ARGUMENTS' ...`` runs one after the other in one process
-and writes to the file that the environment variable names, also which of them have ended well. A
-word with a star stands for the files that it finds then. What is spawned imports this file again,
-and so notes, too.
+``python tests/compile_log.py 'window|ocmm ARGUMENTS' ...`` runs them in turn in one process and
+writes to the file named by the environment variable, with the lines that ended well. A word with a
+star is replaced by the matching files. Spawned processes import this file again and log as well.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ def _note(words: str) -> None:
 
 class _Notes(event.Listener):  # type: ignore[misc] # numba ships no annotations
     def on_start(self, event: Any) -> None:  # its type is numba's
-        """Note what is compiled."""
+        """Log the compilation."""
         function = event.data["dispatcher"].py_func
         _note(f"compiled {function.__module__} {function.__name__}")
 
@@ -40,7 +39,7 @@ if VARIABLE in os.environ:
 
 
 def _words(line: str) -> list[str]:
-    """Return the words of a command line, with the files that stars stand for."""
+    """Return the words of a command line, with stars replaced by the matching files."""
     return [
         str(found) for word in shlex.split(line)
         for found in ([word] if "*" not in word else sorted(Path().glob(word)))
@@ -64,7 +63,7 @@ def _run(what: str, *arguments: str) -> int:
 
 if __name__ == "__main__":
     for line in sys.argv[1:]:
-        # 1 says something of the part that was measured.
+        # 1 is a verdict about the part.
         if (code := _run(*_words(line))) not in (0, 1):
             sys.exit(code)
         _note(f"ran {line}")

@@ -1,8 +1,8 @@
-"""Holds every call of a compiled function against the list that the set-up compiles.
+"""Compares every call of a compiled function with the list that the set-up compiles.
 
-What is not in the list would be compiled in front of whoever uses the product. Where all was
-compiled before, numba only loads what is called; what was loaded is looked at then. Where a
-test compiles itself, because its processor is another one, what Python asked for is looked at.
+A function missing from the list would be compiled while the user waits. After a complete
+compilation numba only loads functions; the check then uses the loaded ones. If a test compiles for
+another processor, the check uses the requests of Python.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from ocmm_cli import kernel_groups
 _FOR_TESTS = {
     "ellipse_foot", "ambiguity_score", "normal_equations", "backward", "cholesky", "forward",
 }  # fmt: skip
-"""What tests call by itself, the product only from compiled functions."""
+"""Called directly by tests, but only from compiled functions in the product."""
 
 
 class CompileWatch(event.Listener):  # type: ignore[misc] # numba ships no annotations
-    """Remembers what Python asked to be compiled; what that asked for in turn is built into it."""
+    """Records the compilations requested by Python; their callees are built in."""
 
     def __init__(self) -> None:
         self._depth = 0
@@ -37,7 +37,7 @@ class CompileWatch(event.Listener):  # type: ignore[misc] # numba ships no annot
         event.register("numba:compile", self)
 
     def on_start(self, event: Any) -> None:  # its type is numba's
-        """Remember what was asked for."""
+        """Record the request."""
         self._compiled = True
         if self._depth == 0:
             self._asked.append((event.data["dispatcher"], tuple(event.data["args"])))
@@ -75,8 +75,7 @@ class _Loaded:
     def new_calls(self) -> list[tuple[Any, Any]]:
         """Return each function with the types that it was loaded or compiled for.
 
-        Nothing, where no module and no type came since the last question: it is asked after every
-        test.
+        Empty if no module and no type came since the last call: it runs after every test.
         """
         if self._seen == (len(sys.modules), self._count()):
             return []
@@ -85,7 +84,7 @@ class _Loaded:
             if self._modules.get(name) is module or not name.startswith("ocmm_core."):
                 continue
             if getattr(module.__spec__, "_initializing", False):
-                # Another thread reads its file just now; it is looked at the next time.
+                # Another thread is reading the file; it is checked at the next call.
                 modules = 0
                 continue
             self._modules[name] = module

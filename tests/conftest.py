@@ -1,9 +1,9 @@
-"""What every test gets: no user data, no screen, and nothing may be left behind.
+"""Environment of each test: no user data, no screen, and nothing may be left behind.
 
 After a test that passed, these must be gone within `_GRACE_S`: threads, child processes (also
 grandchildren whose parent ended), frame rings in shared memory and top-level windows. The same is
-checked once more at the end of the session, for what wider fixtures started. Only what this
-process started is looked at, so that parallel workers do not accuse each other.
+checked once more at the end of the session, for wider fixtures. Only children of this process
+count, so that parallel workers do not accuse each other.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from tests.host import HANG_MS, amount, not_run
 from tests.other_station import forget_histories
 from tests.sleeps import scale_sleeps
 
-# As the product does, before numpy is loaded: two threads on small matrices wait for each other,
-# ten times as long as the work takes where other tests run beside.
+# As the product does, before numpy is loaded: with two threads small matrices take ten times as
+# long on a contended computer.
 use_one_thread()
 if "numpy" in sys.modules:
     # It would have no effect, and numbers here would differ in their last bit from those of the
@@ -45,9 +45,10 @@ if "numpy" in sys.modules:
 
 from tests.compiled import CompileWatch  # noqa: E402 - it loads numpy
 
-# The same result on every machine: windows are drawn in memory unless somebody wants to look.
+# For the same result on every machine, windows are drawn in memory unless the caller chose a
+# platform.
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-# And in English, whatever the language of whoever runs the tests.
+# In English, independent of the language of the developer.
 os.environ["LANGUAGE"] = "en"
 # A shell starts its background jobs with Ctrl-C ignored, and every program of a test inherits that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -68,7 +69,7 @@ _rings_made: set[Path] = set()
 def pytest_configure(config: pytest.Config) -> None:
     """Watch thread starts and ring files, and adopt orphaned grandchildren."""
     scale_sleeps()
-    # A deadline of 5 s is none for a busy computer, and a longer one costs nothing when it is met.
+    # 5 s are too short for a busy computer, and a longer deadline costs nothing if it is met.
     for wait in (QtBot.waitActive, QtBot.waitExposed, QtBot.waitSignal, QtBot.waitUntil):
         defaults = wait.__kwdefaults__
         assert defaults is not None
@@ -84,7 +85,7 @@ def pytest_configure(config: pytest.Config) -> None:
         start(self)
 
     threading.Thread.start = start_and_remember  # type: ignore[method-assign] # the only way to learn the line
-    # An audit hook would be asked at every import, file and attribute of all tests, for seconds.
+    # An audit hook would run at every import, file and attribute of all tests, for seconds.
     make = tempfile.mkstemp
 
     def make_and_remember(*arguments: Any, **named: Any) -> tuple[int, Any]:
@@ -100,19 +101,21 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_finish() -> None:
-    """Take what was loaded and collected out of every later search for garbage.
+    """Exclude loaded and collected objects from garbage collections, and make these rarer.
 
-    Eleven thousand tests are some million objects, which each search would look through.
+    Eleven thousand tests are about a million objects, which each collection would visit. Parsing
+    all sources takes four times as long with Python's own threshold.
     """
     gc.collect()
     gc.freeze()
+    gc.set_threshold(50_000, 20, 50)
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Remember whether the test passed: what a failed test leaves behind is no second finding."""
+    """Record whether the test passed: leftovers of a failed test are not a second finding."""
     # A worker can send text, but no number of numpy's.
     item.user_properties[:] = [(name, str(value)) for name, value in item.user_properties]
     report = yield
@@ -124,7 +127,7 @@ def pytest_runtest_makereport(
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Print what tests measured (`record_property`), also where they ran in a worker."""
+    """Print the measurements of tests (`record_property`), also those of workers."""
     for outcome in ("passed", "failed"):
         for report in terminalreporter.getreports(outcome):
             for name, value in report.user_properties:
@@ -144,7 +147,7 @@ def _no_user_data(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def _remembers_nothing() -> None:
-    """Let no test see how far a chain went in another one that was given a copy of it."""
+    """Hide from each test the progress of chains that another test copied."""
     forget_histories()
 
 
@@ -173,7 +176,7 @@ def _compile_watch() -> CompileWatch:
 def _compiles_nothing(
     request: pytest.FixtureRequest, _compile_watch: CompileWatch
 ) -> Iterator[None]:
-    """Whatever a test calls was compiled by the set-up, whichever command or page called it."""
+    """Every function called by a test was compiled by the set-up, for any command or page."""
     yield
     lines = _compile_watch.unlisted()
     if lines and request.node.stash.get(_PASSED, False):
@@ -185,7 +188,7 @@ def _compiles_nothing(
 
 @pytest.fixture
 def repeats(record_property: Callable[[str, object], None]) -> Callable[..., int]:
-    """Return `tests.host.amount`, which then says beside the test what it was."""
+    """Return `tests.host.amount`, which then records the number with the test."""
 
     def chosen(short: int, long: int, again: int | None = None) -> int:
         n = amount(short, long, again)
@@ -205,10 +208,10 @@ def reference() -> Path:
 
 @pytest.fixture(scope="module")
 def kept_readers() -> Iterator[None]:
-    """Load the library for STEP files once; each model is read by a process made of that one.
+    """Load the library for STEP files once; each model is read by a fork of that process.
 
-    To load it anew takes longer than to read the models of most tests. What is tried of the start
-    itself (`test_step_model`) does without.
+    Loading takes longer than reading the models of most tests. The tests of the start itself
+    (`test_step_model`) do without.
     """
     with _processes_of_a_server():
         yield
@@ -216,9 +219,9 @@ def kept_readers() -> Iterator[None]:
 
 @pytest.fixture
 def kept_sides() -> Iterator[None]:
-    """Load once what processes beside the window need; each is made of the one that has it loaded.
+    """Load the modules of the window's side processes once; each process is forked from it.
 
-    To load it takes over a second of a processor, most calculations a tenth of that.
+    Loading takes over a second of a processor, most calculations a tenth of that.
     """
     with _processes_of_a_server():
         yield
@@ -241,11 +244,11 @@ def _processes_of_a_server() -> Iterator[None]:
 
 @cache
 def _load_server() -> None:
-    """Wait until the server has loaded all: whoever asks it for a process waits for that.
+    """Wait until the server has loaded everything, as its first client would.
 
-    It begins here, where `tests` is found: a test may work in another folder.
+    The server starts here, in the folder of `tests`: a test may change the working folder.
     """
-    # What cannot be loaded is passed over in silence, and each process would load all by itself.
+    # A failed preload is silent, and each process would then load everything.
     asked = "import sys; sys.exit('tests.kept_modules' not in sys.modules)"
     first = multiprocessing.get_context("forkserver").Process(target=exec, args=(asked,))
     first.start()
@@ -292,14 +295,14 @@ def _leaves_nothing() -> Iterator[list[str]]:
 
 
 def _children() -> dict[int, str]:
-    """Return the living child processes and what they run; Linux only, elsewhere none.
+    """Return the living child processes and their commands; empty outside Linux.
 
-    Ended children that nobody waited for are Python's own ResourceWarning, an error here.
+    Unreaped children cause Python's ResourceWarning, which is an error here.
     """
     found = _children_of(os.getpid())
     servers = [pid for pid, command in found.items() if "multiprocessing.forkserver" in command]
     for pid, command in list(found.items()):
-        # These live as long as the interpreter; what a server has started does not.
+        # These live as long as the interpreter; processes started by a server do not.
         if pid in servers or "resource_tracker" in command:
             del found[pid]
     for server in servers:
@@ -311,7 +314,7 @@ def _children_of(parent: int) -> dict[int, str]:
     found: dict[int, str] = {}
     for process in _processes(parent):
         try:
-            # The name stands in brackets and may hold blanks and brackets itself.
+            # The name is in brackets and may contain blanks and brackets.
             stat = (process / "stat").read_text()
             state, its_parent = stat.rpartition(")")[2].split()[:2]
             command = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode()

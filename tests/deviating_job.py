@@ -1,4 +1,4 @@
-"""A job with a free form, a plane and a bore whose deviations are known, as screens get it."""
+"""A job with a free form, a plane and a bore with exact deviations, as screens get it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FORM = 0.02
 
 
 def part() -> KnownPart:
-    """Return the part: a block with a wavy top, datums below and beside it, a bore in one."""
+    """Return the part: a block with a wavy top, datums below and at its sides, a bore in one."""
     made = KnownPart(motion(300, 100, 900, 0.02, 0.01, 0.4))
     made.add("base", Shape.PLANE, face(motion(0, 0, -30, np.pi, 0, 0), 60.0),
              point=(0, 0, -30), direction=(0, 0, -1))  # fmt: skip
@@ -98,7 +98,7 @@ def held_back(view: JobView, point: MeasuredPoint) -> JobView:
 
 
 def placed_part(*, is_rough: bool = False) -> PlacedPart:
-    """Return the block as its model has it, where the job has it."""
+    """Return the block of its model at its place in the job."""
     maker = PartMaker()
     steps = np.linspace(0.0, 1.0, 25)
     u, v = np.meshgrid(steps, steps, indexing="ij")
@@ -113,7 +113,7 @@ def placed_part(*, is_rough: bool = False) -> PlacedPart:
     maker.box((-45.0, -45.0, -30.0), (45.0, 45.0, -6.0))
     maker.tube((0.0, 0.0, 0.0), 20.0, 8.0, hollow=True)
     made = maker.part("block.step")
-    # The bore goes along x, from x = 35 on: the tube stands along z.
+    # The bore goes along x, from x = 35 on: the tube is along z.
     rows = np.unique(made.triangles[made.triangle_faces == len(made.faces) - 1])
     for lengths in (made.vertices, made.normals):
         lengths[rows] = lengths[rows] @ np.array([[0.0, 0, -1.0], [0.0, 1.0, 0], [1.0, 0, 0]])

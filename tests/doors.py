@@ -1,9 +1,9 @@
-"""Who may enter a room: the contract that import-linter checks, for the product and its tests.
+"""Permitted imports of inner files: the contract of import-linter, for the product and its tests.
 
-A package is a room and its ``__init__`` the door. A file whose name begins with an underscore is
-inside: the files of the same package import it, and nobody else. The tests of a room may look
-inside it - those in ``tests/core/NAME`` into ``ocmm_core.NAME`` and its rooms, those in
-``tests/gui`` into ``ocmm_gui`` - and all others go through the door like the product.
+The ``__init__`` of a package is its public face. A file whose name begins with an underscore is
+internal: only files of the same package import it. The tests of a package may import its internals
+- those in ``tests/core/NAME`` from ``ocmm_core.NAME`` and its packages, those in ``tests/gui`` from
+``ocmm_gui`` - and all others use the public face like the product.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ class Entrance:
     imported: str
 
     def __str__(self) -> str:
-        """Return where it stands and what it should be."""
+        """Return the place of the import and its correction."""
         room = room_of(self.imported)
         return f"{self.importer}:{self.line} imports {self.imported}: enter by {room}"
 
 
 def room_of(module: str) -> str:
-    """Return the room whose door a module stands behind; empty where it is no inner file."""
+    """Return the package of an internal module; empty for a public one."""
     parts = module.split(".")
     inner = next((i for i, part in enumerate(parts) if _is_inner(part)), None)
     return ".".join(parts[:inner]) if inner is not None else ""
@@ -87,7 +87,7 @@ def _imported(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def entrances_inside(graph: ImportGraph) -> Iterator[Entrance]:
-    """Yield what the product itself imports past a door."""
+    """Yield the product's imports past a public face."""
     ours = sorted(module for module in graph.modules if module.startswith(ROOTS))
     packages = {module for module in ours if graph.find_children(module)}
     for module in ours:

@@ -1,11 +1,11 @@
-"""The gate: what became of every test, over all runs of pytest that are one test of the product.
+"""The gate: outcomes of all tests, over all runs of pytest in one test of the product.
 
-As a plugin (registered in `conftest`) it lists what was not run, with the reason; with
-OCMM_REQUIRE_ALL=1 that is a failure. With OCMM_TEST_RECORD=FILE it also writes down what became of
-every test and how long it took. As a program, ``python -m tests.gate FOLDER``, it adds up the
-records that `./run test` let the runs write there, ``LANE.json`` and for what was repeated
-``LANE.again.json``, and names the tests and the files that took longest; and, for each folder, how
-long its tests took in all and how much of a processor they and the programs they started used.
+As a plugin (registered in `conftest`) it lists skipped tests with the reason; with
+OCMM_REQUIRE_ALL=1 they fail. With OCMM_TEST_RECORD=FILE it also stores outcome and duration of
+every test. As a program, ``python -m tests.gate FOLDER``, it sums up the records of the runs of
+`./run test`, ``LANE.json`` and for repeated tests ``LANE.again.json``, and names the longest tests
+and files; and, for each folder, the time of its tests and the processor time of the tests and their
+programs.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ PASSED, FAILED, NOT_RUN = "passed", "failed", "not run"
 RECORD, REQUIRE_ALL = "OCMM_TEST_RECORD", "OCMM_REQUIRE_ALL"
 _AGAIN = ".again"
 _USED = "processor_s"
-"""In a report; a worker sends whatever stands in one."""
+"""In a report; a worker sends its whole content."""
 LONGEST = 60
-"""Files, and as many tests, of which the time is told: where the minutes of a run go."""
+"""Number of files, and of tests, listed with their times."""
 _Report = TypeVar("_Report", pytest.TestReport, pytest.CollectReport)
 
 
@@ -58,7 +58,7 @@ class Gate:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-        """Let what is not run fail where the host should have everything; note what it used."""
+        """Fail skipped tests on a complete host; record the processor time."""
         report = yield
         # Set-up, call and taking down have a report each, and to ask takes up to a millisecond.
         if report.when == "teardown":
@@ -86,7 +86,7 @@ class Gate:
             self._keep(report)
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """List what was not run."""
+        """List skipped tests."""
         lines = not_run_lines(self._found.values())
         if lines:
             terminalreporter.section("NOT RUN on this host")
@@ -133,14 +133,14 @@ class Gate:
 
 
 def _processor_s() -> float:
-    """Return what this process and the ended ones that it started have used of a processor."""
+    """Return the processor time of this process and its ended children."""
     used = os.times()
     own = used.user + used.system + used.children_user + used.children_system
     return own + _server_s()
 
 
 def _server_s() -> float:
-    """Return the same of the server that processes are made from, while there is one."""
+    """Return the same for the fork server, if there is one."""
     pid = getattr(getattr(forkserver, "_forkserver", None), "_forkserver_pid", None)
     stat = Path(f"/proc/{pid}/stat")
     if pid is None or not stat.exists():
@@ -156,7 +156,7 @@ def write_record(path: Path, outcomes: Iterable[Outcome]) -> None:
 
 
 def _reason(report: pytest.TestReport | pytest.CollectReport) -> str:
-    # Where it was said, at which line, and what; pytest puts its own word before it.
+    # File, line and text of the skip; pytest prepends a word of its own.
     said = report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
     return said.removeprefix("Skipped: ")
 
@@ -175,7 +175,7 @@ def not_run_lines(outcomes: Iterable[Outcome]) -> list[str]:
 
 
 def summary(folder: Path) -> tuple[list[str], bool]:
-    """Return what the records in a folder come to, line by line, and whether all is well."""
+    """Return the summary of the records in a folder, line by line, and whether all is well."""
     lanes = sorted(path for path in folder.glob("*.json") if not path.stem.endswith(_AGAIN))
     table = [f"{'':24}{PASSED:>8}{FAILED:>8}{'repeated':>10}{NOT_RUN:>9}"]
     everything: list[Outcome] = []
@@ -237,7 +237,7 @@ def _read(path: Path) -> dict[str, Outcome]:
 
 
 def gate_of(environment: dict[str, str] | os._Environ[str]) -> Gate:
-    """Return the gate that an environment asks for."""
+    """Return the gate requested by an environment."""
     record = environment.get(RECORD)
     return Gate(
         require_all=environment.get(REQUIRE_ALL, "") not in ("", "0"),

@@ -1,7 +1,7 @@
-"""Jobs in all states that a job can be in, made at random: what screens and papers are shown.
+"""Random jobs in all states, for screens and reports.
 
-Values, limits, bonus and uncertainty are drawn and go through the product's own decision; which
-features are done, skipped, open or active is drawn as well, and what follows from it.
+Values, limits, bonus and uncertainty are drawn and pass through the product's own decision;
+finished, skipped, open and active features are drawn as well, with their consequences.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""What the host of the tests allows: the only place that may say that a test is not run.
+"""Abilities of the host: the only place in which a test may become NOT RUN.
 
-A test asks here before it begins. What goes wrong afterwards is a failure, never a reason to leave
-the test out. Each of these ends the test as NOT RUN with its reason where the host cannot. How
-often a test repeats something is asked here, too: see `amount`.
+A test queries them before it begins. A later fault is a failure, never a reason to skip the test.
+Each function ends the test as NOT RUN with its reason if the host lacks the ability. The number of
+repetitions of a test also comes from here: see `amount`.
 """
 
 from __future__ import annotations
@@ -21,14 +21,12 @@ from typing import NoReturn
 import pytest
 
 HANG_S = 240.0
-"""No answer after this long is none at all; a busy computer takes ten times what an idle one does.
-Less than pytest's own limit (`timeout` in pyproject.toml), so that the test can say what it
-waited for."""
+"""A longer silence is a hang; a busy computer takes ten times the time of an idle one. Less than
+pytest's own limit (`timeout` in pyproject.toml), so that the test can report the missing event."""
 HANG_MS = int(1000 * HANG_S)
 BUSY = 20.0
-"""A promise of so many seconds is judged with this factor. The promise is meant for an idle
-computer, and its figure is printed or stands in a benchmark; a test only tells what answers from
-what does not."""
+"""Factor for promised times. The promise is meant for an idle computer, and its figure is printed
+or in a benchmark; a test only distinguishes answers from hangs."""
 
 LONG, AGAIN = "OCMM_TEST_LONG", "OCMM_TEST_AGAIN"
 """Set by `./run test --long`, and where tests run once more as another processor."""
@@ -42,17 +40,17 @@ def long_form() -> bool:
 
 
 def amount(short: int, long: int, again: int | None = None) -> int:
-    """Return how often a test repeats what it tries; its statement must hold for each of them.
+    """Return the number of repetitions of a test; its statement must hold for each of them.
 
     Parameters
     ----------
     short
-        In every run: as many as show what a change would break.
+        In every run: enough to reveal a broken change.
     long
-        In the long form: as many as the statement was made with.
+        In the long form: the number behind the statement.
     again
-        Where the same run tries `short` on the processor of this computer, and this is another one;
-        as many as `short` where nothing is given.
+        If the same run tries `short` on the processor of this computer, and this is another one;
+        the default is `short`.
     """
     if long_form():
         return long
@@ -66,7 +64,7 @@ def looser(tolerance: float, n: int, long: int) -> float:
 
 
 def not_run(reason: str) -> NoReturn:
-    """End the test: this host lacks what it needs."""
+    """End the test: this host lacks a requirement."""
     pytest.skip(reason)
 
 
@@ -120,23 +118,23 @@ def needs_root(why: str) -> None:
 
 
 def private_network() -> list[str]:
-    """Return the product's own command prefix for a private network, where this host has them.
+    """Return the product's own command prefix for a private network, if this host supports them.
 
-    That the product does not find a way into a private network which is there is an error of it,
-    and is raised.
+    A private network that exists but is not found by the product is an error of the product, and is
+    raised.
     """
     lacking = _lacking_network()
     if lacking:
         not_run(lacking)
-    # The tests' set-up reads this file before it has told the linear algebra to use one thread,
-    # and what is imported here would load it.
+    # The tests' set-up imports this file before it limits the linear algebra to one thread, and
+    # this import would load it.
     from ocmm_core.fieldbus.wire import namespace_command
 
     return namespace_command()
 
 
 def private_mounts() -> list[str]:
-    """Return a command prefix that may mount without anybody else seeing it."""
+    """Return a command prefix for mounts invisible to other processes."""
     prefix = ["unshare", "--user", "--map-root-user", "--mount"]
     lacking = _complaint((*prefix, "true"))
     if lacking:
@@ -151,9 +149,10 @@ def forbids_file_rights(error: OSError) -> bool:
 
 @cache
 def _lacking_network() -> str:
-    """Return why there can be no virtual cable in a private network; empty where there can be.
+    """Return the reason why a private network or virtual cable is impossible; empty if possible.
 
-    Asked with the system's own tools, so that an error of the product cannot pass for the host's.
+    Tested with the system's own tools, so that an error of the product is not attributed to the
+    host.
     """
     if sys.platform != "linux":
         return "no private networks on this host: this is no Linux"
@@ -167,7 +166,7 @@ def _lacking_network() -> str:
 
 
 def _complaint(command: tuple[str, ...]) -> str:
-    """Return what a tool of the system says when it cannot do this; empty where it can."""
+    """Return the complaint of a system tool that fails; empty if it succeeds."""
     folders = f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin:/usr/bin:/bin"
     program = shutil.which(command[0], path=folders)
     if program is None:

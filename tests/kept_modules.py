@@ -1,6 +1,6 @@
-"""What a process beside the window loads, for the server that has it loaded once; see `conftest`.
+"""Modules of the window's side processes, for the server that preloads them; see `conftest`.
 
-It is imported by that server alone: what is loaded here would hide from other tests what they load.
+That server alone imports it: elsewhere these imports would hide missing ones from other tests.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ _ROOMS = (
 )  # fmt: skip
 
 for _room in _ROOMS:
-    # A face loads what lies behind a name when it is asked for it.
+    # A public face loads the module of a name on first access.
     for _name in import_module(_room).__all__:
         getattr(import_module(_room), _name)
-# What a child of the server does not look through, it shares with it.
+# Objects excluded from the child's garbage collection stay shared.
 gc.freeze()

@@ -1,4 +1,4 @@
-"""Another station on this computer: a key and a memory of its own."""
+"""Another station on this computer: a separate key and memory."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _NEVER = datetime(9999, 1, 1, tzinfo=UTC)
 
 
 def histories() -> Path:
-    """Return the folder in which this station remembers how far every chain went."""
+    """Return the folder of this station's memory of all chains."""
     return Path(os.environ["XDG_STATE_HOME"]) / "ocmm" / "histories"
 
 
 def forget_histories() -> None:
-    """Let this station forget how far every chain went, by name: it reports no missing memory."""
+    """Clear this station's memory of all chains, without a report of missing memory."""
     shutil.rmtree(histories(), ignore_errors=True)
     if KeyFolder().own_public() is not None:
         start_memory(KeyFolder(), "test", "every test starts without memory", _NEVER)

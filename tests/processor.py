@@ -1,11 +1,11 @@
-"""Run a command as another processor would: ``python -m tests.processor avx2|generic COMMAND...``.
+"""Run a command as on another processor: ``python -m tests.processor avx2|generic COMMAND...``.
 
-``python -m tests.processor --others`` prints as which others the numerical tests are repeated: the
-next one below this one, and with OCMM_TEST_LONG all.
+``python -m tests.processor --others`` prints the processors for which the numerical tests are
+repeated: the next one below this one, and with OCMM_TEST_LONG all.
 
-Three libraries choose their instructions by the processor, each has a switch of its own, and the
-command gets all three. It also gets what else the environment holds; its exit code is returned.
-Where this processor cannot do it, that is noted as NOT RUN (`tests.gate`).
+Three libraries choose their instructions by the processor, each with its own switch, and the
+command gets all three in addition to the environment; its exit code is returned. If this processor
+cannot do it, the record is NOT RUN (`tests.gate`).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def emulation(processor: str) -> dict[str, str]:
 
 
 def why_not(processor: str) -> str:
-    """Return why this host cannot do it; empty where it can."""
+    """Return the reason why this host cannot do it; empty if it can."""
     if platform.machine().lower() not in ("x86_64", "amd64"):
         return f"tests as processor '{processor}' need an x86-64 processor"
     if processor == AVX2 and _dispatched().isdisjoint(("AVX2", "X86_V3")):
@@ -73,7 +73,7 @@ def others(*, every: bool) -> tuple[str, ...]:
 
 
 def main(processor: str, *command: str) -> int:
-    """Replace this process by the command; return only where that cannot be."""
+    """Replace this process by the command; return only if that is impossible."""
     if (processor, *command) == ("--others",):
         sys.stdout.write(" ".join(others(every=long_form())) + "\n")
         return 0

@@ -16,7 +16,7 @@ def rings_of(pid: int) -> set[Path]:
 
 
 def handles(pid: int, number: signal.Signals) -> bool:
-    """Return whether a process has a handler of its own for a signal."""
+    """Return whether a process has its own handler for a signal."""
     status = Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines()
     caught = next(line.split()[1] for line in status if line.startswith("SigCgt:"))
     return bool(int(caught, 16) >> (number - 1) & 1)

@@ -1,4 +1,4 @@
-"""The recommended rig with fewer frames, for what the rate plays no part in."""
+"""The recommended rig with fewer frames, for tests independent of the rate."""
 
 from __future__ import annotations
 

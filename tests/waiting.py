@@ -1,6 +1,6 @@
-"""Waiting in tests: for an event, or for a time that the product prescribes.
+"""Waiting in tests: for an event, or for a time prescribed by the product.
 
-A time is no substitute for an event. Times that the product prescribes keep their length where
+A time is no substitute for an event. Times prescribed by the product keep their length if
 `tests.sleeps` scales the others.
 """
 
@@ -24,9 +24,9 @@ def wait_until(condition: Callable[[], object]) -> None:
 
 
 def let_pass(seconds: float) -> None:
-    """Wait until the clock has advanced by a time that the product prescribes.
+    """Wait until the clock has advanced by a time prescribed by the product.
 
-    Where there is a window, its events are handled.
+    Events of an open window are processed.
     """
     core = sys.modules.get("PySide6.QtCore")
     application = None if core is None else core.QCoreApplication.instance()

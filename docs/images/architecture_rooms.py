@@ -90,7 +90,7 @@ def _is_common(product: House, room: str) -> bool:
 
 
 def _inside(product: House, graph: Graph, name: str) -> Graph:
-    # A house may have files of its own besides its rooms; then it stands among them.
+    # A root package may have files in addition to its packages; they count as one.
     files = (one for one in product.product.values() if not one.is_package)
     filled = {product.room(one.module) for one in files} - set(ROOTS)
     rooms = {room for room in filled if house_of(room) == name}

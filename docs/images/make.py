@@ -63,7 +63,7 @@ def main(folder: Path) -> None:
 
 
 def _inspection(app: QApplication, folder: Path) -> None:
-    # The pages show where the job is: a short name instead of a place of this computer.
+    # The pages show the place of the job: a short name in place of a path of this computer.
     with tempfile.TemporaryDirectory() as place, contextlib.chdir(place):
         out = Path("jobs")
         request = _request(out)
@@ -227,7 +227,7 @@ def _is_measuring(live: LiveView, job: JobView) -> bool:
 
 
 def _is_finished(live: LiveView, job: JobView) -> bool:
-    # On a busy computer the job may be farther than what is to be shown.
+    # On a busy computer the job may be ahead of the state to be shown.
     shown = job.shown
     done = shown is not None and shown.state is FeatureState.DONE
     return done and not job.complete and live.tip_world is not None
@@ -246,7 +246,7 @@ def _is_lost(live: LiveView, job: JobView) -> bool:
 
 
 def _wait(app: QApplication, bridge: StationBridge, state: State) -> None:
-    """Let the job go on until a state is there, then hold what the window shows."""
+    """Let the job continue to a state, then hold the window's content."""
     bridge.blockSignals(False)
     until = time.monotonic() + PATIENCE_S
     while not state(bridge.station.looks.live(), bridge.shown.job):
@@ -254,7 +254,7 @@ def _wait(app: QApplication, bridge: StationBridge, state: State) -> None:
             raise SystemExit(f"{state.__name__} did not come within {PATIENCE_S:.0f} s.")
         app.processEvents()
         time.sleep(0.002)
-    # One more turn, so that the window shows what was seen here.
+    # One more turn, so that the window shows this state.
     live = bridge.station.looks.live()
     bridge.live_changed.emit(live)
     bridge.blockSignals(True)
@@ -275,7 +275,7 @@ def _grab(
     window.show_far(far)
     for theme in themes:
         window.use_theme(theme)
-        # What stands still is painted by and by.
+        # Static layers are painted gradually.
         QTest.qWait(500)
         path = folder / (f"{name}_{theme}.png" if far else f"window_{theme}_{name}.png")
         window.grab().save(str(path))

@@ -85,13 +85,13 @@ def picture(rooms: Rooms) -> str:
 
 
 def _bands(rooms: Rooms, arrows: Graph) -> tuple[list[Band], float]:
-    """Place the houses, the last layer on top; return them and where the lowest one ends."""
+    """Place the packages, the last layer on top; return them and the end of the lowest one."""
     of = levels(rooms.houses)
     passing = {one for name in arrows for one in arrows[name] if of[name] - of[one] > 1}
     bands: list[Band] = []
     y = 56.0
     for level in range(max(of.values()), -1, -1):
-        # To the right stands what is reached from the gutter.
+        # Packages reached from the gutter are on the right.
         row = sorted((n for n in of if of[n] == level), key=lambda n: (n in passing, n))
         for part in _lines_of(rooms, row):
             placed = _row(rooms, part, y)
@@ -177,7 +177,7 @@ def _wrapped(text: str, width: float) -> tuple[str, ...]:
 
 
 def _drawn(rooms: Rooms, band: Band) -> list[str]:
-    """Draw a house: its name, what it is, and its rooms from the first to the last."""
+    """Draw a package: its name, its purpose, and its subpackages from the first to the last."""
     fill = _FILL.get(band.house.rpartition(".")[2], _CHAIN)
     parts = [
         f'<rect x="{band.x:.1f}" y="{band.y:.1f}" width="{band.width:.1f}" '

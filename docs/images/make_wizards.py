@@ -48,7 +48,7 @@ SIZE = (1280, 720)
 SEED = 5
 PATIENCE_S = 60.0
 CONE = (0.0, 0.0, -150.0)
-"""Where the first sweep is made, mm, world."""
+"""Place of the first sweep, mm, world."""
 
 _BLOCK = 40
 
@@ -72,7 +72,7 @@ class Stage:
         return CalibrationScenesRig(self.rig, self.body, scenes, SEED)
 
     def show(self, runner: Runner, *scenes: Scene) -> None:
-        """Show scenes to a procedure that takes by itself what is ready."""
+        """Show scenes to a procedure that takes finished items automatically."""
         virtual = self.virtual(*scenes)
         for first in range(0, virtual.n_frames - _BLOCK, _BLOCK):
             if self.watcher is not None:
@@ -88,7 +88,7 @@ class Stage:
         raise TimeoutError
 
     def take_picture(self, name: str, theme: str) -> None:
-        """Save what is shown."""
+        """Save the shown content."""
         apply_theme(self.wizard, THEMES[theme])
         QTest.qWait(200)
         self.wizard.grab().save(str(self._pictures / f"wizard_{name}_{theme}.png"))
@@ -99,7 +99,7 @@ class Stage:
         return self.rig if record is None else rig_from_record(record)
 
     def collect(self, n: int, seed: int, now: datetime) -> KnownPointsProcedure:
-        """Leave a session behind in which all known points are taken."""
+        """Leave a session with all points taken."""
         rng = np.random.default_rng(seed)
         names = tuple(f"P{number:03d}" for number in range(n))
         low, high = self.rig.volume_world
@@ -150,7 +150,7 @@ def _relocation(stage: Stage) -> None:
     (x0, y0, z0), (x1, y1, z1) = (low + SEATS * (high - low)).tolist()
     stage.show(runner, TouchSeats(tips=((x0, y0, z0), (x1, y1, z1)), seed=1))
     runner.driver.advance()
-    # Both hands are full when the probe is waved: what is ready is taken by itself.
+    # Both hands are full while the probe is waved: finished items are taken automatically.
     stage.wait(lambda: _is_shown(runner, "wave") and runner.driver.now.automatic)
     stage.show(runner, FreeMotionScene(ways=12, seed=2))
     stage.take_picture("wave", "dark")
@@ -198,7 +198,7 @@ def _sweeps(stage: Stage) -> None:
         SweepProbe(cone=(70.0, 10.0, -130.0), seconds=16.0, seed=2, reach_deg=reach),
     )
     pictured = False
-    # A look of eight frames in twenty milliseconds is what the procedure takes at most.
+    # A procedure takes at most a look of eight frames in twenty milliseconds.
     for first in range(0, virtual.n_frames, 160):
         base = runner.driver.procedure.base
         if base.step.name == "again":
@@ -249,7 +249,7 @@ def _touches(stage: Stage) -> None:
 
 
 def _begin(stage: Stage, kind: ProcedureKind) -> Runner:
-    """Begin with what is proposed, and go to the first step in which something is taken."""
+    """Begin with the proposed fields, and go to the first recording step."""
     stage.wizard.open(kind)
     stage.wizard.start.begin_button.click()
     runner = stage.wizard.runner

@@ -1,1 +1,1 @@
-"""What the installed program has besides OCMM: its entry points and the kernels compiled for it."""
+"""Parts of the installed program besides OCMM: its entry points and its compiled kernels."""

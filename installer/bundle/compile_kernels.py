@@ -93,7 +93,7 @@ def compile_kernel(
         raise ValueError(f"{function.qualname} is listed without some of its arguments")
     libraries = {objects: made.library}
     libraries |= {one: other.library(made.library) for one, other in (others or {}).items()}
-    # Each brings what it calls, as LLVM improved it there; none takes that of another one.
+    # Each contains its callees, as optimised there by LLVM; none shares those of another.
     entry, memory = f"kernel_{mark}", f"environment_{mark}"
     for one, library in libraries.items():
         file = one / f"{mark}.o"
@@ -118,7 +118,7 @@ def compile_kernel(
 
 
 def link(objects: Path, folder: Path, kind: str) -> None:
-    """Join what was compiled to ``KIND.so``, and write what is in it to ``KIND.json``."""
+    """Link the compiled objects to ``KIND.so``, and write its contents to ``KIND.json``."""
     rows = [
         row
         for file in sorted(objects.glob("*.json"))
@@ -127,7 +127,7 @@ def link(objects: Path, folder: Path, kind: str) -> None:
     files = [objects / f"{row[3]}.o" for row in rows]
     wanted = _run("nm", "--undefined-only", "--just-symbols", *map(str, files)).split()
     helpers = sorted({name for name in wanted if name.startswith(_HELPERS)})
-    # numba's libraries hide their functions and tell where they are: each gets a step through a
+    # numba's libraries hide their functions and export addresses: each gets a trampoline through a
     # table that is filled when the library is loaded.
     steps = "".join(
         f".globl {name}\n.hidden {name}\n.type {name}, @function\n"
@@ -181,7 +181,7 @@ def _told(value: Any) -> bytes:
     from numpy import dtype, ndarray
 
     def plain(one: Any) -> object:
-        # What is known only when the error is raised.
+        # Computed only when the error is raised.
         return {"later": True} if isinstance(one, ir.Value) else one
 
     if isinstance(value, dtype):
@@ -207,17 +207,17 @@ def forget_where(folder: Path) -> None:
 
     array_exprs = import_module("numba.np.ufunc.array_exprs")
 
-    # Nothing is kept beside the sources or loaded from there.
+    # No cache is written next to the sources or loaded from there.
     Cache.save_overload = lambda *_: None
     Cache.load_overload = lambda *_: None
     # Words instead of pickled objects, see `_told`.
     pythonapi.serialize = type("Words", (), {"dumps": staticmethod(_told)})
 
-    # A text for whoever looks into a function.
+    # A text for inspecting a function.
     TypeAnnotation.__str__ = lambda _: ""
 
-    # Where an error is raised: files are named as they are called where the package is installed,
-    # in the place and in the words.
+    # The place of an error: files have the names of the installed package, in the place and in the
+    # words.
     built = CPUCallConv.build_excinfo_struct
     folders = sorted({str(folder), sysconfig.get_path("purelib"), sysconfig.get_path("platlib")})
 
@@ -231,7 +231,7 @@ def forget_where(folder: Path) -> None:
 
     CPUCallConv.build_excinfo_struct = lambda self, *told: installed(built(self, *told))
 
-    # What is computed with whole arrays gets a name from its address in memory: here, a number.
+    # Whole-array code gets a name from its address in memory: here, a number.
     numbers: dict[int, tuple[int, object]] = {}
     vars(array_exprs)["hash"] = lambda told: numbers.setdefault(id(told), (len(numbers), told))[0]
 

@@ -68,7 +68,7 @@ def emitted(library: Any, machine: Any = None) -> bytes:
 
     codegen = library._codegen  # noqa: SLF001 - numba shows none of these
     if machine is None:
-        # As numba makes its own, but for where the code may lie.
+        # As made by numba, except for the code model.
         machine = llvm.Target.from_default_triple().create_target_machine(
             cpu=codegen.cpu if hasattr(codegen, "cpu") else codegen._get_host_cpu_name(),  # noqa: SLF001
             features=codegen._tm_features,  # noqa: SLF001 - as above

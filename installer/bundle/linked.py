@@ -38,7 +38,7 @@ _NUMBERS: dict[str, type] = {"<f8": float, "<i8": int}
 # Of numpy's flags: in C order, in Fortran's, aligned, may be written to.
 _C, _F, _USABLE = 0x1, 0x2, 0x500
 _ARRAYS: dict[tuple[Any, int, int], str] = {}
-"""What was asked before; there are few."""
+"""Earlier results; there are few."""
 
 
 class Kernels:
@@ -102,7 +102,7 @@ class Kernel:
     """A function of OCMM that was compiled, for each combination of types that Python calls."""
 
     _cache = SimpleNamespace(_cache_file=SimpleNamespace(_source_stamp=None))
-    """`ocmm_core.camera.compiled` says there what a result in a clone depends on."""
+    """`ocmm_core.camera.compiled` lists the dependencies of a result in a clone."""
 
     def __init__(self, kernels: Kernels, function: Callable[..., Any]) -> None:
         update_wrapper(self, function)
@@ -131,7 +131,7 @@ class Kernel:
         return self._made.get(words)
 
     def _adapted(self, args: Sequence[Any], words: tuple[str, ...]) -> Any:
-        """Call it with copies that it was compiled for; what it writes goes where it belongs."""
+        """Call it with copies of compiled types; written data are copied back."""
         for listed in self._listed:
             fit = [*map(_fitted, args, words, listed)] if len(listed) == len(args) else [None]
             made = self._compiled(listed)
@@ -143,7 +143,8 @@ class Kernel:
                 ]
                 answer = made(*fit)
                 for one, copy, before in copies:
-                    # What was only read may overlap what was written, and stays as that left it.
+                    # An argument only read may overlap a written one, and keeps the latter's
+                    # content.
                     if one.flags.writeable and copy.tobytes() != before:
                         one[...] = copy
                 return answer
@@ -176,7 +177,7 @@ def _array(kind: Any, axes: int, flags: int) -> str:
 
 
 def _fitted(value: Any, word: str, listed: str) -> Any:
-    """Return an argument as another listed type; None where a kernel could compute otherwise."""
+    """Return an argument as another listed type; None if a kernel could compute otherwise."""
     if word == listed:
         return value
     if listed in _NUMBERS:
@@ -189,7 +190,7 @@ def _fitted(value: Any, word: str, listed: str) -> Any:
 
 
 def _value(told: dict[str, Any]) -> Any:
-    """Return what the words of `compile_kernels` stand for."""
+    """Return the value described by the words of `compile_kernels`."""
     import numpy as np
 
     if "dtype" in told:
@@ -213,7 +214,7 @@ def _unpickled(_address: int, data: bytes, _hashed: bytes) -> Any:
 
 
 def _with_arguments(static: bytes, arguments: Sequence[Any]) -> Any:
-    """Return an error whose arguments are known only when it is raised; as above."""
+    """Return an error with arguments computed only when it is raised; as above."""
     kind, known, where = _value(json.loads(static))
     later = iter(arguments)
     return kind, tuple(next(later) if one == {"later": True} else one for one in known), where
@@ -230,7 +231,7 @@ def _extension(folder: Path, name: str) -> ModuleType:
 
 
 class _Unneeded:
-    """What is said to a compiler: it answers all with itself, also as a class to build on."""
+    """Stands for a compiler: each access returns itself, also as a base class."""
 
     def __init__(self, *_: Any) -> None:
         """Take anything."""
@@ -257,7 +258,7 @@ def install(folder: Path, kind: str) -> Kernels:
         Of processor.
     """
     kernels = Kernels(folder, kind)
-    # There is no LLVM to ask which one it should be.
+    # Without LLVM there is no query of the choice.
     os.environ.update(instructions.environment(kind))
     unneeded = _Unneeded()
 

@@ -19,11 +19,11 @@ from typing import Any
 import typer
 from typer._completion_shared import get_completion_script
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.documents import write_atomic
 
 _SHELLS = {"bash": "ocmm", "zsh": "_ocmm", "fish": "ocmm.fish"}
-"""By shell: what it wants the file to be called."""
+"""By shell: the required name of the file."""
 
 
 def man_page(app: typer.Typer) -> str:
@@ -40,7 +40,7 @@ def man_page(app: typer.Typer) -> str:
 
 def bus_page() -> str:
     """Return the page of ``ocmm-acq``."""
-    # The program itself, which nobody imports.
+    # The program itself, which is never imported.
     program = import_module("ocmm_core.acquisition.bus_process._process")
     told = inspect.cleandoc(program.__doc__ or "")
     used = inspect.cleandoc(program.main.__doc__ or "")
@@ -75,7 +75,7 @@ def _write(path: Path, text: str) -> None:
 def _title(name: str) -> str:
     seconds = os.environ.get("SOURCE_DATE_EPOCH", "0")
     date = datetime.fromtimestamp(int(seconds), UTC).date().isoformat()
-    return f'.TH {name} 1 "{date}" "OCMM {__version__}" "User commands"'
+    return f'.TH {name} 1 "{date}" "OCMM {build_version()}" "User commands"'
 
 
 def _commands(path: str, command: Any) -> Iterator[str]:

@@ -16,16 +16,16 @@ from pathlib import Path
 
 from installer.bundle import kernels, linked
 
-_OURS = re.compile(r"ocmm_(core|gui)(\.\w+)*")
+_OURS = re.compile(r"ocmm_[a-z]+(\.\w+)*")
 
 
 def run() -> None:
-    """Be the program that this file is; not what it was called, which anybody may choose."""
+    """Run the program of this file, independent of its calling name, which anyone may choose."""
     (run_ocmm_acq if Path(sys.executable).name == "ocmm-acq" else run_ocmm)()
 
 
 def run_ocmm() -> None:
-    """Be ``ocmm``, or the part of OCMM that was asked for."""
+    """Run ``ocmm``, or the requested part of OCMM."""
     told = _use_kernels()
     if getattr(sys, "frozen", False):
         os.environ["QT_PLUGIN_PATH"] = str(Path(_inside(), "PySide6/Qt/plugins"))
@@ -58,7 +58,7 @@ def run_ocmm_acq() -> None:
 
 
 def _use_kernels() -> str:
-    """Use the kernels of the package, if this is one; return what the user should know of them."""
+    """Use the kernels of the package, if this is one; return a message for the user."""
     kind, told = kernels.choose()
     if not getattr(sys, "frozen", False):
         return ""

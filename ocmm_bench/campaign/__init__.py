@@ -10,11 +10,7 @@ commands (`_hostile_runs`), and `_hostile_sides` makes files of every kind next 
 must not know the other commands; it starts them as a user does.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_bench.campaign._clock import serve_clock
@@ -36,21 +32,7 @@ if TYPE_CHECKING:
     from ocmm_bench.campaign._reliability import reliability, selftest_app
     from ocmm_bench.campaign._writers import other_station
 else:
-    __getattr__ = door(
-        __name__,
-        _clock="serve_clock",
-        _faults="serve_faults",
-        _hostile="given good_files hostile_groups usual_of",
-        _hostile_documents="document_kinds leaf_kinds points_kinds recording_kinds table_kinds",
-        _hostile_forge="Forgery forged",
-        _hostile_jobs="damaged_kinds job_kinds",
-        _hostile_runs="REFUSED",
-        _hostile_sides="MAKERS Make",
-        _kills="measure_job",
-        _lost_names="lose_name possible_losses",
-        _reliability="reliability selftest_app",
-        _writers="other_station",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "MAKERS", "REFUSED", "Forgery", "Make", "damaged_kinds", "document_kinds", "forged", "given",

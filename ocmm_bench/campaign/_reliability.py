@@ -5,13 +5,11 @@ from __future__ import annotations
 import time
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
-from rich import box
-from rich.table import Table
 
-from ocmm_cli.terminal import make_console
+from ocmm_cli.terminal import make_console, print_grid
 from ocmm_core.host import require_linux
 
 if TYPE_CHECKING:
@@ -44,38 +42,9 @@ def _selftest() -> None:
 
 @selftest_app.command()
 def reliability(
-    *,
-    lane: Annotated[
-        list[LaneName] | None,
-        typer.Option(
-            "--lane",
-            help="kills: kill -9 of a whole job at any moment; cuts: power cuts on a disk in a "
-            "file, as root; faults: every system call that writes fails in every way; names: "
-            "files removed, moved, replaced or unmounted while measured; writers: "
-            "two programs on one job or store; clock: a clock that jumps; hostile: forged "
-            "and damaged files; sides: hostile files in place of trusted ones and next to "
-            "them; soak: jobs at 8 kHz, one after the other, for --hours. May be "
-            "repeated; default: all.",
-        ),
-    ] = None,
-    runs: Annotated[
-        int | None, typer.Option("--runs", help="Trials of each lane; default: 100.")
-    ] = None,
-    hours: Annotated[
-        float | None,
-        typer.Option(
-            "--hours", help="Time in all, shared among the lanes; no limit of trials then."
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of all moments.")] = 1,
-    state: Annotated[
-        Path | None,
-        typer.Option(
-            "--state",
-            help="File of JSON lines, one for each trial: the same command continues from there.",
-        ),
-    ] = None,
-) -> None:
+    *, lane: list[LaneName] | None, runs: int | None, hours: float | None, seed: int,
+    state: Path | None,
+) -> None:  # fmt: skip
     """Kill, cut and break the program while it stores, and count what is lost.
 
     Beside every zero stands the rate that so many trials without a finding exclude with 95 %: 3/N.
@@ -137,21 +106,20 @@ def run_reliability(
 def print_results(results: list[LaneResult], console: Console) -> None:
     from ocmm_bench.campaign._trials import FINDINGS, bound
 
-    table = Table(title="Reliability", title_justify="left", box=box.SIMPLE_HEAD)
-    for title in ("Lane", "Trials", "Acknowledged", "Finding", "Found", "Rate below (95 %)"):
-        table.add_column(title, justify="left" if title in ("Lane", "Finding") else "right")
+    rows = []
     for result in results:
         trials = len(result.trials)
         if result.why_not and not trials:
-            table.add_row(result.lane, "NOT RUN", "", result.why_not, "", "")
+            rows.append((result.lane, "NOT RUN", "", result.why_not, "", ""))
             continue
         head = (result.lane, str(trials), str(result.acknowledged))
         for finding in FINDINGS[result.lane]:
             count = result.count(finding)
             rate = f"{bound(trials):.2g}" if count == 0 else ""
-            table.add_row(*head, finding, str(count), rate)
+            rows.append((*head, finding, str(count), rate))
             head = ("", "", "")
-    console.print(table)
+    columns = ("Lane", "Trials", "Acknowledged", "Finding", "Found", "Rate below (95 %)")
+    print_grid(console, columns, rows, "Reliability")
     notes = [
         f"{trial.lane} {trial.number}: {', '.join(trial.found)}. {trial.note}"
         for result in results

@@ -12,11 +12,7 @@ Start with `_run` (order of the rules), `_findings` (results, report) and `_page
 The rules must not import bring-up, supervision or the software camera.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_bench.conform._command import conform_camera
@@ -37,15 +33,7 @@ if TYPE_CHECKING:
     from ocmm_bench.conform._page import conformance_page, conformance_text
     from ocmm_bench.conform._run import RULES, conform, find_place
 else:
-    __getattr__ = door(
-        __name__,
-        _command="conform_camera",
-        _conform_process="ConformConfig ConformNews conform_command conform_virtual",
-        _findings="CameraOutcome ConformanceReport RuleResult RuleVerdict TimingSheet",
-        _mail_line="ConformLine WireLine",
-        _page="conformance_page conformance_text",
-        _run="RULES conform find_place",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "RULES",

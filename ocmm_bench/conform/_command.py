@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import msgspec
 import typer
 
 from ocmm_cli.bus import follow_errand, write_bytes
-from ocmm_cli.terminal import ForceOption, RigOption, make_console
-from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_cli.terminal import make_console
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import BusError
 
@@ -21,28 +20,9 @@ _EXIT_RED, _EXIT_INCOMPLETE = 1, 3
 
 
 def conform_camera(
-    interface: Annotated[
-        str,
-        typer.Argument(
-            metavar="IFACE",
-            help="Network interface with the camera, e.g. enp3s0; or ethercat:virtual.",
-        ),
-    ],
-    *,
-    serial: Annotated[
-        int, typer.Option("--serial", help="Its serial number, if there are several cameras.")
-    ] = 0,
-    firmware: Annotated[
-        Path | None,
-        typer.Option("--firmware", help="Signed firmware of another version, to try an update."),
-    ] = None,
-    json: Annotated[Path | None, typer.Option("--json", help="New file for the report.")] = None,
-    page: Annotated[
-        Path | None, typer.Option("--page", help="New HTML page for the report.")
-    ] = None,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+    interface: str, *, serial: int, firmware: Path | None, json: Path | None, page: Path | None,
+    rig: Path, force: bool,
+) -> None:  # fmt: skip
     """Test a camera against every rule of its description (docs/integrator/camera_objects.md).
 
     Takes one to two minutes on an idle bus. Deletes the camera's black image, clears its errors

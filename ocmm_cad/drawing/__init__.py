@@ -9,23 +9,14 @@ their limits and general tolerances, `_frames`, `_zones`, and `_plan_of_model`, 
 stores the account in the plan. The package does not read files: `inspection.step` does.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cad.drawing._context import GROUPS, NOT_IMPORTED, Account, AccountItem
     from ocmm_cad.drawing._plan_of_model import plan_with_tolerances, with_account
     from ocmm_cad.drawing._sizes import CLASSES, general_of
 else:
-    __getattr__ = door(
-        __name__,
-        _context="Account AccountItem GROUPS NOT_IMPORTED",
-        _plan_of_model="plan_with_tolerances with_account",
-        _sizes="CLASSES general_of",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CLASSES", "GROUPS", "NOT_IMPORTED", "Account", "AccountItem", "general_of",

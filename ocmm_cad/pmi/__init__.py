@@ -10,11 +10,7 @@ then `_dimensions` (also faces of an aspect), `_tolerances`, and `_read`, which 
 `inspection.drawing` imports the items.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cad.pmi._items import (
@@ -30,13 +26,7 @@ if TYPE_CHECKING:
     from ocmm_cad.pmi._picked import picked_entities, units_fault
     from ocmm_cad.pmi._read import FaceText, may_say_tolerances, read_pmi
 else:
-    __getattr__ = door(
-        __name__,
-        _items="Annotation Datum DatumReference DatumTarget Dimension Pmi Tolerance",
-        _part21="BadEntityError Part21 Typed plain refs",
-        _picked="picked_entities units_fault",
-        _read="FaceText may_say_tolerances read_pmi",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "Annotation", "BadEntityError", "Datum", "DatumReference", "DatumTarget", "Dimension",

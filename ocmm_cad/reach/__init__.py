@@ -8,11 +8,7 @@ placement, attitudes), and the compiled `_grow_kernel`, `_search_kernel` and `_t
 not know files of models, features or plans.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cad.reach._reach import (
@@ -25,11 +21,7 @@ if TYPE_CHECKING:
     )
     from ocmm_cad.reach._setting import TILT_DEG, Setting, solid_of
 else:
-    __getattr__ = door(
-        __name__,
-        _reach="LEAST_LEDS Obstacle Reach Reached SurfaceTargets make_obstacle",
-        _setting="Setting TILT_DEG solid_of",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "LEAST_LEDS",

@@ -12,11 +12,7 @@ sides of free-form faces, `_profiled` also has the message of the process and na
 `_chosen_reach` completes large models later. It must not know plans.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cad.step._asking import READER_MODULES, STEP_SETUP, STEP_SIZE_MB, has_step
@@ -43,17 +39,7 @@ if TYPE_CHECKING:
     from ocmm_cad.step._profiled import NOT_EXACT, FreeForm
     from ocmm_cad.step._request import StepRequest, setting_for, setting_of, up_of, usual_request
 else:
-    __getattr__ = door(
-        __name__,
-        _asking="READER_MODULES STEP_SETUP STEP_SIZE_MB has_step",
-        _choice="Choice FREE_FORM FacesAccount Offer chosen faces_account offers_of",
-        _chosen_reach="ChosenReach ask_for_chosen",
-        _model="LeftOut ReachableTargets StepModel USUAL_BALL_MM read_model read_part",
-        _model_files="ModelFiles model_files",
-        _plugin="STEP",
-        _profiled="FreeForm NOT_EXACT",
-        _request="StepRequest setting_for setting_of up_of usual_request",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "FREE_FORM", "NOT_EXACT", "READER_MODULES", "STEP", "STEP_SETUP", "STEP_SIZE_MB",

@@ -7,19 +7,13 @@ and `_msa` (studies from jobs).
 Computations are in `acceptance` and `studies`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.acceptance._acceptance import acceptance_app
     from ocmm_cli.acceptance._artefact import artefact_app
     from ocmm_cli.acceptance._msa import msa_app
 else:
-    __getattr__ = door(
-        __name__, _acceptance="acceptance_app", _artefact="artefact_app", _msa="msa_app"
-    )
+    __getattr__ = door(__name__)
 
 __all__ = ["acceptance_app", "artefact_app", "msa_app"]

@@ -6,55 +6,21 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from ocmm_cli.terminal import (
-    CalibrationsOption,
-    ForceOption,
-    ProbeOption,
-    ProbesOption,
-    RigOption,
-    SeedOption,
-    SourceOption,
-    SpeedOption,
-    TemperatureOption,
-    TemperatureUOption,
-    TipOption,
-    lead,
-    make_console,
-    say,
-    say_word,
-)
-from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
 
 if TYPE_CHECKING:
     from ocmm_core.acceptance import AcceptanceRecord, InterimChart
 
 
 def interim(
-    *,
-    artefact: Annotated[
-        list[str] | None, typer.Option("--artefact", help="The dumbbell: id or document.")
-    ] = None,
-    procedure: Annotated[str, typer.Option("--procedure", help="Id or TOML file.")] = "INTERIM",
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-    who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",
-    seed: SeedOption = DEFAULT_SEED,
-    speed: SpeedOption = 0.0,
-    folder: Annotated[
-        Path | None, typer.Option("--folder", help="Of checks; default: that of this user.")
-    ] = None,
-    force: ForceOption = False,
-) -> None:
+    *, artefact: list[str] | None, procedure: str, source: str, rig: Path, probe: Path,
+    calibrations: Path | None, probes: Path | None, tip: str | None, temperature: float | None,
+    temperature_u: str, who: str, seed: int, speed: float, folder: Path | None, force: bool,
+) -> None:  # fmt: skip
     """Check the system in 90 seconds: two spheres on a bar, at start of shift or after a knock.
 
     A check that is out is repeated at once. Out again: the points since the last good check are
@@ -113,56 +79,25 @@ acceptance_app = typer.Typer(
     "\n\nExit codes: 0 PASS, 1 FAIL, NOT PROVEN or VOID, 2 could not run.",
 )
 
-ProcedureArgument = Annotated[
-    str, typer.Argument(help="Id of a shipped procedure, or a TOML file of your own.")
-]
-ArtefactsOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--artefact",
-        help="Id in the register, or a document; repeat for several. Virtual rig: shipped ones.",
-    ),
-]
-FolderOption = Annotated[
-    Path | None,
-    typer.Option("--folder", help="Of sessions and records; default: that of this user."),
-]
-
 
 @acceptance_app.command(name="list")
 def list_command() -> None:
     """List the shipped procedures with their standards and limits."""
-    from rich.table import Table
-
     from ocmm_core.acceptance import load_procedure, procedure_files
 
-    table = Table(
-        say_word("Id"),
-        say_word("Title"),
-        say_word("Standard"),
-        say_word("Limits"),
-        say_word("Minutes"),
-    )
+    rows = []
     for name, path in {**procedure_files(), **procedure_files(of_jobs=True)}.items():
         one = load_procedure(path)[0]
         limits = "\n".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
-        table.add_row(name, say_word(one.title), say(one.wording), limits, f"{one.minutes:g}")
-    make_console().print(table)
+        rows.append((name, say_word(one.title), say(one.wording), limits, f"{one.minutes:g}"))
+    print_grid(make_console(), heads("Id", "Title", "Standard", "Limits", "Minutes"), rows)
 
 
 @acceptance_app.command()
 def plan(
-    *,
-    procedure: ProcedureArgument,
-    artefact: ArtefactsOption = None,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    seed: SeedOption = DEFAULT_SEED,
-) -> None:
+    *, procedure: str, artefact: list[str] | None, source: str, rig: Path, probe: Path,
+    calibrations: Path | None, probes: Path | None, tip: str | None, seed: int,
+) -> None:  # fmt: skip
     """Print where artefacts go and how many points are taken, in the order that the seed draws."""
     from ocmm_core.acceptance import plan_of
     from ocmm_core.composition import open_test_site
@@ -187,38 +122,12 @@ def plan(
 
 @acceptance_app.command()
 def run(
-    *,
-    procedure: ProcedureArgument,
-    artefact: ArtefactsOption = None,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-    who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",
-    place: Annotated[str, typer.Option("--place", help="Where the test is made.")] = "",
-    humidity: Annotated[str, typer.Option("--humidity", help="Of the air, %.")] = "",
-    pressure: Annotated[str, typer.Option("--pressure", help="Of the air, hPa.")] = "",
-    customer: Annotated[str, typer.Option("--customer", help="For whom.")] = "",
-    condition: Annotated[
-        Literal["as found", "after adjustment"],
-        typer.Option("--condition", help="State of the machine: before or after an adjustment."),
-    ] = "as found",
-    retest: Annotated[
-        bool, typer.Option("--retest/--no-retest", help="Repeat what may be repeated.")
-    ] = True,
-    new: Annotated[bool, typer.Option("--new", help="Start again.")] = False,
-    seed: SeedOption = DEFAULT_SEED,
-    speed: SpeedOption = 0.0,
-    record: Annotated[
-        Path | None, typer.Option("--record", help="Keep the frames in this file.")
-    ] = None,
-    folder: FolderOption = None,
-    force: ForceOption = False,
-) -> None:
+    *, procedure: str, artefact: list[str] | None, source: str, rig: Path, probe: Path,
+    calibrations: Path | None, probes: Path | None, tip: str | None, temperature: float | None,
+    temperature_u: str, who: str, place: str, humidity: str, pressure: str, customer: str,
+    condition: Literal["as found", "after adjustment"], retest: bool, new: bool, seed: int,
+    speed: float, record: Path | None, folder: Path | None, force: bool,
+) -> None:  # fmt: skip
     """Run a test, or continue it: points are taken as soon as the ball rests where it should."""
     from ocmm_cli.acceptance._report import print_record
     from ocmm_cli.acceptance._run import room_temperature, run_test
@@ -243,19 +152,9 @@ def run(
 
 @acceptance_app.command()
 def recompute(
-    *,
-    file: Annotated[Path, typer.Argument(help="Record of a finished test.")],
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    spots: Annotated[
-        bool,
-        typer.Option("--spots/--points", help="Also from the spots, with the rig and the probe."),
-    ] = False,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-    source: SourceOption = DEFAULT_SOURCE,
-    tip: TipOption = None,
-) -> None:
+    *, file: Path, rig: Path, probe: Path, spots: bool, calibrations: Path | None,
+    probes: Path | None, source: str, tip: str | None,
+) -> None:  # fmt: skip
     """Compute all numbers of a record from its raw data, and compare."""
     from ocmm_cli.acceptance._report import print_record
     from ocmm_core.acceptance import differences, load_signed_record, recompute_tips
@@ -287,23 +186,15 @@ def recompute(
 
 
 @acceptance_app.command()
-def status(*, folder: FolderOption = None) -> None:
+def status(*, folder: Path | None) -> None:
     """List the tests of a folder: unfinished ones, and records with their verdicts."""
-    from rich.table import Table
-
     from ocmm_core.acceptance import AcceptanceSession, FinishedTest, load_signed_record
     from ocmm_core.composition import default_test_folder
     from ocmm_core.documents import find_files
     from ocmm_core.errors import OcmmError
 
     console, base = make_console(), folder or default_test_folder()
-    table = Table(
-        say_word("Test"),
-        say_word("Begun"),
-        say_word("Points"),
-        say_word("Verdict"),
-        say_word("File"),
-    )
+    rows = []
     files, left_out = find_files(base)
     for fault in left_out:
         console.print(
@@ -319,13 +210,8 @@ def status(*, folder: FolderOption = None) -> None:
             continue
         if not (view.finished or view.abandoned):
             wanted = sum(len(one.points_world) * one.repeats for one in view.positions)
-            table.add_row(
-                say_word(view.title),
-                "",
-                f"{sum(view.done)}/{wanted}",
-                say_word("unfinished"),
-                path.name,
-            )
+            done = f"{sum(view.done)}/{wanted}"
+            rows.append((say_word(view.title), "", done, say_word("unfinished"), path.name))
     for path in (path for path in files if path.match("records/*.json")):
         try:
             loaded = load_signed_record(path)
@@ -336,12 +222,12 @@ def status(*, folder: FolderOption = None) -> None:
             continue
         one = loaded.record
         states = FinishedTest(path, one, loaded.signer).states
-        table.add_row(
+        rows.append((
             one.procedure.id, one.begun_utc[:16], str(len(one.observations)),
             " ".join(map(say_word, (*states, one.verdict.value))),
             path.name,
-        )  # fmt: skip
-    console.print(table)
+        ))  # fmt: skip
+    print_grid(console, heads("Test", "Begun", "Points", "Verdict", "File"), rows)
 
 
 acceptance_app.command()(interim)

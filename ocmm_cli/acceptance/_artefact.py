@@ -4,66 +4,24 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from ocmm_cli.terminal import lead, make_console, say, say_word
+from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
 
 artefact_app = typer.Typer(
     no_args_is_help=True,
     help="Keep the calibrated artefacts: certificate, U, form, expansion, due date.",
 )
 
-FolderOption = Annotated[
-    Path | None, typer.Option("--folder", help="Of the register; default: that of this user.")
-]
-NameArgument = Annotated[str, typer.Argument(help="Id of the artefact.")]
-WhoOption = Annotated[str, typer.Option("--who", help="Name for the register.")]
-
 
 @artefact_app.command()
 def add(
-    *,
-    file: Annotated[
-        Path | None, typer.Argument(help="Document (ocmm.artefact/1); or give the options.")
-    ] = None,
-    name: Annotated[str, typer.Option("--id", help="What commands call it.")] = "",
-    kind: Annotated[
-        str,
-        typer.Option(
-            "--kind", help="sphere, bar, gauge block, part, plate, dumbbell, thermometer."
-        ),
-    ] = "",
-    title: Annotated[str, typer.Option("--name", help="Of the artefact.")] = "",
-    maker: Annotated[str, typer.Option("--maker")] = "",
-    serial: Annotated[str, typer.Option("--serial")] = "",
-    laboratory: Annotated[str, typer.Option("--laboratory", help="That calibrated it.")] = "",
-    certificate: Annotated[str, typer.Option("--certificate", help="Its number.")] = "",
-    certificate_file: Annotated[
-        Path | None, typer.Option("--certificate-file", help="Its file, for the hash.")
-    ] = None,
-    due: Annotated[str, typer.Option("--due", help="It holds until then, like 2027-06-30.")] = "",
-    size: Annotated[
-        list[float] | None,
-        typer.Option("--size", help="mm at 20 °C; once for each nest of a bar, from 0."),
-    ] = None,
-    u: Annotated[float, typer.Option("--U", help="U (k = 2), mm; K for a thermometer.")] = 0.0,
-    u_per_length: Annotated[
-        float, typer.Option("--U-per-length", help="Its part that grows with the length.")
-    ] = 0.0,
-    form: Annotated[float, typer.Option("--form", help="Certified form error, mm.")] = 0.0,
-    expansion: Annotated[float, typer.Option("--expansion", help="1/K.")] = 11.5e-6,
-    expansion_u: Annotated[
-        float, typer.Option("--expansion-u", help="Its standard uncertainty, 1/K.")
-    ] = 1e-6,
-    supports: Annotated[str, typer.Option("--supports", help="How it is held.")] = "",
-    replace: Annotated[
-        bool, typer.Option("--replace", help="A newer certificate of an artefact that is there.")
-    ] = False,
-    who: WhoOption = "unnamed",
-    folder: FolderOption = None,
-) -> None:
+    *, file: Path | None, name: str, kind: str, title: str, maker: str, serial: str,
+    laboratory: str, certificate: str, certificate_file: Path | None, due: str,
+    size: list[float] | None, u: float, u_per_length: float, form: float, expansion: float,
+    expansion_u: float, supports: str, replace: bool, who: str, folder: Path | None,
+) -> None:  # fmt: skip
     """Add an artefact from a document, or as it is typed."""
     from ocmm_core.acceptance import (
         ARTEFACT_KINDS,
@@ -97,10 +55,8 @@ def add(
 
 
 @artefact_app.command(name="list")
-def list_command(*, folder: FolderOption = None) -> None:
+def list_command(*, folder: Path | None) -> None:
     """List the artefacts with their due dates."""
-    from rich.table import Table
-
     from ocmm_core.acceptance import ArtefactRegister
 
     console, now = make_console(), datetime.now(UTC)
@@ -109,10 +65,7 @@ def list_command(*, folder: FolderOption = None) -> None:
     if not entries:
         console.print(say("No artefacts yet. Add one: ocmm artefact add FILE"))
         return
-    table = Table(
-        say_word("Id"), say_word("Kind"), say_word("Serial"), say_word("U (k = 2), µm"),
-        say_word("Certificate no."), say_word("Due"),
-    )  # fmt: skip
+    rows = []
     for one in entries.values():
         due = datetime.fromisoformat(one.used().use.due_utc)
         word = due.date().isoformat()
@@ -120,14 +73,15 @@ def list_command(*, folder: FolderOption = None) -> None:
             word += f" {say_word('EXPIRED')}"
         if one.id in faults:
             word += f" {say_word('NOT SIGNED')}"
-        table.add_row(
-            one.id, one.kind, one.serial, f"{1e3 * one.expanded:.2f}", one.certificate, word
+        rows.append(
+            (one.id, one.kind, one.serial, f"{1e3 * one.expanded:.2f}", one.certificate, word)
         )
-    console.print(table)
+    columns = heads("Id", "Kind", "Serial", "U (k = 2), µm", "Certificate no.", "Due")
+    print_grid(console, columns, rows)
 
 
 @artefact_app.command()
-def show(*, name: NameArgument, folder: FolderOption = None) -> None:
+def show(*, name: str, folder: Path | None) -> None:
     """Print everything that is known of an artefact."""
     from ocmm_core.acceptance import ArtefactRegister
 
@@ -137,11 +91,7 @@ def show(*, name: NameArgument, folder: FolderOption = None) -> None:
 
 
 @artefact_app.command()
-def read(
-    *,
-    name: Annotated[str, typer.Argument(help="Id of a thermometer; several with commas.")],
-    folder: FolderOption = None,
-) -> None:
+def read(*, name: str, folder: Path | None) -> None:
     """Read thermometers by their sources, and print what is doubtful.
 
     Exit code 0: all readings may be used.
@@ -160,7 +110,7 @@ def read(
 
 
 @artefact_app.command()
-def remove(*, name: NameArgument, who: WhoOption = "unnamed", folder: FolderOption = None) -> None:
+def remove(*, name: str, who: str, folder: Path | None) -> None:
     """Take an artefact out of the register; what was said of it stays in its file."""
     from ocmm_core.acceptance import ArtefactRegister
 

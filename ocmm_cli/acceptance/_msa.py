@@ -3,24 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from ocmm_cli.acceptance._msa_reference import JobsArgument, linearity, part, part_use, type1
-from ocmm_cli.terminal import (
-    CalibrationsOption,
-    OutOption,
-    PlanOption,
-    ProbesOption,
-    RigOption,
-    SeedOption,
-    SourceOption,
-    lead,
-    make_console,
-    say,
-)
-from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, DEMO_PLAN, RECOMMENDED_RIG
+from ocmm_cli.acceptance._msa_reference import linearity, part, part_use, type1
+from ocmm_cli.terminal import lead, make_console, say
 
 msa_app = typer.Typer(
     no_args_is_help=True,
@@ -29,21 +16,9 @@ msa_app = typer.Typer(
     "inspection plan is a study of its own.",
 )
 
-StudyArgument = Annotated[Path, typer.Argument(help="Plan of the study (ocmm msa plan).")]
-
 
 @msa_app.command()
-def plan(
-    *,
-    file: Annotated[Path, typer.Argument(help="Plan that is written.")],
-    name: Annotated[str, typer.Option("--name", help="Of the study, and batch of its jobs.")],
-    parts: Annotated[int, typer.Option("--parts", help="How many.")] = 10,
-    operators: Annotated[
-        str, typer.Option("--operators", help="Names, parted by commas.")
-    ] = "A,B,C",
-    trials: Annotated[int, typer.Option("--trials", help="Of each operator on each part.")] = 3,
-    seed: SeedOption = DEFAULT_SEED,
-) -> None:
+def plan(*, file: Path, name: str, parts: int, operators: str, trials: int, seed: int) -> None:
     """Draw the order of a crossed study, and give every measurement a blind code."""
     from ocmm_shop.studies import plan_study, store_plan
 
@@ -55,17 +30,9 @@ def plan(
 
 @msa_app.command()
 def run(
-    *,
-    study: StudyArgument,
-    plan: PlanOption = DEMO_PLAN,
-    out: OutOption,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-    seed: SeedOption = DEFAULT_SEED,
-    most: Annotated[int, typer.Option("--most", help="Stop after so many.")] = 10_000,
-) -> None:
+    *, study: Path, plan: Path, out: Path, source: str, rig: Path, calibrations: Path | None,
+    probes: Path | None, seed: int, most: int,
+) -> None:  # fmt: skip
     """Measure what is still missing, in the drawn order; prints the operator of each part.
 
     Values are hidden, so that earlier results do not influence the operator. On the virtual rig
@@ -96,7 +63,7 @@ def run(
 
 
 @msa_app.command()
-def status(*, study: StudyArgument, jobs: JobsArgument) -> None:
+def status(*, study: Path, jobs: Path) -> None:
     """Say how far a study is, and what comes next."""
     from ocmm_core.inspection.archive import parts_of_batch
     from ocmm_shop.studies import load_study, open_runs
@@ -115,14 +82,7 @@ def status(*, study: StudyArgument, jobs: JobsArgument) -> None:
 
 @msa_app.command()
 def report(
-    *,
-    study: StudyArgument,
-    jobs: JobsArgument,
-    level: Annotated[
-        float, typer.Option("--level", help="Interaction pooled above this p-value.")
-    ] = 0.25,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
+    *, study: Path, jobs: Path, level: float, calibrations: Path | None, probes: Path | None
 ) -> None:
     """Print gauge R&R of every characteristic, with intervals, and our own U beside the scatter."""
     from ocmm_cli.acceptance._msa_report import print_study

@@ -4,20 +4,11 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.terminal import (
-    CalibrationsOption,
-    ProbesOption,
-    TemperatureOption,
-    TemperatureUOption,
-    lead,
-    make_console,
-    say,
-    say_word,
-)
+from ocmm_cli.terminal import lead, make_console, say, say_word
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,21 +16,11 @@ if TYPE_CHECKING:
 
     from ocmm_core.inspection.archive import Trend
 
-JobsArgument = Annotated[Path, typer.Argument(help="Folder of the jobs.")]
-NameOption = Annotated[str, typer.Option("--characteristic", help="As in the inspection plan.")]
-
 
 def type1(
-    *,
-    jobs: JobsArgument,
-    name: NameOption,
-    reference: Annotated[float, typer.Option("--reference", help="Certified value, mm.")],
-    tolerance: Annotated[
-        float | None, typer.Option("--tolerance", help="Its width; default: of the plan.")
-    ] = None,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-) -> None:
+    *, jobs: Path, name: str, reference: float, tolerance: float | None, calibrations: Path | None,
+    probes: Path | None,
+) -> None:  # fmt: skip
     """Cg and Cgk of one calibrated part that was measured 25 times or more."""
     from ocmm_shop.studies import type1_study
 
@@ -68,24 +49,9 @@ def type1(
 
 
 def linearity(
-    *,
-    jobs: JobsArgument,
-    name: NameOption,
-    reference: Annotated[
-        list[str],
-        typer.Option(
-            "--reference", help="PART=VALUE: certified value, mm; once for every part (5 or more)."
-        ),
-    ],
-    study: Annotated[
-        Path | None, typer.Option("--study", help="Plan whose blind codes the serial numbers are.")
-    ] = None,
-    picture: Annotated[
-        Path | None, typer.Option("--picture", help="Write the chart to this SVG file.")
-    ] = None,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-) -> None:
+    *, jobs: Path, name: str, reference: list[str], study: Path | None, picture: Path | None,
+    calibrations: Path | None, probes: Path | None,
+) -> None:  # fmt: skip
     """Linearity (AIAG): bias over the range, from 5 calibrated parts with 10 results each.
 
     Exit code 1 where the zero line leaves the 95 % band.
@@ -109,37 +75,11 @@ def linearity(
 
 
 def part(
-    *,
-    jobs: JobsArgument,
-    name: NameOption,
-    certified: Annotated[float, typer.Option("--certified", help="Of the certificate, mm.")],
-    u_cal: Annotated[float, typer.Option("--U-cal", help="Its U (k = 2), mm.")],
-    u_workpiece: Annotated[
-        float, typer.Option("--u-workpiece", help="Standard uncertainty of the parts, mm.")
-    ] = 0.0,
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-    temperatures: Annotated[
-        tuple[float, float] | None,
-        typer.Option("--temperatures", help="Lowest and highest; default: within 1 K."),
-    ] = None,
-    u_expansion: Annotated[
-        float, typer.Option("--u-expansion", help="Standard uncertainty, 1/K.")
-    ] = 0.0,
-    procedure: Annotated[
-        str, typer.Option("--procedure", help="PART-U, or a document of your own.")
-    ] = "PART-U",
-    task: Annotated[
-        Path | None, typer.Option("--task", help="What was measured and how (ocmm.part-task/1).")
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Keep the study in this folder; needs --task.")
-    ] = None,
-    certificate: Annotated[str, typer.Option("--certificate", help="Number.")] = "",
-    who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-) -> None:
+    *, jobs: Path, name: str, certified: float, u_cal: float, u_workpiece: float,
+    temperature: float | None, temperature_u: str, temperatures: tuple[float, float] | None,
+    u_expansion: float, procedure: str, task: Path | None, out: Path | None, certificate: str,
+    who: str, calibrations: Path | None, probes: Path | None,
+) -> None:  # fmt: skip
     """Uncertainty of a measuring task from a calibrated part (modelled on ISO 15530-3), and E_n.
 
     Each job is one cycle: the part is taken out and clamped again. A kept study gives its U to
@@ -203,13 +143,7 @@ def part(
         raise typer.Exit(1)
 
 
-def part_use(
-    *,
-    study: Annotated[Path, typer.Argument(help="Kept study (ocmm msa part --out).")],
-    task: Annotated[Path, typer.Option("--task", help="What is measured now, and how.")],
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-) -> None:
+def part_use(*, study: Path, task: Path, temperature: float | None, temperature_u: str) -> None:
     """Print the U of a study for a similar task; another task is refused with the reason."""
     from ocmm_shop.studies import load_part_study, load_task, uncertainty_for
 

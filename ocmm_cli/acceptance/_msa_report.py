@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
-from ocmm_cli.terminal import heads, label, nice_limit, page, say, say_word
+from ocmm_cli.terminal import heads, label, nice_limit, page, print_grid, say, say_word
 from ocmm_core.geometry import Float
 from ocmm_shop.studies import CharacteristicStudy, LinearityReport, StudyReport
 
@@ -22,15 +21,11 @@ def print_study(console: Console, report: StudyReport) -> None:
         ),
         highlight=False,
     )
-    table = Table(
-        *heads(
-            "Characteristic", "GRR, µm (90 %)", "EV", "AV", "PV", "% study", "% tol.", "ndc",
-            "Q_MS, %", "Q_MP, %", "Word",
-        )
+    columns = heads(
+        "Characteristic", "GRR, µm (90 %)", "EV", "AV", "PV", "% study", "% tol.", "ndc",
+        "Q_MS, %", "Q_MP, %", "Word",
     )  # fmt: skip
-    for one in report.characteristics:
-        table.add_row(*_row(one))
-    console.print(table)
+    print_grid(console, columns, map(_row, report.characteristics))
     for one in report.characteristics:
         if one.why_not:
             console.print(f"{one.name}: {say(one.why_not)}", highlight=False)
@@ -68,20 +63,20 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 80.0, 740.0, 70.0, 400.0
 def print_linearity(console: Console, found: LinearityReport) -> None:
     study = found.study
     console.print(f"{say_word('Linearity')}: {found.name}", highlight=False, markup=False)
-    table = Table(
-        say_word("Part"), say_word("Reference, mm"), "N", say_word("Bias, µm"),
-        say_word("Line, µm"), say_word("± band, µm"), say_word("Zero inside"),
-    )  # fmt: skip
+    rows = []
     lines = found.line(study.references)
     for part, value, bias, line, band in zip(
         found.parts, study.references, found.biases, lines, study.bands, strict=True
     ):
         inside = say_word("yes") if abs(line) <= band else say_word("NO")
-        table.add_row(
+        rows.append((
             part, f"{value:.4f}", str(len(bias)), f"{1e3 * bias.mean():+.2f}",
             f"{1e3 * line:+.2f}", f"{1e3 * band:.2f}", inside,
-        )  # fmt: skip
-    console.print(table)
+        ))  # fmt: skip
+    columns = heads(
+        "Part", "Reference, mm", "N", "Bias, µm", "Line, µm", "± band, µm", "Zero inside"
+    )
+    print_grid(console, columns, rows)
     for row in text_chart(found):
         console.print(row, highlight=False, markup=False, soft_wrap=True)
     console.print(

@@ -1,9 +1,8 @@
 from __future__ import annotations
 
 from rich.console import Console
-from rich.table import Table
 
-from ocmm_cli.terminal import lead, say, say_word
+from ocmm_cli.terminal import heads, lead, print_grid, say, say_word
 from ocmm_core.acceptance import AcceptanceRecord
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
 
@@ -29,18 +28,16 @@ def print_record(console: Console, record: AcceptanceRecord) -> None:
         f"{record.procedure.id}, {say(record.wording)}; {say('decision rule')}: {rule}",
         highlight=False,
     )
-    table = Table(
-        say_word("Quantity"), "N", say_word("Worst, µm"), say_word("U (k = 2), µm"),
-        say_word("MPE, µm"), say_word("At"), say_word("Verdict"),
-    )  # fmt: skip
+    rows = []
     for one in record.quantities:
         value = record.values[one.worst]
-        table.add_row(
+        rows.append((
             one.quantity, str(one.count), f"{1e3 * one.error_mm:+.1f}",
             f"{1e3 * one.expanded_mm:.1f}", f"{1e3 * one.limit_mm:.1f}",
             f"{say(value.position)}, {say_word(value.name)}", say_word(one.verdict.value),
-        )  # fmt: skip
-    console.print(table)
+        ))  # fmt: skip
+    columns = heads("Quantity", "N", "Worst, µm", "U (k = 2), µm", "MPE, µm", "At", "Verdict")
+    print_grid(console, columns, rows)
     if record.retests:
         count = sum(one.superseded for one in record.values)
         console.print(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ocmm_cli.terminal import lead, say, say_word
+from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_later, say_word
 from ocmm_core.acceptance import (
     AcceptanceRecord,
     AcceptanceSession,
@@ -47,6 +48,10 @@ from ocmm_core.tracking import ProbeBody, solve
 _BATCH = 80
 _IDLE_S = 0.002
 _APART_MM, _TURN_RAD = 1.5, 0.15
+_AGAIN = say_later(
+    "Start the command again: it continues this test. A recording is replayed from its beginning, "
+    "in a new test."
+)
 
 
 class PointCollector:
@@ -103,8 +108,7 @@ class PointCollector:
             raise CalibrationError(
                 "acceptance.source_ended",
                 f"The source ended before the last point. {instruction} {self._hint}".strip(),
-                "Start the command again: it continues this test. A recording is replayed from its "
-                "beginning, in a new test.",
+                _AGAIN,
             )
 
     def _take(self) -> None:
@@ -172,7 +176,11 @@ def run_test(
     console.print(f"{lead('Session  ')}{session.path}", highlight=False)
     for note in session.notes:
         console.print(f"{lead('Note     ')}{say(note)}", highlight=False)
-    with _Source(session, site, console, temperature, speed, record, force) as source:
+    words = "" if new else say(_AGAIN)
+    with (
+        contextlib.closing(DeferredInterrupt(words)) as interrupt,
+        _Source(session, site, console, temperature, speed, record, force, interrupt) as source,
+    ):
         while True:
             source.collect()
             view = session.view
@@ -191,7 +199,7 @@ def run_test(
                 f"{lead('Retest   ')}{', '.join(say(one.name) for one in positions)}",
                 highlight=False,
             )
-    return session.finish(datetime.now(UTC), temperature())
+        return session.finish(datetime.now(UTC), temperature())
 
 
 def room_temperature(site: AcceptanceSite, celsius: float | None, stated: str) -> Temperature:
@@ -252,8 +260,10 @@ class _Source:
         speed: float,
         record: Path | None,
         force: bool,
+        interrupt: DeferredInterrupt,
     ) -> None:
         self._session, self._site, self._console = session, site, console
+        self._interrupt = interrupt
         self._temperature, self._speed = temperature, speed
         self._record, self._force = record, force
         self._feed: Feed | None = None
@@ -290,7 +300,7 @@ class _Source:
             collector = PointCollector(
                 session, site.cameras.rig, site.probe.body,
                 temperature=self._temperature, told=told,
-                keep=self._keep,
+                stop=self._interrupt.check, keep=self._keep,
             )  # fmt: skip
             if origin_of(site.source) is Origin.VIRTUAL:
                 self._show(collector)

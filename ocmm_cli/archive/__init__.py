@@ -7,16 +7,12 @@ by `_commands`, `_shown` (tables on the terminal). `_archive` also uploads after
 `ocmm_shop.archive` answers the queries; here they are printed.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.archive._archive import MeasuredJobs
     from ocmm_cli.archive._commands import archive_app
 else:
-    __getattr__ = door(__name__, _archive="MeasuredJobs", _commands="archive_app")
+    __getattr__ = door(__name__)
 
 __all__ = ["MeasuredJobs", "archive_app"]

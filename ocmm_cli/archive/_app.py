@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -22,28 +22,6 @@ archive_app = typer.Typer(
     "setting archive.address says where it is, or --archive. Finished and paused jobs wait in an "
     "outbox until the archive has them.",
 )
-
-ArchiveOption = Annotated[
-    str | None,
-    typer.Option(
-        "--archive", help="local, a file, or postgresql://USER@SERVER/DB. Default: the settings."
-    ),
-]
-OutboxOption = Annotated[
-    Path | None, typer.Option("--outbox", help="Folder of the outbox. Default: that of this user.")
-]
-ExportOption = Annotated[
-    Path | None, typer.Option("--export", help="Write the table as .csv or .parquet as well.")
-]
-StationOption = Annotated[str, typer.Option("--station", help="Only of this station.")]
-PartOption = Annotated[str, typer.Option("--part", help="Name of the part.")]
-CharacteristicOption = Annotated[
-    str, typer.Option("--characteristic", help="Name of the characteristic.")
-]
-FirstOption = Annotated[str, typer.Option("--from", help="First day, e.g. 2026-11-26.")]
-LastOption = Annotated[str, typer.Option("--to", help="Last day.")]
-MostOption = Annotated[int, typer.Option("--most", help="Rows at most.")]
-WhoOption = Annotated[str, typer.Option("--by", help="Name for the record.")]
 
 
 def place_of(archive: str | None, outbox: Path | None) -> ArchivePlace:

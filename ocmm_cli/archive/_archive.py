@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from ocmm_cli.archive._app import ArchiveOption, OutboxOption, archive_app, opened, place_of
+from ocmm_cli.archive._app import archive_app, opened, place_of
 from ocmm_cli.terminal import lead, make_console, say, say_word, told
 from ocmm_core.documents import find_files
 from ocmm_core.errors import OcmmError
@@ -96,7 +96,7 @@ def send_now(place: ArchivePlace, outbox: Outbox) -> None:
 
 
 @archive_app.command()
-def status(*, archive: ArchiveOption = None, outbox: OutboxOption = None) -> None:
+def status(*, archive: str | None, outbox: Path | None) -> None:
     """Say where the archive is, what waits for it and why; ends with 1 where something is wrong."""
     from ocmm_shop.archive.outbox import hand_over
 
@@ -131,18 +131,9 @@ def status(*, archive: ArchiveOption = None, outbox: OutboxOption = None) -> Non
 
 @archive_app.command()
 def send(
-    jobs: Annotated[
-        list[Path] | None,
-        typer.Argument(readable=False, help="Job files, or folders of them, to be put in first."),
-    ] = None,
-    *,
-    archive: ArchiveOption = None,
-    outbox: OutboxOption = None,
-    follow: Annotated[
-        bool, typer.Option("--follow", help="Go on until stopped, as a service does.")
-    ] = False,
-    retry: Annotated[bool, typer.Option("--retry", help="Try again what was set aside.")] = False,
-) -> None:
+    jobs: Annotated[list[Path] | None, typer.Argument(readable=False)], *, archive: str | None,
+    outbox: Path | None, follow: bool, retry: bool,
+) -> None:  # fmt: skip
     """Hand over what waits; job files that are named are put in first.
 
     Ends with 1 where something still waits or was set aside.
@@ -201,13 +192,7 @@ def roles() -> None:
 
 
 @archive_app.command(name="set-up")
-def set_up(
-    *,
-    archive: ArchiveOption = None,
-    with_roles: Annotated[
-        bool, typer.Option("--roles/--no-roles", help="Make the three roles as well.")
-    ] = True,
-) -> None:
+def set_up(*, archive: str | None, with_roles: bool) -> None:
     """Make the tables of a server (by the owner of the database), or a new file for a lost one."""
     from ocmm_shop.archive.stores import VERSION, give_roles, open_archive
 
@@ -221,12 +206,7 @@ def set_up(
 
 
 @archive_app.command()
-def admit(
-    login: Annotated[str, typer.Argument(help="Login of the server, e.g. station3.")],
-    station: Annotated[str, typer.Argument(help='Name of its station, e.g. "Station 3".')],
-    *,
-    archive: ArchiveOption = None,
-) -> None:
+def admit(login: str, station: str, *, archive: str | None) -> None:
     """Let a login send jobs as a station, and as no other; by quality or the owner."""
     with opened(place_of(archive, None)) as open_one:
         open_one.admit(login, station)
@@ -236,12 +216,7 @@ def admit(
 
 
 @archive_app.command(name="replace-computer")
-def replace_computer(
-    station: Annotated[str, typer.Argument(help="Name of the station.")],
-    *,
-    archive: ArchiveOption = None,
-    outbox: OutboxOption = None,
-) -> None:
+def replace_computer(station: str, *, archive: str | None, outbox: Path | None) -> None:
     """Let this computer be a station that another one was; by quality, on the new computer."""
     from ocmm_shop.archive.outbox import Outbox, sender_of
 
@@ -254,7 +229,7 @@ def replace_computer(
 
 
 @archive_app.command(name="new-outbox")
-def new_outbox(*, outbox: OutboxOption = None) -> None:
+def new_outbox(*, outbox: Path | None) -> None:
     """Give the outbox of a copied computer an identity of its own; what waits is kept."""
     from ocmm_shop.archive.outbox import Outbox, default_outbox
 

@@ -3,24 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from ocmm_cli.archive._app import (
-    ArchiveOption,
-    CharacteristicOption,
-    ExportOption,
-    FirstOption,
-    LastOption,
-    MostOption,
-    PartOption,
-    StationOption,
-    archive_app,
-    day_of,
-    opened,
-    place_of,
-)
+from ocmm_cli.archive._app import archive_app, day_of, opened, place_of
 from ocmm_cli.terminal import lead, make_console, say
 from ocmm_core.errors import InputError
 
@@ -30,13 +15,7 @@ if TYPE_CHECKING:
 
 @archive_app.command()
 def today(
-    *,
-    archive: ArchiveOption = None,
-    station: StationOption = "",
-    first: FirstOption = "",
-    last: LastOption = "",
-    most: MostOption = 500,
-    export: ExportOption = None,
+    *, archive: str | None, station: str, first: str, last: str, most: int, export: Path | None
 ) -> None:
     """List what was measured on a day, by the clock on the wall; default: today."""
     from ocmm_shop.archive.questions import Query
@@ -47,14 +26,9 @@ def today(
 
 @archive_app.command()
 def trend(
-    *,
-    part: PartOption,
-    characteristic: CharacteristicOption,
-    archive: ArchiveOption = None,
-    station: StationOption = "",
-    most: MostOption = 500,
-    export: ExportOption = None,
-) -> None:
+    *, part: str, characteristic: str, archive: str | None, station: str, most: int,
+    export: Path | None,
+) -> None:  # fmt: skip
     """Show the trend of a characteristic over stations, with run rules, Cp and Cpk."""
     from ocmm_shop.archive.questions import Query
 
@@ -63,16 +37,7 @@ def trend(
 
 
 @archive_app.command()
-def used(
-    kind: Annotated[
-        str, typer.Argument(help="calibration, tip, probe, artefact, rig, plan or reference.")
-    ],
-    what: Annotated[str, typer.Argument(help="Its hash, serial number or name.")],
-    *,
-    archive: ArchiveOption = None,
-    most: MostOption = 500,
-    export: ExportOption = None,
-) -> None:
+def used(kind: str, what: str, *, archive: str | None, most: int, export: Path | None) -> None:
     """List the jobs that used this calibration, tip or artefact."""
     from ocmm_shop.archive.questions import Query
 
@@ -81,14 +46,9 @@ def used(
 
 @archive_app.command()
 def cpk(
-    *,
-    part: PartOption,
-    by: Annotated[str, typer.Option("--by", help="month")] = "month",
-    characteristic: CharacteristicOption = "",
-    archive: ArchiveOption = None,
-    station: StationOption = "",
-    export: ExportOption = None,
-) -> None:
+    *, part: str, by: str, characteristic: str, archive: str | None, station: str,
+    export: Path | None,
+) -> None:  # fmt: skip
     """Show Cp and Cpk of the characteristics of a part, month by month."""
     from ocmm_shop.archive.questions import Query
 
@@ -100,15 +60,9 @@ def cpk(
 
 @archive_app.command()
 def passed(
-    *,
-    archive: ArchiveOption = None,
-    operator: Annotated[str, typer.Option("--operator", help="Only this one.")] = "",
-    part: PartOption = "",
-    station: StationOption = "",
-    first: FirstOption = "",
-    last: LastOption = "",
-    export: ExportOption = None,
-) -> None:
+    *, archive: str | None, operator: str, part: str, station: str, first: str, last: str,
+    export: Path | None,
+) -> None:  # fmt: skip
     """Count who passed what: finished jobs by operator, part and verdict."""
     from ocmm_shop.archive.questions import Query
 
@@ -119,13 +73,7 @@ def passed(
 
 
 @archive_app.command()
-def rr(
-    *,
-    part: PartOption,
-    characteristic: CharacteristicOption,
-    archive: ArchiveOption = None,
-    export: ExportOption = None,
-) -> None:
+def rr(*, part: str, characteristic: str, archive: str | None, export: Path | None) -> None:
     """Study gauge R&R over stations: parts that each of them measured twice or more."""
     from ocmm_shop.archive.questions import Query
 
@@ -133,15 +81,7 @@ def rr(
 
 
 @archive_app.command(name="export")
-def export_command(
-    view: Annotated[
-        str, typer.Argument(help="View, e.g. archived_result (docs/quality/archive.md).")
-    ],
-    file: Annotated[Path, typer.Argument(help="Ends in .csv or .parquet.")],
-    *,
-    archive: ArchiveOption = None,
-    most: Annotated[int, typer.Option("--most", help="Rows at most.")] = 10_000_000,
-) -> None:
+def export_command(view: str, file: Path, *, archive: str | None, most: int) -> None:
     """Write a whole view of the archive to a file."""
     from ocmm_shop.archive.questions import ArchiveAnswer, export_answer
     from ocmm_shop.archive.stores import VIEW_NAMES

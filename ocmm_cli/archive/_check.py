@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ocmm_cli.archive._app import ArchiveOption, WhoOption, archive_app, opened, place_of
+from ocmm_cli.archive._app import archive_app, opened, place_of
 from ocmm_cli.terminal import make_console, progress_line, say
 from ocmm_core.errors import InputError
 
@@ -20,18 +20,9 @@ if TYPE_CHECKING:
 
 @archive_app.command()
 def rebuild(
-    new: Annotated[str, typer.Argument(help="The new archive: a file, or a set-up database.")],
-    folders: Annotated[
-        list[Path] | None,
-        typer.Argument(readable=False, help="Folders of job files; default: the old archive."),
-    ] = None,
-    *,
-    archive: ArchiveOption = None,
-    stations: Annotated[
-        list[str] | None,
-        typer.Option("--name", help="KEY=STATION: name of the station that signs with this key."),
-    ] = None,
-) -> None:
+    new: str, folders: Annotated[list[Path] | None, typer.Argument(readable=False)], *,
+    archive: str | None, stations: list[str] | None,
+) -> None:  # fmt: skip
     """Rebuild an archive from job files alone: those in folders, or those in another archive."""
     from ocmm_shop.archive.checks import files_in, files_of, key_and_name, stations_of
     from ocmm_shop.archive.checks import rebuild as rebuild_archive
@@ -59,23 +50,9 @@ def rebuild(
 
 @archive_app.command()
 def verify(
-    folders: Annotated[
-        list[Path] | None,
-        typer.Argument(readable=False, help="Job files or folders to hold against the archive."),
-    ] = None,
-    *,
-    archive: ArchiveOption = None,
-    against: Annotated[
-        str, typer.Option("--against", help="Another archive that should hold the same rows.")
-    ] = "",
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Only whether files are as they were stored.")
-    ] = False,
-    mark: Annotated[
-        bool, typer.Option("--mark", help="Take what is wrong out of statistics; needs --by.")
-    ] = False,
-    who: WhoOption = "",
-) -> None:
+    folders: Annotated[list[Path] | None, typer.Argument(readable=False)], *, archive: str | None,
+    against: str, quick: bool, mark: bool, who: str,
+) -> None:  # fmt: skip
     """Hold the archive against its own files, against job files, or against another archive.
 
     Names every job that was altered after it was archived; ends with 1 where there is one.

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.terminal import say, say_word
+from ocmm_cli.terminal import print_grid, say, say_word
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 from ocmm_shop.archive.questions import ArchiveAnswer
 from ocmm_shop.archive.records import shown_text
@@ -24,13 +22,8 @@ _STYLES = {
 
 
 def print_answer(console: Console, answer: ArchiveAnswer) -> None:
-    table = Table(title=Text(answer.title), title_justify="left", box=box.SIMPLE_HEAD)
-    for number, name in enumerate(answer.columns):
-        numbers = any(isinstance(row[number], int | float) for row in answer.rows)
-        table.add_column(name, justify="right" if numbers else "left")
-    for row in answer.rows:
-        table.add_row(*(_cell(cell) for cell in row))
-    console.print(table)
+    rows = [[_cell(cell) for cell in row] for row in answer.rows]
+    print_grid(console, answer.columns, rows, answer.title)
     for note in answer.notes:
         console.print(say(shown_text(note)), style="yellow", highlight=False, markup=False)
     for trend in answer.trends:

@@ -6,15 +6,11 @@ See `_audit` (verify, release, adopt; keys of this station and of others). Judge
 `export.audits` and `seals`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.audit._audit import audit_app, key_app
 else:
-    __getattr__ = door(__name__, _audit="audit_app key_app")
+    __getattr__ = door(__name__)
 
 __all__ = ["audit_app", "key_app"]

@@ -31,22 +31,7 @@ _SHOWN = 10
 
 @audit_app.command()
 def verify(
-    *,
-    paths: Annotated[
-        list[Path],
-        typer.Argument(
-            readable=False,
-            help="Any file or folder of this program: jobs, histories of calibrations, acceptance "
-            "records, studies, the register of artefacts, plans, templates, settings, reports, "
-            "certificates.",
-        ),
-    ],
-    line: Annotated[
-        str, typer.Option("--line", help="Text of the code on the report of a job.")
-    ] = "",
-    everything: Annotated[
-        bool, typer.Option("--all", help=f"List all steps, not only the last {_SHOWN}.")
-    ] = False,
+    *, paths: Annotated[list[Path], typer.Argument(readable=False)], line: str, everything: bool
 ) -> None:
     """Verify signatures, chains and hashes, and list who did what; nothing is written.
 
@@ -70,12 +55,7 @@ def verify(
 
 @audit_app.command()
 def release(
-    *,
-    files: Annotated[
-        list[Path], typer.Argument(readable=False, help="Templates or other documents (TOML).")
-    ],
-    who: Annotated[str, typer.Option("--by", help="Name of the person who answers for them.")],
-    reason: Annotated[str, typer.Option("--reason", help="Why.")] = "",
+    *, files: Annotated[list[Path], typer.Argument(readable=False)], who: str, reason: str
 ) -> None:
     """Release documents by name: templates, artefacts, procedures, rigs; plans: ocmm plan release.
 
@@ -91,10 +71,7 @@ def release(
 
 @audit_app.command()
 def adopt(
-    *,
-    jobs: Annotated[list[Path], typer.Argument(readable=False, help="Job files (.ocmm).")],
-    who: Annotated[str, typer.Option("--who", help="Name of the person who answers for them.")],
-    reason: Annotated[str, typer.Option("--reason", help="Why.")],
+    *, jobs: Annotated[list[Path], typer.Argument(readable=False)], who: str, reason: str
 ) -> None:
     """Take over jobs that no station signed, or older copies if no newer one is left.
 
@@ -147,22 +124,9 @@ key_app = typer.Typer(
     help="The key of this station, and the keys of other stations whose files are believed here.",
 )
 
-WhoOption = Annotated[str, typer.Option("--who", help="Name of the person who decides.")]
-ReasonOption = Annotated[str, typer.Option("--reason", help="Why.")]
-
 
 @key_app.command()
-def show(
-    *,
-    x509: Annotated[
-        Path | None,
-        typer.Option(
-            "--x509",
-            help="Also write the X.509 certificate of this station (PEM), by which other programs "
-            "verify its calibration certificates.",
-        ),
-    ] = None,
-) -> None:
+def show(*, x509: Path | None) -> None:
     """Print the public key of this station, making the key if there is none, and all known ones."""
     from ocmm_core.seals import KeyFolder, public_text, shown_key, write_station_certificate
 
@@ -183,15 +147,7 @@ def show(
 
 
 @key_app.command()
-def trust(
-    *,
-    public: Annotated[
-        str, typer.Argument(help="Public key that `ocmm key show` prints on the other station.")
-    ],
-    name: Annotated[str, typer.Option("--name", help="What the other station is called.")],
-    who: WhoOption,
-    reason: ReasonOption,
-) -> None:
+def trust(*, public: str, name: str, who: str, reason: str) -> None:
     """Believe what another station signs. First compare its key by another way, e.g. a call."""
     from ocmm_core.seals import KeyFolder, public_from_text, shown_key
 
@@ -202,24 +158,7 @@ def trust(
 
 @key_app.command()
 def replace(
-    *,
-    who: WhoOption,
-    reason: ReasonOption,
-    token: Annotated[
-        str,
-        typer.Option("--token", help="Label of a PKCS #11 token or TPM that the key is made in."),
-    ] = "",
-    module: Annotated[
-        Path | None,
-        typer.Option("--module", help="PKCS #11 library of its maker, e.g. libtpm2_pkcs11.so."),
-    ] = None,
-    pin_file: Annotated[
-        Path | None,
-        typer.Option("--pin-file", help="File with the PIN of its user; else it is asked for."),
-    ] = None,
-    in_file: Annotated[
-        bool, typer.Option("--in-file", help="Take the key out of use that is in a token.")
-    ] = False,
+    *, who: str, reason: str, token: str, module: Path | None, pin_file: Path | None, in_file: bool
 ) -> None:
     """Sign with a new key from now on. What the old one signed still verifies on this computer.
 
@@ -236,7 +175,7 @@ def replace(
 
 
 @key_app.command()
-def restored(*, who: WhoOption, reason: ReasonOption) -> None:
+def restored(*, who: str, reason: str) -> None:
     """Accept the files that this key signed up to now without the memory of the station.
 
     After the key was brought to another computer or user, or the memory was lost. An end that was

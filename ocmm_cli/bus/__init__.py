@@ -9,29 +9,18 @@ makes software cameras on named interfaces. The protocol is in `fieldbus`, run b
 `acquisition.bus_process`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.bus._bus import bus_app
-    from ocmm_cli.bus._camera import BusOption, follow_errand, write_bytes
+    from ocmm_cli.bus._camera import follow_errand, write_bytes
     from ocmm_cli.bus._maintenance import camera_app
     from ocmm_cli.bus._rig import rig_app
     from ocmm_cli.bus._session import bus_to_scan, open_bus, segment_for
 else:
-    __getattr__ = door(
-        __name__,
-        _bus="bus_app",
-        _camera="BusOption follow_errand write_bytes",
-        _maintenance="camera_app",
-        _rig="rig_app",
-        _session="bus_to_scan open_bus segment_for",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
-    "BusOption", "bus_app", "bus_to_scan", "camera_app", "follow_errand", "open_bus", "rig_app",
+    "bus_app", "bus_to_scan", "camera_app", "follow_errand", "open_bus", "rig_app",
     "segment_for", "write_bytes",
 ]  # fmt: skip

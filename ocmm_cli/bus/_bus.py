@@ -5,32 +5,11 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
 
 import typer
-from rich import box
-from rich.table import Table
 
-from ocmm_cli.bus._camera import (
-    BusOption,
-    CameraArgument,
-    black_app,
-    history,
-    intrinsics_app,
-    snapshot,
-    write_bytes,
-)
-from ocmm_cli.terminal import (
-    BusProcessorOption,
-    ForceOption,
-    RigOption,
-    heads,
-    lead,
-    make_console,
-    say,
-    told,
-)
-from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_cli.bus._camera import black_app, history, intrinsics_app, snapshot, write_bytes
+from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, told
 from ocmm_core.errors import BusError, InputError, StorageError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
@@ -40,14 +19,7 @@ _NOTHING = 300
 """Bytes; a smaller file has only headers, no frame."""
 
 
-def record(
-    file: Annotated[Path, typer.Argument(help="New file, .pcapng.")],
-    *,
-    source: BusOption,
-    seconds: Annotated[float, typer.Option("--seconds", help="How long.")] = 10.0,
-    megabytes: Annotated[int, typer.Option("--megabytes", help="End at this size.")] = 256,
-    force: ForceOption = False,
-) -> None:
+def record(file: Path, *, source: str, seconds: float, megabytes: int, force: bool) -> None:
     """Record what passes the network interface of the cameras, for Wireshark.
 
     The bus goes on undisturbed. 10 s at 1 kHz take about 70 MB with two cameras. Ctrl-C ends the
@@ -118,15 +90,9 @@ bus_app.command()(record)
 
 _STATISTICS = (".json", ".csv")
 
-_AddressArgument = Annotated[
-    str, typer.Argument(metavar="INDEX[:SUB]", help="Object, hexadecimal, e.g. 1018:04.")
-]
-
 
 @bus_app.command("scan")
-def scan_command(
-    *, source: BusOption, rig: RigOption = RECOMMENDED_RIG, force: ForceOption = False
-) -> None:
+def scan_command(*, source: str, rig: Path, force: bool) -> None:
     """List the devices on the bus and compare them with the rig.
 
     Configures nothing, so the serial number is the one in the EEPROM; when the bus is brought up
@@ -145,20 +111,17 @@ def scan_command(
     described = load_device(loaded.device) if loaded.device else None
     devices = scan(source, rig, force=force)
     names = {camera.serial: camera.name for camera in expected}
-    table = Table(box=box.SIMPLE_HEAD)
-    for title in heads(
-        "Place", "Camera", "Serial", "Alias", "Vendor", "Product", "Revision", "State"
-    ):
-        table.add_column(title, no_wrap=True)
+    rows = []
     for position, scanned in enumerate(devices, start=1):
         device = scanned.device
         serial = device.serial if device.serial is not None else -1
-        table.add_row(
+        rows.append((
             str(position), names.get(serial, say("not in the rig")), str(device.serial),
             str(device.alias), f"{device.vendor:#010x}", f"{device.product:#010x}",
             f"{device.revision:#010x}", scanned.state,
-        )  # fmt: skip
-    console.print(table)
+        ))  # fmt: skip
+    columns = heads("Place", "Camera", "Serial", "Alias", "Vendor", "Product", "Revision", "State")
+    print_grid(console, columns, rows)
     try:
         kind = None if described is None else (described.name, described.is_for)
         assign([scanned.device for scanned in devices], expected, kind)
@@ -170,15 +133,7 @@ def scan_command(
 
 @object_app.command()
 def read(
-    camera: CameraArgument,
-    address: _AddressArgument,
-    *,
-    source: BusOption,
-    rig: RigOption = RECOMMENDED_RIG,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Write the bytes to this file instead.")
-    ] = None,
-    force: ForceOption = False,
+    camera: str, address: str, *, source: str, rig: Path, out: Path | None, force: bool
 ) -> None:
     """Print an entry of a camera's object dictionary: bytes, number and text."""
     from ocmm_cli.bus._session import open_bus
@@ -199,15 +154,7 @@ def read(
 
 
 @object_app.command()
-def write(
-    camera: CameraArgument,
-    address: _AddressArgument,
-    value: Annotated[str, typer.Argument(help="Hexadecimal bytes in wire order, e.g. e803.")],
-    *,
-    source: BusOption,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def write(camera: str, address: str, value: str, *, source: str, rig: Path, force: bool) -> None:
     """Write an entry of a camera's object dictionary, read it back and compare."""
     from ocmm_cli.bus._session import open_bus
 
@@ -236,24 +183,9 @@ def write(
 
 @bus_app.command()
 def watch(
-    *,
-    source: BusOption,
-    seconds: Annotated[float, typer.Option("--seconds", help="Duration of the run.")] = 5.0,
-    every: Annotated[
-        float | None,
-        typer.Option("--every", help="Also print the report at this interval in seconds."),
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Write the report at the end to this file.")
-    ] = None,
-    statistics: Annotated[
-        Path | None,
-        typer.Option("--statistics", help="Counts and histograms of the cycles, .json or .csv."),
-    ] = None,
-    bus_processor: BusProcessorOption = None,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+    *, source: str, seconds: float, every: float | None, out: Path | None, statistics: Path | None,
+    bus_processor: int | None, rig: Path, force: bool,
+) -> None:  # fmt: skip
     """Run the bus for a while and print its report: cameras, cycles, clocks, events.
 
     It is the text that the window writes in Maintain, made to be mailed to support. Exit code 0:
@@ -283,18 +215,7 @@ def watch(
 
 
 @bus_app.command()
-def decode(
-    file: Annotated[Path, typer.Argument(help="Recorded with: tcpdump -i IFACE -s 2048 -w FILE.")],
-    *,
-    cameras: Annotated[
-        int,
-        typer.Option("--cameras", help="Number of cameras, if their start-up is not in the file."),
-    ] = 0,
-    record: Annotated[
-        Path | None, typer.Option("--record", help="Keep the frames in this file, for replay.")
-    ] = None,
-    rig: RigOption = RECOMMENDED_RIG,
-) -> None:
+def decode(file: Path, *, cameras: int, record: Path | None, rig: Path) -> None:
     """Account for a bus that was recorded with tcpdump or tshark, down to the frames.
 
     A file that begins before the cameras are started explains itself. Damaged, repeated and

@@ -11,16 +11,13 @@ from contextlib import contextmanager
 from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
-from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
-from ocmm_cli.terminal import ForceOption, RigOption, make_console, say, say_word
-from ocmm_core.composition import RECOMMENDED_RIG, source_help, sources
+from ocmm_cli.terminal import heads, make_console, print_grid, say
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 
@@ -28,12 +25,6 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.device import Window
     from ocmm_core.fieldbus.objects import BlackImageState
     from ocmm_core.fieldbus.objects import Progress as Told
-
-
-BusOption = Annotated[
-    str, typer.Option("--source", help=source_help([spec for spec in sources() if spec.on_bus]))
-]
-CameraArgument = Annotated[str, typer.Argument(help="Name of the camera in the rig.")]
 
 
 def write_bytes(path: Path, content: bytes) -> None:
@@ -63,18 +54,7 @@ _INTERRUPTED = 130
 
 
 def snapshot(
-    camera: CameraArgument,
-    file: Annotated[Path, typer.Argument(help="New picture, .png or .pgm, 16 bits.")],
-    *,
-    source: BusOption,
-    region: Annotated[
-        str | None,
-        typer.Option(
-            "--region", help="LEFT,TOP,WIDTH,HEIGHT in pixels; default: the whole sensor."
-        ),
-    ] = None,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
+    camera: str, file: Path, *, source: str, region: str | None, rig: Path, force: bool
 ) -> None:
     """Take a raw picture with a camera.
 
@@ -104,15 +84,7 @@ def snapshot(
 
 
 @black_app.command()
-def measure(
-    camera: CameraArgument,
-    *,
-    source: BusOption,
-    frames: Annotated[int, typer.Option("--frames", help="Exposures to average.")] = 256,
-    store: Annotated[bool, typer.Option("--store", help="Store it permanently.")] = False,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def measure(camera: str, *, source: str, frames: int, store: bool, rig: Path, force: bool) -> None:
     """Average exposures without light; there are no spots meanwhile."""
     from ocmm_cli.bus._session import open_bus
     from ocmm_core.fieldbus.objects import measure_black_image, store_black_image
@@ -131,13 +103,7 @@ def _black_command(name: str, help_: str) -> None:
     """Add a command whose only argument is the camera."""
 
     @black_app.command(name, help=help_)
-    def command(
-        camera: CameraArgument,
-        *,
-        source: BusOption,
-        rig: RigOption = RECOMMENDED_RIG,
-        force: ForceOption = False,
-    ) -> None:
+    def command(camera: str, *, source: str, rig: Path, force: bool) -> None:
         from ocmm_cli.bus._session import open_bus
         from ocmm_core.fieldbus.objects import (
             clear_black_image,
@@ -164,13 +130,7 @@ _black_command("show", "List the black images.")
 
 
 @intrinsics_app.command("read")
-def read_command(
-    camera: CameraArgument,
-    *,
-    source: BusOption,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def read_command(camera: str, *, source: str, rig: Path, force: bool) -> None:
     """Print the intrinsics that a camera stores, beside those of the rig document.
 
     Exit code 0: they are the same.
@@ -186,29 +146,21 @@ def read_command(
     if stored is None:
         console.print(say(f"Camera '{camera}' stores no intrinsics."))
         raise typer.Exit(1)
-    table = Table("", say_word("Camera"), say_word("Rig document"), box=box.SIMPLE_HEAD)
-    same = True
+    rows, same = [], True
     for field in fields(Intrinsics):
         if field.name == "date_s":
             continue
         ours, theirs = getattr(expected, field.name), getattr(stored, field.name)
         same = same and ours == theirs
-        table.add_row(field.name, repr(theirs), repr(ours) if ours != theirs else say("the same"))
-    console.print(table)
+        rows.append((field.name, repr(theirs), repr(ours) if ours != theirs else say("the same")))
+    print_grid(console, ("", *heads("Camera", "Rig document")), rows)
     date = datetime.fromtimestamp(stored.date_s, UTC)
     console.print(say(f"Written {date:%Y-%m-%d %H:%M:%S} UTC."), highlight=False)
     raise typer.Exit(0 if same else 1)
 
 
 @intrinsics_app.command("write")
-def write_command(
-    camera: CameraArgument,
-    *,
-    source: BusOption,
-    note: Annotated[str, typer.Option("--note", help="Text to store with them.")] = "",
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def write_command(camera: str, *, source: str, note: str, rig: Path, force: bool) -> None:
     """Store the intrinsics of the rig document in a camera and read them back."""
     from ocmm_cli.bus._session import camera_of, open_bus
     from ocmm_core.fieldbus.device import Intrinsics
@@ -222,14 +174,7 @@ def write_command(
     )
 
 
-def history(
-    camera: CameraArgument,
-    *,
-    source: BusOption,
-    clear: Annotated[bool, typer.Option("--clear", help="Then clear them in the camera.")] = False,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def history(camera: str, *, source: str, clear: bool, rig: Path, force: bool) -> None:
     """List the errors that a camera remembers, oldest first."""
     from ocmm_cli.bus._session import open_bus
     from ocmm_core.fieldbus.objects import Emergency, clear_error_history, read_error_history
@@ -243,24 +188,15 @@ def history(
     if not messages:
         console.print(say(f"Camera '{camera}' has no errors in its history."))
         return
-    table = Table(
-        say_word("Bus time s"),
-        say_word("Code"),
-        say_word("Meaning"),
-        say_word("Register"),
-        say_word("Data"),
-        box=box.SIMPLE_HEAD,
-    )
-    for message in messages:
-        emergency = Emergency(message.code, message.register, message.data)
-        table.add_row(
-            f"{message.time_ns * 1e-9:.3f}",
-            f"{message.code:#06x}",
-            say(emergency.text),
-            f"{message.register:#04x}",
-            message.data.hex(" "),
+    rows = [
+        (
+            f"{one.time_ns * 1e-9:.3f}", f"{one.code:#06x}",
+            say(Emergency(one.code, one.register, one.data).text), f"{one.register:#04x}",
+            one.data.hex(" "),
         )
-    console.print(table)
+        for one in messages
+    ]  # fmt: skip
+    print_grid(console, heads("Bus time s", "Code", "Meaning", "Register", "Data"), rows)
 
 
 @contextmanager

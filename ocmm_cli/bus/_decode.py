@@ -7,12 +7,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-from rich import box
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
-from ocmm_cli.terminal import say, say_later, say_word
+from ocmm_cli.terminal import heads, print_grid, say, say_later, say_word
 from ocmm_core.acquisition.frames import FrameBlock, SourceDescription
 from ocmm_core.acquisition.recording import BusCapture, CaptureAccount, FrameRecorder
 from ocmm_core.camera import Rig
@@ -92,12 +90,10 @@ def print_account(account: CaptureAccount, console: Console) -> None:
     names = [command.name for command in Command]
     known = [name for name in names if name in account.sent or name in account.returned]
     unknown = sorted((set(account.sent) | set(account.returned)) - set(names))
-    commands = Table(
-        say_word("Command"), say_word("Sent"), say_word("Returned"), box=box.SIMPLE_HEAD
-    )
-    for name in (*known, *unknown):
-        commands.add_row(name, str(account.sent[name]), str(account.returned[name]))
-    console.print(commands)
+    rows = [
+        (name, str(account.sent[name]), str(account.returned[name])) for name in (*known, *unknown)
+    ]
+    print_grid(console, heads("Command", "Sent", "Returned"), rows)
     console.print(
         say(
             f"Cycles     {account.cycles} sent, {account.answered} answered, "
@@ -109,13 +105,14 @@ def print_account(account: CaptureAccount, console: Console) -> None:
         say(f"Exposures  {account.joined} from all cameras, {account.unjoined} not from all"),
         highlight=False,
     )
-    cameras = Table(say_word("Answers and frames"), box=box.SIMPLE_HEAD)
-    for camera in account.cameras:
-        cameras.add_column(camera.name, justify="right", no_wrap=True)
-    for field, meaning in _MEANINGS.items():
-        cameras.add_row(say(meaning), *(str(getattr(camera, field)) for camera in account.cameras))
-    if account.cameras:
-        console.print(cameras)
+    cameras = account.cameras
+    counters = [
+        (say(meaning), *(str(getattr(camera, field)) for camera in cameras))
+        for field, meaning in _MEANINGS.items()
+    ]
+    if cameras:
+        columns = (say_word("Answers and frames"), *(camera.name for camera in cameras))
+        print_grid(console, columns, counters)
 
 
 def _order(path: Path, capture: BusCapture, rig: Rig) -> list[int]:

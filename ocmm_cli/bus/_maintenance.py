@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 import msgspec
 import typer
-from rich import box
-from rich.table import Table
 
-from ocmm_cli.bus._camera import BusOption, CameraArgument, follow_errand, write_bytes
-from ocmm_cli.terminal import ForceOption, RigOption, make_console, say, say_word
-from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_cli.bus._camera import follow_errand, write_bytes
+from ocmm_cli.terminal import heads, make_console, print_grid, say
 from ocmm_core.errors import BusError, InputError
 
 if TYPE_CHECKING:
@@ -23,35 +20,10 @@ _Clock = Literal["distributed", "arrival"]
 
 
 def describe(
-    esi: Annotated[Path, typer.Argument(metavar="ESI.xml", help="ESI file of the maker.")],
-    *,
-    out: Annotated[Path | None, typer.Option("--out", help="New description, .toml.")] = None,
-    product: Annotated[str, typer.Option("--product", help="Product code, e.g. 0x1234.")] = "",
-    revision: Annotated[str, typer.Option("--revision", help="Revision, e.g. 0x10000.")] = "",
-    role: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--role",
-            help="ROLE=INDEX:SUB,... (x, y, intensity, valid, counter, time, button, heartbeat); "
-            "entries of spots in the order of the slots.",
-        ),
-    ] = None,
-    output: Annotated[
-        list[str] | None, typer.Option("--output", help="INDEX:SUB=VALUE sent in an output.")
-    ] = None,
-    sends: Annotated[_Sends | None, typer.Option("--sends", help="Unit of coordinates.")] = None,
-    step: Annotated[
-        float | None, typer.Option("--step", help="Px or mm of one step of a coordinate.")
-    ] = None,
-    clock: Annotated[_Clock | None, typer.Option("--clock", help="Exposure clock.")] = None,
-    doubt_ns: Annotated[
-        int | None, typer.Option("--doubt-ns", help="Uncertainty of exposure times, ns.")
-    ] = None,
-    cycle_ns: Annotated[int, typer.Option("--cycle-ns", help="Bus cycle, ns.")] = 1_000_000,
-    latency_ns: Annotated[
-        int, typer.Option("--latency-ns", help="End of exposure to new inputs, ns.")
-    ] = 0,
-) -> None:
+    esi: Path, *, out: Path | None, product: str, revision: str, role: list[str] | None,
+    output: list[str] | None, sends: _Sends | None, step: float | None, clock: _Clock | None,
+    doubt_ns: int | None, cycle_ns: int, latency_ns: int,
+) -> None:  # fmt: skip
     """Convert the ESI file of another maker's camera to a device description.
 
     The file contains places and types, not their meaning: roles, unit, step and clock are in the
@@ -85,16 +57,13 @@ def describe(
         latency_ns=latency_ns,
     )  # fmt: skip
     console = make_console(soft_wrap=True)
-    table = Table(
-        say_word("Object"), say_word("Entry"), say_word("Bits"), say_word("Type"), say_word("Name"),
-        title=f"{device.name}: {device.product:#010x}, {device.revision:#010x}",
-        box=box.SIMPLE_HEAD,
-    )  # fmt: skip
+    rows = []
     for pdo in (*device.inputs, *device.outputs):
         for entry in pdo.entries if pdo.assigned else ():
             key = entry.key if entry.index else say("gap")
-            table.add_row(f"{pdo.index:#06x}", key, str(entry.bits), entry.type, entry.name)
-    console.print(table)
+            rows.append((f"{pdo.index:#06x}", key, str(entry.bits), entry.type, entry.name))
+    title = f"{device.name}: {device.product:#010x}, {device.revision:#010x}"
+    print_grid(console, heads("Object", "Entry", "Bits", "Type", "Name"), rows, title)
     for part in device.left_out:
         console.print(say(f"Left out: {part}."), highlight=False, markup=False)
     if out is not None:
@@ -155,14 +124,7 @@ camera_app.command()(describe)
 
 
 @camera_app.command()
-def alias(
-    camera: CameraArgument,
-    value: Annotated[int, typer.Argument(help="New station alias.")],
-    *,
-    source: BusOption,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def alias(camera: str, value: int, *, source: str, rig: Path, force: bool) -> None:
     """Store a station alias in the EEPROM of a camera; it is in force after power-on.
 
     Distinct aliases and serial numbers reveal swapped cameras.
@@ -171,14 +133,7 @@ def alias(
 
 
 @camera_app.command()
-def firmware(
-    camera: CameraArgument,
-    file: Annotated[Path, typer.Argument(help="Firmware, signed by the maker of the camera.")],
-    *,
-    source: BusOption,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def firmware(camera: str, file: Path, *, source: str, rig: Path, force: bool) -> None:
     """Send firmware to a camera and start it.
 
     The camera accepts only firmware signed by its maker, stores it next to the running one, and
@@ -196,13 +151,7 @@ def firmware(
 
 
 @camera_app.command()
-def clear(
-    camera: CameraArgument,
-    *,
-    source: BusOption,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def clear(camera: str, *, source: str, rig: Path, force: bool) -> None:
     """Clear the errors of a camera, and print their number."""
     from ocmm_cli.bus._session import open_bus
     from ocmm_core.fieldbus.objects import clear_error_history, read_error_history
@@ -219,14 +168,7 @@ def clear(
 
 
 @camera_app.command()
-def identify(
-    camera: CameraArgument,
-    *,
-    source: BusOption,
-    seconds: Annotated[int, typer.Option("--seconds", help="Duration of blinking, s.")] = 20,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def identify(camera: str, *, source: str, seconds: int, rig: Path, force: bool) -> None:
     """Make a camera blink, to find it in the machine."""
     from ocmm_cli.bus._session import open_bus
     from ocmm_core.fieldbus.objects import blink

@@ -7,22 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.terminal import (
-    PartOption,
-    PlanOption,
-    ProbeOption,
-    RigOption,
-    SeedOption,
-    make_console,
-    say,
-)
-from ocmm_core.composition import (
-    DEFAULT_SEED,
-    DEMO_PART,
-    DEMO_PLAN,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-)
+from ocmm_cli.terminal import make_console, say
 
 if TYPE_CHECKING:
     from ocmm_sim.bus import RigStatus
@@ -38,14 +23,7 @@ rig_app = typer.Typer(
 
 
 @rig_app.command()
-def up(
-    *,
-    plan: PlanOption = DEMO_PLAN,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    part: PartOption = DEMO_PART,
-    seed: SeedOption = DEFAULT_SEED,
-) -> None:
+def up(*, plan: Path, rig: Path, probe: Path, part: Path, seed: int) -> None:
     """Make the interfaces and start the software cameras; the script begins with operation."""
     from ocmm_core.camera import load_rig
     from ocmm_core.composition import StationRequest

@@ -9,11 +9,7 @@ terminal), `_steps`, then the probe: `_probe_site`, `_probe`, `_tip`, `_probe_st
 Procedures, gates and numbers are in `calibration`, the same for the window.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.calibrate._calibrate import calibrate_app
@@ -23,15 +19,7 @@ if TYPE_CHECKING:
     from ocmm_cli.calibrate._tip import check_tip_command, tip_command
     from ocmm_cli.calibrate._write_cameras import write_cameras
 else:
-    __getattr__ = door(
-        __name__,
-        _calibrate="calibrate_app",
-        _probe="probe_command",
-        _probe_status="mount_tip probe_history probe_status",
-        _run="take_relocation_shots",
-        _tip="check_tip_command tip_command",
-        _write_cameras="write_cameras",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "calibrate_app", "check_tip_command", "mount_tip", "probe_command", "probe_history",

@@ -3,44 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.calibrate._options import (
-    WAVE_S,
-    DecisionOption,
-    FolderOption,
-    MoveOption,
-    NewOption,
-    OverruleOption,
-    RecordOption,
-    SpotColumnsOption,
-    SpotDecimalOption,
-    SpotSkipOption,
-    WhoOption,
-)
 from ocmm_cli.calibrate._relocate import relocate
 from ocmm_cli.calibrate._verify import verify
-from ocmm_cli.terminal import (
-    ColumnsOption,
-    DecimalOption,
-    ForceOption,
-    ProbeOption,
-    ProbesOption,
-    RigOption,
-    SeedOption,
-    SkipOption,
-    SourceOption,
-    SpeedOption,
-    TableUnitOption,
-    TemperatureOption,
-    TemperatureUOption,
-    TipOption,
-    make_console,
-    print_table_account,
-)
-from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_cli.terminal import make_console, print_table_account
+from ocmm_core.composition import STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
 
@@ -61,37 +31,12 @@ calibrate_app = typer.Typer(
 
 @calibrate_app.command()
 def cameras(
-    *,
-    points: Annotated[Path, typer.Option("--points", help="List of reference positions (CSV).")],
-    spots: Annotated[
-        Path | None, typer.Option("--spots", help="Recorded averaged spots (CSV) of the points.")
-    ] = None,
-    spot_columns: SpotColumnsOption = "",
-    spot_decimal: SpotDecimalOption = "",
-    spot_skip: SpotSkipOption = "",
-    evaluation: Annotated[
-        int | None,
-        typer.Option("--evaluation", help="Points kept for evaluation; default: a quarter."),
-    ] = None,
-    unit: TableUnitOption = "",
-    columns: ColumnsOption = "",
-    decimal: DecimalOption = "",
-    skip: SkipOption = "",
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    calibrations: FolderOption = None,
-    who: WhoOption = "unnamed",
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-    decision: DecisionOption = None,
-    overrule: OverruleOption = "",
-    new: NewOption = False,
-    seed: SeedOption = DEFAULT_SEED,
-    move: MoveOption = None,
-    speed: SpeedOption = 0.0,
-    record: RecordOption = None,
-    force: ForceOption = False,
-) -> None:
+    *, points: Path, spots: Path | None, spot_columns: str, spot_decimal: str, spot_skip: str,
+    evaluation: int | None, unit: str, columns: str, decimal: str, skip: str, source: str,
+    rig: Path, calibrations: Path | None, who: str, temperature: float | None, temperature_u: str,
+    decision: bool | None, overrule: str, new: bool, seed: int, move: int | None, speed: float,
+    record: Path | None, force: bool,
+) -> None:  # fmt: skip
     """Calibrate all cameras from known points: a target is brought to every position of a list.
 
     Live, a point is taken as soon as the target rests at a new place, in the order of the list.
@@ -164,21 +109,9 @@ calibrate_app.command()(verify)
 
 @calibrate_app.command()
 def sensors(
-    *,
-    seconds: Annotated[
-        float, typer.Option("--seconds", help="Duration of waving the probe.")
-    ] = WAVE_S,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    calibrations: FolderOption = None,
-    seed: SeedOption = DEFAULT_SEED,
-    move: MoveOption = None,
-    speed: SpeedOption = 0.0,
-    force: ForceOption = False,
-) -> None:
+    *, seconds: float, source: str, rig: Path, probe: Path, probes: Path | None, tip: str | None,
+    calibrations: Path | None, seed: int, move: int | None, speed: float, force: bool,
+) -> None:  # fmt: skip
     """Learn the pattern of the sensors, so that a pushed camera is noticed sooner.
 
     Wave the probe through the whole volume right after a verification has passed. Without this,
@@ -204,7 +137,7 @@ def sensors(
 
 
 @calibrate_app.command()
-def status(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = None) -> None:
+def status(*, rig: Path, calibrations: Path | None) -> None:
     """Say which calibration of a rig is in force, whether it is whole, and whether it may be used.
 
     All files that it rests on are read again. Exit code 1 where points may not be taken.
@@ -218,7 +151,7 @@ def status(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = Non
 
 
 @calibrate_app.command()
-def history(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = None) -> None:
+def history(*, rig: Path, calibrations: Path | None) -> None:
     """List what happened to the calibrations of a rig."""
     from ocmm_cli.calibrate._report import print_history
     from ocmm_cli.calibrate._run import open_site

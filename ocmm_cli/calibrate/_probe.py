@@ -5,42 +5,14 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 from msgspec.structs import replace
 from rich.console import Console
 
-from ocmm_cli.calibrate._options import (
-    AnyCamerasOption,
-    DecisionOption,
-    FolderOption,
-    NewOption,
-    OverruleOption,
-    ProbeRecordsOption,
-    RecordOption,
-    SpotColumnsOption,
-    SpotDecimalOption,
-    SpotSkipOption,
-    WhoOption,
-)
-from ocmm_cli.terminal import (
-    ForceOption,
-    ProbeOption,
-    RigOption,
-    SeedOption,
-    SourceOption,
-    SpeedOption,
-    TemperatureOption,
-    TemperatureUOption,
-    lead,
-    make_console,
-    print_table_account,
-)
-from ocmm_core.calibration.sweeping import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
-from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_cli.terminal import lead, make_console, print_table_account
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
@@ -61,21 +33,10 @@ _REST_S = 3.0
 _RANGES = (30.0, 30.0, 13.0)
 
 
-class SceneChoice(StrEnum):
-    GOOD = "good"
-    SLACK = "slack"
-    PUSHED = "pushed"
-    SAME_PLACE = "same-place"
-    NARROW = "narrow"
-    HIDDEN_LED = "hidden-led"
-    OTHER_TIP = "other-tip"
-    OTHER_PROBE = "other-probe"
-
-
 @dataclass(frozen=True, slots=True)
 class _Run:
     source: str
-    scene: SceneChoice
+    scene: str
     seed: int
     speed: float
     record: Path | None
@@ -83,62 +44,13 @@ class _Run:
 
 
 def probe_command(
-    *,
-    tip: Annotated[str, typer.Option("--tip", help="Name of the mounted tip.")],
-    tip_unknown: Annotated[
-        bool,
-        typer.Option(
-            "--tip-unknown", help="The document does not define this tip: another stylus."
-        ),
-    ] = False,
-    sweeps: Annotated[
-        Path | None,
-        typer.Option("--sweeps", help="Recorded spots of both sweeps (CSV) instead of a source."),
-    ] = None,
-    spot_columns: SpotColumnsOption = "",
-    spot_decimal: SpotDecimalOption = "",
-    spot_skip: SpotSkipOption = "",
-    poses: Annotated[
-        int, typer.Option("--poses", help="Least number of poses per sweep.")
-    ] = POSES_WANTED,
-    slack: Annotated[
-        float, typer.Option("--slack", help="Play of the ball in the cone (sigma), mm.")
-    ] = 0.0,
-    limit: Annotated[
-        float, typer.Option("--limit", help="Tip change above which a reason is required, mm.")
-    ] = CHANGE_LIMIT_MM,
-    because: Annotated[
-        str, typer.Option("--because", help="Why the tip changed by more than the limit.")
-    ] = "",
-    valid_days: Annotated[int, typer.Option("--valid-days", help="Validity period.")] = VALID_DAYS,
-    again: Annotated[
-        bool,
-        typer.Option(
-            "--again/--no-again",
-            help="Skip the return to the first cone: for recordings without it (--source replay:).",
-        ),
-    ] = True,
-    scene: Annotated[
-        SceneChoice, typer.Option("--scene", help="Scene on the virtual rig.")
-    ] = SceneChoice.GOOD,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    calibrations: FolderOption = None,
-    probes: ProbeRecordsOption = None,
-    who: WhoOption = "unnamed",
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-    decision: DecisionOption = None,
-    overrule: OverruleOption = "",
-    new: NewOption = False,
-    anew: Annotated[bool, typer.Option("--anew", help="Discard the current sweep.")] = False,
-    seed: SeedOption = DEFAULT_SEED,
-    speed: SpeedOption = 0.0,
-    record: RecordOption = None,
-    uncalibrated: AnyCamerasOption = False,
-    force: ForceOption = False,
-) -> None:
+    *, tip: str, tip_unknown: bool, sweeps: Path | None, spot_columns: str, spot_decimal: str,
+    spot_skip: str, poses: int, slack: float, limit: float, because: str, valid_days: int,
+    again: bool, scene: str, source: str, rig: Path, probe: Path, calibrations: Path | None,
+    probes: Path | None, who: str, temperature: float | None, temperature_u: str,
+    decision: bool | None, overrule: str, new: bool, anew: bool, seed: int, speed: float,
+    record: Path | None, uncalibrated: bool, force: bool,
+) -> None:  # fmt: skip
     """Calibrate a probe: its ball rests in a cone and it is swept about it, in two places.
 
     A sweep begins when the ball rests in the cone, and ends when enough was seen. Then lift the
@@ -201,25 +113,25 @@ def probe_command(
         raise typer.Exit(1)
 
 
-def virtual_sweeps(scene: SceneChoice, step: str, seed: int, poses: int) -> tuple[SweepProbe, ...]:
+def virtual_sweeps(scene: str, step: str, seed: int, poses: int) -> tuple[SweepProbe, ...]:
     """Return the sweeps that a session in ``step`` still lacks, for the virtual hand."""
     from ocmm_core.calibration.sweeping import AGAIN, SECOND
     from ocmm_sim.calibration_scenes import ScriptedJump, SweepProbe
 
     seconds = _SECONDS + _SECONDS_PER_POSE * poses
     first = SweepProbe(cone=_FIRST_CONE, seconds=seconds, seed=seed, reach_deg=_RANGES)
-    if scene is SceneChoice.SLACK:
+    if scene == "slack":
         first = replace(first, slack_mm=0.003)
-    elif scene is SceneChoice.PUSHED:
+    elif scene == "pushed":
         first = replace(first, jumps=(ScriptedJump(at_s=5.0, shift_mm=(0.1, 0.05, 0.0)),))
-    elif scene is SceneChoice.NARROW:
+    elif scene == "narrow":
         first = replace(first, reach_deg=(6.0, 6.0, 3.0))
-    elif scene is SceneChoice.HIDDEN_LED:
+    elif scene == "hidden-led":
         first = replace(first, hidden=(1,))
-    elif scene is SceneChoice.OTHER_TIP:
+    elif scene == "other-tip":
         first = replace(first, tip_shift_mm=(0.8, -0.3, 2.0))
     second = replace(first, seed=seed + 1)
-    if scene is not SceneChoice.SAME_PLACE:
+    if scene != "same-place":
         second = replace(second, cone=_SECOND_CONE)
     # Held still and upright, as at the start.
     end = first.jumps[-1].shift_mm if first.jumps else (0.0, 0.0, 0.0)
@@ -286,7 +198,7 @@ def _collect(
     if origin_of(source) is Origin.VIRTUAL:
         from ocmm_sim.sources import VirtualSite
 
-        if options.scene is SceneChoice.OTHER_PROBE:
+        if options.scene == "other-probe":
             probe = _OTHER_PROBE
         step, wanted = procedure.base.step.name, procedure.view.first.poses_wanted
         script = VirtualSite(rig, probe, options.seed, None).script(

@@ -4,26 +4,18 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
-from ocmm_cli.terminal import ProbeOption, heads, lead, make_console, say, say_word
-from ocmm_core.composition import STANDARD_PROBE
+from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.records import ProbeStore, TipState
 
 
-FolderOption = Annotated[
-    Path | None, typer.Option("--probes", help="Probe record folder; default: that of this user.")
-]
-
-
-def probe_status(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = None) -> None:
+def probe_status(*, probe: Path, probes: Path | None) -> None:
     """Say which tip is on the probe, and whether it and the others may be used.
 
     Exit code 1 where points may not be taken with the mounted tip.
@@ -50,29 +42,21 @@ def probe_status(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = 
     raise typer.Exit(0 if mounted.mounted and mounted.status.state.usable else 1)
 
 
-def probe_history(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = None) -> None:
+def probe_history(*, probe: Path, probes: Path | None) -> None:
     """List what happened to a probe and its tips."""
-    table = Table(title=say_word("History"), title_justify="left", box=box.SIMPLE_HEAD)
-    for name in heads("UTC", "Tip", "What", "Record", "Who"):
-        table.add_column(name, no_wrap=True)
-    table.add_column(say_word("Reason"))
+    rows = []
     for event in _store(probe, probes).events:
         since = say(f" Good until {event.since_utc[:19]}.") if event.since_utc else ""
         lost = say(f" Lost before: {', '.join(event.lost)}.") if event.lost else ""
-        table.add_row(
+        rows.append((
             event.utc[:19], event.tip, event.kind.value, event.record[:12], event.who,
             f"{event.reason}{since}{lost}",
-        )  # fmt: skip
-    make_console().print(table)
+        ))  # fmt: skip
+    columns = heads("UTC", "Tip", "What", "Record", "Who", "Reason")
+    print_grid(make_console(), columns, rows, say_word("History"))
 
 
-def mount_tip(
-    tip: Annotated[str, typer.Argument(help="Name of the newly mounted tip.")],
-    *,
-    probe: ProbeOption = STANDARD_PROBE,
-    probes: FolderOption = None,
-    who: Annotated[str, typer.Option("--who", help="Name of the person confirming.")] = "unnamed",
-) -> None:
+def mount_tip(tip: str, *, probe: Path, probes: Path | None, who: str) -> None:
     """Say that a tip, maybe the same one again, was screwed on; it must be checked.
 
     No points are taken until 'ocmm calibrate check-tip' has passed.

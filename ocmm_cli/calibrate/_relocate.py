@@ -3,47 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Literal
 
-import typer
-
-from ocmm_cli.calibrate._options import (
-    VIRTUAL_BAR,
-    BarOption,
-    DecisionOption,
-    FolderOption,
-    MoveOption,
-    NewOption,
-    OverruleOption,
-    RecordOption,
-    ShotsOption,
-    SpotColumnsOption,
-    SpotDecimalOption,
-    SpotSkipOption,
-    WhoOption,
-)
-from ocmm_cli.terminal import (
-    ColumnsOption,
-    DecimalOption,
-    ForceOption,
-    ProbeOption,
-    ProbesOption,
-    RigOption,
-    SeedOption,
-    SkipOption,
-    SourceOption,
-    SpeedOption,
-    TableUnitOption,
-    TemperatureOption,
-    TemperatureUOption,
-    TipOption,
-    make_console,
-    print_table_account,
-)
-from ocmm_core.calibration.relocation import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED
-from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_cli.terminal import make_console, print_table_account
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
 
@@ -52,90 +15,16 @@ if TYPE_CHECKING:
     from ocmm_sim.calibration_scenes import CalibratingScript
 
 
-class LensChoice(StrEnum):
-    """Treatment of the lenses in a relocation."""
-
-    FIXED = "fixed"
-    PRIOR = "prior"
-    FREE = "free"
-
-
-class GeometryChoice(StrEnum):
-    """Source of the LED positions."""
-
-    KNOWN = "known"
-    UNCERTAIN = "uncertain"
-    UNKNOWN = "unknown"
-
-
-class WorldChoice(StrEnum):
-    """Definition of the world frame."""
-
-    CAMERAS = "cameras"
-    POINTS = "points"
-    SET = "set"
-
-
 def relocate(
-    *,
-    bar: BarOption = VIRTUAL_BAR,
-    shots: ShotsOption = None,
-    spot_columns: SpotColumnsOption = "",
-    spot_decimal: SpotDecimalOption = "",
-    spot_skip: SpotSkipOption = "",
-    world: Annotated[
-        WorldChoice,
-        typer.Option(
-            "--world",
-            help=(
-                "World frame: kept by the cameras, by known control points, or defined by three."
-            ),
-        ),
-    ] = WorldChoice.CAMERAS,
-    control: Annotated[
-        Path | None, typer.Option("--control", help="List of known control points (CSV).")
-    ] = None,
-    unit: TableUnitOption = "",
-    columns: ColumnsOption = "",
-    decimal: DecimalOption = "",
-    skip: SkipOption = "",
-    lens: Annotated[
-        LensChoice, typer.Option("--lens", help="Lenses: kept, refined from known values, or free.")
-    ] = LensChoice.PRIOR,
-    geometry: Annotated[
-        GeometryChoice, typer.Option("--geometry", help="Source of the LED positions.")
-    ] = GeometryChoice.UNCERTAIN,
-    poses: Annotated[int, typer.Option("--poses", help="At least.")] = POSES_WANTED,
-    placements: Annotated[
-        int, typer.Option("--placements", help="Least number of bar placements.")
-    ] = BARS_WANTED,
-    limit: Annotated[
-        float, typer.Option("--limit", help="Target: standard uncertainty (U / 2) of a length, mm.")
-    ] = LENGTH_LIMIT_MM,
-    seats: Annotated[
-        bool,
-        typer.Option(
-            "--seats/--no-seats", help="Skip seats: for recordings without them (--source replay:)."
-        ),
-    ] = True,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    calibrations: FolderOption = None,
-    who: WhoOption = "unnamed",
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-    decision: DecisionOption = None,
-    overrule: OverruleOption = "",
-    new: NewOption = False,
-    seed: SeedOption = DEFAULT_SEED,
-    move: MoveOption = None,
-    speed: SpeedOption = 0.0,
-    record: RecordOption = None,
-    force: ForceOption = False,
-) -> None:
+    *, bar: Path, shots: Path | None, spot_columns: str, spot_decimal: str, spot_skip: str,
+    world: Literal["cameras", "points", "set"], control: Path | None, unit: str, columns: str,
+    decimal: str, skip: str, lens: Literal["fixed", "prior", "free"],
+    geometry: Literal["known", "uncertain", "unknown"], poses: int, placements: int, limit: float,
+    seats: bool, source: str, rig: Path, probe: Path, probes: Path | None, tip: str | None,
+    calibrations: Path | None, who: str, temperature: float | None, temperature_u: str,
+    decision: bool | None, overrule: str, new: bool, seed: int, move: int | None, speed: float,
+    record: Path | None, force: bool,
+) -> None:  # fmt: skip
     """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar.
 
     Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
@@ -183,8 +72,8 @@ def relocate(
     if procedure is None:
         procedure = RelocationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, now(),
-            who=who, temperature=warm, world=world.value, control=known, lens=lens.value,
-            geometry=geometry.value, poses_wanted=poses, bars_wanted=placements,
+            who=who, temperature=warm, world=world, control=known, lens=lens,
+            geometry=geometry, poses_wanted=poses, bars_wanted=placements,
             length_limit_mm=limit, seats=_has_seats(source, recorded, seats=seats),
         )  # fmt: skip
     if shots is not None:

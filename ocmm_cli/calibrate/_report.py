@@ -7,13 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from ocmm_cli.calibrate._tip_report import print_passed, print_term
-from ocmm_cli.terminal import heads, lead, say, say_word, told
+from ocmm_cli.terminal import heads, lead, print_grid, say, say_word, told
 from ocmm_core.calibration.guided import (
     CalibrationComparison,
     CalibrationOutcome,
@@ -33,17 +31,15 @@ from ocmm_core.camera import load_rig
 
 def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
     record = outcome.record
-    table = Table(title=f"{record.rig}: {record.method}", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column(say_word("Camera"), no_wrap=True)
-    for name in heads("Serial", "f", "u0", "v0", "RMS px", "Spots", "Left out"):
-        table.add_column(name, justify="right", no_wrap=True)
+    rows = []
     for camera, left in zip(record.cameras, outcome.residuals, strict=True):
         rms = float(np.sqrt(np.mean(left.residuals_px[left.used] ** 2)))
-        table.add_row(
+        rows.append((
             camera.name, str(camera.serial), f"{camera.focal:.4f}", f"{camera.u0_px:.2f}",
             f"{camera.v0_px:.2f}", f"{rms:.4f}", str(len(left.used)), str(int((~left.used).sum())),
-        )  # fmt: skip
-    console.print(table)
+        ))  # fmt: skip
+    columns = heads("Camera", "Serial", "f", "u0", "v0", "RMS px", "Spots", "Left out")
+    print_grid(console, columns, rows, f"{record.rig}: {record.method}")
     _say(
         console,
         say(
@@ -74,19 +70,16 @@ def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
 
 def print_verification(console: Console, outcome: VerificationOutcome) -> None:
     record = outcome.record
-    table = Table(title=say_word("Verification"), title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column(say_word("Check"), no_wrap=True)
-    for name in heads("Certified", "Measured", "E um", "U um", "Limit um"):
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True)
+    rows = []
     for index, check in enumerate(record.checks):
-        table.add_row(
+        rows.append((
             check.name, f"{check.certified_mm:.4f}", f"{check.measured_mm:.4f}",
             f"{1e3 * check.error_mm:+.1f}", f"{1e3 * check.expanded_mm:.1f}",
             f"{1e3 * check.limit_mm:.1f}",
             Text(say_word("FAILED"), "bold red") if index in outcome.failed else "",
-        )  # fmt: skip
-    console.print(table)
+        ))  # fmt: skip
+    columns = heads("Check", "Certified", "Measured", "E um", "U um", "Limit um")
+    print_grid(console, (*columns, ""), rows, say_word("Verification"))
     if outcome.failed:
         _say(console, say(f"Failed   {len(outcome.failed)} of {len(record.checks)} checks"))
     for old in record.superseded:
@@ -183,17 +176,15 @@ def evidence_words(store: RecordStore[Any], about: str | None = None) -> str:
 
 
 def print_history(console: Console, store: CalibrationStore) -> None:
-    table = Table(title=say_word("History"), title_justify="left", box=box.SIMPLE_HEAD)
-    for name in heads("UTC", "Calibration", "What", "Who"):
-        table.add_column(name, no_wrap=True)
-    table.add_column(say_word("Reason"))
+    rows = []
     for event in store.events:
         lost = say(f" Lost before: {', '.join(event.lost)}.") if event.lost else ""
-        table.add_row(
+        rows.append((
             event.utc[:19], event.calibration[:12], event.kind.value, event.who,
             f"{event.reason}{lost}",
-        )  # fmt: skip
-    console.print(table)
+        ))  # fmt: skip
+    columns = heads("UTC", "Calibration", "What", "Who", "Reason")
+    print_grid(console, columns, rows, say_word("History"))
 
 
 def _print_comparison(console: Console, found: CalibrationComparison) -> None:

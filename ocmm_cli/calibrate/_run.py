@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ocmm_cli.terminal import lead, say, say_later
+from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_later
 from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration.guided import (
@@ -159,6 +160,8 @@ def collect(
 ) -> None:
     """Record available observations, and enter the next step as soon as its gate opens.
 
+    Ctrl-C is obeyed between two blocks.
+
     ``frames``: length of the script, None without end; ``recorder`` also receives all frames and is
     closed; its failure is printed, and the calibration continues. CalibrationError if the source
     ended before the last step; the session keeps the observations so far.
@@ -173,11 +176,15 @@ def collect(
     last = len(procedure.base.steps) - 1
     seen = 0
     warmth_at = 0.0
+    interrupt = DeferredInterrupt(
+        f"{say('All observations are stored.')} "
+        + say("Start the command again: it continues this session.")
+    )
     try:
         with Progress(*columns, console=console, transient=True) as progress:
             task = progress.add_task("", total=None)
             feed.acquisition.start()
-            while pass_open_gates(procedure) < last:
+            while pass_open_gates(procedure) < last and not interrupt.check():
                 stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
                 block = feed.ring.read(_BATCH)
                 if time.monotonic() >= warmth_at:
@@ -212,6 +219,7 @@ def collect(
         status = feed.end()
         if recorder is not None:
             recorder.close()
+        interrupt.close()
     if procedure.base.current < last:
         view = procedure.base
         hint = view.live.hint
@@ -272,10 +280,10 @@ def decide(
             say(f"Session  {procedure.base.session}: waiting for --accept or --keep."),
             highlight=False,
         )
-    elif accept:
-        procedure.accept(_now(), reason)
     else:
-        procedure.keep(_now(), reason)
+        # Ctrl-C has no effect until the decision is stored.
+        with contextlib.closing(DeferredInterrupt()):
+            (procedure.accept if accept else procedure.keep)(_now(), reason)
     return procedure.base.decision
 
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ocmm_cli.calibrate._run import TerminalSite
-from ocmm_cli.terminal import lead, say
+from ocmm_cli.terminal import DeferredInterrupt, lead, say
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
 from ocmm_core.calibration.monitor import (
     Baseline,
@@ -54,11 +54,12 @@ def wave(
     left = round(seconds * 1e9 / feed.description.frame_period_ns)
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     console.print(f"{lead('Source   ')}{feed.description.name}")
+    interrupt = DeferredInterrupt()
     try:
         with Progress(*columns, console=console, transient=True) as progress:
             task = progress.add_task(say("Wave the probe through the whole volume"), total=left)
             feed.acquisition.start()
-            while left > 0:
+            while left > 0 and not interrupt.check():
                 stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
                 block = feed.ring.read(min(_BATCH, left))
                 if block is not None:
@@ -71,6 +72,7 @@ def wave(
                     time.sleep(_IDLE_S)
     finally:
         feed.end()
+        interrupt.close()
     return looks
 
 

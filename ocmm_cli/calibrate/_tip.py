@@ -4,42 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import typer
 from rich.console import Console
 
-from ocmm_cli.calibrate._options import (
-    AnyCamerasOption,
-    DecisionOption,
-    FolderOption,
-    NewOption,
-    ProbeRecordsOption,
-    RecordOption,
-    ShotsOption,
-    SpotColumnsOption,
-    SpotDecimalOption,
-    SpotSkipOption,
-    WhoOption,
-)
-from ocmm_cli.terminal import (
-    ForceOption,
-    ProbeOption,
-    RigOption,
-    SeedOption,
-    SourceOption,
-    SpeedOption,
-    TemperatureOption,
-    TemperatureUOption,
-    lead,
-    make_console,
-    print_table_account,
-)
-from ocmm_core.calibration.tip import VALID_DAYS
-from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
-from ocmm_core.documents import resource
+from ocmm_cli.terminal import lead, make_console, print_table_account
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
 
@@ -52,62 +23,22 @@ if TYPE_CHECKING:
 
     T = TypeVar("T", TipQualificationProcedure, TipCheckProcedure)
 
-VIRTUAL_SPHERE = resource("artefacts", "sphere.toml")
 
-
-class TipChoice(StrEnum):
-    GOOD = "good"
-    WRONG_DIAMETER = "wrong-diameter"
-    WRONG_LENGTH = "wrong-length"
-    WORN = "worn"
-
-
-_FAULTS: dict[TipChoice, dict[str, float]] = {
-    TipChoice.GOOD: {},
-    TipChoice.WRONG_DIAMETER: {"diameter_mm": 0.05},
-    TipChoice.WRONG_LENGTH: {"length_mm": 1.0},
-    TipChoice.WORN: {"worn_mm": 0.1},
+_FAULTS: dict[str, dict[str, float]] = {
+    "good": {},
+    "wrong-diameter": {"diameter_mm": 0.05},
+    "wrong-length": {"length_mm": 1.0},
+    "worn": {"worn_mm": 0.1},
 }
-
-TipNameOption = Annotated[
-    str | None, typer.Option("--tip", help="Mounted tip; default: the last one mounted.")
-]
-SphereOption = Annotated[Path, typer.Option("--sphere", help="Document of the sphere.")]
-ConeOption = Annotated[str, typer.Option("--cone", help="Marking on the cone.")]
-SceneOption = Annotated[TipChoice, typer.Option("--scene", help="Tip on the virtual probe.")]
 
 
 def tip_command(
-    *,
-    tip: TipNameOption = None,
-    sphere: SphereOption = VIRTUAL_SPHERE,
-    cone: ConeOption = "",
-    diameter: Annotated[
-        float | None,
-        typer.Option("--diameter", help="Nominal ball diameter, mm; default: as listed."),
-    ] = None,
-    valid_days: Annotated[int, typer.Option("--valid-days", help="Validity period.")] = VALID_DAYS,
-    shots: ShotsOption = None,
-    spot_columns: SpotColumnsOption = "",
-    spot_decimal: SpotDecimalOption = "",
-    spot_skip: SpotSkipOption = "",
-    scene: SceneOption = TipChoice.GOOD,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    calibrations: FolderOption = None,
-    probes: ProbeRecordsOption = None,
-    who: WhoOption = "unnamed",
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-    decision: DecisionOption = None,
-    new: NewOption = False,
-    seed: SeedOption = DEFAULT_SEED,
-    speed: SpeedOption = 0.0,
-    record: RecordOption = None,
-    uncalibrated: AnyCamerasOption = False,
-    force: ForceOption = False,
-) -> None:
+    *, tip: str | None, sphere: Path, cone: str, diameter: float | None, valid_days: int,
+    shots: Path | None, spot_columns: str, spot_decimal: str, spot_skip: str, scene: str,
+    source: str, rig: Path, probe: Path, calibrations: Path | None, probes: Path | None, who: str,
+    temperature: float | None, temperature_u: str, decision: bool | None, new: bool, seed: int,
+    speed: float, record: Path | None, uncalibrated: bool, force: bool,
+) -> None:  # fmt: skip
     """Qualify a tip: its ball on a calibrated sphere (25 points), and in a cone (five attitudes).
 
     The record contains the ball diameter, its uncertainty and its validity. No touched point is
@@ -144,31 +75,12 @@ def tip_command(
 
 
 def check_tip_command(
-    *,
-    tip: TipNameOption = None,
-    sphere: SphereOption = VIRTUAL_SPHERE,
-    cone: ConeOption = "",
-    shots: ShotsOption = None,
-    spot_columns: SpotColumnsOption = "",
-    spot_decimal: SpotDecimalOption = "",
-    spot_skip: SpotSkipOption = "",
-    scene: SceneOption = TipChoice.GOOD,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    calibrations: FolderOption = None,
-    probes: ProbeRecordsOption = None,
-    who: WhoOption = "unnamed",
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-    decision: DecisionOption = None,
-    new: NewOption = False,
-    seed: SeedOption = DEFAULT_SEED,
-    speed: SpeedOption = 0.0,
-    record: RecordOption = None,
-    uncalibrated: AnyCamerasOption = False,
-    force: ForceOption = False,
-) -> None:
+    *, tip: str | None, sphere: Path, cone: str, shots: Path | None, spot_columns: str,
+    spot_decimal: str, spot_skip: str, scene: str, source: str, rig: Path, probe: Path,
+    calibrations: Path | None, probes: Path | None, who: str, temperature: float | None,
+    temperature_u: str, decision: bool | None, new: bool, seed: int, speed: float,
+    record: Path | None, uncalibrated: bool, force: bool,
+) -> None:  # fmt: skip
     """Check in a minute that the tip is still the qualified one: 13 points, five attitudes.
 
     Detects a diameter off by 50 um and a length off by 0.2 mm. If the points do not decide, the
@@ -209,7 +121,7 @@ class _Source:
     source: str
     rig: Path
     probe: Path
-    scene: TipChoice
+    scene: str
     seed: int
     speed: float
     record: Path | None

@@ -9,12 +9,10 @@ from collections.abc import Sequence
 from datetime import datetime
 
 import numpy as np
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.terminal import heads, lead, say, say_later, say_word, told
+from ocmm_cli.terminal import heads, lead, print_grid, say, say_later, say_word, shown, told
 from ocmm_core.calibration.pivot import PivotCalibration
 from ocmm_core.calibration.records import Check, ProbeStore
 from ocmm_core.calibration.sweeping import PivotOutcome
@@ -59,17 +57,16 @@ def print_cone(console: Console, view: TouchView) -> None:
     cone = view.cone
     if len(cone.tips_world) < 2:
         return
-    table = Table(title=say_word("Ball in the cone"), title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column(say_word("Probe"), no_wrap=True)
-    for name in heads("dX um", "dY um", "dZ um", "Distance um"):
-        table.add_column(name, justify="right", no_wrap=True)
     held = {one.point: one.name for one in cone.attitudes if one.point is not None}
-    for number, off in enumerate(1e3 * cone.off_world):
-        table.add_row(
+    rows = [
+        (
             held.get(number, "otherwise"), *(f"{value:+.1f}" for value in off),
             f"{np.linalg.norm(off):.1f}",
-        )  # fmt: skip
-    console.print(table)
+        )
+        for number, off in enumerate(1e3 * cone.off_world)
+    ]  # fmt: skip
+    columns = heads("Probe", "dX um", "dY um", "dZ um", "Distance um")
+    print_grid(console, columns, rows, say_word("Ball in the cone"))
     x, y, z = 1e3 * cone.half_range_mm
     _say(
         console,
@@ -126,19 +123,18 @@ def print_term(console: Console, until_utc: str) -> None:
 
 
 def _print_checks(console: Console, title: str, checks: Sequence[Check]) -> None:
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column(say_word("Check"), no_wrap=True)
-    for name in heads("Expected", "Measured", "E um", "U um", "Limit um"):
-        table.add_column(name, justify="right", no_wrap=True)
+    rows = []
     for check in checks:
         bad = abs(check.error_mm) > check.limit_mm
-        table.add_row(
+        cells = (
             check.name, f"{check.certified_mm:.4f}", f"{check.measured_mm:.4f}",
             f"{1e3 * check.error_mm:+.1f}",
             f"{1e3 * check.expanded_mm:.1f}" if check.expanded_mm else "",
-            f"{1e3 * check.limit_mm:.1f}", style="bold red" if bad else None,
+            f"{1e3 * check.limit_mm:.1f}",
         )  # fmt: skip
-    console.print(table)
+        rows.append([Text(shown(cell), "bold red" if bad else "") for cell in cells])
+    columns = heads("Check", "Expected", "Measured", "E um", "U um", "Limit um")
+    print_grid(console, columns, rows, title)
 
 
 def print_passed(console: Console, *, passed: bool) -> None:
@@ -174,20 +170,17 @@ def print_tip_status(console: Console, store: ProbeStore, tip: str, now: datetim
 
 def _print_tips(console: Console, outcome: PivotOutcome) -> None:
     record, first = outcome.record, outcome.first
-    table = Table(
-        title=say(f"Probe {record.probe}, tip {record.tip}: tip position, probe frame"),
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-    )
-    table.add_column(say_word("Method"), no_wrap=True)
-    for name in heads("x mm", "y mm", "z mm", "U x um", "U y um", "U z um", "Spread um"):
-        table.add_column(name, justify="right", no_wrap=True)
     expanded = [f"{2e3 * sigma:.1f}" for sigma in np.sqrt(np.diag(first.tip_covariance))]
-    table.add_row(say("adjustment"), *_mm(first.tip_probe), *expanded, "")
-    table.add_row(
-        say("thesis"), *_mm(first.thesis_tip_probe), "", "", "", f"{1e3 * first.thesis.spread:.1f}"
+    spread = f"{1e3 * first.thesis.spread:.1f}"
+    print_grid(
+        console,
+        heads("Method", "x mm", "y mm", "z mm", "U x um", "U y um", "U z um", "Spread um"),
+        [
+            (say("adjustment"), *_mm(first.tip_probe), *expanded, ""),
+            (say("thesis"), *_mm(first.thesis_tip_probe), "", "", "", spread),
+        ],
+        say(f"Probe {record.probe}, tip {record.tip}: tip position, probe frame"),
     )
-    console.print(table)
     console.print(
         say(
             "U: k = 2. Spread: RMS distance of the centres of the LEDs' spheres from their mean "
@@ -200,21 +193,19 @@ def _print_tips(console: Console, outcome: PivotOutcome) -> None:
 
 def _print_leds(console: Console, outcome: PivotOutcome) -> None:
     first = outcome.first
-    table = Table(box=box.SIMPLE_HEAD)
-    table.add_column(say_word("LED"), justify="right")
-    for name in heads(
-        "x mm", "y mm", "z mm", "U um", "Its centre, thesis: dx um", "dy um", "dz um"
-    ):
-        table.add_column(name, justify="right", no_wrap=True)
+    rows = []
     sigmas = np.sqrt(np.diag(first.covariance)[: first.leds_probe.size]).reshape(-1, 3)
     for led, (place, sigma, off) in enumerate(
         zip(first.leds_probe, sigmas, first.thesis.deviations, strict=True), start=1
     ):
-        table.add_row(
+        rows.append((
             str(led), *_mm(place), f"{2e3 * float(np.linalg.norm(sigma)):.1f}",
             *(f"{1e3 * value:+.1f}" for value in off),
-        )  # fmt: skip
-    console.print(table)
+        ))  # fmt: skip
+    columns = heads(
+        "LED", "x mm", "y mm", "z mm", "U um", "Its centre, thesis: dx um", "dy um", "dz um"
+    )
+    print_grid(console, columns, rows)
 
 
 def _print_sweep(console: Console, name: str, found: PivotCalibration) -> None:

@@ -2,120 +2,28 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from ocmm_cli.calibrate._options import (
-    VERIFICATION_BAR,
-    CheckBarOption,
-    DecisionOption,
-    FolderOption,
-    MoveOption,
-    NewOption,
-    RecordOption,
-    ShotsOption,
-    SpotColumnsOption,
-    SpotDecimalOption,
-    SpotSkipOption,
-    WhoOption,
-)
-from ocmm_cli.terminal import (
-    ForceOption,
-    ProbeOption,
-    ProbesOption,
-    RigOption,
-    SeedOption,
-    SourceOption,
-    SpeedOption,
-    TemperatureOption,
-    TemperatureUOption,
-    TipOption,
-    make_console,
-    print_table_account,
-)
+from ocmm_cli.terminal import make_console, print_table_account
 from ocmm_core.calibration.verification import Limits
-from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_sim.calibration_scenes import CalibratingScript
 
 
-class RuleChoice(StrEnum):
-    """Rule of decision of a verification."""
-
-    GUARDED = "guarded"
-    SIMPLE = "simple"
-
-
 def verify(
-    *,
-    bar: CheckBarOption = VERIFICATION_BAR,
-    sphere: Annotated[
-        list[Path] | None, typer.Option("--sphere", help="Sphere document; can be repeated.")
-    ] = None,
-    two_places: Annotated[
-        bool,
-        typer.Option(
-            "--two-places", help="Touch each sphere in the near and in the far third of the volume."
-        ),
-    ] = False,
-    excuse: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--excuse",
-            help="Why a corner of the volume cannot be reached, e.g. 'X- Y+ Z-: a post stands "
-            "there'; recorded.",
-        ),
-    ] = None,
-    shots: ShotsOption = None,
-    spot_columns: SpotColumnsOption = "",
-    spot_decimal: SpotDecimalOption = "",
-    spot_skip: SpotSkipOption = "",
-    constant: Annotated[
-        float, typer.Option("--limit", help="Permissible error of a length: constant part, mm.")
-    ] = Limits().constant,
-    per_length: Annotated[
-        float,
-        typer.Option(
-            "--limit-per-length", help="Permissible error of a length: proportional part."
-        ),
-    ] = Limits().per_length,
-    largest: Annotated[
-        float, typer.Option("--limit-largest", help="Permissible error of a length: maximum, mm.")
-    ] = Limits().largest,
-    diameter: Annotated[
-        float, typer.Option("--limit-diameter", help="Permissible error of a diameter, mm.")
-    ] = Limits().diameter,
-    form: Annotated[
-        float, typer.Option("--limit-form", help="Permissible form of a sphere, mm.")
-    ] = Limits().form,
-    rule: Annotated[
-        RuleChoice,
-        typer.Option(
-            "--rule", help="Artefact uncertainty: subtracted from the limit, or only stated."
-        ),
-    ] = RuleChoice.GUARDED,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    calibrations: FolderOption = None,
-    who: WhoOption = "unnamed",
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-    decision: DecisionOption = None,
-    new: NewOption = False,
-    seed: SeedOption = DEFAULT_SEED,
-    move: MoveOption = None,
-    speed: SpeedOption = 0.0,
-    record: RecordOption = None,
-    force: ForceOption = False,
-) -> None:
+    *, bar: Path, sphere: list[Path] | None, two_places: bool, excuse: list[str] | None,
+    shots: Path | None, spot_columns: str, spot_decimal: str, spot_skip: str, constant: float,
+    per_length: float, largest: float, diameter: float, form: float,
+    rule: Literal["guarded", "simple"], source: str, rig: Path, probe: Path, probes: Path | None,
+    tip: str | None, calibrations: Path | None, who: str, temperature: float | None,
+    temperature_u: str, decision: bool | None, new: bool, seed: int, move: int | None, speed: float,
+    record: Path | None, force: bool,
+) -> None:  # fmt: skip
     """Verify the calibration in force with a bar along seven lines, and with spheres.
 
     Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
@@ -157,7 +65,7 @@ def verify(
             site.sessions, site.rig, body, site.store, artefact, now(),
             who=who, temperature=warm, spheres=spheres,
             two_places=two_places,
-            limits=Limits(constant, per_length, largest, diameter, rule.value, form),
+            limits=Limits(constant, per_length, largest, diameter, rule, form),
         )  # fmt: skip
     for one in excuse or ():
         corner, _, reason = one.partition(":")

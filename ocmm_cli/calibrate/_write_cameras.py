@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console
 
-from ocmm_cli.bus import BusOption
-from ocmm_cli.terminal import CalibrationsOption, ForceOption, RigOption, make_console, say, told
-from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_cli.terminal import make_console, say, told
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
@@ -18,14 +16,7 @@ if TYPE_CHECKING:
 
 
 def write_cameras(
-    *,
-    source: BusOption,
-    check: Annotated[
-        bool, typer.Option("--check", help="Compare only, write nothing; exit code 0: identical.")
-    ] = False,
-    rig: RigOption = RECOMMENDED_RIG,
-    calibrations: CalibrationsOption = None,
-    force: ForceOption = False,
+    *, source: str, check: bool, rig: Path, calibrations: Path | None, force: bool
 ) -> None:
     """Store the intrinsics of the calibration in force in all cameras, and read them back.
 

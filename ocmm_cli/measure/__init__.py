@@ -2,18 +2,14 @@
 
 In: a plan and a source, or job files. Out: job files, reports, tables, an exit code.
 
-Read `_headless` (a whole job without a window, which `_interrupt` ends), `_measure_parts` (a
+Read `_headless` (a whole job without a window), `_measure_parts` (a
 batch), `_plan` (check, new) with `_plan_import` and `_offers`, `_align`, `_report`, `_compare`,
 `_recall`, `_environment` (ambient conditions), `_certificate` (certificates of the machine), and
 `_recording` (raw frames).
 It computes nothing: jobs are run by `station` and opened by `inspection.archive`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.measure._align import align_command, align_plan_command
@@ -35,22 +31,7 @@ if TYPE_CHECKING:
     from ocmm_cli.measure._recording import record_source
     from ocmm_cli.measure._report import report_command
 else:
-    __getattr__ = door(
-        __name__,
-        _align="align_command align_plan_command",
-        _certificate="certificate_app",
-        _compare="compare_command",
-        _environment="environment_command",
-        _headless=(
-            "exit_code missing_sentences print_explanations print_states print_table "
-            "print_verdict run_job"
-        ),
-        _measure_parts="await_part",
-        _plan="plan_app",
-        _recall="recall_archived recall_command",
-        _recording="record_source",
-        _report="report_command",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "align_command", "align_plan_command", "await_part", "certificate_app", "compare_command",

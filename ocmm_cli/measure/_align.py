@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import msgspec
 import typer
@@ -18,25 +18,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.archive import ReopenedJob
 
 
-def align_command(
-    *,
-    job: Annotated[Path, typer.Argument(help="Job file (.ocmm), finished or in progress.")],
-    save: Annotated[
-        Path | None,
-        typer.Option("--save", help="Save the frame as a document, e.g. the machine frame."),
-    ] = None,
-    name: Annotated[
-        str, typer.Option("--name", help="Name of the saved frame. Default: its file name.")
-    ] = "",
-    control: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--control",
-            help="Feature to save as a control point, for relocating the frame after the part "
-            "was moved; can be repeated.",
-        ),
-    ] = None,
-) -> None:
+def align_command(*, job: Path, save: Path | None, name: str, control: list[str] | None) -> None:
     """Show the alignment of a job: residuals, uncertainty, open degrees of freedom.
 
     Read-only. With --save the frame is written as a document that other plans take over.
@@ -63,20 +45,7 @@ def align_command(
         raise typer.Exit(2)
 
 
-def align_plan_command(
-    *,
-    plan: Annotated[Path, typer.Argument(help="Plan document.")],
-    frame: Annotated[Path, typer.Option("--frame", help="Document of a saved frame.")],
-    out: Annotated[Path, typer.Option("--out", help="File of the new plan.")],
-    relocate: Annotated[
-        float | None,
-        typer.Option(
-            "--relocate",
-            help="Relocate the frame at its control points, within this limit, mm. Default: use "
-            "it as saved.",
-        ),
-    ] = None,
-) -> None:
+def align_plan_command(*, plan: Path, frame: Path, out: Path, relocate: float | None) -> None:
     """Write a plan that is aligned to a saved frame.
 
     The new plan holds what it needs of the frame, together with its hash. With a frame of a

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import msgspec
 import typer
@@ -21,46 +21,9 @@ certificate_app = typer.Typer(
 
 @certificate_app.command()
 def make(
-    folder: Annotated[
-        Path,
-        typer.Argument(
-            help="Folder of the records of one rig or of one probe, or an acceptance record."
-        ),
-    ],
-    *,
-    calibration: Annotated[
-        bool,
-        typer.Option(
-            "--calibration/--verification",
-            help="Of cameras: their calibration with all parameters, or its last verification.",
-        ),
-    ] = False,
-    as_found: Annotated[
-        Path | None,
-        typer.Option(
-            "--as-found",
-            help="Acceptance record of the state before the adjustment; default: the one that "
-            "belongs to it in the same folder.",
-        ),
-    ] = None,
-    tip: Annotated[str, typer.Option("--tip", help="Tip of the probe.")] = "",
-    out: Annotated[Path, typer.Option("--out", help="Folder of the files.")] = Path(),
-    template: Annotated[
-        Path | None,
-        typer.Option("--template", help="Template of the report: letterhead, machine, place."),
-    ] = None,
-    customer: Annotated[
-        str, typer.Option("--customer", help="Default: the laboratory itself.")
-    ] = "",
-    place: Annotated[str, typer.Option("--place", help="Where it was tested.")] = "",
-    humidity: Annotated[
-        str, typer.Option("--humidity", help="Of the air, %, where no record has it.")
-    ] = "",
-    pressure: Annotated[
-        str, typer.Option("--pressure", help="Of the air, hPa, where no record has it.")
-    ] = "",
-    pages: Annotated[bool, typer.Option("--pages/--no-pages", help="Also write a PDF.")] = True,
-) -> None:
+    folder: Path, *, calibration: bool, as_found: Path | None, tip: str, out: Path,
+    template: Path | None, customer: str, place: str, humidity: str, pressure: str, pages: bool,
+) -> None:  # fmt: skip
     """Write the paper of cameras, of a qualified tip, or of an acceptance test.
 
     A digital calibration certificate (DCC 3.2.1), signed by this station (XAdES), and pages with a
@@ -93,9 +56,7 @@ def make(
 
 
 @certificate_app.command()
-def check(
-    file: Annotated[Path, typer.Argument(help="Digital calibration certificate (XML).")],
-) -> None:
+def check(file: Path) -> None:
     """Say who signed a digital certificate, and what it states; exit code 1 without a sound one."""
     from ocmm_core.export.certificate import check_dcc_seal
     from ocmm_core.seals import KeyFolder
@@ -123,21 +84,9 @@ def check(
 
 @certificate_app.command()
 def artefact(
-    file: Annotated[Path, typer.Argument(help="Digital calibration certificate (XML).")],
-    kind: Annotated[Literal["bar", "sphere"], typer.Argument(help="What it is about.")],
-    out: Annotated[Path, typer.Argument(help="Artefact document (TOML) to write.")],
-    *,
-    due: Annotated[str, typer.Option("--due", help="Holds until, YYYY-MM-DD: your own rule.")],
-    quantity: Annotated[
-        str, typer.Option("--quantity", help="Part of the name, where there are several lengths.")
-    ] = "",
-    expansion: Annotated[
-        float | None, typer.Option("--expansion", help="1/K, where the certificate has none.")
-    ] = None,
-    expansion_sigma: Annotated[
-        float | None, typer.Option("--expansion-sigma", help="Its standard uncertainty, 1/K.")
-    ] = None,
-) -> None:
+    file: Path, kind: Literal["bar", "sphere"], out: Path, *, due: str, quantity: str,
+    expansion: float | None, expansion_sigma: float | None,
+) -> None:  # fmt: skip
     """Write the document of a bar or a sphere from its certificate.
 
     Prints each quantity of the certificate: read or left out.
@@ -181,9 +130,7 @@ def artefact(
 
 
 @certificate_app.command()
-def trust(
-    file: Annotated[Path, typer.Argument(help="X.509 certificate of the laboratory (PEM).")],
-) -> None:
+def trust(file: Path) -> None:
     """Trust the XML signatures of a calibration laboratory from now on."""
     from ocmm_core.export.certificate import trust_laboratory
     from ocmm_core.seals import KeyFolder

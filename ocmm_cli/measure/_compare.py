@@ -6,48 +6,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
 from ocmm_cli.measure._pages import print_pages
-from ocmm_cli.terminal import computing, heads, lead, make_console, progress_line, say, say_word
-from ocmm_core.cluster import Site
+from ocmm_cli.options import ComputingSite
+from ocmm_cli.terminal import heads, lead, make_console, print_grid, progress_line, say, say_word
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.archive import Trend
 
 
-@computing
 def compare_command(
-    *,
-    jobs: Annotated[
-        list[Path],
-        typer.Argument(
-            readable=False, help="Job files of one plan, in any order.", metavar="JOB..."
-        ),
-    ],
-    probes: Annotated[
-        Path | None,
-        typer.Option("--probes", help="Probe record folder. Default: that of this user."),
-    ] = None,
-    calibrations: Annotated[
-        Path | None,
-        typer.Option("--calibrations", help="Calibration folder. Default: that of this user."),
-    ] = None,
-    feature: Annotated[
-        str, typer.Option("--feature", help="Only what is about this feature.")
-    ] = "",
-    table: Annotated[
-        Path | None,
-        typer.Option("--table", help="CSV file with every value, its signals and all indices."),
-    ] = None,
-    pages: Annotated[
-        Path | None,
-        typer.Option("--pages", help="PDF file: table, charts and signals, on your template."),
-    ] = None,
-    site: Site,
-) -> None:
+    *, jobs: Annotated[list[Path], typer.Argument(readable=False)], probes: Path | None,
+    calibrations: Path | None, feature: str, table: Path | None, pages: Path | None,
+    site: ComputingSite,
+) -> None:  # fmt: skip
     """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
 
     Run rules: Western Electric 1 (beyond a limit), 2 (two of three beyond two sigma), 3 (four of
@@ -108,24 +81,20 @@ def compare_command(
 
 def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> None:
     title = say(f"{count:d} job{'' if count == 1 else 's'}")
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column(say_word("Characteristic"), no_wrap=True)
-    for name in heads("Parts", "Mean", "Least", "Greatest", "Cp", "Cpk", "95 %"):
-        table.add_column(name, justify="right", no_wrap=True)
+    rows = []
     for trend in trends:
         values, able = trend.values, trend.capability
         numbers = ["–"] * 3
         if len(values):
             numbers = [f"{x:z.4f}" for x in (values.mean(), values.min(), values.max())]
-        table.add_row(
-            trend.name,
-            f"{len(values)}/{count}",
-            *numbers,
+        rows.append((
+            trend.name, f"{len(values)}/{count}", *numbers,
             f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
             f"{able.cpk:.2f}" if able is not None else "–",
             f"{able.cpk_low:.2f} – {able.cpk_high:.2f}" if able is not None else "–",
-        )
-    console.print(table)
+        ))  # fmt: skip
+    columns = heads("Characteristic", "Parts", "Mean", "Least", "Greatest", "Cp", "Cpk", "95 %")
+    print_grid(console, columns, rows, title)
 
 
 def _lines(trend: Trend) -> list[str]:

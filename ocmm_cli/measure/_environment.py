@@ -3,21 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from ocmm_cli.terminal import HumidityOption, PressureOption, RoomOption, make_console, say
+from ocmm_cli.terminal import make_console, say
 
 
-def environment_command(
-    *,
-    job: Annotated[Path, typer.Argument(help="Job file (.ocmm) that is not being measured.")],
-    room: RoomOption = "",
-    humidity: HumidityOption = "",
-    pressure: PressureOption = "",
-    who: Annotated[str, typer.Option("--who", help="Name of the reader.")] = "",
-) -> None:
+def environment_command(*, job: Path, room: str, humidity: str, pressure: str, who: str) -> None:
     """Record ambient readings in a job, and print those it contains.
 
     Readings before the first point apply to the start, those after the last point to the end. The

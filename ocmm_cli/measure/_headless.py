@@ -6,15 +6,12 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.measure._interrupt import DeferredInterrupt
 from ocmm_cli.measure._pages import print_pages
-from ocmm_cli.terminal import lead, say, say_word, shown, told, wide_enough
+from ocmm_cli.terminal import DeferredInterrupt, heads, lead, print_grid, say, say_word, shown, told
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_core.composition import BuiltStation
@@ -29,8 +26,6 @@ from ocmm_core.tolerances.decisions import U_LABEL, U_WORDS, CharacteristicResul
 from ocmm_core.tolerances.kinds import spec_of
 
 _POLL_S = 0.05
-_LEAST_NAME = 14
-"""Minimum width of the wrapped column of names."""
 _STYLE = {
     Verdict.CONFORM: "green",
     Verdict.NOT_CONFORM: "bold red",
@@ -102,7 +97,7 @@ def run_job(
             raise _incomplete(view, status, built.job_path)
     finally:
         station.close()
-        interrupt.end()
+        interrupt.close()
         print_counters(console, station.looks.acquisition())
         lost = station.job.lost
         if lost is not None:
@@ -152,41 +147,18 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
 
 
 def _print_results(console: Console, view: JobView, truth: Mapping[str, float] | None) -> None:
-    """Print values and verdicts, never shortened: the columns that fit, else blocks of lines."""
     names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", U_LABEL, "True", "Error"]
-    names = names if truth is not None else names[:-2]
-    results = view.characteristics
-    rows = [
-        dict(zip(names, _cells(one, (truth or {}).get(one.name)), strict=False)) for one in results
-    ]
-    verdicts = [Text(say_word(one.verdict.value), _STYLE[one.verdict]) for one in results]
-    widths = {name: max(map(len, (say_word(name), *(row[name] for row in rows)))) for name in names}
-    last = max((len(say_word("Verdict")), *map(len, verdicts)))
-    longest = max((len(one.name) for one in results), default=0)
-
-    def needed(wanted: Sequence[str], first: int) -> int:
-        """Return the width of a table with three blanks between its columns."""
-        return first + last + sum(widths[name] + 3 for name in wanted) + 7
-
-    console = wide_enough(console, needed(names, longest))
-    few = [name for name in names if name in ("Measured", "Deviation", U_LABEL, "Error")]
-    least = min(longest, _LEAST_NAME)
-    choices = (names, few, ["Measured", U_LABEL])
-    wanted = next((one for one in choices if needed(one, least) <= console.width), None)
-    if wanted is None:
-        for one, cells, verdict in zip(results, rows, verdicts, strict=True):
-            lines = (f"  {say_word(name)} {cells[name]}" for name in names)
-            console.print(Text("\n").join([Text(shown(one.name)), *map(Text, lines)]))
-            console.print(Text("  ") + verdict)
-        return
-    table = Table(title=f"{view.part}: {view.job}", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column(say_word("Characteristic"), overflow="fold")
-    for name in wanted:
-        table.add_column(say_word(name), justify="right", no_wrap=True, min_width=widths[name])
-    table.add_column(say_word("Verdict"), no_wrap=True, min_width=last)
-    for one, cells, verdict in zip(results, rows, verdicts, strict=True):
-        table.add_row(one.name, *(cells[name] for name in wanted), verdict)
-    console.print(table)
+    count = 6 if truth is None else 8
+    rows: list[Sequence[str | Text]] = [
+        (
+            one.name, *_cells(one, (truth or {}).get(one.name))[:count],
+            Text(say_word(one.verdict.value), _STYLE[one.verdict]),
+        )
+        for one in view.characteristics
+    ]  # fmt: skip
+    columns = heads("Characteristic", *names[:count], "Verdict")
+    spare = (heads("Nominal", "Lower", "Upper", "True"), heads("Deviation", "Error"))
+    print_grid(console, columns, rows, f"{view.part}: {view.job}", spare)
 
 
 def print_verdict(console: Console, view: JobView) -> None:

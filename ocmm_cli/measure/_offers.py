@@ -6,12 +6,11 @@ Also the options to choose features.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
-import typer
 
-from ocmm_cli.terminal import say, say_word
+from ocmm_cli.terminal import heads, print_grid, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,57 +20,6 @@ if TYPE_CHECKING:
     from ocmm_cad.drawing import Account
     from ocmm_cad.step import FacesAccount, Offer, StepModel, StepRequest
     from ocmm_core.tolerances.decisions import RequirementCount
-
-
-BallOption = Annotated[
-    float | None,
-    typer.Option(help="Diameter of the ball, mm; of a model only. Without: the probe's."),
-]
-ProbeOption = Annotated[
-    Path | None, typer.Option("--probe", help="Probe that touches a model; without: the standard.")
-]
-RigOption = Annotated[
-    Path | None, typer.Option("--rig", help="Cameras that look on; without: the recommended rig.")
-]
-UpOption = Annotated[
-    str, typer.Option("--up", help="Axis of the model that points up: +x, -x, +y, -y, +z or -z.")
-]
-TurnOption = Annotated[
-    float, typer.Option("--turn", help="The part is turned about the vertical, degrees.")
-]
-ReachOption = Annotated[
-    bool, typer.Option(help="Leave out what stylus and body of the probe cannot reach.")
-]
-SightOption = Annotated[
-    bool, typer.Option(help="Leave out where the cameras see fewer than four LEDs.")
-]
-OnlyOption = Annotated[
-    list[str] | None,
-    typer.Option("--only", help="Of a model: this name (* and ? stand for others) or face number."),
-]
-WithoutOption = Annotated[
-    list[str] | None, typer.Option("--without", help="Of a model: not this name or face number.")
-]
-KindOption = Annotated[
-    list[str] | None,
-    typer.Option("--kind", help="Of a model: Plane, Cylinder, Cone, 'free form' and so on."),
-]
-LeastOption = Annotated[
-    float, typer.Option("--least", help="Smallest diameter, or longer side of a plane, mm.")
-]
-MostOption = Annotated[
-    float, typer.Option("--most", help="Largest diameter, or longer side of a plane, mm.")
-]
-ProfileOption = Annotated[
-    float | None,
-    typer.Option(
-        "--profile", help="Of a model: its free-form faces too, each with a profile of "
-        "a surface against the model; width of the zone, mm."
-    ),
-]  # fmt: skip
-ListOption = Annotated[
-    bool, typer.Option("--list", help="Of a model: print what it offers, and write no plan.")
-]
 
 
 def request_by(
@@ -97,25 +45,14 @@ def request_by(
 
 def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) -> None:
     """Print a line for each surface of a model, with reasons against it."""
-    from rich.table import Table
-    from rich.text import Text
-
     from ocmm_cad.step import faces_account
 
-    table = Table(
-        say_word("name"),
-        say_word("faces"),
-        say_word("size, mm"),
-        say_word("targets"),
-        say_word("against it"),
-        box=None,
-        pad_edge=False,
-    )
+    rows = []
     for offer in offers:
         faces = ",".join(map(str, offer.faces))
         count = str(len(offer.feature.targets) or "")
-        table.add_row(offer.feature.name, faces, f"{offer.size_mm:.3f}", count, Text(offer.against))
-    console.print(table, highlight=False)
+        rows.append((offer.feature.name, faces, f"{offer.size_mm:.3f}", count, offer.against))
+    print_grid(console, heads("name", "faces", "size, mm", "targets", "against it"), rows)
     usual = [offer for offer in offers if not offer.against and offer.free_form is None]
     print_faces(faces_account(model, usual), console)
     if model.free_forms:
@@ -165,27 +102,17 @@ def print_account(account: Account, console: Console) -> None:
 
     Datum references and labels follow their item; both are counted, and separate in the JSON.
     """
-    from rich.table import Table
-    from rich.text import Text
-
     if not account.items:
         for remark in account.remarks:
             console.print(say(remark), highlight=False)
         return
     console.print(say("Tolerances of the model:"), highlight=False)
-    table = Table(
-        "",
-        say_word("label"),
-        say_word("says"),
-        say_word("in the plan, or why not"),
-        box=None,
-        pad_edge=False,
-    )
+    rows = []
     for item in account.by_itself():
         became = ", ".join(item.became)
         said = "; ".join(filter(None, (became, say(item.why), say(item.remark))))
-        table.add_row(*(Text(text) for text in (say(item.status), item.name, item.kind, said)))
-    console.print(table, highlight=False)
+        rows.append((say(item.status), item.name, item.kind, said))
+    print_grid(console, ("", *heads("label", "says", "in the plan, or why not")), rows)
     for group, counts in account.counts().items():
         told = ", ".join(f"{count} {say(word)}" for word, count in counts.items() if count)
         console.print(f"{say(group)}: {sum(counts.values())} ({told})", highlight=False)

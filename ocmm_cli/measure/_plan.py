@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.measure import _offers as offers
 from ocmm_cli.measure._offers import print_requirements
 from ocmm_cli.measure._plan_import import (
-    NameOption,
-    OutputOption,
-    OverwriteOption,
-    PartNameOption,
     empty_plan,
     import_command,
     print_findings,
@@ -31,7 +26,7 @@ plan_app.command(name="import")(import_command)
 
 
 @plan_app.command()
-def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -> None:
+def check(plan: Path) -> None:
     """Check a plan: contradictions, its release, requirements left out, pictures and sizes.
 
     Code 1: the plan has errors, such as a nominal that its feature contradicts or limits that are
@@ -70,13 +65,7 @@ def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -
 
 
 @plan_app.command()
-def account(
-    plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Inspection plan to write: .csv or .xlsx.")
-    ],
-    overwrite: OverwriteOption = False,
-) -> None:
+def account(plan: Path, output: Path, overwrite: bool) -> None:
     """Write the requirements of the imported files with balloon numbers, as an inspection plan.
 
     Each requirement is in the plan, with its characteristics, or left out, with the reason.
@@ -93,13 +82,7 @@ def account(
 
 
 @plan_app.command()
-def release(
-    plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
-    who: Annotated[
-        str, typer.Option("--by", help="Name of the person who answers for the limits.")
-    ],
-    reason: Annotated[str, typer.Option("--reason", help="E.g. the revision of the drawing.")] = "",
-) -> None:
+def release(plan: Path, who: str, reason: str) -> None:
     """Release a plan by name: its release is signed and kept next to it (.release.json).
 
     Any later change of the plan, e.g. of a limit, voids the release. Jobs contain the release of
@@ -114,10 +97,7 @@ def release(
 
 
 @plan_app.command()
-def new(
-    output: OutputOption, name: NameOption = None, part: PartNameOption = None,
-    overwrite: OverwriteOption = False,
-) -> None:  # fmt: skip
+def new(output: Path, name: str | None, part: str | None, overwrite: bool) -> None:
     """Make a plan with one plane to begin with; edit it in the window or as text."""
     from ocmm_core.features.shapes import NominalFeature, Shape
     from ocmm_core.inspection.plan import usual_points
@@ -130,12 +110,7 @@ def new(
 
 @plan_app.command()
 def part(
-    plan_file: Annotated[Path, typer.Argument(metavar="PLAN", help="Plan document.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Document of the part to write.")],
-    rig: Annotated[Path | None, typer.Option(help="Cameras; the recommended ones without.")] = None,
-    up: offers.UpOption = "+z",
-    turn: offers.TurnOption = 0.0,
-    overwrite: OverwriteOption = False,
+    plan_file: Path, output: Path, rig: Path | None, up: str, turn: float, overwrite: bool
 ) -> None:
     """Write the virtual part of a plan: as its nominals say, in the middle of the volume.
 

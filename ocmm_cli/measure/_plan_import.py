@@ -4,23 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import typer
 
 from ocmm_cli.measure import _offers as offers
 from ocmm_cli.measure._offers import account_json, print_account, print_requirements
-from ocmm_cli.terminal import (
-    ColumnsOption,
-    DecimalOption,
-    SkipOption,
-    TableUnitOption,
-    make_console,
-    print_table_account,
-    say,
-    say_word,
-)
+from ocmm_cli.terminal import make_console, print_table_account, say, say_word
 from ocmm_core.errors import InputError
 from ocmm_core.tables import TableOptions
 
@@ -28,68 +19,14 @@ if TYPE_CHECKING:
     from ocmm_core.features.shapes import NominalFeature
     from ocmm_core.inspection.plan import Plan
 
-NameOption = Annotated[str | None, typer.Option("--name", help="Name of the plan.")]
-PartNameOption = Annotated[str | None, typer.Option("--part", help="Name of the part.")]
-OutputOption = Annotated[Path, typer.Option("--output", "-o", help="Plan document to write.")]
-OverwriteOption = Annotated[
-    bool, typer.Option("--overwrite", help="Overwrite an existing document.")
-]
-
 
 def import_command(
-    file: Annotated[
-        Path,
-        typer.Argument(
-            help="Table (CSV), plan or model in QIF 3.0, or model (STEP, needs an extra)."
-        ),
-    ],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Plan document to write.")
-    ] = None,
-    name: NameOption = None,
-    part: PartNameOption = None,
-    overwrite: OverwriteOption = False,
-    ball: offers.BallOption = None,
-    probe: offers.ProbeOption = None,
-    rig: offers.RigOption = None,
-    up: offers.UpOption = "+z",
-    turn: offers.TurnOption = 0.0,
-    reach: offers.ReachOption = True,
-    sight: offers.SightOption = True,
-    only: offers.OnlyOption = None,
-    without: offers.WithoutOption = None,
-    kind: offers.KindOption = None,
-    least: offers.LeastOption = 0.0,
-    most: offers.MostOption = float("inf"),
-    profile: offers.ProfileOption = None,
-    as_list: offers.ListOption = False,
-    whole: Annotated[
-        bool, typer.Option("--all", help="Of a model: fillets, text and narrow faces too.")
-    ] = False,
-    tolerances: Annotated[
-        bool, typer.Option(help="Of a model (AP242): its tolerances too, with an account of all.")
-    ] = True,
-    general: Annotated[
-        str,
-        typer.Option(
-            help="General tolerance of sizes and distances of a model without their own: "
-            "iso2768-f, -m, -c or -v."
-        ),
-    ] = "",
-    keep_model: Annotated[
-        bool,
-        typer.Option(
-            "--model/--no-model", help="Copy the model beside the plan, so that it is shown."
-        ),
-    ] = True,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Account of the source and findings of the plan as JSON.")
-    ] = False,
-    unit: TableUnitOption = "",
-    columns: ColumnsOption = "",
-    decimal: DecimalOption = "",
-    skip: SkipOption = "",
-) -> None:
+    file: Path, output: Path | None, name: str | None, part: str | None, overwrite: bool,
+    ball: float | None, probe: Path | None, rig: Path | None, up: str, turn: float, reach: bool,
+    sight: bool, only: list[str] | None, without: list[str] | None, kind: list[str] | None,
+    least: float, most: float, profile: float | None, as_list: bool, whole: bool, tolerances: bool,
+    general: str, keep_model: bool, as_json: bool, unit: str, columns: str, decimal: str, skip: str,
+) -> None:  # fmt: skip
     """Make a plan of the features of a table or of the surfaces of a model.
 
     Columns of a table: name, shape, x, y, z; and if wanted i, j, k, diameter, length, width, angle,

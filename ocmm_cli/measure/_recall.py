@@ -11,13 +11,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich import box
 from rich.console import Console
-from rich.table import Table
+from rich.text import Text
 
 from ocmm_cli.measure._pages import print_pages
-from ocmm_cli.terminal import computing, heads, language, lead, make_console, progress_line, say
-from ocmm_core.cluster import Site
+from ocmm_cli.options import ComputingSite
+from ocmm_cli.terminal import (
+    heads,
+    language,
+    lead,
+    make_console,
+    print_grid,
+    progress_line,
+    say,
+    shown,
+)
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.leftovers import scratch_folder
@@ -32,56 +40,12 @@ _STYLES = {"HOLDS": "green", "CHANGES": "bold red", "UNKNOWN": "yellow"}
 """By the name of the outcome."""
 
 
-@computing
 def recall_command(
-    *,
-    jobs: Annotated[
-        list[Path] | None,
-        typer.Argument(
-            help="Job folders (searched with subfolders) or job files. Default: ocmm-out.",
-            metavar="[FOLDER]...",
-        ),
-    ] = None,
-    calibrations: Annotated[
-        Path | None,
-        typer.Option("--calibrations", help="Calibration folder. Default: that of this user."),
-    ] = None,
-    probes: Annotated[
-        Path | None,
-        typer.Option("--probes", help="Probe record folder. Default: that of this user."),
-    ] = None,
-    who: Annotated[
-        str,
-        typer.Option(
-            "--by",
-            help="Your name: releases the points whose verdicts hold. Without it, nothing is "
-            "stored.",
-        ),
-    ] = "",
-    artefact: Annotated[
-        str | None,
-        typer.Option(
-            "--artefact",
-            help="Serial number of an artefact found wrong: everything based on it is "
-            "invalidated first. Needs --since and --by.",
-        ),
-    ] = None,
-    since: Annotated[
-        datetime | None,
-        typer.Option(
-            "--since",
-            help="Date since when the artefact was wrong.",
-            formats=["%Y-%m-%d", "%Y-%m-%dT%H:%M"],
-        ),
-    ] = None,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write the recall to this file, sealed.")
-    ] = None,
-    pdf_file: Annotated[
-        Path | None, typer.Option("--pdf", help="Write the recall report to this file.")
-    ] = None,
-    site: Site,
-) -> None:
+    *, jobs: list[Path] | None, calibrations: Path | None, probes: Path | None, who: str,
+    artefact: str | None,
+    since: Annotated[datetime | None, typer.Option(formats=["%Y-%m-%d", "%Y-%m-%dT%H:%M"])],
+    json_file: Path | None, pdf_file: Path | None, site: ComputingSite,
+) -> None:  # fmt: skip
     """Recalculate the jobs that are in doubt because their calibration failed later.
 
     Every job is recomputed from its raw spots with the calibration in force now; what the spots
@@ -173,15 +137,14 @@ def show_recall(console: Console, record: RecallRecord) -> None:
         console.print(say(sentence), highlight=False, markup=False)
     if not record.made_by:
         console.print(say("--by NAME releases the points whose verdicts hold."), highlight=False)
-    table = Table(box=box.SIMPLE_HEAD)
-    for name in heads(*COLUMNS):
-        table.add_column(name, overflow="fold")
+    rows = []
     for job in worst_first(record.jobs):
         name = job.label
         for one in job.characteristics:
-            table.add_row(name, *row(one, speech), style=_STYLES[one.outcome.name])
+            cells = (name, *row(one, speech))
+            rows.append([Text(shown(cell), _STYLES[one.outcome.name]) for cell in cells])
             name = ""
-    console.print(table)
+    print_grid(console, heads(*COLUMNS), rows)
     for job in worst_first(record.jobs):
         console.print(
             f"{job_line(job, speech)} {say(rests_on(job))}", highlight=False, markup=False
@@ -215,56 +178,12 @@ def _write(path: Path, content: bytes) -> None:
         ) from error
 
 
-@computing
 def recall_archived(
-    *,
-    archive: Annotated[
-        str | None,
-        typer.Option(
-            "--archive",
-            help="local, a file, or postgresql://USER@SERVER/DB. Default: the settings.",
-        ),
-    ] = None,
-    calibrations: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--calibrations",
-            help="Calibration folder of a station; repeat it for each. Default: that of this user.",
-        ),
-    ] = None,
-    probes: Annotated[
-        Path | None,
-        typer.Option("--probes", help="Probe record folder. Default: that of this user."),
-    ] = None,
-    who: Annotated[
-        str,
-        typer.Option(
-            "--by",
-            help="Your name: stores the recall; jobs whose verdicts do not hold are held back at "
-            "every station. Without it, nothing is stored.",
-        ),
-    ] = "",
-    artefact: Annotated[
-        str, typer.Option("--artefact", help="Serial number of an artefact found wrong.")
-    ] = "",
-    tip: Annotated[str, typer.Option("--tip", help="Name or hash of a tip found wrong.")] = "",
-    calibration: Annotated[
-        str, typer.Option("--calibration", help="Hash of a calibration found wrong.")
-    ] = "",
-    since: Annotated[
-        datetime | None,
-        typer.Option(
-            "--since", help="Since when it was wrong.", formats=["%Y-%m-%d", "%Y-%m-%dT%H:%M"]
-        ),
-    ] = None,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write the recall to this file, sealed.")
-    ] = None,
-    pdf_file: Annotated[
-        Path | None, typer.Option("--pdf", help="Write the recall report to this file.")
-    ] = None,
-    site: Site,
-) -> None:
+    *, archive: str | None, calibrations: list[Path] | None, probes: Path | None, who: str,
+    artefact: str, tip: str, calibration: str,
+    since: Annotated[datetime | None, typer.Option(formats=["%Y-%m-%d", "%Y-%m-%dT%H:%M"])],
+    json_file: Path | None, pdf_file: Path | None, site: ComputingSite,
+) -> None:  # fmt: skip
     """Recall the archived jobs that a finding touches, wherever they were measured.
 
     Jobs of calibrations in doubt by the histories given are recomputed; jobs that used a wrong

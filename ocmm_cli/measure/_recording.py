@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from ocmm_cli.measure._headless import print_counters
-from ocmm_cli.terminal import lead, say
+from ocmm_cli.terminal import DeferredInterrupt, lead, say
 from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.composition import StationRequest, calibration_of, make_feed
@@ -29,11 +29,12 @@ def record_source(
     limit = feed.script_frames
     if seconds is not None:
         limit = round(seconds * 1e9 / feed.description.frame_period_ns)
+    interrupt = DeferredInterrupt(f"{lead('Recording ')}{path}")
     try:
         with FrameRecorder(path, feed.description, rig) as recorder, _progress(console) as progress:
             task = progress.add_task("", total=None)
             feed.acquisition.start()
-            while limit is None or frames < limit:
+            while not interrupt.check() and (limit is None or frames < limit):
                 stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
                 left = _BATCH if limit is None else limit - frames
                 block = feed.ring.read(min(_BATCH, left))
@@ -47,6 +48,7 @@ def record_source(
                     time.sleep(_IDLE_S)
     finally:
         status = feed.end()
+        interrupt.close()
     print_counters(console, status)
     if status.stop_reason is StopReason.FAILED:
         raise status.error("record.source", f"The {frames} frames before that are in {path}.")

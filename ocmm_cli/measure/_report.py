@@ -13,15 +13,7 @@ import typer
 from rich.console import Console
 
 from ocmm_cli.measure._pages import print_pages
-from ocmm_cli.terminal import (
-    HumidityOption,
-    PressureOption,
-    RoomOption,
-    lead,
-    make_console,
-    progress_line,
-    say,
-)
+from ocmm_cli.terminal import lead, make_console, progress_line, say
 from ocmm_core.errors import OcmmError
 from ocmm_core.processes import processes_for, side_by_side
 
@@ -29,100 +21,14 @@ if TYPE_CHECKING:
     from ocmm_core.export.report import ReportData
 
 
-# Those of the registry, which is not loaded for help; a test compares them.
-FORMAT_WORDS = "polyworks, qif, dfq, xlsx, json, fai, pdf or all"
-PROFILED_WORDS = "polyworks, dfq, xlsx"
-
-
 def report_command(
-    *,
-    jobs: Annotated[
-        list[Path],
-        typer.Argument(readable=False, help="Job files (.ocmm), also from other computers."),
-    ],
-    formats: Annotated[
-        list[str] | None, typer.Option("--format", help=f"One of {FORMAT_WORDS}; can be repeated.")
-    ] = None,
-    profile: Annotated[
-        Path | None,
-        typer.Option(
-            "--profile",
-            help="Profile document of the text files: delimiter, decimal sign, unit, columns. "
-            f"Used by {PROFILED_WORDS}. Default: PolyWorks.",
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Report folder. Default: that of the first job.")
-    ] = None,
-    preview_only: Annotated[
-        bool,
-        typer.Option("--preview", help="Print the contents of the files without writing them."),
-    ] = False,
-    probes: Annotated[
-        Path | None,
-        typer.Option(
-            "--probes",
-            help="Probe record folder, searched for later findings on the tip. Default: that of "
-            "this user.",
-        ),
-    ] = None,
-    calibrations: Annotated[
-        Path | None,
-        typer.Option(
-            "--calibrations",
-            help="Calibration folder, searched for later findings on the cameras. Default: that "
-            "of this user.",
-        ),
-    ] = None,
-    incomplete: Annotated[
-        bool, typer.Option("--incomplete", help="Report an incomplete job too.")
-    ] = False,
-    template: Annotated[
-        Path | None,
-        typer.Option(
-            "--template",
-            help="Template of the report: letterhead, machine, sections, signatures. Default: "
-            "that of this station, else plain. Copy resources/reports/standard.toml.",
-        ),
-    ] = None,
-    remember: Annotated[
-        bool,
-        typer.Option(
-            "--remember",
-            help="Use --template for every report from now on, also of ocmm measure and of the "
-            "window; keep what is given here with the jobs.",
-        ),
-    ] = False,
-    number: Annotated[
-        str, typer.Option("--number", help="Report number. Default: made from the job.")
-    ] = "",
-    customer: Annotated[str, typer.Option("--customer", help="For whom.")] = "",
-    customer_address: Annotated[
-        str, typer.Option("--customer-address", help="Where the customer is.")
-    ] = "",
-    order: Annotated[str, typer.Option("--order", help="Default: that of the job.")] = "",
-    drawing: Annotated[str, typer.Option("--drawing", help="Drawing of the part.")] = "",
-    revision: Annotated[str, typer.Option("--revision", help="Of the drawing.")] = "",
-    machine: Annotated[
-        str, typer.Option("--machine", help="Machine that made the part, for statistics.")
-    ] = "",
-    place: Annotated[
-        str, typer.Option("--place", help="Where it was measured. Default: of the template.")
-    ] = "",
-    received: Annotated[
-        str, typer.Option("--received", help="When the item came, in which condition.")
-    ] = "",
-    room: RoomOption = "",
-    humidity: HumidityOption = "",
-    pressure: PressureOption = "",
-    deviation: Annotated[
-        list[str] | None,
-        typer.Option("--deviation", help="Deviation from the plan; can be repeated."),
-    ] = None,
-    remark: Annotated[
-        list[str] | None, typer.Option("--remark", help="Statement; can be repeated.")
-    ] = None,
-) -> None:
+    *, jobs: Annotated[list[Path], typer.Argument(readable=False)], formats: list[str] | None,
+    profile: Path | None, out: Path | None, preview_only: bool, probes: Path | None,
+    calibrations: Path | None, incomplete: bool, template: Path | None, remember: bool, number: str,
+    customer: str, customer_address: str, order: str, drawing: str, revision: str, machine: str,
+    place: str, received: str, room: str, humidity: str, pressure: str, deviation: list[str] | None,
+    remark: list[str] | None,
+) -> None:  # fmt: skip
     """Report jobs from their own files, read-only.
 
     Everything is recomputed from the raw observations in the job file, and what comes out

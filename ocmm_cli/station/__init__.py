@@ -6,16 +6,12 @@ Read `_station` (doctor, support) and `_page` (output of the doctor), then `_set
 in `ocmm_core.doctor`, `ocmm_core.settings` and `ocmm_core.support`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.station._settings import settings_app
     from ocmm_cli.station._station import station_app, support_app
 else:
-    __getattr__ = door(__name__, _settings="settings_app", _station="station_app support_app")
+    __getattr__ = door(__name__)
 
 __all__ = ["settings_app", "station_app", "support_app"]

@@ -6,10 +6,9 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.terminal import say, say_word, shown
+from ocmm_cli.terminal import print_grid, say, say_word, shown
 from ocmm_core.doctor import Light, can_undo
 
 if TYPE_CHECKING:
@@ -26,21 +25,16 @@ _STYLES = {
 
 
 def print_report(report: DoctorReport, console: Console) -> None:
-    table = Table.grid(padding=(0, 2))
-    # Words are never split: a light is read from afar.
-    for _ in range(2):
-        table.add_column(no_wrap=True)
-    table.add_column()
+    rows = []
     for one in report.results:
         text = Text(shown(say(one.what)))
         if one.remedy:
             # In front: a command at the end of the line can be copied.
             fix = f"{say('With --fix, or:')} " if one.fixable else ""
             text.append(f"\n-> {fix}{shown(say(one.remedy))}", style="italic")
-        table.add_row(
-            Text(say_word(one.light.value), style=_STYLES[one.light]), say_word(one.title), text
-        )
-    console.print(table)
+        light = Text(say_word(one.light.value), style=_STYLES[one.light])
+        rows.append((light, say_word(one.title), text))
+    print_grid(console, ("", "", ""), rows)
     counts = [(light, len(report.having(light))) for light in Light]
     console.print()
     console.print(Text(f"{say(f'This computer is {report.light.value}:')} ", style="bold").append(

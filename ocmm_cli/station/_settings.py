@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Any
 
 import msgspec
 import typer
@@ -27,17 +27,10 @@ settings_app = typer.Typer(
     help="Settings of the window: of this station and of this user. Commands that measure on the "
     "terminal do not read them.",
 )
-_STATION = Annotated[
-    bool, typer.Option("--station", help="For everybody at this computer; default: as it belongs.")
-]
 
 
 @settings_app.command()
-def show(
-    key: Annotated[str, typer.Argument(help="One setting; default: all.")] = "",
-    *,
-    json: Annotated[bool, typer.Option("--json", help="As JSON.")] = False,
-) -> None:
+def show(key: str, *, json: bool) -> None:
     """Show all settings, where each comes from, and what differs from the default."""
     store = SettingsStore.of_this_user()
     loaded = store.load()
@@ -76,16 +69,15 @@ def show(
 
 
 @settings_app.command(name="set")
-def set_command(
-    key: Annotated[str, typer.Argument(help="Setting, e.g. instrument.rig.")],
-    value: Annotated[str, typer.Argument(help="As in the window; empty: the default.")],
-    *,
-    station: _STATION = False,
-) -> None:
+def set_command(key: str, value: str, *, station: bool) -> None:
     """Change one setting; a window that is open takes it at its next start."""
     spec = spec_of(key)
     given = value_of_text(spec, value)
     store = SettingsStore.of_this_user()
+    if not station:
+        make_console(soft_wrap=True, stderr=True).print(
+            say(store.places()), style="dim", highlight=False, markup=False
+        )
     print_notes(store.change({key: given}, Scope.STATION if station else None))
     if spec.section == "report":
         from ocmm_core.export.template import use_head
@@ -97,11 +89,7 @@ def set_command(
 
 
 @settings_app.command()
-def confirm(
-    who: Annotated[str, typer.Option("--by", help="Name of the person who answers for them.")],
-    *,
-    station: _STATION = False,
-) -> None:
+def confirm(who: str, *, station: bool) -> None:
     """Sign the settings that change verdicts, after they were edited outside the program."""
     if not who.strip():
         raise InputError("settings.name", "No name given.", "Give it with --by.")

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from ocmm_cli.terminal import make_console, progress_line, say
+from ocmm_core.build import build_version
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import require_linux
 
@@ -27,41 +28,9 @@ _ONE_IS_RED = 1
 
 @station_app.command()
 def doctor(
-    *,
-    interface: Annotated[
-        str,
-        typer.Option(
-            "--interface",
-            help="Network adapter of the cameras. Default: that of the service "
-            "(/etc/ocmm/bus.env).",
-        ),
-    ] = "",
-    jobs: Annotated[
-        Path | None, typer.Option("--jobs", help="Folder of the jobs. Default: the present one.")
-    ] = None,
-    seconds: Annotated[
-        float,
-        typer.Option(
-            "--seconds",
-            help="How long wake-up jitter is measured, and a bus on a virtual cable (10 s at "
-            "most); 0 leaves both out.",
-        ),
-    ] = 60.0,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print JSON instead (docs/doctor.schema.json).")
-    ] = False,
-    fix: Annotated[
-        bool,
-        typer.Option(
-            "--fix",
-            help="Put right what can be without any risk; shows it and asks before. Needs root.",
-        ),
-    ] = False,
-    yes: Annotated[bool, typer.Option("--yes", help="With --fix: do not ask.")] = False,
-    take_back: Annotated[
-        bool, typer.Option("--undo", help="Take back all that --fix changed. Needs root.")
-    ] = False,
-) -> None:
+    *, interface: str, jobs: Path | None, seconds: float, as_json: bool, fix: bool, yes: bool,
+    take_back: bool,
+) -> None:  # fmt: skip
     """Check this computer as a technician would, and say what to do: a line for each check.
 
     GREEN: as it should be. AMBER: the station measures, but cycles can come late, or something
@@ -161,24 +130,18 @@ def _support() -> None:
 
 
 @support_app.command()
+def whatsnew(*, since: str) -> None:
+    """Print the changes of this version, newest first."""
+    from ocmm_core.manual import changes_since
+
+    typer.echo(f"OCMM {build_version()}\n")
+    for section in changes_since(since):
+        typer.echo(section)
+
+
+@support_app.command()
 def bundle(
-    file: Annotated[Path, typer.Argument(help="Archive to write, .zip.")],
-    *,
-    without: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--without",
-            help="Leave a part out; may be given several times: versions, settings, doctor, logs, "
-            "records, recording.",
-        ),
-    ] = None,
-    mask_names: Annotated[
-        bool, typer.Option("--mask-names", help="Take names of people out.")
-    ] = False,
-    list_only: Annotated[
-        bool, typer.Option("--list", help="Show what would be inside, and write nothing.")
-    ] = False,
-    yes: Annotated[bool, typer.Option("--yes", help="Write it without asking.")] = False,
+    file: Path, *, without: list[str] | None, mask_names: bool, list_only: bool, yes: bool
 ) -> None:
     """Pack versions, settings, the doctor's report, logs and heads of records into a ZIP file.
 

@@ -7,11 +7,7 @@ Read `_fit` with `_fit_rows`, `_verify_fits`, `_uncertainty`, `_probe` (a probe 
 memory of the hot path). It must not know `cli.calibrate`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.study._bench import BenchRow, measure_speed, print_run, run_bench, run_for
@@ -29,19 +25,7 @@ if TYPE_CHECKING:
     from ocmm_cli.study._uncertainty import uncertainty_command
     from ocmm_cli.study._verify_fits import verify_fits_command
 else:
-    __getattr__ = door(
-        __name__,
-        _bench="BenchRow measure_speed print_run run_bench run_for",
-        _coverage=(
-            "CoverageOutcome CoverageSetup coverage_table more_characteristics run_coverage "
-            "touch_all"
-        ),
-        _fit="fit_command",
-        _probe="probe_app",
-        _study="probe_calibration study_app",
-        _uncertainty="uncertainty_command",
-        _verify_fits="verify_fits_command",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "BenchRow", "CoverageOutcome", "CoverageSetup", "coverage_table", "fit_command",

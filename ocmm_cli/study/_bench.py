@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
+from ocmm_cli.terminal import print_grid
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import USUAL_SLOTS, CameraModel, Rig, load_rig, project
 from ocmm_core.composition import StationRequest, build_station
@@ -48,16 +48,12 @@ class BenchRow:
 
 def run_bench(seconds: float, console: Console) -> None:
     rows = measure_speed(seconds)
-    table = Table(title="Hot path of this machine, one core", title_justify="left")
-    for name in ("Figure", "Value", "Against"):
-        table.add_column(name)
-    for name in ("Ratio", "Wanted"):
-        table.add_column(name, justify="right")
-    for row in rows:
-        table.add_row(
-            row.name, row.value, row.against, f"{row.ratio:.1f}", f"at least {row.limit:g}"
-        )
-    console.print(table)
+    cells = [
+        (row.name, row.value, row.against, f"{row.ratio:.1f}", f"at least {row.limit:g}")
+        for row in rows
+    ]
+    columns = ("Figure", "Value", "Against", "Ratio", "Wanted")
+    print_grid(console, columns, cells, "Hot path of this machine, one core")
     if not _has_opencv():
         console.print(
             "The OpenCV comparison needs opencv-python-headless, a development dependency."

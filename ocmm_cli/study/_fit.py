@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from ocmm_cli.terminal import (
-    ColumnsOption,
-    DecimalOption,
-    SkipOption,
-    TableUnitOption,
     make_console,
+    print_grid,
     print_table_account,
     say,
     say_later,
@@ -29,7 +23,7 @@ from ocmm_core.features.shapes import Shape
 
 if TYPE_CHECKING:
     from ocmm_cli.study._fit_rows import FitRow
-    from ocmm_core.features.shapes import Fit
+    from ocmm_core.features.shapes import Criterion, Fit
     from ocmm_core.geometry import Float
     from ocmm_core.tolerances.uncertainty import FitUncertainty
 
@@ -52,44 +46,20 @@ def _shape_of(word: str) -> Shape:
     return SHAPES[word]
 
 
-class CriterionWord(StrEnum):
-    LEAST_SQUARES = "least-squares"
-    MINIMUM_ZONE = "minimum-zone"
-    INSCRIBED = "inscribed"
-    CIRCUMSCRIBED = "circumscribed"
+def criterion_of(word: str) -> Criterion:
+    from ocmm_core.features.shapes import Criterion
+
+    return Criterion[word.upper().replace("-", "_")]
 
 
 def fit_command(
-    file: Annotated[
-        Path,
-        typer.Argument(
-            help="Text file, one row x y z per point, or PLY, OBJ, OFF, STL or PCD.", metavar="FILE"
-        ),
-    ],
-    shape: Annotated[
-        Shape,
-        typer.Option(
-            "--shape",
-            help="Shape to fit.",
-            parser=_shape_of,
-            metavar=f"<{'|'.join(SHAPES)}>",
-            autocompletion=lambda: list(SHAPES),
-        ),
-    ],
-    criterion: Annotated[
-        CriterionWord, typer.Option("--criterion", help="Association criterion.")
-    ] = CriterionWord.LEAST_SQUARES,
-    free: Annotated[
-        bool, typer.Option("--free", help="Circle: fit in space as one problem, not plane first.")
-    ] = False,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object instead of the table.")
-    ] = False,
-    unit: TableUnitOption = "",
-    columns: ColumnsOption = "",
-    decimal: DecimalOption = "",
-    skip: SkipOption = "",
-) -> None:
+    file: Path,
+    shape: Annotated[Shape, typer.Option(
+        parser=_shape_of, metavar=f"<{'|'.join(SHAPES)}>", autocompletion=lambda: list(SHAPES)
+    )],
+    criterion: str, free: bool, json: bool, unit: str, columns: str, decimal: str,
+    skip: str,
+) -> None:  # fmt: skip
     """Fit one element to points and print it with its form, uncertainty and outliers.
 
     The points are used as they are: no ball radius is subtracted. The account of the file (columns,
@@ -109,14 +79,14 @@ def fit_command(
         raise InputError(
             "fit.free", f"--free applies to circles, not to a {_word_of(shape)}.", "Omit it."
         )
-    if free and criterion in (CriterionWord.INSCRIBED, CriterionWord.CIRCUMSCRIBED):
+    if free and criterion in ("inscribed", "circumscribed"):
         raise InputError(
             "fit.free", "--free goes with least-squares and minimum-zone only.", "Omit one."
         )
     held = read_points_file(file, TableOptions(unit, columns, decimal, skip))
     points = held.points
     try:
-        fit = fit_shape(shape, points, criterion=Criterion[criterion.name], free=free)
+        fit = fit_shape(shape, points, criterion=criterion_of(criterion), free=free)
     except FitError as error:
         odd = commanding_rows(shape, points, free=free)
         why = "" if odd is None else f" {odd.words}"
@@ -124,7 +94,7 @@ def fit_command(
     odd = commanding_rows(shape, points, free=free)
     found = fit_uncertainty(fit, points)
     if json:
-        typer.echo(fit_json(file, held.account, fit, points, criterion.value, found, odd))
+        typer.echo(fit_json(file, held.account, fit, points, criterion, found, odd))
         return
     print_table_account(held.account)
     console = make_console()
@@ -158,35 +128,22 @@ def fit_command(
 
 
 def _print_fit(
-    console: Console,
-    fit: Fit,
-    found: FitUncertainty | None,
-    n: int,
-    criterion: CriterionWord,
-    *,
-    free: bool,
+    console: Console, fit: Fit, found: FitUncertainty | None, n: int, criterion: str, *, free: bool
 ) -> None:
     from ocmm_cli.study._fit_rows import rows_of
     from ocmm_core.tolerances.decisions import U_LABEL
 
-    how = f"{say_word(criterion.value)} ({say_word(fit.criterion.value)})"
+    how = f"{say_word(criterion)} ({say_word(fit.criterion.value)})"
     if free:
         how += f", {say('one problem in space')}"
-    table = Table(
-        title=say(f"{fit.shape.value} through {n:d} points:") + f" {how}",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-    )
-    table.add_column("")
-    table.add_column(say_word("Value"), justify="right", no_wrap=True)
-    table.add_column(U_LABEL, justify="right", no_wrap=True)
-    rows = rows_of(fit, found)
+    rows, cells = rows_of(fit, found), []
     for row in rows:
         digits = 12 if row.unit == "" else 9
         text = "  ".join(f"{value:.{digits}f}" for value in row.values)
         own = row.expanded
-        table.add_row(row.words, text, "–" if own is None else f"{own:.2g} {row.stated_unit}")
-    console.print(table)
+        cells.append((row.words, text, "–" if own is None else f"{own:.2g} {row.stated_unit}"))
+    title = say(f"{fit.shape.value} through {n:d} points:") + f" {how}"
+    print_grid(console, ("", say_word("Value"), U_LABEL), cells, title)
     if fit.contacts:
         held = ", ".join(str(row + 1) for row in fit.contacts)
         console.print(say(f"Contact points {held} (rows of the file, from 1)."))

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.terminal import ProbeOption, RigOption, make_console, say, say_word
-from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_cli.terminal import heads, make_console, print_grid, say, say_word
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
-    from ocmm_core.measuring import BudgetTerm, ProbeReport
+    from ocmm_core.measuring import ProbeReport
 
 
 probe_app = typer.Typer(
@@ -32,31 +29,9 @@ def _probe() -> None:
 
 @probe_app.command()
 def design(
-    *,
-    probe: ProbeOption = STANDARD_PROBE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe_design: Annotated[
-        Path | None,
-        typer.Option(
-            "--design",
-            help="Design document: materials and sections. Default: the one in the resources "
-            "folder with the probe's name, if any.",
-        ),
-    ] = None,
-    tilt: Annotated[
-        tuple[float, float, float],
-        typer.Option("--tilt", help="Tilts about X, Y and Z: uniform between - and + these, °."),
-    ] = (45.0, 45.0, 10.0),
-    spot_sigma: Annotated[
-        float, typer.Option("--spot-sigma", help="Noise of an averaged spot, px.")
-    ] = 0.0105,
-    poses: Annotated[int, typer.Option("--poses", help="Number of poses.")] = 4000,
-    all_seen: Annotated[
-        bool, typer.Option("--all-seen", help="Treat LEDs facing away from a camera as visible.")
-    ] = False,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the poses.")] = 1,
-    out: Annotated[Path, typer.Option("--out", help="Folder for the figures.")] = Path("ocmm-out"),
-) -> None:
+    *, probe: Path, rig: Path, probe_design: Path | None, tilt: tuple[float, float, float],
+    spot_sigma: float, poses: int, all_seen: bool, seed: int, out: Path,
+) -> None:  # fmt: skip
     """Say how certain the tip of a probe is with a rig, and whether its LEDs can be confused.
 
     Prints the uncertainty of the tip as a number, the LEDs' nearest wrong order, growth by warmth
@@ -147,7 +122,9 @@ def print_report(console: Console, report: ProbeReport) -> None:
         for line in mechanics_words(report.mechanics):
             console.print(say(line), highlight=False)
     console.print()
-    console.print(_budget_table(report.budget))
+    budget = [(say(one.name), f"{one.sigma_um:.2f}", say(one.rests_on)) for one in report.budget]
+    columns = heads("Source", "µm", "Based on")
+    print_grid(console, columns, budget, say_word("Uncertainty of one point"))
     if report.budget:
         console.print(
             say(
@@ -189,15 +166,3 @@ def write_figures(report: ProbeReport, out: Path) -> list[Path]:
             "Give a writable folder with --out.",
         ) from error
     return [out / name for name in files]
-
-
-def _budget_table(budget: tuple[BudgetTerm, ...]) -> Table:
-    table = Table(
-        title=say_word("Uncertainty of one point"), title_justify="left", box=box.SIMPLE_HEAD
-    )
-    table.add_column(say_word("Source"), no_wrap=True)
-    table.add_column(say_word("µm"), justify="right", no_wrap=True)
-    table.add_column(say_word("Based on"))
-    for term in budget:
-        table.add_row(say(term.name), f"{term.sigma_um:.2f}", say(term.rests_on))
-    return table

@@ -3,27 +3,15 @@
 from __future__ import annotations
 
 import time
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Literal
 
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ocmm_cli.terminal import (
-    PartOption,
-    PlanOption,
-    ProbeOption,
-    RigOption,
-    computing,
-    make_console,
-    progress_line,
-    say,
-    say_word,
-)
-from ocmm_core.cluster import Site
-from ocmm_core.composition import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE
-from ocmm_core.documents import resource, write_atomic
+from ocmm_cli.options import ComputingSite
+from ocmm_cli.terminal import heads, make_console, print_grid, progress_line, say, say_word
+from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,16 +22,8 @@ study_app = typer.Typer(
     no_args_is_help=True, help="Simulate the error of a procedure caused by noise alone."
 )
 
-THESIS_RIG = resource("rigs", "thesis.toml")
-THESIS_PROBE = resource("probes", "thesis.toml")
 _SHOWN = 1500
 """Poses of figure 13: more would hide each other."""
-
-
-class EstimatorName(StrEnum):
-    THESIS = "thesis"
-    COMMON = "common"
-    BUNDLE = "bundle"
 
 
 @study_app.callback()
@@ -52,46 +32,11 @@ def _study() -> None:
 
 
 @study_app.command()
-@computing
 def probe_calibration(
-    *,
-    runs: Annotated[int, typer.Option("--runs", help="Simulated calibrations.")] = 3000,
-    poses: Annotated[int, typer.Option("--poses", help="Poses per calibration.")] = 10_000,
-    estimator: Annotated[
-        EstimatorName,
-        typer.Option(
-            "--estimator",
-            help="'thesis': mean of one sphere for each LED; 'common': one centre for all LEDs; "
-            "'bundle': adjustment on the spots of a rig, as the product calibrates.",
-        ),
-    ] = EstimatorName.THESIS,
-    ranges: Annotated[
-        tuple[float, float, float],
-        typer.Option("--range", help="Angles about X, Y and Z: uniform between - and + these, °."),
-    ] = (45.0, 45.0, 10.0),
-    sigma: Annotated[
-        tuple[float, float, float],
-        typer.Option("--sigma", help="Noise of a target along X, Y and Z, um; not for 'bundle'."),
-    ] = (4.6, 22.7, 4.6),
-    probe: Annotated[
-        Path, typer.Option("--probe", help="Probe document: LEDs and tip.")
-    ] = THESIS_PROBE,
-    rig: RigOption = THESIS_RIG,
-    spot_sigma: Annotated[
-        float, typer.Option("--spot-sigma", help="Noise of a spot, px; for 'bundle'.")
-    ] = 0.0105,
-    leds: Annotated[
-        bool, typer.Option("--leds/--tip-only", help="Whether to average the LEDs too (figure 15).")
-    ] = True,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of angles and noise.")] = 1,
-    processes: Annotated[
-        int | None, typer.Option("--processes", help="Default: one per processor.")
-    ] = None,
-    site: Site,
-    out: Annotated[Path, typer.Option("--out", help="Folder for figures and numbers.")] = Path(
-        "ocmm-out"
-    ),
-) -> None:
+    *, runs: int, poses: int, estimator: Literal["thesis", "common", "bundle"],
+    ranges: tuple[float, float, float], sigma: tuple[float, float, float], probe: Path, rig: Path,
+    spot_sigma: float, leds: bool, seed: int, processes: int | None, site: ComputingSite, out: Path,
+) -> None:  # fmt: skip
     """Repeat the simulation of the probe calibration of the thesis (3.2.1).
 
     Writes figures 13 (the LEDs of one run), 14 (errors of the tip) and 15 (errors of the LEDs) as
@@ -116,9 +61,9 @@ def probe_calibration(
         ranges=np.radians(ranges),
         sigma=1e-3 * np.array(sigma),
         poses=poses,
-        estimator=estimator.value,
-        with_leds=leds or estimator is EstimatorName.BUNDLE,
-        rig=load_rig(rig) if estimator is EstimatorName.BUNDLE else None,
+        estimator=estimator,
+        with_leds=leds or estimator == "bundle",
+        rig=load_rig(rig) if estimator == "bundle" else None,
         spot_sigma_px=spot_sigma,
     )
     console = make_console()
@@ -139,7 +84,7 @@ def probe_calibration(
     d = 1e3 * result.distances
     console.print(
         say(
-            f"{runs} calibrations of {poses} poses, estimator '{estimator.value}': error of the "
+            f"{runs} calibrations of {poses} poses, estimator '{estimator}': error of the "
             f"tip "
             f"RMS {np.sqrt(np.mean(d**2)):.3f} um, mean {d.mean():.3f}, largest {d.max():.2f}."
         )
@@ -164,16 +109,8 @@ def probe_calibration(
 
 
 @study_app.command()
-@computing
 def coverage(
-    *,
-    runs: Annotated[int, typer.Option("--runs", help="Simulated measurements.")] = 200,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the first run.")] = 0,
-    plan: PlanOption = DEMO_PLAN,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    part: PartOption = DEMO_PART,
-    site: Site,
+    *, runs: int, seed: int, plan: Path, rig: Path, probe: Path, part: Path, site: ComputingSite
 ) -> None:
     """Say how often value ± U (k = 2) holds the truth.
 
@@ -191,15 +128,12 @@ def coverage(
             lambda done: tell(say(f"Measured {done:d} of {runs:d}"), done / runs),
         )
     console.print(say(f"{runs:d} runs; wanted: 92 to 99 %"), highlight=False)
-    console.print(
-        f"{'characteristic':<24}{'covered %':>10}{'mean U um':>11}{'RMS error um':>14}",
-        highlight=False,
-    )
-    for name, covered, stated, error in coverage_table(found):
-        console.print(
-            f"{name:<24}{100 * covered:>10.1f}{1e3 * stated:>11.2f}{1e3 * error:>14.2f}",
-            highlight=False, markup=False,
-        )  # fmt: skip
+    rows = [
+        (name, f"{100 * covered:.1f}", f"{1e3 * stated:.2f}", f"{1e3 * error:.2f}")
+        for name, covered, stated, error in coverage_table(found)
+    ]
+    columns = heads("Characteristic", "covered %", "mean U um", "RMS error um")
+    print_grid(console, columns, rows)
 
 
 def _write(study: ProbeStudy, result: StudyResult, seed: int, out: Path) -> list[Path]:

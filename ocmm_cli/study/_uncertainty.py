@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-from rich import box
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
-from ocmm_cli.terminal import computing, heads, make_console, say, say_word
-from ocmm_core.cluster import Site
+from ocmm_cli.options import ComputingSite
+from ocmm_cli.terminal import heads, make_console, print_grid, say, say_word
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,21 +22,10 @@ if TYPE_CHECKING:
 _BAR = 20
 
 
-@computing
 def uncertainty_command(
-    *,
-    job: Annotated[Path, typer.Argument(help="Job file.", metavar="JOB")],
-    only: Annotated[
-        str, typer.Option("--only", help="Name of one characteristic; default: all.")
-    ] = "",
-    monte_carlo: Annotated[
-        bool, typer.Option("--monte-carlo", help="Also run Monte Carlo and compare.")
-    ] = False,
-    trials: Annotated[int, typer.Option("--trials", help="Maximum number of trials.")] = 1_000_000,
-    digits: Annotated[int, typer.Option("--digits", help="Significant digits required for u.")] = 2,
-    seed: Annotated[int, typer.Option("--seed", help="Of the simulation.")] = 1,
-    site: Site,
-) -> None:
+    *, job: Path, only: str, monte_carlo: bool, trials: int, digits: int, seed: int,
+    site: ComputingSite,
+) -> None:  # fmt: skip
     """Show the uncertainty budget of every result of a job.
 
     The job is opened read-only and recomputed from its points. Ctrl+C cancels a simulation.
@@ -85,7 +71,7 @@ def _print_budget(
             f"{name}: {say('no budget.')} {say(found.missing.get(name, ''))}", highlight=False
         )
         return
-    console.print(_table(budget))
+    _print_sources(console, budget)
     degrees = ""
     if budget.degrees <= 1e6:
         degrees = ", " + say(f"{budget.degrees:.0f} degrees of freedom")
@@ -108,28 +94,19 @@ def _print_budget(
         console.print(f"{said}. {say(result.caution)}".strip(), highlight=False)
 
 
-def _table(budget: Budget) -> Table:
-    table = Table(
-        title=f"{budget.characteristic} = {budget.value:.5f} {budget.unit}",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-    )
-    table.add_column(say_word("Source"), no_wrap=True)
-    table.add_column(f"u, {budget.unit}", justify="right", no_wrap=True)
-    table.add_column(say_word("Share"), justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True)
-    table.add_column(say_word("Type"), no_wrap=True)
-    table.add_column(say_word("From"))
-    for row in budget.rows:
-        table.add_row(
-            say(row.name),
-            f"{row.standard:.5f}",
-            f"{100.0 * row.share:.1f} %",
-            "█" * round(_BAR * row.share),
-            f"{row.kind}, {say_word(row.distribution)}",
+def _print_sources(console: Console, budget: Budget) -> None:
+    rows = [
+        (
+            say(row.name), f"{row.standard:.5f}", f"{100.0 * row.share:.1f} %",
+            "█" * round(_BAR * row.share), f"{row.kind}, {say_word(row.distribution)}",
             say(row.origin),
         )
-    return table
+        for row in budget.rows
+    ]  # fmt: skip
+    source, share, kind, origin = heads("Source", "Share", "Type", "From")
+    columns = (source, f"u, {budget.unit}", share, "", kind, origin)
+    title = f"{budget.characteristic} = {budget.value:.5f} {budget.unit}"
+    print_grid(console, columns, rows, title, spare=[[""]])
 
 
 def _only(task: Task, names: list[str]) -> Task:
@@ -138,7 +115,7 @@ def _only(task: Task, names: list[str]) -> Task:
 
 
 def _simulated(
-    console: Console, task: Task, options: MonteCarloOptions, site: Site
+    console: Console, task: Task, options: MonteCarloOptions, site: ComputingSite
 ) -> MonteCarloReport:
     from ocmm_core.tolerances.monte_carlo import simulate, simulate_elsewhere
 
@@ -154,30 +131,21 @@ def _simulated(
 
 
 def _print_simulation(console: Console, report: MonteCarloReport) -> None:
-    table = Table(
-        title=say_word("Monte Carlo (JCGM 101)"), title_justify="left", box=box.SIMPLE_HEAD
-    )
-    table.add_column(say_word("Characteristic"), no_wrap=True)
-    for name in heads(
-        "Trials", "Mean", "u", "Interval", "Shortest", "d low", "d high", "Tolerance"
-    ):
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column(say_word("Linear propagation"))
+    rows = []
     for item in report.values:
         verdict = say("valid") if item.validated else say("differs")
-        table.add_row(
-            item.name,
-            f"{item.trials}",
-            f"{item.mean:.5f}",
-            f"{item.sigma:.5f}",
+        rows.append((
+            item.name, f"{item.trials}", f"{item.mean:.5f}", f"{item.sigma:.5f}",
             f"{item.symmetric[0]:.5f} – {item.symmetric[1]:.5f}",
             f"{item.shortest[0]:.5f} – {item.shortest[1]:.5f}",
-            f"{item.off_low:.5f}",
-            f"{item.off_high:.5f}",
-            f"{item.tolerance:.5f}",
+            f"{item.off_low:.5f}", f"{item.off_high:.5f}", f"{item.tolerance:.5f}",
             verdict if item.settled else say(f"{verdict}, more trials needed"),
-        )
-    console.print(table)
+        ))  # fmt: skip
+    columns = heads(
+        "Characteristic", "Trials", "Mean", "u", "Interval", "Shortest", "d low", "d high",
+        "Tolerance", "Linear propagation",
+    )  # fmt: skip
+    print_grid(console, columns, rows, say_word("Monte Carlo (JCGM 101)"))
     console.print(
         say(
             f"Intervals hold 95.45 %; {report.seconds:.1f} s; seed {report.seed}; "

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
-from rich import box
-from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.study._fit import CriterionWord
-from ocmm_cli.terminal import make_console, print_table_account, say, say_word
+from ocmm_cli.study._fit import criterion_of
+from ocmm_cli.terminal import heads, make_console, print_grid, print_table_account, say, say_word
 from ocmm_core.documents import shortened
 from ocmm_core.tables import COUNT_OF_POINTS
 
@@ -20,39 +18,15 @@ if TYPE_CHECKING:
     from ocmm_core.features.measured import PairResult, SetReport
 
 
-class ConventionWord(StrEnum):
-    NIST = "nist"
-    PTB = "ptb"
-    ANY = "any"
-
-
-def verify_fits_command(
-    folder: Annotated[
-        Path, typer.Argument(help="Folder with pairs NAME.ds and NAME.fit.", metavar="DIR")
-    ],
-    convention: Annotated[
-        ConventionWord,
-        typer.Option(
-            "--convention",
-            help="Convention of the certified values: nist has diameters and circles in the "
-            "plane of their points; ptb has radii, circles as one problem, and cones' axes "
-            "towards the smaller radius; any uses whichever agrees and reports it.",
-        ),
-    ] = ConventionWord.ANY,
-    criterion: Annotated[
-        CriterionWord,
-        typer.Option("--criterion", help="Association criterion of the certified values."),
-    ] = CriterionWord.LEAST_SQUARES,
-) -> None:
+def verify_fits_command(folder: Path, convention: str, criterion: str) -> None:
     """Fit reference points and print the worst difference from the certified results.
 
     Every fit starts cold. The form may follow the certified numbers of a pair. The account of the
     reader goes to stderr. Exit code 1: one difference is beyond its limit, or a fit failed.
     """
     from ocmm_core.features.measured import Convention, verify_folder
-    from ocmm_core.features.shapes import Criterion
 
-    reports = verify_folder(folder, Convention[convention.name], Criterion[criterion.name])
+    reports = verify_folder(folder, Convention[convention.upper()], criterion_of(criterion))
     shown = [
         item for item in _fields()
         if item[0] != "form" or any(report.worst("form") is not None for report in reports)
@@ -60,24 +34,17 @@ def verify_fits_command(
     for report in reports:
         _print_accounts(report)
     console = make_console()
-    table = Table(
-        title=say_word("Worst error of each set"), title_justify="left", box=box.SIMPLE_HEAD
-    )
-    table.add_column(say_word("Set"), no_wrap=True)
-    table.add_column(say_word("Pairs"), justify="right")
-    for _, title in shown:
-        table.add_column(title, justify="right", no_wrap=True)
-    table.add_column(say_word("Result"), no_wrap=True)
-    for report in reports:
-        table.add_row(
-            report.name,
-            str(len(report.results)),
+    rows: list[Sequence[str | Text]] = [
+        (
+            report.name, str(len(report.results)),
             *(_number(report.worst(field)) for field, _ in shown),
-            Text(say_word("PASS"), "green")
-            if report.passed
+            Text(say_word("PASS"), "green") if report.passed
             else Text(say_word("FAIL"), "bold red"),
         )
-    console.print(table)
+        for report in reports
+    ]  # fmt: skip
+    columns = (*heads("Set", "Pairs"), *(title for _, title in shown), say_word("Result"))
+    print_grid(console, columns, rows, say_word("Worst error of each set"))
     for report in reports:
         for line in _lines(report):
             console.print(line, highlight=False)

@@ -14,6 +14,7 @@ from ocmm_cli.terminal import say, told
 
 if TYPE_CHECKING:
     from ocmm_core.settings import Note
+    from ocmm_core.tables import TableAccount
 
 
 _CONTROL = re.compile(
@@ -26,7 +27,9 @@ def shown(text: str) -> str:
     return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
 
 
-_WIDE = 118
+_UNLIMITED = 100_000
+"""Width of a pipe or file: nothing is wrapped there. COLUMNS does not count: readline sets it in
+programs that start commands."""
 
 
 class PlainConsole(Console):
@@ -45,11 +48,11 @@ class PlainConsole(Console):
 
 
 def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> Console:
-    """Return the console; pipes and files fit the whole table; ``soft_wrap`` keeps long lines."""
+    """Return the console; ``soft_wrap`` keeps long lines, as pipes and files do."""
     console = PlainConsole(soft_wrap=soft_wrap, stderr=stderr)
-    if soft_wrap or console.is_terminal:
+    if console.is_terminal:
         return console
-    return PlainConsole(width=_WIDE, stderr=stderr)
+    return PlainConsole(width=_UNLIMITED, stderr=stderr)
 
 
 def print_notes(notes: Iterable[Note], *, stderr: bool = False) -> None:
@@ -57,13 +60,6 @@ def print_notes(notes: Iterable[Note], *, stderr: bool = False) -> None:
     console = make_console(soft_wrap=True, stderr=stderr)
     for note in notes:
         console.print(told(note), style="yellow", highlight=False, markup=False)
-
-
-def wide_enough(console: Console, width: int) -> Console:
-    """Return a console at least ``width`` wide if ``console`` writes to a pipe or file."""
-    if console.is_terminal or console.width < _WIDE:
-        return console
-    return PlainConsole(file=console.file, width=max(console.width, width))
 
 
 @contextmanager
@@ -78,3 +74,11 @@ def progress_line() -> Iterator[Callable[[str, float], None]]:
         return
     with console.status(say("Starting")) as status:
         yield lambda what, share: status.update(Text(shown(f"{what} ({share:.0%})")))
+
+
+def print_table_account(account: TableAccount) -> None:
+    """Print accepted and omitted data of a reader to stderr; an assumed unit in yellow."""
+    console = make_console(stderr=True)
+    for sentence in account.sentences():
+        is_assumed = sentence.startswith("Unit ") and not account.unit_from
+        console.print(say(sentence), style="yellow" if is_assumed else "dim", highlight=False)

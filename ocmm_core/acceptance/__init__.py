@@ -12,11 +12,7 @@ points), then `_kinds` (one entry per kind: planned by `_planning`, judged by `_
 It must not depend on the source of ball centres: cameras, recording or simulation.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.acceptance._guards import (
@@ -56,13 +52,6 @@ if TYPE_CHECKING:
         offered_procedures,
         open_tests,
         typed_entry,
-    )
-    from ocmm_core.acceptance._part_u import (
-        LEAST_RESULTS,
-        PartTask,
-        PartUncertainty,
-        dissimilar,
-        part_uncertainty,
     )
     from ocmm_core.acceptance._procedure import (
         ClimateRule,
@@ -122,13 +111,18 @@ if TYPE_CHECKING:
     )
     from ocmm_core.acceptance._thermometers import read_temperature, thermometer_log
     from ocmm_core.acceptance._values import (
+        LEAST_RESULTS,
+        PartTask,
+        PartUncertainty,
         SpatValues,
         SphereValues,
         VolumetricValues,
         block_length,
+        dissimilar,
         faces_normal,
         location_value,
         nest_lengths,
+        part_uncertainty,
         repeat_ranges,
         smallest_ball,
         spat_values,
@@ -137,50 +131,7 @@ if TYPE_CHECKING:
         volumetric_values,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _guards="artefact_findings begin_findings climate_reasons reserved_spots spots_hash",
-        _guided="AcceptanceProcedure",
-        _guided_view="AcceptanceOutcome GuidedAcceptanceView worst_value",
-        _interim=(
-            "ChartPoint INTERIM InterimChart InterimCheck InterimHistory InterimWord check_of "
-            "interim_chart note_check"
-        ),
-        _kinds="KINDS kind_of plan_of values_of",
-        _offers=(
-            "ArtefactOffer FinishedTest OpenTest ProcedureOffer RECORDS SESSIONS finished_tests "
-            "offered_artefacts offered_procedures open_tests typed_entry"
-        ),
-        _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty",
-        _procedure=(
-            "ClimateRule InterimTest Mpe PartTest ProcedureDocument find_procedure "
-            "load_procedure procedure_files"
-        ),
-        _recompute=(
-            "chain_history differences load_record load_signed_record recompute recompute_tips "
-            "save_record"
-        ),
-        _register=(
-            "ARTEFACT_KINDS ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister "
-            "NOT_SIGNED_REMEDY REGISTER check_entry default_artefact_folder load_artefact "
-            "load_used used_bar used_sphere"
-        ),
-        _result=(
-            "AcceptanceRecord AcceptanceVerdict ClimateReading InstrumentState JudgedValue "
-            "Observation PlannedPosition QuantityResult RECORD_SCHEMA RefusedPoint RoomAir "
-            "UsedArtefact"
-        ),
-        _session="AcceptanceSession",
-        _session_state="AcceptanceView",
-        _situation="Situation Stage certified_at judge",
-        _temperature_source="LoggedTemperature TemperatureSource ThermometerLog",
-        _thermometers="read_temperature thermometer_log",
-        _values=(
-            "SpatValues SphereValues VolumetricValues block_length faces_normal location_value "
-            "nest_lengths repeat_ranges smallest_ball spat_values sphere_values thickness "
-            "volumetric_values"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ARTEFACT_KINDS", "ARTEFACT_SCHEMA", "INTERIM", "KINDS", "LEAST_RESULTS", "NOT_SIGNED_REMEDY",

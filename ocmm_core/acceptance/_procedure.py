@@ -222,9 +222,16 @@ class ProcedureDocument(Document, frozen=True, kw_only=True):
     """"unproven" allows cameras of unproven age or order; older records omit it."""
 
     @property
+    def source(self) -> str:
+        """Return the standard with its year, or another document with its edition in words."""
+        if self.edition.isdigit():
+            return f"{self.standard}:{self.edition}"
+        return f"{self.standard}, {self.edition}"
+
+    @property
     def wording(self) -> str:
         """Return the permitted statement about the standard."""
-        name = f"{self.standard}:{self.edition}"
+        name = self.source
         return f"tested to {name}" if self.checked_by.strip() else f"modelled on {name}"
 
 

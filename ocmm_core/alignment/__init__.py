@@ -5,19 +5,20 @@ Out: the frame of the part with its derivative by the points, residuals, and fre
 
 Read `_rules` (all kinds of alignment) and `_checks`. `_datums` selects the method: 3-2-1,
 `_datum_frame` and `_precedence` (ISO 5459), `_best_fit`, `_model_fit` (ball centres to faces of the
-model). `_residuals` (with the derivatives of a frame), `_freedom` and `_report` the preview;
+model). `_residuals` (with the derivatives of a frame), `_freedom` and `_checks` the preview;
 `_frame_document` stores one. The package is independent of tolerances, plans and job files.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.alignment._best_fit import fit_points, fit_points_locked
-    from ocmm_core.alignment._checks import alignment_fault
+    from ocmm_core.alignment._checks import (
+        AlignmentReport,
+        alignment_fault,
+        preview_alignment,
+        report_lines,
+    )
     from ocmm_core.alignment._datum_frame import MOST_DATUMS, datum_frame, freedoms_left
     from ocmm_core.alignment._datums import frame_of, nominal_frame, settled
     from ocmm_core.alignment._frame_document import (
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
         part_frame,
         refit_under_precedence,
     )
-    from ocmm_core.alignment._report import AlignmentReport, preview_alignment, report_lines
     from ocmm_core.alignment._residuals import Residual, frame_jacobian
     from ocmm_core.alignment._rules import (
         OLDEST,
@@ -59,28 +59,7 @@ if TYPE_CHECKING:
         simulated_frame,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _best_fit="fit_points fit_points_locked",
-        _checks="alignment_fault",
-        _datum_frame="MOST_DATUMS datum_frame freedoms_left",
-        _datums="frame_of nominal_frame settled",
-        _frame_document=(
-            "content_hash doubt_of frame_document is_covariance load_frame relocation "
-            "save_frame saved_frame saved_frame_in unknown_frame"
-        ),
-        _model_fit="ModelFit fit_to_faces",
-        _precedence=(
-            "datums_in_precedence datums_refit_by in_precedence may_be_refit part_frame "
-            "refit_under_precedence"
-        ),
-        _report="AlignmentReport preview_alignment report_lines",
-        _residuals="Residual frame_jacobian",
-        _rules=(
-            "Alignment AnyAlignment BestFit BoundAlignment DatumAlignment DatumReferenceFrame "
-            "LockedMotion ModelBestFit OLDEST Relocation SavedFrame frame_name simulated_frame"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "MOST_DATUMS", "OLDEST", "Alignment", "AlignmentReport", "AnyAlignment", "BestFit",

@@ -1,15 +1,20 @@
-"""Checks of the alignment in a plan."""
+"""Checks of the alignment in a plan, and its preview before acceptance."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocmm_core.alignment._datums import datums_of, frame_of, nominal_frame, settled
 from ocmm_core.alignment._frame_document import is_covariance
+from ocmm_core.alignment._precedence import refit_under_precedence
+from ocmm_core.alignment._residuals import Residual, brought_together, frame_jacobian, residuals_of
 from ocmm_core.alignment._rules import (
     Alignment,
     BestFit,
+    BoundAlignment,
     DatumAlignment,
     DatumReferenceFrame,
     ModelBestFit,
@@ -18,8 +23,11 @@ from ocmm_core.alignment._rules import (
     Relocation,
     SavedFrame,
 )
-from ocmm_core.features.measured import AXIAL, CENTRED, LONG
+from ocmm_core.errors import FitError, OcmmError
+from ocmm_core.features.measured import AXIAL, CENTRED, LONG, ActualFeature, geometries_of
 from ocmm_core.features.shapes import Shape
+from ocmm_core.geometry import Float, RigidTransform, skew
+from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors, Rows
 from ocmm_core.part_model import face_fault
 
 CONDITIONS = 6
@@ -185,3 +193,172 @@ def _need(
         words = ", ".join(shape.value.lower() for shape in wanted)
         return field, f"names {name!r}, but needs one of: {words}"
     return None
+
+
+_SEEN_MM = 1e-3
+"""Residuals printed as zero are insignificant."""
+
+
+@dataclass(frozen=True, slots=True)
+class AlignmentReport:
+    """Preview of an alignment."""
+
+    frame: str
+    T_part_from_world: RigidTransform | None
+    """None without a frame; ``advice`` then has the reason."""
+    T_nominal_from_world: RigidTransform | None
+    """To the frame of the nominals."""
+    residuals: tuple[Residual, ...]
+    """Of all measured features with a nominal, those that define the frame first."""
+    free: tuple[str, ...]
+    """Remaining degrees of freedom, in words."""
+    origin_uncertainty: Float | None
+    turn_uncertainty: Float | None
+    """`origin_uncertainty`, `turn_uncertainty`: (3,), mm and rad, k = 2: along, about the axes."""
+    advice: tuple[str, ...]
+
+    @property
+    def can_be_accepted(self) -> bool:
+        """Return whether there is a frame."""
+        return self.T_part_from_world is not None
+
+
+def preview_alignment(
+    bound: BoundAlignment,
+    actual: Mapping[str, ActualFeature | FitError],
+    factors: PointFactors | None = None,
+) -> AlignmentReport:
+    """Return the preview of an alignment; ``bound``: `inspection.plan.Plan.bound_alignment`."""
+    measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
+    geometries = geometries_of(measured)
+    try:
+        for name in bound.features:
+            reason = actual.get(name)
+            if isinstance(reason, FitError):
+                raise reason
+        bound = settled(bound, geometries)
+        held = refit_under_precedence(bound, measured)
+        T_part_from_world = frame_of(bound, held.geometries, held.features)
+        T_nominal_from_part = _to_nominals(bound)
+        jacobian = frame_jacobian(bound, held.features, T_part_from_world)
+    except OcmmError as error:
+        said = (f"{error.what} {error.remedy}",)
+        return AlignmentReport(bound.frame, None, None, (), (), None, None, said)
+    T_nominal_from_world = T_nominal_from_part.compose(T_part_from_world)
+    residuals = residuals_of(
+        bound, measured, T_nominal_from_world, _turned(jacobian, T_nominal_from_part), factors
+    )
+    free = _free(bound, geometries)
+    spread = None if factors is None or not len(bound.features) else _spread(jacobian, factors)
+    return AlignmentReport(
+        frame=bound.frame,
+        T_part_from_world=T_part_from_world,
+        T_nominal_from_world=T_nominal_from_world,
+        residuals=residuals,
+        free=free,
+        origin_uncertainty=None if spread is None else spread[3:],
+        turn_uncertainty=None if spread is None else spread[:3],
+        advice=(*([held.note] if held.note else []), *_advice(bound, measured, residuals, free)),
+    )
+
+
+def report_lines(report: AlignmentReport) -> list[str]:
+    """Return the report as lines of text, with a table of the residuals."""
+    lines = [f"Frame: {report.frame}"]
+    if report.T_part_from_world is not None:
+        lines.append("Open degrees of freedom: " + (", ".join(report.free) or "none"))
+    if report.origin_uncertainty is not None and report.turn_uncertainty is not None:
+        shifts = " ".join(f"{value:.4f}" for value in report.origin_uncertainty)
+        turns = " ".join(f"{value:.4f}" for value in np.degrees(report.turn_uncertainty))
+        lines.append(f"U (k=2) of the origin x y z: {shifts} mm; of turns: {turns} deg")
+    if report.residuals:
+        heads = " ".join(f"{word:>8}" for word in ("dx", "dy", "dz", "off"))
+        lines.append(f"{'feature':<20} {heads} {'U':>7} {'deg':>7}")
+    for item in report.residuals:
+        x, y, z = item.offset
+        sure = "" if item.distance_uncertainty is None else f"{item.distance_uncertainty:.4f}"
+        name = item.feature if item.aligned else f"({item.feature})"
+        lines.append(
+            f"{name:<20} {x:8.4f} {y:8.4f} {z:8.4f} {item.distance:8.4f} {sure:>7} "
+            f"{np.degrees(item.angle):7.3f}"
+        )
+    return lines + list(report.advice)
+
+
+def _to_nominals(bound: BoundAlignment) -> RigidTransform:
+    try:
+        return nominal_frame(bound).inverse()
+    except FitError as error:
+        raise FitError(
+            error.code, f"Nominals cannot be compared: {error.what}", error.remedy
+        ) from error
+
+
+def _turned(jacobian: Rows, T_nominal_from_part: RigidTransform) -> Rows:
+    """Return the small motions of the part frame as those of the nominals' frame."""
+    rotation, translation = T_nominal_from_part.rotation, T_nominal_from_part.translation
+    turns = rotation @ jacobian[:3]
+    return Rows.stacked([turns, rotation @ jacobian[3:] + skew(translation) @ turns])
+
+
+def _spread(jacobian: Rows, factors: PointFactors) -> Float:
+    variances = np.diagonal(factors.of(jacobian))
+    spread: Float = COVERAGE_FACTOR * np.sqrt(np.maximum(variances, 0.0))
+    return spread
+
+
+def _free(bound: BoundAlignment, geometries: Mapping[str, Float]) -> tuple[str, ...]:
+    rule = bound.rule
+    if isinstance(rule, (BestFit, ReferencePoints)) and rule.start is not None:
+        bound = replace(bound, rule=rule.start)
+        held = isinstance(rule, ReferencePoints) or not rule.locked
+        return () if held else _free(bound, geometries)
+    if isinstance(rule, (PlaneAxisPoint, DatumReferenceFrame)):
+        return datums_of(rule, geometries, bound).free.words()
+    return ()
+
+
+def _lies_as_touched(feature: ActualFeature) -> bool:
+    """Return whether the place of a feature along its axis is that of probing."""
+    return feature.raw is not None and feature.fit.shape.spec.is_flat
+
+
+def _advice(
+    bound: BoundAlignment,
+    measured: Mapping[str, ActualFeature],
+    residuals: tuple[Residual, ...],
+    free: tuple[str, ...],
+) -> tuple[str, ...]:
+    rule, said = bound.rule, []
+    if free:
+        said.append(
+            f"Not constrained by the datums: {', '.join(free)}. Results that depend on it are "
+            "meaningless: add a datum, or tolerance only what does not depend on it."
+        )
+    aligned = [item for item in residuals if item.aligned]
+    deep = [name for name in brought_together(rule) if _lies_as_touched(measured[name])]
+    if deep:
+        said.append(
+            f"{', '.join(deep)}: the depth of a circle or slot is where it was probed. Unless "
+            "intended, construct its projection onto a face and align to that."
+        )
+    count = {BestFit: 3, Relocation: 3}.get(type(rule))
+    if count is not None and len(rule.features) <= count:
+        said.append("Three points hardly check each other: take a fourth.")
+    if isinstance(rule, ReferencePoints) and len(residuals) == len(aligned):
+        said.append("Nothing checks the six conditions: measure one more feature and review it.")
+    if isinstance(rule, SavedFrame):
+        said.append(
+            "The frame is used as saved: only features with known positions show whether the "
+            "part is still there."
+        )
+    worst = max(residuals, key=lambda item: item.distance, default=None)
+    if worst is not None:
+        sure = worst.distance_uncertainty
+        doubt = "" if sure is None else f", U {sure:.3f} mm"
+        beyond = worst.distance > (_SEEN_MM if sure is None else sure)
+        said.append(
+            f"Largest residual: {worst.feature} {worst.distance:.3f} mm{doubt}."
+            + (" Re-probe it if the part should be better." if beyond else "")
+        )
+    return tuple(said)

@@ -9,11 +9,7 @@ and the covariance of their parameters), then spot detection: `_spots`, `_finder
 sensor positions px. The package is independent of the bus, LED names and probes.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.camera import _centroid as centroid
@@ -52,23 +48,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.camera._spots import SpotBlock, SpotOptions, SpotStatus, Window
 else:
-    __getattr__ = door(
-        __name__,
-        _centroid="N_READING centroid",
-        _compiled="compiled",
-        _finder="FinderState NO_BLACK SpotFinder measure_window",
-        _model=(
-            "CameraModel N_PARAMETERS PARAMETERS distort distortion_jacobian from_pixels "
-            "ideal_from_pixels on_sensor project projection_jacobians to_pixels"
-        ),
-        _rig=(
-            "CalibrationDesign CameraEntry MAX_CAMERAS MAX_LEDS MAX_SLOTS Rig SpotNoise "
-            "ThermalShare USUAL_SLOTS Vector3 camera_of known_points_covariance load_rig"
-        ),
-        _search="search",
-        _spots="SpotBlock SpotOptions SpotStatus Window",
-        _windows="windows",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "MAX_CAMERAS", "MAX_LEDS", "MAX_SLOTS", "NO_BLACK", "N_PARAMETERS", "N_READING", "PARAMETERS",

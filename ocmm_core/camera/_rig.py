@@ -181,6 +181,7 @@ def load_rig(path: Path | str) -> Rig:
     )
 
 
+_MOST_NOISE_PX = 10.0
 _MOST_POINTS = 100_000
 
 
@@ -290,6 +291,14 @@ def _check(path: Path, document: RigDocument) -> None:
             raise InputError(
                 "rig.value",
                 f"{path}: field '{field}' is {value}, but must be greater than zero.",
+                "Correct that field.",
+            )
+    for field in ("white_px", "pattern_px"):
+        value = getattr(document.noise, field)
+        if not 0.0 <= value <= _MOST_NOISE_PX:
+            raise InputError(
+                "rig.value",
+                f"{path}: field 'noise.{field}' is {value:g}, not from 0 to {_MOST_NOISE_PX:g} px.",
                 "Correct that field.",
             )
     if document.calibration.points > _MOST_POINTS:

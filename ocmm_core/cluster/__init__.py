@@ -3,21 +3,16 @@
 In: a function of a module, its inputs, bytes that it needs. Out: the result of each input, in
 order, bit-identical for any number of workers.
 
-Read `_tasks` (the one function, and its routes) and `_site` (where to compute, and restrictions;
-Dask is added by `ocmm_shop`). It must not know what is computed; seeds belong to tasks, never to
+Read `_site`: the one function and its routes, where to compute, and restrictions; Dask is added by
+`ocmm_shop`. It must not know what is computed; seeds belong to tasks, never to
 workers.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.cluster._site import HERE, Cluster, Site, has_dask
-    from ocmm_core.cluster._tasks import run_tasks
+    from ocmm_core.cluster._site import HERE, Cluster, Site, has_dask, run_tasks
 else:
-    __getattr__ = door(__name__, _site="Cluster HERE Site has_dask", _tasks="run_tasks")
+    __getattr__ = door(__name__)
 
 __all__ = ["HERE", "Cluster", "Site", "has_dask", "run_tasks"]

@@ -4,16 +4,12 @@ In: rig, probe, its pose and which camera sees which LED. Out: the ellipsoid of 
 of the probe that reduces its uncertainty, one remedy while it is lost, and the flat probe from the
 view of the inspector.
 
-Read `_turns` (position of the inspector, possible turns, ellipsoid), `_prediction` (visible LEDs
-and the resulting U), `_advice` (the best turn, no flicker, the remedy), then `_picture`.
+Read `_turns` (position of the inspector, turns, ellipsoid, picture), `_prediction` (visible LEDs
+and the resulting U), `_advice` (the best turn, no flicker, the remedy).
 The package is independent of stations, threads and screens.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.coach._advice import (
@@ -27,20 +23,20 @@ if TYPE_CHECKING:
         help_when_lost,
         uncertainty_of,
     )
-    from ocmm_core.coach._picture import ProbePicture, picture_of
     from ocmm_core.coach._prediction import Held, Sensitivities, covariance_of
-    from ocmm_core.coach._turns import TURNS, Ellipsoid, Stance, Turn, Way, ellipsoid_of, stance_at
-else:
-    __getattr__ = door(
-        __name__,
-        _advice=(
-            "Advice Hint LEAST_LEDS ProbeHelp REAL_SHARE SteadyHint advise help_when_lost "
-            "uncertainty_of"
-        ),
-        _picture="ProbePicture picture_of",
-        _prediction="Held Sensitivities covariance_of",
-        _turns="Ellipsoid Stance TURNS Turn Way ellipsoid_of stance_at",
+    from ocmm_core.coach._turns import (
+        TURNS,
+        Ellipsoid,
+        ProbePicture,
+        Stance,
+        Turn,
+        Way,
+        ellipsoid_of,
+        picture_of,
+        stance_at,
     )
+else:
+    __getattr__ = door(__name__)
 
 __all__ = [
     "LEAST_LEDS", "REAL_SHARE", "TURNS", "Advice", "Ellipsoid", "Held", "Hint", "ProbeHelp",

@@ -12,9 +12,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.camera import Rig
-from ocmm_core.coach._picture import ProbePicture, picture_of
 from ocmm_core.coach._prediction import Bool, Held, Sensitivities, common, sight_of, uncertainties
-from ocmm_core.coach._turns import PAIRS, TURNS, Stance, Turn, Way, stance_at
+from ocmm_core.coach._turns import (
+    PAIRS,
+    TURNS,
+    ProbePicture,
+    Stance,
+    Turn,
+    Way,
+    picture_of,
+    stance_at,
+)
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking import ProbeBody, satisfies_rules
 

@@ -12,11 +12,7 @@ selects the records of a source; `_climate`, `_defaults`, `_from_settings`,
 It must not import the virtual rig, nor commands.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.composition._acceptance_bench import (
@@ -87,31 +83,7 @@ if TYPE_CHECKING:
     from ocmm_core.composition._station_checks import measured_checks
     from ocmm_core.composition._station_state import StateLine, StationState, station_state
 else:
-    __getattr__ = door(
-        __name__,
-        _acceptance_bench="AcceptanceBench StatedConditions TestsMade VIRTUAL_ROOM",
-        _acceptance_site=(
-            "AcceptanceSite artefacts_used_before default_test_folder instrument_of "
-            "named_artefact open_test_site recorded_feed require_recorded require_scenes "
-            "tests_folder"
-        ),
-        _calibration_choice="checked_for_replay choose_calibration choose_probe",
-        _climate="ClimateRequest climate_in_use",
-        _compose="BuiltStation build_station calibration_of",
-        _defaults=(
-            "DEFAULT_SEED DEFAULT_SOURCE DEMO_PART DEMO_PLAN IN_PROCESS REAL_WIRE "
-            "RECOMMENDED_RIG SERVICE STANDARD_PROBE VIRTUAL_WIRE"
-        ),
-        _feed_makers="bus_config bus_description described_cameras identities rate_of",
-        _feeds="Feed Remaining ScriptedOperator ScriptedRig StationRequest",
-        _from_settings="Errand request_of_settings stream_options",
-        _sources=(
-            "NamedSource Origin SourceSpec late make_feed names_in_words origin_of source_help "
-            "source_of sources virtual_names"
-        ),
-        _station_checks="measured_checks",
-        _station_state="StateLine StationState station_state",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "DEFAULT_SEED",

@@ -11,7 +11,6 @@ import msgspec
 import numpy as np
 import platformdirs
 
-from ocmm_core import __version__
 from ocmm_core.acceptance import (
     ArtefactRegister,
     InstrumentState,
@@ -24,6 +23,7 @@ from ocmm_core.acceptance import (
     used_bar,
     used_sphere,
 )
+from ocmm_core.build import build_version
 from ocmm_core.calibration.records import (
     ArtefactUse,
     CalibrationInUse,
@@ -169,7 +169,7 @@ def instrument_of(
         cameras=tuple(f"{camera.name} no. {camera.serial}" for camera in rig.cameras),
         volume_min=_vector(low),
         volume_max=_vector(high),
-        software=__version__,
+        software=build_version(),
         simulated=origin_of(source) is Origin.VIRTUAL,
         **_doubts(cameras),
         stylus=float(np.linalg.norm(probe.body.leds_probe - probe.body.tip_probe, axis=1).min()),

@@ -27,6 +27,7 @@ from ocmm_core.composition._defaults import (
 )
 from ocmm_core.failure import log_folder
 from ocmm_core.inspection.evaluation import Probing
+from ocmm_core.options import DEFAULT_OPERATOR, DEFAULT_SERIAL
 from ocmm_core.seals import KeyFolder, memory_folder
 from ocmm_core.station.stream import StreamOptions
 from ocmm_core.surroundings import TypedRoom
@@ -57,8 +58,8 @@ class StationRequest:
     idle, a rig with unlimited speed runs at `rest_speed`; 0 is unlimited."""
     idle: bool = False
     """The operator of a virtual rig makes no touch of the plan, only those that are requested."""
-    operator: str = "demo"
-    serial: str = "1"
+    operator: str = DEFAULT_OPERATOR
+    serial: str = DEFAULT_SERIAL
     order: str = ""
     batch: str = ""
     """`operator`, `serial`, `order`, `batch`: job header; order and batch may be empty."""

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ocmm_core.composition._climate import ClimateRequest
-from ocmm_core.composition._defaults import DEFAULT_SEED, DEMO_PART
 from ocmm_core.composition._feeds import StationRequest
-from ocmm_core.composition._sources import Origin, origin_of
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.host import HOST
+from ocmm_core.options import DEFAULT_OPERATOR, DEFAULT_SEED, DEFAULT_SERIAL, DEMO_PART
 from ocmm_core.settings import Settings
 from ocmm_core.station.stream import StreamOptions, check_stream, tls_context
 
@@ -22,11 +21,13 @@ def stream_options(
     token_file: Path | None,
     certificate: Path | None = None,
     private_key: Path | None = None,
+    allow: tuple[str, ...] | None = None,
 ) -> StreamOptions | None:
     """Return the stream options, or None if it is off.
 
-    InputError: the token or key file is unreadable or readable by others, the stream would be open
-    to others, or the TLS files are invalid.
+    `allow`: addresses of clients that cannot send a token. InputError: the token or key file is
+    unreadable or readable by others, the stream would be open to others, or the TLS files are
+    invalid.
     """
     if port is None:
         return None
@@ -35,9 +36,10 @@ def stream_options(
         token = _first_line(token_file)
         _require_private(token_file, 0o077, "the token", "a new token")
     options = StreamOptions(
-        host=host, port=port, token=token, certificate=certificate, private_key=private_key
-    )
-    check_stream(options)
+        host=host, port=port, token=token, certificate=certificate, private_key=private_key,
+        allow=allow or (),
+    )  # fmt: skip
+    check_stream(options, by_address=allow is not None)
     tls_context(options)
     if private_key is not None:
         # A group with access to certificate keys is usual (ssl-cert).
@@ -80,9 +82,7 @@ class Errand:
     speed: float = 1.0
     stay: bool = True
     """`plan`, `part`, `seed`, `speed`, `stay`: see `StationRequest`."""
-    operator: str = ""
-    serial: str = "1"
-    """`operator`, `serial`: job header; an empty operator is that of the settings."""
+    serial: str = DEFAULT_SERIAL
     resume: Path | None = None
     force: bool = False
     uncalibrated: bool = False
@@ -90,7 +90,7 @@ class Errand:
 
 
 def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
-    """Return the station request; InputError as `stream_options` and `origin_of`."""
+    """Return the station request; InputError as `stream_options`."""
     return StationRequest(
         plan=errand.plan,
         # The report of a resumed job stays in the folder of the job.
@@ -103,7 +103,7 @@ def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
         seed=errand.seed,
         speed=errand.speed,
         stay=errand.stay,
-        operator=errand.operator or settings.job_operator or _nobody(settings.instrument_source),
+        operator=settings.job_operator or DEFAULT_OPERATOR,
         serial=errand.serial,
         resume=errand.resume,
         force=errand.force,
@@ -131,8 +131,3 @@ def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
             settings.stream_key,
         ),
     )
-
-
-def _nobody(source: str) -> str:
-    """Return the default operator; never "demo" for real cameras."""
-    return "demo" if origin_of(source) is Origin.VIRTUAL else "unnamed"

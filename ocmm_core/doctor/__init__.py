@@ -10,11 +10,7 @@ measurements of `composition`. `_mend` applies and reverts changes.
 It must not import stations or screens: results are plain data.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.doctor._computer import Computer, HostCalls, NotAskedError, this_computer
@@ -24,15 +20,7 @@ if TYPE_CHECKING:
     from ocmm_core.doctor._result import CheckResult, DoctorReport, Light, SystemChange
     from ocmm_core.doctor._wake import PERIOD_NS, answer_of, part, wake_check
 else:
-    __getattr__ = door(
-        __name__,
-        _computer="Computer HostCalls NotAskedError this_computer",
-        _loop="LoopTimes judge_loop",
-        _mend="Mended can_undo may_mend mend undo",
-        _registry="CHECKS CheckSpec examine",
-        _result="CheckResult DoctorReport Light SystemChange",
-        _wake="PERIOD_NS answer_of part wake_check",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CHECKS", "PERIOD_NS", "CheckResult", "CheckSpec", "Computer", "DoctorReport", "HostCalls",

@@ -19,6 +19,7 @@ from platform import python_version
 import msgspec
 
 from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.calibration.records import PROBE_SCHEMA, SCHEMA, TIP_SCHEMA
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._result import Answer, amber, green, red
@@ -274,9 +275,9 @@ def key(computer: Computer) -> Answer:
 
 
 def program(computer: Computer) -> Answer:
-    """Return the running version, and whether all files belong to it."""
+    """Return the running build, and whether all files belong to its version."""
     try:
-        installed = version("ocmm")
+        installed = version("ocmm").partition("+")[0]
     except PackageNotFoundError:
         installed = __version__
     if installed != __version__:
@@ -285,7 +286,7 @@ def program(computer: Computer) -> Answer:
             f"The program files are of version {__version__}, the installation of {installed}.",
             "Install OCMM again; an upgrade was not finished.",
         )
-    return green(f"OCMM {__version__}, Python {python_version()}.")
+    return green(f"OCMM {build_version()}, Python {python_version()}.")
 
 
 def _by_date(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import UTC
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.doctor import _adapter_checks as on_adapter
 from ocmm_core.doctor import _desk_checks as at_desk
 from ocmm_core.doctor import _disk_checks as on_disk
@@ -21,6 +21,7 @@ from ocmm_core.doctor._result import (
     SystemChange,
     worst_of,
 )
+from ocmm_core.doctor._settings_check import settings
 from ocmm_core.failure import contained
 
 Check = Callable[[Computer], Answer]
@@ -120,6 +121,7 @@ CHECKS = (
         "present, mode 0600, in a folder that only its user can change",
         on_disk.key,
     ),
+    CheckSpec("settings", "Settings", "root has no other settings than the station", settings),
 )
 
 
@@ -147,7 +149,7 @@ def examine(
         )  # fmt: skip
     utc = computer.calls.now().astimezone(UTC).isoformat(timespec="seconds")
     found = tuple(results)
-    return DoctorReport(SCHEMA, utc, __version__, worst_of(found), found), tuple(changes)
+    return DoctorReport(SCHEMA, utc, build_version(), worst_of(found), found), tuple(changes)
 
 
 def _asked(spec: CheckSpec, computer: Computer) -> Answer:

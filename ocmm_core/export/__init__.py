@@ -11,11 +11,7 @@ program writes.
 It must not know a station or a screen. `ocmm_gui.reports` draws the PDF.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
@@ -41,18 +37,7 @@ if TYPE_CHECKING:
         write_report,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _batch_table="BATCH_COLUMNS batch_table",
-        _files=(
-            "ENDING ReportSealFound check_report_seal missing_of missing_words require_complete "
-            "write_together"
-        ),
-        _registry=(
-            "ALL DEFAULT_FORMAT EXPORTERS FORMATS PDF chosen_formats preview preview_text "
-            "registry write_report"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ALL", "BATCH_COLUMNS", "DEFAULT_FORMAT", "ENDING", "EXPORTERS", "FORMATS", "PDF",

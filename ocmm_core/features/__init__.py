@@ -9,11 +9,7 @@ compensated for the ball, and constructions). Each imports only earlier ones. Th
 independent of tolerances, plans and the origin of points.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.features.measured import ZoneProof, certificate, fit, fit_shape
@@ -26,11 +22,7 @@ if TYPE_CHECKING:
         read_points_file,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        measured="ZoneProof certificate fit fit_shape",
-        shapes="Criterion Fit GEOMETRY_NAMES PointsFile Shape read_points_file",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "GEOMETRY_NAMES", "Criterion", "Fit", "PointsFile", "Shape", "ZoneProof", "certificate",

@@ -7,17 +7,14 @@ Read `_host` (what there is), then `_posix`; `_windows` was never run on Windows
 what is in the files.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.host._chosen import HOST
+    from ocmm_core.host._display import display_answers, library_fault
     from ocmm_core.host._host import Host
     from ocmm_core.host._linux_only import require_linux
 else:
-    __getattr__ = door(__name__, _chosen="HOST", _host="Host", _linux_only="require_linux")
+    __getattr__ = door(__name__)
 
-__all__ = ["HOST", "Host", "require_linux"]
+__all__ = ["HOST", "Host", "display_answers", "library_fault", "require_linux"]

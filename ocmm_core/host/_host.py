@@ -163,7 +163,3 @@ class Host(ABC):
     @abstractmethod
     def reader_has_left(self, descriptor: int) -> bool:
         """Return whether nobody can read what is written to a pipe any more."""
-
-    @abstractmethod
-    def listens_at(self, path: str, patience_s: float) -> bool:
-        """Return whether a server accepts a connection at a local socket, within some seconds."""

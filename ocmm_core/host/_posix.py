@@ -11,7 +11,6 @@ import pwd
 import resource
 import select
 import signal
-import socket
 import stat
 import struct
 import sys
@@ -245,10 +244,3 @@ class PosixHost(Host):
         looking = select.poll()
         looking.register(descriptor, 0)
         return any(event & select.POLLERR for _, event in looking.poll(0))
-
-    def listens_at(self, path: str, patience_s: float) -> bool:
-        with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX) as client:
-            client.settimeout(patience_s)
-            client.connect(path)
-            return True
-        return False

@@ -175,7 +175,3 @@ class WindowsHost(Host):
         # A pipe whose reader has left says so when it is written to, and not before.
         del descriptor
         return False
-
-    def listens_at(self, path: str, patience_s: float) -> bool:
-        del path, patience_s
-        return False

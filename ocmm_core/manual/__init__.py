@@ -8,11 +8,7 @@ Read `_document` first (documents, sections and anchors), then `_manual` (all do
 The window shows it.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.manual._document import (
@@ -23,15 +19,10 @@ if TYPE_CHECKING:
         anchors_of,
         mark_of,
     )
-    from ocmm_core.manual._manual import Manual, Place, load_manual, manual_folder
+    from ocmm_core.manual._manual import Manual, Place, changes_since, load_manual, manual_folder
     from ocmm_core.manual._search import ManualHit, search_words, word_fits
 else:
-    __getattr__ = door(
-        __name__,
-        _document="ENGLISH Chapter ManualSection ManualPart anchors_of mark_of",
-        _manual="Manual Place load_manual manual_folder",
-        _search="ManualHit search_words word_fits",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ENGLISH",
@@ -42,6 +33,7 @@ __all__ = [
     "ManualSection",
     "Place",
     "anchors_of",
+    "changes_since",
     "load_manual",
     "manual_folder",
     "mark_of",

@@ -105,6 +105,26 @@ def manual_folder() -> Path:
     return shipped if shipped.is_dir() else resource().parent / "docs"
 
 
+def changes_since(version: str = "") -> list[str]:
+    """Return the sections of the changelog after ``version``; without one, the newest release.
+
+    InputError if the changelog does not contain that version.
+    """
+    text = (manual_folder().parent / "CHANGELOG.md").read_text("utf-8")
+    sections = [f"## {one}".rstrip() for one in text.split("\n## ")[1:]]
+    names = [section.split("]")[0].removeprefix("## [") for section in sections]
+    filled = [at for at, section in enumerate(sections) if "\n" in section]
+    released = [at for at, name in enumerate(names) if name[:1].isdigit()]
+    if version and version not in names:
+        raise InputError(
+            "changes.version",
+            f"The changelog does not contain version '{version}'.",
+            f"Name one of: {', '.join(names[at] for at in released)}.",
+        )
+    end = names.index(version) if version else released[0] + 1
+    return [sections[at] for at in filled if at < end]
+
+
 def load_manual(folder: Path | None = None, language: str = ENGLISH) -> Manual:
     """Read all documents, English if untranslated, or raise InputError; ``folder`` None: ours."""
     folder = manual_folder() if folder is None else folder

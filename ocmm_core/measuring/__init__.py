@@ -7,15 +7,11 @@ factors.
 Read `_trigger` (detection of a point), `_stable_point` (from a window of frames to one ball
 centre), `_point` (its record), `_compensation` (the touched side), `_temperature`, then
 `_contributions` (effect of each error on all points) with `_factors`, `_pattern_field` and `_rows`
-(its storage). `_probe_report`, `_probe_budget` and `_probe_maps` predict it before measuring. The
+(its storage). `_probe_report` and `_probe_budget` predict it before measuring. The
 package is independent of features and plans.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.measuring._compensation import METHODS, Side, side_of
@@ -43,8 +39,7 @@ if TYPE_CHECKING:
         systematic_covariance,
     )
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
-    from ocmm_core.measuring._probe_budget import BudgetTerm
-    from ocmm_core.measuring._probe_maps import colour_at, map_range
+    from ocmm_core.measuring._probe_budget import BudgetTerm, colour_at, map_range
     from ocmm_core.measuring._probe_report import (
         Examination,
         Mechanics,
@@ -74,32 +69,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.measuring._trigger import Touch, TouchCollector, approach_direction
 else:
-    __getattr__ = door(
-        __name__,
-        _compensation="METHODS Side side_of",
-        _contributions=(
-            "CAMERAS Contribution FRAME FrameDoubt IMAGE_NOISE ProbeState TIP_RADIUS "
-            "contributions rigid_movement"
-        ),
-        _day_check="DayCheck NoiseRatio check_noise touches_checked",
-        _factors=(
-            "COVERAGE_FACTOR PointFactors factors_of factors_of_matrix joined_factors "
-            "joint_factors point_uncertainty root_of systematic_covariance"
-        ),
-        _point="MeasuredPoint Refusal RefusalCode",
-        _probe_budget="BudgetTerm",
-        _probe_maps="colour_at map_range",
-        _probe_report=(
-            "Examination Mechanics ProbeReport examine label_verdict label_words mechanics_words"
-        ),
-        _rows="Rows",
-        _stable_point="PointOptions StablePoint TouchNoise average explain explain_reference",
-        _temperature=(
-            "CLIMATE_EVENT Climate PartTemperature check_part climate_of_text record_text "
-            "reported_points"
-        ),
-        _trigger="Touch TouchCollector approach_direction",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CAMERAS", "CLIMATE_EVENT", "COVERAGE_FACTOR", "FRAME", "IMAGE_NOISE", "METHODS", "TIP_RADIUS",

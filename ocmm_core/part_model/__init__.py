@@ -7,23 +7,24 @@ faces.
 Read `_part_model` (the parts of a model), `_checked_model` (consistency) and `_model_file` (as
 bytes); `_spline` computes with one surface, `_trimming` with its outline, `_patches` bounds its
 distance, `_nearest` finds the nearest point of trimmed faces. `_nominal_face` is a face as a plan
-holds it, `_spread` places touch points on it, `_placement` places the part before the cameras;
-`_reader` finds the reader of a model that a package adds (`ocmm.models`).
+holds it, with its touch points, `_part_model` places the part before the cameras; `_model_file`
+finds the reader of a model that a package adds (`ocmm.models`).
 It must not know plans, features or pictures.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.part_model._checked_model import FARTHEST_MM, MOST_FACES, MOST_TRIANGLES
     from ocmm_core.part_model._model_file import (
         LARGEST_MODEL,
         MODEL_ENDING,
+        STEP_ENDINGS,
+        FilesOfModel,
+        ModelReader,
+        model_endings,
         model_from_bytes,
+        model_reader,
         model_to_bytes,
         read_model_file,
         write_model_file,
@@ -38,43 +39,25 @@ if TYPE_CHECKING:
         nearest_feet,
         searched_face,
     )
-    from ocmm_core.part_model._nominal_face import NominalFace, face_fault, nominal_face, searched
+    from ocmm_core.part_model._nominal_face import (
+        NominalFace,
+        face_fault,
+        nominal_face,
+        searched,
+        spread_places,
+    )
     from ocmm_core.part_model._part_model import (
         NO_COLOUR,
         ModelFace,
         PartModel,
         PlacedPart,
+        Placement,
         SplineSurface,
         Triangles,
     )
-    from ocmm_core.part_model._placement import Placement
-    from ocmm_core.part_model._reader import (
-        STEP_ENDINGS,
-        FilesOfModel,
-        ModelReader,
-        model_endings,
-        model_reader,
-    )
     from ocmm_core.part_model._spline import bezier_surface, derivatives_at, normals_at, places_at
-    from ocmm_core.part_model._spread import spread_places
 else:
-    __getattr__ = door(
-        __name__,
-        _checked_model="FARTHEST_MM MOST_FACES MOST_TRIANGLES",
-        _model_file=(
-            "LARGEST_MODEL MODEL_ENDING model_from_bytes model_to_bytes read_model_file "
-            "write_model_file"
-        ),
-        _nearest=(
-            "EDGE_MM Feet RIVAL_MM STRETCH SearchedFace followed_feet nearest_feet searched_face"
-        ),
-        _nominal_face="NominalFace face_fault nominal_face searched",
-        _part_model="ModelFace NO_COLOUR PartModel PlacedPart SplineSurface Triangles",
-        _placement="Placement",
-        _reader="FilesOfModel ModelReader STEP_ENDINGS model_endings model_reader",
-        _spline="bezier_surface derivatives_at normals_at places_at",
-        _spread="spread_places",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "EDGE_MM", "FARTHEST_MM", "LARGEST_MODEL", "MODEL_ENDING", "MOST_FACES", "MOST_TRIANGLES",

@@ -2,14 +2,18 @@
 
 Layout, little-endian: the mark, the version, the length of the head (uint32 each), SHA-256 of all
 that follows (32 bytes), the head, and the arrays without gaps in the order of `_body`.
+
+Readers of CAD models are added by packages, by entry points of `ocmm.models`.
 """
 
 from __future__ import annotations
 
 import hashlib
 import struct
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import msgspec
 import numpy as np
@@ -20,6 +24,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.part_model._checked_model import check_model
 from ocmm_core.part_model._part_model import ModelFace, PartModel, SplineSurface
+from ocmm_core.plugins import load_all
 
 MODEL_ENDING = ".ocmm-part"
 LARGEST_MODEL = 32_000_000
@@ -259,3 +264,59 @@ def _damaged(where: str, why: str) -> InputError:
         f"{where}: the part in it cannot be used: {why}.",
         "Import the CAD model again, or restore the file from a good copy.",
     )
+
+
+GROUP = "ocmm.models"
+STEP_ENDINGS = (".step", ".stp", ".p21")
+"""Of models that a plan may name, whether or not their reader is installed."""
+
+
+class FilesOfModel(Protocol):
+    """A model, and the files of its folder that it names."""
+
+    @property
+    def top(self) -> Path: ...
+    @property
+    def sha256(self) -> str:
+        """Return the hash of all bytes."""
+
+    @property
+    def parts(self) -> Mapping[str, bytes]:
+        """Return the content of each other file by its name, relative to the folder of `top`."""
+
+    def copied(self, folder: Path, stem: str = "model") -> Path:
+        """Copy all files to a folder and return the renamed copy of `top`; raises OSError."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModelReader:
+    """Reader of one format; errors as InputError that names the file."""
+
+    endings: tuple[str, ...]
+    """Endings of its files, in lower case with the dot."""
+    files: Callable[[Path], FilesOfModel]
+    read: Callable[[Path, Callable[[], bool], Callable[[str], None]], PartModel]
+    """Of a path, whether to give up, and progress; mm, frame of the file."""
+
+
+def model_endings() -> tuple[str, ...]:
+    """Return the endings of CAD models that a plan may name."""
+    added = (ending for one in _readers() for ending in one.endings)
+    return tuple(dict.fromkeys((*STEP_ENDINGS, *added)))
+
+
+def model_reader(path: Path) -> ModelReader:
+    """Return the reader of a model; InputError if none is installed for its ending."""
+    ending = path.suffix.lower()
+    for one in _readers():
+        if ending in one.endings:
+            return one
+    raise InputError(
+        "plan.no_reader",
+        f"{path}: this program has no reader of CAD models ending in '{ending}'.",
+        "Install the package of the reader; of STEP files, ocmm_cad.",
+    )
+
+
+def _readers() -> Iterator[ModelReader]:
+    return load_all(GROUP, ModelReader)

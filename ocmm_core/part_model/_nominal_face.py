@@ -1,20 +1,24 @@
 """Face of the model as a plan holds it: exact, independent of the model file.
 
 So results depend neither on later changes of the model nor on a CAD library.
+
+Touch points on it are far from its edges and from each other, where the ball fits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from itertools import islice
 
 import msgspec
 import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_core.part_model._nearest import SearchedFace, searched_face
+from ocmm_core.part_model._nearest import RIVAL_MM, SearchedFace, nearest_feet, searched_face
 from ocmm_core.part_model._part_model import ModelFace, SplineSurface
+from ocmm_core.part_model._spline import curvatures_at, normals_at, places_at
 
 MOST_NUMBERS = 200_000
 """Maximum numbers of a face in a plan: some 3 MB of text."""
@@ -112,3 +116,49 @@ def model_face(face: NominalFace) -> ModelFace:
 
 def _corners(numbers: Sequence[float]) -> Float:
     return np.array(numbers, dtype=np.float64).reshape(-1, 2)
+
+
+_GRID = 48
+_FIT = 0.8
+"""A hollow is touched where the ball is at most this part of its radius."""
+
+
+def spread_places(
+    face: SearchedFace, count: int, clear_mm: float, ball_radius: float
+) -> tuple[Float, Float]:
+    """Return places (k, 3), mm, on a face and its outward normals; k is at most ``count``.
+
+    Each is as far as possible from the previous ones, the first one from the edges. `clear_mm`:
+    minimum distance from every edge. `ball_radius`: mm: a ball there touches this place alone.
+    """
+    surface = face.surface
+    steps = (np.arange(_GRID) + 0.5) / _GRID
+    u, v = np.meshgrid(steps, steps, indexing="ij")
+    at = surface.low + np.stack([u.ravel(), v.ravel()], axis=1) * (surface.high - surface.low)
+    at = at[face.trimming.holds(at)]
+    places = places_at(surface, at)
+    gaps = face.trimming.nearest_edge(places)[0]
+    normals = normals_at(surface, at) * (1.0 if face.outward else -1.0)
+    hollow = np.maximum(-curvatures_at(surface, at, normals).min(axis=1, initial=0.0), 0.0)
+    fits = (gaps >= clear_mm) & (hollow * ball_radius <= _FIT)
+    places, normals, gaps = places[fits], normals[fits], gaps[fits]
+    chosen: list[int] = []
+    order = _order(places, gaps)
+    # The order does not depend on refused places: many are evaluated at once.
+    while len(chosen) < count and (asked := list(islice(order, count))):
+        feet = nearest_feet(places[asked] + ball_radius * normals[asked], [face])
+        for row, doubt, distance in zip(asked, feet.doubts, feet.distances, strict=True):
+            # A ball here may touch another fold of the face first.
+            if doubt == "" and abs(distance - ball_radius) < 0.1 * RIVAL_MM:
+                chosen.append(row)
+    return places[chosen[:count]], normals[chosen[:count]]
+
+
+def _order(places: Float, gaps: Float) -> Iterator[int]:
+    """Yield all places, each as far as possible from edges and from the previous ones."""
+    apart = np.minimum(gaps, 1e6)
+    while len(places) and float(apart.max()) > 0.0:
+        best = int(np.argmax(apart))
+        apart = np.minimum(apart, np.linalg.norm(places - places[best], axis=1))
+        apart[best] = 0.0
+        yield best

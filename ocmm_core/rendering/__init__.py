@@ -5,21 +5,16 @@ towards the eye, and visible faces.
 
 Start with `_mesh` (geometry, whole and coarser, and surfaces with hidden backs); then
 `_canvas` (image buffers), `_rendering` (incremental painting), `_field` (measured values as
-colours), `_side` (choice of view direction). Compiled: `_raster_kernel` (triangles), `_line_kernel`
-(edges, outlines, polygons) and `_frame_kernel` (whole image); `_arrays` has their types.
+colours; choice of view direction). Compiled: `_raster_kernel` (triangles), `_line_kernel`
+(edges, outlines, polygons) and `_rendering` (whole image); `_canvas` has their types.
 It must not import plans, features or the window.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.rendering._arrays import NO_FACE, Colours
-    from ocmm_core.rendering._canvas import Canvas
-    from ocmm_core.rendering._field import ValueField, value_field
+    from ocmm_core.rendering._canvas import NO_FACE, Canvas, Colours
+    from ocmm_core.rendering._field import ValueField, choose_side, value_field
     from ocmm_core.rendering._mesh import RenderMesh, coarser, face_colours, mesh_of, with_closed
     from ocmm_core.rendering._rendering import (
         Bundle,
@@ -30,17 +25,8 @@ if TYPE_CHECKING:
         draw_bundles,
         is_hidden,
     )
-    from ocmm_core.rendering._side import choose_side
 else:
-    __getattr__ = door(
-        __name__,
-        _arrays="Colours NO_FACE",
-        _canvas="Canvas",
-        _field="ValueField value_field",
-        _mesh="RenderMesh coarser face_colours mesh_of with_closed",
-        _rendering="Bundle RenderMode RenderStyle Rendering blend_flat draw_bundles is_hidden",
-        _side="choose_side",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "NO_FACE", "Bundle", "Canvas", "Colours", "RenderMesh", "RenderMode", "RenderStyle",

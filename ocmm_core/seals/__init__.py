@@ -10,11 +10,7 @@ name), `_x509` (certificates for other programs), `_memory` (detects older copie
 It must not know the content of chains and files.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.seals._anchor import (
@@ -70,23 +66,7 @@ if TYPE_CHECKING:
         write_station_certificate,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _anchor="learn_heads memory_loss memory_start signed_heads signed_job_heads start_memory",
-        _key="KEY_IN_FORCE KeptKeys KeyFolder StationKey THIS_STATION key_lost",
-        _memory=(
-            "KnownEnd expect memory_file memory_folder recall remember set_station_clock "
-            "station_clock"
-        ),
-        _public="KnownKey public_from_text public_text shown_key",
-        _signature=(
-            "NOT_SIGNED NO_RELEASE RELEASE_ENDING Release ReleaseState SealState SealWord "
-            "Signature Signed judge_release judge_signature release_file release_path "
-            "release_state sign"
-        ),
-        _tokens="TokenPlace",
-        _x509="DocumentKey document_key station_certificate station_of write_station_certificate",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "KEY_IN_FORCE", "NOT_SIGNED", "NO_RELEASE", "RELEASE_ENDING", "THIS_STATION", "DocumentKey",

@@ -7,7 +7,7 @@ memory is detected by its signature, or accepted by name.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -49,25 +49,34 @@ class _SignedHeads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     signature: Signature
 
 
-def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> list[str]:
+def signed_heads(keys: KeyFolder, kept: Iterable[str] = ()) -> list[str]:
     """Return lists of the signed ends of all histories in the memory, without those in `kept`.
 
     StorageError: the key of the station cannot be used.
     """
     known = (one for one in _known_ends() if one.thing or one.first)
-    pages = _pages(sorted(known, key=lambda one: one.name))
-    before = [content.heads for content in _own_lists(keys, kept)] if pages else []
-    return [_signed(_Heads(heads=page), keys) for page in pages if page not in before]
+    new = _pages(sorted(known, key=lambda one: one.name))
+    for content in _own_lists(keys, kept) if new else ():
+        new = [page for page in new if page != content.heads]
+        if not new:
+            break
+    return [_signed(_Heads(heads=page), keys) for page in new]
 
 
-def signed_job_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> list[str]:
+def signed_job_heads(keys: KeyFolder, kept: Iterable[str] = ()) -> list[str]:
     """Return lists of the signed ends of jobs in no list ``kept``; errors as `signed_heads`.
 
-    The earliest are first: a list that could not be stored is made again.
+    `kept`: newest first, read until it has enough of the latest ends. The earliest of the result
+    are first: a list that could not be stored is made again.
     """
     latest = [one for one in _known_ends() if one.name.startswith(JOB)]
-    before = {one for content in _own_lists(keys, kept) for one in content.jobs} if latest else ()
-    met = [place for place, one in enumerate(latest) if one in before][_MET - 1 : _MET]
+    before: set[KnownEnd] = set()
+    met: list[int] = []
+    for content in _own_lists(keys, kept) if latest else ():
+        before.update(content.jobs)
+        met = [place for place, one in enumerate(latest) if one in before][_MET - 1 : _MET]
+        if met:
+            break
     new = [one for one in latest[: met[0] if met else None] if one not in before]
     return [_signed(_Heads(jobs=page), keys) for page in _pages(new[::-1])]
 
@@ -81,7 +90,7 @@ def _signed(content: _Heads, keys: KeyFolder) -> str:
     return msgspec.json.encode(_SignedHeads(content, signature)).decode("ascii")
 
 
-def _own_lists(keys: KeyFolder, kept: Sequence[str]) -> Iterator[_Heads]:
+def _own_lists(keys: KeyFolder, kept: Iterable[str]) -> Iterator[_Heads]:
     own = public_text(keys.station_key().public)
     for text in kept:
         with contextlib.suppress(ValueError, RecursionError, StorageError):

@@ -12,16 +12,13 @@ only (decision 74). It must not know a screen nor load a numerical library: the 
 first at start.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile
     from ocmm_core.settings._recent import RecentPlaces, is_shipped
     from ocmm_core.settings._settings import (
+        SETTINGS_NAME,
         LoadedSettings,
         SettingOrigin,
         Settings,
@@ -30,8 +27,11 @@ if TYPE_CHECKING:
         temperatures_hold,
     )
     from ocmm_core.settings._specs import (
+        DEFAULT_SOURCE,
+        RECOMMENDED_RIG,
         SECTIONS,
         SETTINGS,
+        STANDARD_PROBE,
         Applies,
         Kind,
         Scope,
@@ -42,21 +42,11 @@ if TYPE_CHECKING:
     from ocmm_core.settings._toml import toml_text
     from ocmm_core.settings._values import text_of, value_of_text
 else:
-    __getattr__ = door(
-        __name__,
-        _file="Note SETTINGS_SCHEMA SettingsFile",
-        _recent="RecentPlaces is_shipped",
-        _settings=(
-            "LoadedSettings SettingOrigin Settings SettingsStore released_plans_only "
-            "temperatures_hold"
-        ),
-        _specs="Applies Kind SECTIONS SETTINGS Scope SettingSpec Value spec_of",
-        _toml="toml_text",
-        _values="text_of value_of_text",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
-    "SECTIONS", "SETTINGS", "SETTINGS_SCHEMA", "Applies", "Kind", "LoadedSettings", "Note",
+    "DEFAULT_SOURCE", "RECOMMENDED_RIG", "SECTIONS", "SETTINGS", "SETTINGS_NAME", "SETTINGS_SCHEMA",
+    "STANDARD_PROBE", "Applies", "Kind", "LoadedSettings", "Note",
     "RecentPlaces", "Scope", "SettingOrigin", "SettingSpec", "Settings", "SettingsFile",
     "SettingsStore", "Value", "is_shipped", "released_plans_only", "spec_of", "temperatures_hold",
     "text_of", "toml_text", "value_of_text",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
@@ -14,7 +15,7 @@ from ocmm_core.settings._settings_seal import remembers_released_only
 from ocmm_core.settings._specs import SETTINGS, Scope, Value, spec_of
 from ocmm_core.settings._values import checked
 
-_NAME = "settings.toml"
+SETTINGS_NAME = "settings.toml"
 _AHEAD = timedelta(minutes=5)
 """Tolerated clock difference before a time counts as in the future."""
 
@@ -126,10 +127,20 @@ class SettingsStore:
         import platformdirs
 
         return cls(
-            SettingsFile(platformdirs.site_config_path("ocmm") / _NAME),
-            SettingsFile(platformdirs.user_config_path("ocmm") / _NAME),
+            SettingsFile(platformdirs.site_config_path("ocmm") / SETTINGS_NAME),
+            SettingsFile(platformdirs.user_config_path("ocmm") / SETTINGS_NAME),
             given or {},
         )
+
+    def places(self) -> str:
+        """Return which document changes are written to, and whom they apply to."""
+        folder = next(one for one in self.station.path.parents if one.exists())
+        if os.access(folder, os.W_OK):
+            return (
+                f"Settings of the station are written to {self.station.path} and apply to all "
+                f"users of this computer. Personal ones are written to {self.user.path}."
+            )
+        return f"Changes apply to you only. They are written to {self.user.path}."
 
     def load(self, now: datetime | None = None) -> LoadedSettings:
         """Return the effective settings; never raises, unusable entries are in the notes."""

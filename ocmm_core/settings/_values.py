@@ -145,9 +145,10 @@ def plain(value: Value) -> Any:
 def _number(spec: SettingSpec, value: object) -> float | int:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise _wrong(spec, value, "is not a number")
-    if not spec.least <= value <= spec.most:
-        unit = f" {spec.unit}" if spec.unit else ""
-        raise _wrong(spec, value, f"must be {spec.least:g} to {spec.most:g}{unit}")
+    limits = spec.quantity
+    if value not in limits:
+        unit = f" {limits.unit}" if limits.unit else ""
+        raise _wrong(spec, value, f"must be {limits.least:g} to {limits.most:g}{unit}")
     if spec.kind is Kind.NUMBER:
         return float(value)
     if value != int(value):

@@ -12,11 +12,7 @@ and ``faults`` (permanent until restart). `_frame_loop` is the thread from ring 
 programs. Numbers come from lower packages. It must not know a screen.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.station._bus_watch import (
@@ -32,28 +28,19 @@ if TYPE_CHECKING:
     )
     from ocmm_core.station._faults import StationEvents, StationFaults
     from ocmm_core.station._instruments import Instruments
-    from ocmm_core.station._job import Reports, StationJob
+    from ocmm_core.station._job import (
+        Reports,
+        StationJob,
+        drop_job_without_points,
+        free_path,
+        give_back,
+    )
     from ocmm_core.station._job_change import JobChange
-    from ocmm_core.station._jobs import drop_job_without_points, free_path, give_back
     from ocmm_core.station._looks import Looks
     from ocmm_core.station._maintenance import StationMaintenance
     from ocmm_core.station._station import MeasuringStation, StationOptions
 else:
-    __getattr__ = door(
-        __name__,
-        _bus_watch=(
-            "BusSample BusView BusWatch NO_BUS NO_BUS_REMEDY NO_REPORT NO_REPORT_REMEDY TREND_S "
-            "bus_text"
-        ),
-        _faults="StationEvents StationFaults",
-        _instruments="Instruments",
-        _job="Reports StationJob",
-        _job_change="JobChange",
-        _jobs="drop_job_without_points free_path give_back",
-        _looks="Looks",
-        _maintenance="StationMaintenance",
-        _station="MeasuringStation StationOptions",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "NO_BUS", "NO_BUS_REMEDY", "NO_REPORT", "NO_REPORT_REMEDY", "TREND_S", "BusSample", "BusView",

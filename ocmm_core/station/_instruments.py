@@ -71,7 +71,7 @@ class Instruments:
         try:
             return self._calibration.view()
         except Exception as error:
-            told = self._faults.fail(error, "The watch over the calibration")
+            told = self._faults.fail(error, "Monitoring the calibration")
             return CalibrationView(
                 word=CalibrationStatus.UNUSABLE,
                 rig=self.rig.name,
@@ -88,7 +88,7 @@ class Instruments:
         try:
             return self._current.now.probe.view()
         except Exception as error:
-            told = self._faults.fail(error, "The watch over the probe")
+            told = self._faults.fail(error, "Monitoring the probe")
             return ProbeView(
                 word=CalibrationStatus.UNUSABLE,
                 probe=self.body.name,

@@ -1,7 +1,9 @@
-"""The job of a running station: its state, actions of an inspector, and its reports."""
+"""The job of a running station: its file, its state, actions of an inspector, and its reports."""
 
 from __future__ import annotations
 
+import logging
+import uuid
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,20 +12,23 @@ from ocmm_core.errors import MeasuringError, OcmmError, StorageError
 from ocmm_core.export import DEFAULT_FORMAT, write_report
 from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
 from ocmm_core.export.template import paper_of
+from ocmm_core.failure import contained
+from ocmm_core.inspection.archive import SUFFIX, require_new_serial
 from ocmm_core.inspection.causes import Explanation
-from ocmm_core.inspection.evaluation import JobView, StatusWord
-from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.inspection.evaluation import JobHeader, JobView, StatusWord
+from ocmm_core.inspection.plan import Plan, note_release
+from ocmm_core.inspection.session import HEADER_EVENT, InspectionSession, check_header, header_text
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.named_file import FileIdentity
-from ocmm_core.seals import ReleaseState
+from ocmm_core.names import file_stem
+from ocmm_core.seals import NO_RELEASE, ReleaseState
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._frame_loop import FrameLoop
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._looks import Looks
 from ocmm_core.station._open_job import CurrentJob, OpenJob
 from ocmm_core.station._touches import refuse
-from ocmm_core.storage import JobStep
+from ocmm_core.storage import NAMED, JobFile, JobHead, JobStep, now_utc
 
 _EVALUATION = "The evaluation"
 
@@ -203,3 +208,70 @@ class Reports:
             seal=job.file.seal(),
             release=job.release,
         )
+
+
+_log = logging.getLogger(__name__)
+
+
+def job_for(
+    header: JobHeader, like: JobHead, plan: Plan, folder: Path, release: ReleaseState = NO_RELEASE
+) -> JobFile:
+    """Return a new job file for a part, with the documents of a former job.
+
+    `like`: head of the former job. `plan`: names the file. InputError: a name is invalid, or the
+    batch has this part; StorageError: the file cannot be made.
+    """
+    check_header(header)
+    require_new_serial(folder, header.batch, header.serial)
+    head = replace(
+        like,
+        job_uuid=str(uuid.uuid4()),
+        created_utc=now_utc(),
+        operator=header.operator,
+        part=header.part,
+        serial=header.serial,
+    )
+    job = JobFile.create(free_path(folder, plan), head)
+    try:
+        job.change(events=((NAMED, job.path.stem), (HEADER_EVENT, header_text(header))))
+        note_release(job, release)
+    except BaseException:
+        job.close(remove=True)
+        raise
+    return job
+
+
+def drop_if_empty(job: JobFile) -> None:
+    """Close a job, removing an empty file; StorageError, and still open, if unreadable."""
+    job.close(remove=job.next_number() == 1)
+
+
+def drop_job_without_points(path: Path) -> bool:
+    """Remove a closed job without points, return if so; StorageError: in use or damaged, kept."""
+    job = JobFile.open(path)
+    drop_if_empty(job)
+    return not path.exists()
+
+
+def give_back(job: JobFile, *, made: bool) -> None:
+    """Close a job not measured after all, remove it if new and empty; never raises."""
+    try:
+        if made:
+            drop_if_empty(job)
+    except Exception as error:
+        _log.warning("%s was not removed: %s", job.path, contained(error, "The removal"))
+    finally:
+        job.close()
+
+
+def free_path(folder: Path, plan: Plan) -> Path:
+    """Return an unused path of a job file in ``folder``; StorageError if none."""
+    stem = file_stem(plan.name)
+    for number in range(1, 100_000):
+        path = folder / f"{stem}-{number:03d}{SUFFIX}"
+        # An orphaned log would be read as that of the new file.
+        if not path.exists() and not path.with_name(f"{path.name}-wal").exists():
+            return path
+    raise StorageError(
+        "job.names", f"{folder}: no free name for a new job.", "Choose another folder."
+    )

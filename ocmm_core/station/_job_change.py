@@ -21,7 +21,7 @@ from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.station._faults import StationEvents
 from ocmm_core.station._frame_loop import FrameLoop
 from ocmm_core.station._instruments import Instruments
-from ocmm_core.station._jobs import drop_if_empty, give_back, job_for
+from ocmm_core.station._job import drop_if_empty, give_back, job_for
 from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse, open_job
 from ocmm_core.storage import JobFile, JobHead
 

@@ -55,7 +55,7 @@ class Looks:
             if self._faults.measuring is None:
                 return self._live.view(status, str(self._blocker or ""), self._words_beside)
         except Exception as error:
-            self._faults.fail(error, "The judging of what is seen")
+            self._faults.fail(error, "Judging the view")
         return self._live.failed(status, self._faults.reason, self._words_beside)
 
     def probe_now(self) -> ProbeNow | None:

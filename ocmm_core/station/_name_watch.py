@@ -11,7 +11,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.station._faults import StationFaults
 
-_EVERY_S = 0.1
+_EVERY_S = 0.05
 """Rescue and window need most of the second after which a loss must be shown, on a busy computer.
 """
 

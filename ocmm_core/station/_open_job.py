@@ -239,8 +239,8 @@ class CurrentJob:
         self.ended = False
 
     def what_is_safe(self) -> str:
-        """Return the sentence on what is not lost."""
-        return saved_sentence(self.now.file.saved_in)
+        """Return the sentence on what is not lost, empty without points."""
+        return saved_sentence(self.now.file.saved_in) if self.now.session.has_points else ""
 
 
 class PartLoader:

@@ -125,7 +125,7 @@ class MeasuringStation:
             calibration,
             bus,
             objects,
-            failed=lambda error: faults.fail(error, "The watch over the calibration"),
+            failed=lambda error: faults.fail(error, "Monitoring the calibration"),
         )
         self.instruments = instruments = Instruments(
             gear, watch, current, bus, faults, events, simulated=options.simulated

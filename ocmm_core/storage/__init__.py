@@ -2,25 +2,20 @@
 
 In: points, events, documents of a job. Out: one SQLite file per job, and the same read back.
 
-Read `_job_file` (the file and its guarantees), `_job_reader` (contents, in order), `_tables` and
-`_rows` (rows, bit for bit, and their checks), `_audit` (the hash-linked chain), `_job_seal`
-(signatures), `_connection` (transactions until the disk fails), `_job_keeper` (rescue if the name
-is lost), `_faults` (faults as sentences), `_job_content` (the only access for readers), `_guard`
-(limits of foreign files), `_migrations` (versions), `_glance` (a read-only summary), `_held_jobs`
-(jobs held by an archive).
+Read `_job_file` (the file and its guarantees), `_job_reader` (contents, in order; a summary),
+`_tables` and `_rows` (rows, bit for bit, and their checks), `_audit` (the hash-linked chain),
+`_job_seal` (signatures), `_connection` (transactions until the disk fails), `_job_keeper` (rescue
+if the name is lost), `_faults` (faults as sentences), `_job_content` (the only access for readers),
+`_guard` (limits of foreign files), `_migrations` (versions), `_held_jobs` (jobs held by an
+archive).
 It must not know plans, features or verdicts.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.storage._audit import AUDITED, AuditedStep, digest_row, now_utc
     from ocmm_core.storage._faults import damaged, no_job, not_writable, saved_sentence
-    from ocmm_core.storage._glance import JobSummary, read_summary
     from ocmm_core.storage._guard import HeldConnection, database_content, open_in_place
     from ocmm_core.storage._held_jobs import (
         HeldJobs,
@@ -32,7 +27,7 @@ if TYPE_CHECKING:
     from ocmm_core.storage._job_content import JobContent, read_job
     from ocmm_core.storage._job_file import LEFT_OUT, JobFile
     from ocmm_core.storage._job_keeper import RESCUED
-    from ocmm_core.storage._job_reader import NAMED, JobStep
+    from ocmm_core.storage._job_reader import NAMED, JobStep, JobSummary, read_summary
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
     from ocmm_core.storage._rows import (
         JobEvent,
@@ -44,21 +39,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.storage._tables import CLOCK, Observed
 else:
-    __getattr__ = door(
-        __name__,
-        _audit="AUDITED AuditedStep digest_row now_utc",
-        _faults="damaged no_job not_writable saved_sentence",
-        _glance="JobSummary read_summary",
-        _guard="HeldConnection database_content open_in_place",
-        _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
-        _job_content="JobContent read_job",
-        _job_file="JobFile LEFT_OUT",
-        _job_keeper="RESCUED",
-        _job_reader="JobStep NAMED",
-        _job_seal="ADOPTED JobSeal judge_head",
-        _rows="JobEvent JobHead JobReference bad_event event_value make_head",
-        _tables="CLOCK Observed",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ADOPTED", "AUDITED", "CLOCK", "LEFT_OUT", "NAMED", "RESCUED", "AuditedStep", "HeldConnection",

@@ -1,4 +1,7 @@
-"""Contents of an open job file, points and annulments in the order in which they became durable."""
+"""Contents of an open job file, points and annulments in the order in which they became durable.
+
+For lists: its head, events and number of points alone.
+"""
 
 from __future__ import annotations
 
@@ -21,14 +24,24 @@ from ocmm_core.storage._audit import (
     read_audit,
     read_links,
 )
+from ocmm_core.storage._connection import connection_in_memory
 from ocmm_core.storage._faults import FAULTS, damaged, storage_error
 from ocmm_core.storage._guard import GuardedConnection, with_log
+from ocmm_core.storage._job_content import read_job
 from ocmm_core.storage._job_seal import JobSeal, check_line, read_seal, remember_job
-from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, point_fault, point_from_row
+from ocmm_core.storage._rows import (
+    JobEvent,
+    JobHead,
+    JobReference,
+    event_fault,
+    point_fault,
+    point_from_row,
+)
 from ocmm_core.storage._tables import (
     Observed,
     next_number,
     stored_events,
+    stored_head,
     stored_observations,
     stored_part,
     stored_points,
@@ -213,3 +226,39 @@ class JobReader:
 
     def _sealed(self, db: sqlite3.Connection, keys: KeyFolder | None = None) -> JobSeal:
         return read_seal(db, self.path, self.head.job_uuid, keys or KeyFolder())
+
+
+@dataclass(frozen=True, slots=True)
+class JobSummary:
+    head: JobHead
+    events: tuple[JobEvent, ...]
+    """Oldest first."""
+    n_points: int
+
+
+def read_summary(path: Path) -> JobSummary:
+    """Return the summary of a job, unchecked; StorageError as `read_job`, newer, or damaged."""
+    content = read_job(path).file
+    with connection_in_memory(path, content, whole=False) as db:
+        head = stored_head(db, path)
+        events = tuple(_events(db, path, len(content)))
+        # Counted in interruptible steps; the count of a whole table is not.
+        (n_points,) = db.execute(
+            "SELECT (SELECT count(*) FROM observation WHERE number > 0)"
+            " - (SELECT count(*) FROM annulment WHERE number > 0)"
+        ).fetchone()
+        db.close()
+    return JobSummary(head, events, n_points)
+
+
+def _events(db: sqlite3.Connection, path: Path, left: int) -> Iterator[JobEvent]:
+    """Yield events; StorageError if invalid, or over ``left`` bytes (cyclic pages never end)."""
+    for row in db.execute("SELECT id, time_utc, kind, text FROM event ORDER BY id"):
+        fault = event_fault(row)
+        if fault:
+            raise damaged(path, fault)
+        _, time_utc, kind, text = row
+        left -= len(time_utc) + len(kind) + len(text)
+        if left < 0:
+            raise damaged(path, "it has more events than it has room for")
+        yield JobEvent(time_utc, kind, text)

@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 import msgspec
 import numpy as np
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.documents import decode_json, read_text
 from ocmm_core.errors import StorageError
 from ocmm_core.geometry import Float
@@ -109,7 +109,7 @@ def make_head(
     return JobHead(
         job_uuid=str(uuid.uuid4()),
         created_utc=now_utc(),
-        software_version=__version__,
+        software_version=build_version(),
         operator=operator,
         part=part,
         serial=serial,

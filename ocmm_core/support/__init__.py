@@ -8,11 +8,7 @@ request, show, write).
 It must not know a station or a screen: callers pass in what exists only at run time.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.support._bundle import (
@@ -25,11 +21,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.support._parts import PARTS, PartSpec, SupportSite, site_of_this_user
 else:
-    __getattr__ = door(
-        __name__,
-        _bundle="BundleDraft BundleItem Cleaner MASKED draft_bundle write_bundle",
-        _parts="PARTS PartSpec SupportSite site_of_this_user",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "MASKED", "PARTS", "BundleDraft", "BundleItem", "Cleaner", "PartSpec", "SupportSite",

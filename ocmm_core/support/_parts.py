@@ -15,8 +15,8 @@ from typing import Any
 
 import msgspec
 
-from ocmm_core import __version__
 from ocmm_core.acquisition.recording import FrameHistory
+from ocmm_core.build import build_version
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import log_folder
 from ocmm_core.settings import SETTINGS, LoadedSettings, SettingsStore, text_of
@@ -75,7 +75,7 @@ def _versions(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
         key=str.casefold,
     )
     lines = [
-        f"ocmm {__version__}",
+        f"ocmm {build_version()}",
         f"Python {platform.python_version()} ({sys.implementation.name})",
         platform.platform(),
         f"{platform.machine()}, {os.cpu_count()} processors",

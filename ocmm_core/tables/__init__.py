@@ -9,11 +9,7 @@ Read `_account` (what a reader returns), `_text` and `_grid` (bytes to lines and
 It must not know features, plans or cameras.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tables._account import (
@@ -36,15 +32,7 @@ if TYPE_CHECKING:
     from ocmm_core.tables._points import PixelTable, PointsFile, read_pixels, read_points_file
     from ocmm_core.tables._text import decoded
 else:
-    __getattr__ = door(
-        __name__,
-        _account="COUNT_OF_POINTS SKIPPED_BY_USER TableAccount TableColumn TableOptions",
-        _grid="AccountedTable PreviewRow TablePreview TableReader preview_table require_like_names",
-        _named="NamedColumns TextRow TextTable read_table",
-        _numbers="NUMBER NumberGrammar typed_number",
-        _points="PixelTable PointsFile read_pixels read_points_file",
-        _text="decoded",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "COUNT_OF_POINTS", "NUMBER", "SKIPPED_BY_USER", "AccountedTable", "NamedColumns",

@@ -6,16 +6,12 @@ Out: for every frame labels, pose, tip in mm with covariance and chi-square, or 
 Read `_body` (LEDs and ball of a probe), `_identify` (assignment of slots to LEDs), `_body_tracker`
 (one body through blocks of frames), `_pipeline` (probe and reference body), `_result` (result of
 each frame), `_pose` (reference in plain numpy). Then `_sensitivity`, `_stillness` with
-`_spot_spectrum`, `_ambiguity`, `_strobe`, and the reference body: `_reference_body`, `_reference`,
-`_reference_filter`. `kernels` is the compiled hot path. The package is independent of calibration
+`_spot_spectrum`, `_ambiguity`, `_strobe`, and the reference body: `_reference_body`, `_reference`.
+`kernels` is the compiled hot path. The package is independent of calibration
 records, touches and points.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM, Ambiguity
@@ -75,30 +71,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.tracking._strobe import StrobeEntry, dark_bits
 else:
-    __getattr__ = door(
-        __name__,
-        _ambiguity="AMBIGUITY_LIMIT_MM Ambiguity",
-        _body=(
-            "LedBody LedEntry OrientationRule ProbeBody ProbeDocument SCHEMA body_of "
-            "check_labels load_probe nearest_ambiguity satisfies_rules"
-        ),
-        _body_tracker="TrackingOptions spot_sigma_px",
-        _identify="IdentifyOptions identify identify_many ordered_spots",
-        _pipeline="TrackingPipeline",
-        _pose="Method PoseBatch reprojection solve solve_leds triangulate",
-        _reference=(
-            "home_of motion_to_world relative_sensitivities relative_sensitivity simultaneous"
-        ),
-        _reference_body="ReferenceBody check_together load_reference",
-        _result=(
-            "ARRAYS FrameStatus ReferenceHome ReferenceTrack TrackBlock cut in_rig "
-            "interruptions join pick"
-        ),
-        _sensitivity="TipSensitivity tip_sensitivities tip_sensitivity",
-        _spot_spectrum="SpotSpectrum spot_course",
-        _stillness="BallMotion HandDrift Stillness batch_labels judge_stillness wildness",
-        _strobe="StrobeEntry dark_bits",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "AMBIGUITY_LIMIT_MM", "ARRAYS", "SCHEMA", "Ambiguity", "BallMotion", "FrameStatus", "HandDrift",

@@ -312,6 +312,25 @@ def _shape(body: ProbeBody | LedBody) -> tuple[Float, Float, tuple[tuple[Float, 
     return body.leds_body, body.leds_body.mean(axis=0), body.rules
 
 
+_MOST = {
+    "led_sigma": 10.0, "tip_sigma": 100.0, "tip_diameter_sigma": 10.0,
+    "emission_half_angle_deg": 180.0,
+}  # fmt: skip
+"""Largest plausible uncertainties, mm, and angle of light."""
+
+
+def check_stated(path: Path, kind: str, document: Document) -> None:
+    """Raise InputError unless stated uncertainties and the angle are above zero and plausible."""
+    for field, most in _MOST.items():
+        for value in np.atleast_1d(getattr(document, field, ())).tolist():
+            if not 0.0 < value <= most:
+                raise InputError(
+                    f"{kind}.value",
+                    f"{path}: field '{field}' is {value:g}, not above 0 and up to {most:g}.",
+                    "Correct that field.",
+                )
+
+
 def _check(path: Path, document: ProbeDocument) -> None:
     check_leds(path, "probe", document.leds, rule_directions(document.orientation_rules))
     if not 0.0 < document.tip_diameter < 100.0:
@@ -320,6 +339,7 @@ def _check(path: Path, document: ProbeDocument) -> None:
             f"{path}: field 'tip_diameter' is {document.tip_diameter} mm.",
             "Give the calibrated ball diameter in millimetres.",
         )
+    check_stated(path, "probe", document)
     leds = np.array([led.position for led in document.leds])
     if float(np.linalg.norm(leds - np.array(document.tip), axis=1).max()) > 1000.0:
         raise InputError(

@@ -7,7 +7,7 @@ present pose of the reference body transforms the tip back to that world:
     tip_world = T_rig_from_reference(home) . T_rig_from_reference(now)^-1 . tip_rig
 
 Both poses of a frame come from the same exposure, so there is no lag. Trail and live position use a
-pose averaged while the body rests (`_reference_filter`); measured points use the poses of their own
+pose averaged while the body rests (`_reference_body`); measured points use the poses of their own
 frames (`simultaneous`).
 """
 
@@ -29,8 +29,7 @@ from ocmm_core.tracking._body_tracker import (
     spot_sigma_px,
 )
 from ocmm_core.tracking._pose import arm_jacobian, reprojection
-from ocmm_core.tracking._reference_body import ReferenceBody
-from ocmm_core.tracking._reference_filter import ReferenceFilter
+from ocmm_core.tracking._reference_body import ReferenceBody, ReferenceFilter
 from ocmm_core.tracking._result import (
     INTERRUPTION_NS,
     FrameStatus,

@@ -13,11 +13,7 @@ A table of our own and not pint: pint reads "points" and "M" as units and "mil" 
 not know "Zoll" or the inch mark, and costs 0.25 s and 3.7 MB.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.units._statements import (
@@ -35,11 +31,7 @@ if TYPE_CHECKING:
         scaled,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _statements="UnitStatement heading_unit unit_statement units_of_name",
-        _unit="Dimension MeasureUnit agreed_unit find_unit named_unit scaled",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "Dimension", "MeasureUnit", "UnitStatement", "agreed_unit", "find_unit", "heading_unit",

@@ -4,35 +4,27 @@ In: a sentence as it was said, in English, and the language. Out: the sentence i
 as it was where it is not known without doubt.
 
 Read `_pattern` first: a sentence with names for what is filled in, and how it is recognised.
-`_translation` finds which sentence was said, `_language` which language is wanted; `_speech` is
+`_translation` finds which sentence was said, and which language is wanted; `_speech` is
 what a paper needs of both.
 It must not know who says what: every other room may say something.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.wording._language import ENGLISH, LANGUAGES, language_of
     from ocmm_core.wording._pattern import Pattern
     from ocmm_core.wording._speech import Speech
     from ocmm_core.wording._translation import (
+        ENGLISH,
+        LANGUAGES,
         Translation,
         in_language,
+        language_of,
         load_translation,
         with_comma,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _language="ENGLISH LANGUAGES language_of",
-        _pattern="Pattern",
-        _speech="Speech",
-        _translation="Translation in_language load_translation with_comma",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ENGLISH", "LANGUAGES", "Pattern", "Speech", "Translation", "in_language", "language_of",

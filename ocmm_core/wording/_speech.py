@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.wording._language import ENGLISH
-from ocmm_core.wording._translation import Translation, load_translation, with_comma
+from ocmm_core.wording._translation import ENGLISH, Translation, load_translation, with_comma
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,11 +9,7 @@ Start with `_desk` (choose or resume, then run), `_start_page`, `_measure_pages`
 Plans, limits and verdicts are those of the core. It must not import the inspector's screens.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.acceptance._artefact_sheet import ArtefactSheet
@@ -21,12 +17,6 @@ if TYPE_CHECKING:
     from ocmm_gui.acceptance._study_sheet import StudySheet
     from ocmm_gui.acceptance._tests_page import TestsPage
 else:
-    __getattr__ = door(
-        __name__,
-        _artefact_sheet="ArtefactSheet",
-        _desk="AcceptanceDesk",
-        _study_sheet="StudySheet",
-        _tests_page="TestsPage",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = ["AcceptanceDesk", "ArtefactSheet", "StudySheet", "TestsPage"]

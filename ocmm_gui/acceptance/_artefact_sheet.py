@@ -268,7 +268,7 @@ class ArtefactSheet(WorkSheet):
                 self.form.clear()
             self.open()
 
-        self._do(add, done, "The register")
+        self._do(add, done, "The artefact register")
 
     def edit(self) -> None:
         entry = self._selected()
@@ -315,7 +315,7 @@ class ArtefactSheet(WorkSheet):
                 self._entries, self._refused = found
                 self._show_register()
 
-        self._do(read, done, "The register")
+        self._do(read, done, "The artefact register")
 
     def _show_register(self) -> None:
         self.table.setRowCount(len(self._entries))
@@ -359,7 +359,10 @@ class ArtefactSheet(WorkSheet):
             self.told.emit(tr("Removed: {id}. Its lines stay in the file.").format(id=entry.id))
             self.open()
 
-        self._do(lambda: self._bench.artefacts().remove(entry.id, who, now), done, "The register")
+        def remove() -> None:
+            self._bench.artefacts().remove(entry.id, who, now)
+
+        self._do(remove, done, "The artefact register")
 
     def _show(self, answer: object) -> None:
         if isinstance(answer, dict):

@@ -42,7 +42,7 @@ from ocmm_gui.work import Worker
 INTERIM = "INTERIM"
 _TEXTS = WizardTexts(
     title=later("Acceptance test"),
-    purpose=later("Is the instrument as good as it says: a standard test with its verdict."),
+    purpose=later("A standard test of the instrument against its limits, with a verdict."),
     ends=VERDICT_ENDS,
     accepted=later("Verdict stored. P writes the certificate."),
 )
@@ -99,7 +99,7 @@ class AcceptanceDesk(GuidedStack):
         def failed(error: Exception) -> None:
             if asked == self._asked:
                 self.start.ask((), self._proposals(), first)
-                self._tell_failure(error, "The procedures")
+                self._tell_failure(error, "Reading the procedures")
                 self._read_unfinished(now, asked)
 
         self._lists.do(lambda: self.bench.procedures(now), done, failed)
@@ -123,7 +123,7 @@ class AcceptanceDesk(GuidedStack):
         def failed(error: Exception) -> None:
             if asked == self._asked:
                 self.start.show_unfinished(())
-                self._tell_failure(error, "Unfinished tests")
+                self._tell_failure(error, "Reading unfinished tests")
 
         self._lists.do(lambda: self.bench.unfinished(now), done, failed)
 
@@ -160,7 +160,7 @@ class AcceptanceDesk(GuidedStack):
         def failed(error: Exception) -> None:
             if chosen == self._chosen:
                 self.start.show_artefacts((), limits_text(offer))
-                self._tell_failure(error, "The artefacts")
+                self._tell_failure(error, "Reading the artefacts")
 
         self._lists.do(read, done, failed)
 

@@ -73,6 +73,8 @@ def choice_list(name: str) -> QListWidget:
     """Return an empty list with its name."""
     found = dressed(QListWidget(), name, font=text_font(15))
     found.setWordWrap(True)
+    # Fields below it keep their height.
+    found.setMinimumHeight(ROW_PX + 6)
     return found
 
 
@@ -163,12 +165,7 @@ class AcceptanceStart(QWidget):
         for index, one in enumerate(procedures):
             known = one.procedure
             needs = ", ".join(kind_word(role) for role in one.roles) or tr("nothing")
-            words = (
-                said(known.title),
-                f"{known.standard}:{known.edition}",
-                needs,
-                localised(f"{known.minutes:g}"),
-            )
+            words = (said(known.title), said(known.source), needs, localised(f"{known.minutes:g}"))
             self.table.show_words(index, words)
             title = self.table.item(index, 0)
             if title is not None:
@@ -180,11 +177,7 @@ class AcceptanceStart(QWidget):
         for key, text in proposals.items():
             if not self.fields[key].text():
                 self.fields[key].setText(text)
-        self._open = ()
-        self.unfinished.clear()
-        add_line(self.unfinished, tr("Reading unfinished tests"))
-        self._unfinished.show()
-        self._show_open()
+        self._show_reading_open()
         if procedures:
             self.table.selectRow(row)
             self._choose()
@@ -209,8 +202,16 @@ class AcceptanceStart(QWidget):
             self.unfinished.setCurrentRow(0)
         self._show_open()
 
+    def _show_reading_open(self) -> None:
+        self._open = ()
+        self.unfinished.clear()
+        add_line(self.unfinished, tr("Reading unfinished tests"))
+        self._unfinished.show()
+        self._show_open()
+
     def show_waiting(self) -> None:
         """Show that the procedures are being read; nothing can start."""
+        self._show_reading_open()
         self.table.blockSignals(True)
         self.table.setRowCount(0)
         self.table.blockSignals(False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtWidgets import QGridLayout, QHeaderView, QWidget
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.errors import InputError
 from ocmm_core.typed_numbers import PARTS, REFERENCE, SEED, TRIALS
@@ -146,9 +146,6 @@ class StudySheet(WorkSheet):
         self.table = NumberTable(
             tr("Characteristics"), tr_all(COLUMNS), whole=False, font=text_font(14)
         )
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         self.table.itemSelectionChanged.connect(self._show_characteristic)
         self.components, self.operators, self.run = ComponentsPlot(), OperatorsPlot(), RunPlot()
         self.tabs = PlotTabs(

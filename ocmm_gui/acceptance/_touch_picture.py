@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.acceptance import AcceptanceView, PlannedPosition
 from ocmm_core.geometry import Float, unit
-from ocmm_gui.kit import SCENE_LEAST, PaintedWidget, Theme, ink, text_font, tr
+from ocmm_gui.kit import SCENE_LEAST, PaintedWidget, Theme, ink, said, text_font, tr
 from ocmm_gui.scene import Dots, Item, Lines, Tag
 from ocmm_gui.wizards.pages import BarPlace, Contents, bars
 
@@ -118,7 +118,7 @@ def position_contents(view: AcceptanceView) -> Contents:
                 items.append(Lines(np.stack([middle, arm])[None], theme.accent, 3.0))
             elif float(np.linalg.norm(point - middle)) > 1.0:
                 items.append(Dots(point[None], theme.warn, 16.0, theme.text))
-            items.append(Tag(middle, plan.name, theme.accent))
+            items.append(Tag(middle, said(plan.name), theme.accent))
         return items
 
     return contents

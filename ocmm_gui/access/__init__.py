@@ -9,11 +9,7 @@ size of a pixel, and a line to measure for screens of unknown size), `_hands_and
 It must not know any page: it uses the widgets that it finds.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.access._hands_and_eyes import TARGET_MM, HandsAndEyes, TouchTargets
@@ -27,12 +23,7 @@ if TYPE_CHECKING:
         zoom_before_start,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _hands_and_eyes="TARGET_MM HandsAndEyes TouchTargets",
-        _screen="RULER_PX RulerLine screen_size",
-        _zoom="PageStack Zoom ZoomArea fitting_factor screen_factor zoom_before_start",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "RULER_PX", "TARGET_MM", "HandsAndEyes", "PageStack", "RulerLine", "TouchTargets", "Zoom",

@@ -8,18 +8,12 @@ Read `_archive_sheet` (the page), `_archive_words` (the side process, fields and
 Maintain.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.archive._archive_sheet import ArchiveSheet
     from ocmm_gui.archive._recall_panel import RecallExportTask, RecallResult
 else:
-    __getattr__ = door(
-        __name__, _archive_sheet="ArchiveSheet", _recall_panel="RecallExportTask RecallResult"
-    )
+    __getattr__ = door(__name__)
 
 __all__ = ["ArchiveSheet", "RecallExportTask", "RecallResult"]

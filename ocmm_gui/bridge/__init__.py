@@ -9,16 +9,12 @@ job on its own thread). Commands of the window go through the queue in `_command
 Nothing lengthy runs on the window's thread. It must not import screens.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.bridge._bridge import StationBridge
     from ocmm_gui.bridge._evaluator import Evaluator
 else:
-    __getattr__ = door(__name__, _bridge="StationBridge", _evaluator="Evaluator")
+    __getattr__ = door(__name__)
 
 __all__ = ["Evaluator", "StationBridge"]

@@ -12,10 +12,11 @@ import contextlib
 import logging
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer, Signal
 
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.failure import contained
@@ -184,7 +185,6 @@ class StationBridge(QObject):
     _changed_elsewhere = Signal(object)
     _taken_elsewhere = Signal(object)
     _refused_elsewhere = Signal(object)
-    _failed_elsewhere = Signal(object)
     _coach_elsewhere = Signal(object)
 
     def __init__(self, station: MeasuringStation, parent: QObject | None = None) -> None:
@@ -205,7 +205,7 @@ class StationBridge(QObject):
         self._changed_elsewhere.connect(self._show_job, queued)
         self._taken_elsewhere.connect(self.point_taken, queued)
         self._refused_elsewhere.connect(self.point_refused, queued)
-        self._failed_elsewhere.connect(self.failed, queued)
+        self._failures = deque[OcmmError]()
         self._coach_elsewhere.connect(self.coach_changed, queued)
         # Fits and uncertainties must delay neither the window nor the tracking thread.
         self._evaluator = Evaluator(
@@ -300,4 +300,11 @@ class StationBridge(QObject):
         self._coach_elsewhere.emit(view)
 
     def _on_failed(self, error: OcmmError) -> None:
-        self._failed_elsewhere.emit(error)
+        self._failures.append(error)
+        # Ahead of waiting changes: on a busy computer, showing one takes some tenths of a second.
+        first = Qt.EventPriority.HighEventPriority.value
+        QCoreApplication.postEvent(self, QEvent(QEvent.Type.User), first)
+
+    def customEvent(self, _event: QEvent) -> None:
+        """Report a failure on the thread of the window."""
+        self.failed.emit(self._failures.popleft())

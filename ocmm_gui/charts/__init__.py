@@ -8,11 +8,7 @@ studies), `_pivot_plots`, `_tip_plots` and `_design_plots` (probe), `_bus_charts
 It must not import sheets, wizards or the station: charts receive their data.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.charts._bus_charts import Curve, HistogramChart, HistoryChart, RecentChart
@@ -32,18 +28,7 @@ if TYPE_CHECKING:
     from ocmm_gui.charts._tip_plots import Bars, Mapped, Row, SphereMap
     from ocmm_gui.charts._tolerance_bar import ToleranceBar, TrendChart
 else:
-    __getattr__ = door(
-        __name__,
-        _bus_charts="Curve HistogramChart HistoryChart RecentChart",
-        _check_charts="ErrorChart InterimPlot check_words group_of is_amount session_of",
-        _design_plots="BendingPlot MapPlot",
-        _pivot_plots="SpotResiduals TipCourse Trail TrailPlot",
-        _plot="Plot",
-        _residual_plots="AllSensors ResidualHistogram SpaceArrows",
-        _study_plots="ComponentsPlot OperatorsPlot RunPlot",
-        _tip_plots="Bars Mapped Row SphereMap",
-        _tolerance_bar="ToleranceBar TrendChart",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "AllSensors", "Bars", "BendingPlot", "ComponentsPlot", "Curve", "ErrorChart", "HistogramChart",

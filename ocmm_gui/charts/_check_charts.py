@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from ocmm_core.acceptance import InterimChart, InterimWord
 from ocmm_core.calibration.records import Check, VerificationRecord
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import digit_font, ink, localised, said, said_word, text_font, tr
+from ocmm_gui.kit import digit_font, fitted, ink, localised, said, said_word, text_font, tr
 
 _SCALE_PX = 58.0
 
@@ -87,7 +87,7 @@ class ErrorChart(Plot):
     def _paint_groups(self, painter: QPainter, box: QRectF, pitch: float) -> None:
         painter.setFont(text_font(13))
         begin = 0
-        names = [group_of(one.name) for one in self._checks]
+        names = [group_of(said_word(one.name)) for one in self._checks]
         for index in range(1, len(names) + 1):
             if index < len(names) and names[index] == names[begin]:
                 continue
@@ -101,13 +101,17 @@ class ErrorChart(Plot):
             painter.setPen(QColor(self._theme.muted))
             if self._whole_names:
                 wrapped = Qt.AlignmentFlag.AlignHCenter | Qt.TextFlag.TextWordWrap
-                painter.drawText(place.adjusted(3.0, 0.0, -3.0, 0.0), wrapped, names[begin])
+                place.adjust(3.0, 0.0, -3.0, 0.0)
+                longest = max(names[begin].split(), key=len)
+                painter.setFont(fitted(text_font(10), longest, place.width(), 18.0, 13))
+                painter.drawText(place, wrapped, names[begin])
                 begin = index
                 continue
             # Ends of names are more specific than their starts: "space diagonal 2".
             text = names[begin]
-            while painter.fontMetrics().horizontalAdvance(text) > place.width() and text:
+            while (font := fitted(text_font(10), text, place.width(), 18.0, 13)).pixelSize() < 9:
                 text = text.partition(" ")[2]
+            painter.setFont(font)
             painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
             begin = index
 

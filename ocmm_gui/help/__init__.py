@@ -8,22 +8,13 @@ on one page). Hints and remedies come from `ocmm_core.coach`, bundle contents fr
 `ocmm_core.support`. It must not import operator, Maintain or wizards.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.help._coach_panel import CoachPanel
     from ocmm_gui.help._support_sheet import KeysSheet, SupportSheet
     from ocmm_gui.help._what_to_do import WhatToDoSheet, answers
 else:
-    __getattr__ = door(
-        __name__,
-        _coach_panel="CoachPanel",
-        _support_sheet="KeysSheet SupportSheet",
-        _what_to_do="WhatToDoSheet answers",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = ["CoachPanel", "KeysSheet", "SupportSheet", "WhatToDoSheet", "answers"]

@@ -11,11 +11,7 @@ It imports no numerical library itself: such work runs in a background thread.
 It must not import a running station.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.home._file_browser import FileBrowser
@@ -24,14 +20,7 @@ if TYPE_CHECKING:
     from ocmm_gui.home._start_page import StartPage
     from ocmm_gui.home._start_window import StartChoice, StartPurpose, StartWindow
 else:
-    __getattr__ = door(
-        __name__,
-        _file_browser="FileBrowser",
-        _find_action="FindAction",
-        _settings_page="SettingsPage",
-        _start_page="StartPage",
-        _start_window="StartChoice StartPurpose StartWindow",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "FileBrowser", "FindAction", "SettingsPage", "StartChoice", "StartPage", "StartPurpose",

@@ -113,7 +113,7 @@ class SettingRow(QObject):
         self.mark = PlainLabel()
         self.mark.setFont(text_font(20, bold=True))
         self.mark.setFixedWidth(18)
-        words = caption(_with_unit(label, spec.unit), editor)
+        words = caption(_with_unit(label, spec.quantity.unit), editor)
         words.setFont(text_font(16))
         self.told = sentence_label(tr("About {setting}").format(setting=label), 14)
         self.told.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)

@@ -241,7 +241,7 @@ SOUND_WORDS = {
     ),
     Sound.STARTED: SoundWords(
         later("Sweep begins"), later("one long"),
-        later("Poses are taken now. The page says so and counts them."),
+        later("Poses are captured now; the page counts them."),
     ),
 }  # fmt: skip
 """One entry per sound; a test compares it with `Sound`."""

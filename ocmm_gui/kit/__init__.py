@@ -11,11 +11,7 @@ questions). `_notify` shows errors, `_sound` plays sounds. The package `work` ru
 First package of the window: it must not import screens or the station.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.kit._actions import ACTIONS, FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, ActionInfo, Mode
@@ -170,46 +166,7 @@ if TYPE_CHECKING:
         wrapped_pixels,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _actions="ACTIONS FINISH_KEYS TAKE_KEYS UNDO_KEYS ActionInfo Mode",
-        _language="LANGUAGES chosen_language language_file language_in_use use_language",
-        _layouts="dressed fill hbox vbox",
-        _marks=(
-            "SCENE_LEAST SCENE_SIZE Mark PaintedWidget feature_mark ink mark_colour paint_mark "
-            "status_mark verdict_mark"
-        ),
-        _messages=(
-            "DASHES PAUSED active_feature approach_words basis_words characteristics_of "
-            "counted_line distance_words feature_title form_words has_failed header_words is_held "
-            "kind_value led_name limit_words millimetres mode_words named_quantity next_step "
-            "outlier_count outlier_words progress_word quantity reference_led_name "
-            "reference_words seen_cameras seen_targets shape_word slot_names step_text trouble "
-            "verdict_line"
-        ),
-        _narrow="FitText HintField NarrowButton NarrowItems fits is_longer",
-        _notify="PROCEDURE Banner ErrorHooks Level Notice NoticeCentre NoticeWindow",
-        _numbers=(
-            "INCH_MM NumberStyle day_words field_length is_ambiguous length_number "
-            "length_of_field length_words localised numbers_in_use plain_number read_number "
-            "split_unit style_of time_words to_mm typed_value unit_word use_numbers"
-        ),
-        _panels="AnswerPanel OwnKeysField PathPanel ReasonPanel dropped_file list_step",
-        _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
-        _sheet="ChoiceBox FormField LateParts Sheet caption form_field",
-        _shortcuts=(
-            "DEBOUNCE_S SHORT DebouncedCommand bind_actions conflict_of key_words large_button "
-            "make_actions make_button shortcuts_of show_mode usable_keys use_shortcuts"
-        ),
-        _sound="Approach Sound SoundPlayer verdict_sound",
-        _table_import="TableImport",
-        _texts="PlainLabel later literal said said_word tr tr_all with_unit",
-        _theme=(
-            "CAP_HEIGHT DEFAULT_THEME THEMES WRAPPED Theme ThemedWidget apply_theme digit_font "
-            "dress dress_application far_type fitted status_colour text_font use_role "
-            "verdict_colour wrapped_pixels"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ACTIONS", "CAP_HEIGHT", "DASHES", "DEBOUNCE_S", "DEFAULT_THEME", "FINISH_KEYS", "INCH_MM",

@@ -219,6 +219,14 @@ class Banner(QFrame):
         self._shown.insert(len(worse), notice)
         del self._shown[_MOST_WAITING:]
         self._show_first()
+        if notice.level is Level.ERROR:
+            # On a busy computer the rest of the window may take half a second to be painted.
+            for widget in (self, self.parentWidget()):
+                layout = None if widget is None else widget.layout()
+                if layout is not None:
+                    layout.invalidate()
+                    layout.activate()
+            self.repaint()
 
     def dismiss(self) -> bool:
         """Put away the shown notice and show the next; return whether one was shown."""

@@ -152,7 +152,8 @@ def wrapped_pixels(text: str, box: QRectF, limit: int, *, bold: bool = False) ->
     """Return the largest pixel size of a wrapped text, `limit` at most."""
     for pixels in range(limit, 9, -2):
         metrics = QFontMetricsF(text_font(pixels, bold=bold))
-        if box.contains(metrics.boundingRect(box, WRAPPED, text)):
+        # Painting may wrap a line that just fits.
+        if box.contains(metrics.boundingRect(box.adjusted(1, 0, -1, 0), WRAPPED, text)):
             return pixels
     return 9
 

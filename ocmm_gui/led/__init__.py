@@ -8,16 +8,12 @@ tour: two minutes, step by step).
 It must not depend on the motion of the hand or on its frames.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.led._hand_control import HandControl, LedProbe
     from ocmm_gui.led._hand_strip import TOUR
 else:
-    __getattr__ = door(__name__, _hand_control="HandControl LedProbe", _hand_strip="TOUR")
+    __getattr__ = door(__name__)
 
 __all__ = ["TOUR", "HandControl", "LedProbe"]

@@ -10,11 +10,7 @@ pictures of one page.
 It must not import the inspector's screens, results, plan editor or wizards.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.maintain._bus_page import BusPage
@@ -25,16 +21,7 @@ if TYPE_CHECKING:
     from ocmm_gui.maintain._probe_page import ProbePage
     from ocmm_gui.maintain._recall_sheet import RecallSheet
 else:
-    __getattr__ = door(
-        __name__,
-        _bus_page="BusPage",
-        _calibration_page="CalibrationPage",
-        _fits_page="FitsPage",
-        _maintain_view="ConfirmedActions MaintainView Page",
-        _probe_design_page="ProbeDesignPage plain_body",
-        _probe_page="ProbePage",
-        _recall_sheet="RecallSheet",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "BusPage", "CalibrationPage", "ConfirmedActions", "FitsPage", "MaintainView", "Page",

@@ -7,16 +7,12 @@ painted by Qt).
 It must not know the pages that it explains; they are named by their classes.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.manual._manual_sheet import ManualSheet
     from ocmm_gui.manual._reading import PLACES, place_of
 else:
-    __getattr__ = door(__name__, _manual_sheet="ManualSheet", _reading="PLACES place_of")
+    __getattr__ = door(__name__)
 
 __all__ = ["PLACES", "ManualSheet", "place_of"]

@@ -9,11 +9,7 @@ Start with `_far_view` (legible at three metres) and `_desk_view` (everything), 
 It must not import results, plan editor, Maintain or wizards.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.operator._desk_view import DeskView
@@ -23,15 +19,7 @@ if TYPE_CHECKING:
     from ocmm_gui.operator._readout import Feedback
     from ocmm_gui.operator._status_bands import SimulatedBand, TipLine, TrustBar, TrustPlace
 else:
-    __getattr__ = door(
-        __name__,
-        _desk_view="DeskView",
-        _far_view="FarView",
-        _job_sheet="JobSheet",
-        _point_choice="PointChoice",
-        _readout="Feedback",
-        _status_bands="SimulatedBand TipLine TrustBar TrustPlace",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "DeskView", "FarView", "Feedback", "JobSheet", "PointChoice", "SimulatedBand", "TipLine",

@@ -197,6 +197,8 @@ class FarView(CoachedView):
         summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
         self._feature.show_text(feature_title(feature))
         what = tr("Measured") if result is None else _first_large(said_word(result.kind))
+        if what == tr("Form"):  # the form of the fit is next to it
+            what = tr("Measured")
         warm = ", 20 °C" if job.at_20_c else ""
         self._captions["measured"].show_text(f"{what}{warm}", self._theme.muted)
         self._count.show_text(f"{len(feature.points)}/{feature.needed}")

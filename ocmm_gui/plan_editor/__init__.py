@@ -10,16 +10,12 @@ from models and tables: `_importing` reads, `_part_choice` selects.
 Rules of plans are in `inspection.plan`. It must not know the other sheets.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.plan_editor._field_labels import words_of
     from ocmm_gui.plan_editor._plan_sheet import PlanSheet
 else:
-    __getattr__ = door(__name__, _field_labels="words_of", _plan_sheet="PlanSheet")
+    __getattr__ = door(__name__)
 
 __all__ = ["PlanSheet", "words_of"]

@@ -9,11 +9,7 @@ writes in a side process.
 Numbers come from `export.report`, none is computed here. It must not know sheets or the station.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.reports._batch import BatchTask
@@ -29,14 +25,7 @@ if TYPE_CHECKING:
         template_page,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _batch="BatchTask",
-        _paper="drawing",
-        _preview="PagePreview",
-        _recall="pdf_bytes",
-        _side="CertificateTask FormatText PagePicture PreviewTask ReportTask template_page",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "BatchTask", "CertificateTask", "FormatText", "PagePicture", "PagePreview", "PreviewTask",

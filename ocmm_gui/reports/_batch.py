@@ -13,7 +13,7 @@ import msgspec
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.export import write_together
 from ocmm_core.export.template import Paper, PaperLengths, load_paper, template_in_use
 from ocmm_core.inspection.archive import Comparison, Trend, compare_files
@@ -82,13 +82,13 @@ def batch_pdf(found: Comparison, paper: Paper) -> bytes:
     canvas = lay_out(found, paper)
     speech = canvas.speech
     state = f"   {speech.word(SIMULATED)}" if found.simulated else ""
-    foot = f"{found.plan}: {speech.say(f'{len(found.jobs)} jobs')}{state}   OCMM {__version__}"
+    foot = f"{found.plan}: {speech.say(f'{len(found.jobs)} jobs')}{state}   OCMM {build_version()}"
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, foot),
         {"batch.json": _values(found)},
         title=speech.say(f"Statistics of a batch: {found.plan}"),
-        software=__version__,
+        software=build_version(),
         utc=max(
             (part.created_utc for trend in found.trends for part in trend.parts), default=_EPOCH
         ),

@@ -13,7 +13,7 @@ from pathlib import Path
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.documents import decode_json
 from ocmm_core.export.certificate import (
     Certificate,
@@ -114,13 +114,13 @@ def certificate_pdf(paper: Certificate, files: Mapping[str, bytes]) -> bytes:
     canvas = lay_out(paper)
     # A single copied page must not be mistaken either.
     states = (canvas.speech.say(state.partition(":")[0]) for state in paper.states)
-    foot = "   ".join((paper.number, *states, f"OCMM {__version__}"))
+    foot = "   ".join((paper.number, *states, f"OCMM {build_version()}"))
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, foot),
         files,
         title=f"{paper.title}: {paper.item}",
-        software=__version__,
+        software=build_version(),
         utc=paper.end_utc,
     )
 

@@ -10,11 +10,7 @@ Long computations run in side processes. It must not know operator, plan editor,
 wizards.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.results._alignment_sheet import AlignmentSheet
@@ -24,15 +20,7 @@ if TYPE_CHECKING:
     from ocmm_gui.results._report_writer import ReportWriter, WrittenReports
     from ocmm_gui.results._results_sheet import ResultsSheet
 else:
-    __getattr__ = door(
-        __name__,
-        _alignment_sheet="AlignmentSheet",
-        _compare_sheet="CompareSheet",
-        _job_source="JobSource",
-        _report_sheet="ReportSheet",
-        _report_writer="ReportWriter WrittenReports",
-        _results_sheet="ResultsSheet",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "AlignmentSheet", "CompareSheet", "JobSource", "ReportSheet", "ReportWriter", "ResultsSheet",

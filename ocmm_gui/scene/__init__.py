@@ -7,11 +7,7 @@ Start with `_scene` (items and projection); then `_scene_painter` (drawing by QP
 It must not import jobs: their display is in `views`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.scene._orbit_view import OrbitView
@@ -27,14 +23,7 @@ if TYPE_CHECKING:
     from ocmm_gui.scene._scene_layer import SceneCache, SceneLayer, StillScene, painted_still
     from ocmm_gui.scene._scene_painter import ScenePainter, paint_scene
 else:
-    __getattr__ = door(
-        __name__,
-        _orbit_view="OrbitView",
-        _part_scene="MOVING_TRIANGLES PartDrawing PartScene blended edge_colour part_colour",
-        _scene="Diamonds Dots Face Item Lines Orbit Tag",
-        _scene_layer="SceneCache SceneLayer StillScene painted_still",
-        _scene_painter="ScenePainter paint_scene",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "MOVING_TRIANGLES", "Diamonds", "Dots", "Face", "Item", "Lines", "Orbit", "OrbitView",

@@ -10,11 +10,7 @@ itself is the package `scene`.
 It must not import the station or the bridge: it receives its data.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.views import _shapes as shapes
@@ -34,19 +30,7 @@ if TYPE_CHECKING:
     from ocmm_gui.views._point_view import PointView
     from ocmm_gui.views._shapes import seen_from, upright
 else:
-    __getattr__ = door(
-        __name__,
-        _camera_view="CameraViews",
-        _contents="job_items",
-        _deviations=(
-            "SCALE_PX deviation_colour deviation_items deviation_part deviations_of paint_scale "
-            "scale_words"
-        ),
-        _part_picture="PartPicture StepPicture read_picture",
-        _placed="PartPlacement",
-        _point_view="PointView",
-        _shapes="seen_from shapes upright",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "SCALE_PX", "CameraViews", "PartPicture", "PartPlacement", "PointView", "StepPicture",

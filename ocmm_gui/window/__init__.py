@@ -9,15 +9,11 @@ keys).
 It joins packages that do not know each other. Only `ocmm_gui.app` imports it.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.window._main_window import REOPEN, START, MainWindow
 else:
-    __getattr__ = door(__name__, _main_window="REOPEN START MainWindow")
+    __getattr__ = door(__name__)
 
 __all__ = ["REOPEN", "START", "MainWindow"]

@@ -9,11 +9,7 @@ building blocks of pages, `pages` the pages. Steps, gates and numbers are in
 `ocmm_core.calibration`. It must not import the inspector's screens.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.wizards._driver import WizardDriver
@@ -32,17 +28,7 @@ if TYPE_CHECKING:
     )
     from ocmm_gui.wizards._wizard import Wizard
 else:
-    __getattr__ = door(
-        __name__,
-        _driver="WizardDriver",
-        _registry="WIZARDS",
-        _runner="GuidedStack Runner",
-        _site=(
-            "SESSIONS DirectCalculation PracticeRoom ProbeWizardSite Subject WizardSite "
-            "practice_site site_of temperature"
-        ),
-        _wizard="Wizard",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "SESSIONS", "WIZARDS", "DirectCalculation", "GuidedStack", "PracticeRoom", "ProbeWizardSite",

@@ -232,9 +232,8 @@ class Runner(QWidget):
         for key, action in self.actions_by_key.items():
             mine = key in page.keys or key == "leave" or (key == "cancel" and calculating)
             action.setEnabled(mine and allowed.get(key, True))
-        complete = bool(base.step.wanted) and base.step.gate.open
         for key in ("take", "next"):
-            use_role(self.buttons[key], "primary" if complete is (key == "next") else "tool")
+            use_role(self.buttons[key], "primary" if seen.complete is (key == "next") else "tool")
         self.buttons["cancel"].setVisible(calculating)
         self.buttons["calculate"].setVisible("calculate" in page.keys and not calculating)
         self.buttons["automatic"].setText(

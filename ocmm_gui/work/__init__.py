@@ -7,20 +7,12 @@ that cancels, a sheet with work).
 It must not know the computations.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.work._side_process import SideProcess, Tell, Teller, Work
     from ocmm_gui.work._worker import Failed, Worker, WorkLine, WorkSheet
 else:
-    __getattr__ = door(
-        __name__,
-        _side_process="SideProcess Tell Teller Work",
-        _worker="Failed WorkLine WorkSheet Worker",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = ["Failed", "SideProcess", "Tell", "Teller", "Work", "WorkLine", "WorkSheet", "Worker"]

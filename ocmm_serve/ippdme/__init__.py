@@ -8,11 +8,7 @@ pure. `_machine` is a measuring station, `_server` the sockets, `_command` is `o
 Numbers come from the core; a point that it refuses is never answered.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_serve.ippdme._command import serve_app
@@ -24,17 +20,7 @@ if TYPE_CHECKING:
     from ocmm_serve.ippdme._session import DmeSession, supported
     from ocmm_serve.ippdme._state import DmeState
 else:
-    __getattr__ = door(
-        __name__,
-        _command="serve_app",
-        _dialect="DmeDialect",
-        _frames="CsyFrames ShiftSign",
-        _machine="StationMachine",
-        _registry="CommandSpec",
-        _server="DmeServer",
-        _session="DmeSession supported",
-        _state="DmeState",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CommandSpec", "CsyFrames", "DmeDialect", "DmeServer", "DmeSession", "DmeState", "ShiftSign",

@@ -6,53 +6,25 @@ import signal
 import sys
 import threading
 from pathlib import Path
-from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from ocmm_cli.terminal import (
-    BusProcessorOption,
-    CalibrationsOption,
-    CheckAfterOption,
-    ForceOption,
-    OutOption,
-    ProbeOption,
-    ProbesOption,
-    ReferenceOption,
-    RigOption,
-    SeedOption,
-    SourceOption,
-    SpeedOption,
-    TipOption,
-    UncalibratedOption,
-    lead,
-    make_console,
-    say,
-    shown,
-)
-from ocmm_core.composition import (
-    DEFAULT_SEED,
-    DEFAULT_SOURCE,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-    StationRequest,
-    build_station,
-)
+from ocmm_cli.terminal import lead, make_console, say, shown
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.station.stream import StreamOptions
 from ocmm_serve.ippdme._dialect import DmeDialect
 from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
 from ocmm_serve.ippdme._machine import StationMachine
-from ocmm_serve.ippdme._server import PORT, DmeServer
+from ocmm_serve.ippdme._server import DmeServer
 from ocmm_serve.ippdme._session import OPERATOR, DmeSession
 from ocmm_serve.ippdme._state import DmeState
 
 serve_app = typer.Typer(
     no_args_is_help=True, help="Serve points to measuring programs of other makers."
 )
-_OUT = Path("ocmm-out")
 _LOOK_S = 0.2
 
 
@@ -64,60 +36,32 @@ def _group() -> None:
 @serve_app.command("ippdme")
 def serve_ippdme(
     *,
-    host: Annotated[
-        str, typer.Option("--host", help="Address to listen on; others than local need --allow.")
-    ] = "127.0.0.1",
-    port: Annotated[int, typer.Option("--port", help="TCP port; 0: any free port.")] = PORT,
-    allow: Annotated[
-        list[str] | None,
-        typer.Option("--allow", help="Address or network of a client; can be repeated."),
-    ] = None,
-    dialect: Annotated[
-        DmeDialect, typer.Option("--dialect", help="Edition that the measuring program speaks.")
-    ] = DmeDialect.V14,
-    shift_sign: Annotated[
-        ShiftSign,
-        typer.Option(
-            "--shift-sign",
-            help="Meaning of X0, Y0, Z0 in SetCsyTransformation: origin of the part in the "
-            "machine, or offset added after the rotation.",
-        ),
-    ] = ShiftSign.ORIGIN,
-    any_place: Annotated[
-        bool,
-        typer.Option(
-            "--any-place",
-            help="Accept touches away from the nominal, such as before the part is aligned.",
-        ),
-    ] = False,
-    patience: Annotated[
-        float, typer.Option("--patience", help="Longest wait for a touch, s.")
-    ] = 600.0,
-    tries: Annotated[
-        int, typer.Option("--tries", help="Refused touches before the program gets an error.")
-    ] = 3,
-    certificate: Annotated[
-        Path | None, typer.Option("--cert", help="Certificate (PEM): the server speaks TLS.")
-    ] = None,
-    private_key: Annotated[
-        Path | None, typer.Option("--key", help="Private key of the certificate (PEM).")
-    ] = None,
-    out: OutOption = _OUT,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    reference: ReferenceOption = None,
-    seed: SeedOption = DEFAULT_SEED,
-    speed: SpeedOption = 0.0,
-    operator: Annotated[str, typer.Option("--operator", help="Operator name.")] = "unnamed",
-    serial: Annotated[str, typer.Option("--serial", help="Serial number of the part.")] = "-",
-    calibrations: CalibrationsOption = None,
-    uncalibrated: UncalibratedOption = False,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    check_after: CheckAfterOption = 8.0,
-    force: ForceOption = False,
-    bus_processor: BusProcessorOption = None,
+    host: str,
+    port: int,
+    allow: list[str] | None,
+    dialect: DmeDialect,
+    shift_sign: ShiftSign,
+    any_place: bool,
+    patience: float,
+    tries: int,
+    certificate: Path | None,
+    private_key: Path | None,
+    out: Path,
+    source: str,
+    rig: Path,
+    probe: Path,
+    reference: Path | None,
+    seed: int,
+    speed: float,
+    operator: str,
+    serial: str,
+    calibrations: Path | None,
+    uncalibrated: bool,
+    probes: Path | None,
+    tip: str | None,
+    check_after: float,
+    force: bool,
+    bus_processor: int | None,
 ) -> None:
     """Let a measuring program measure with this machine, by I++ DME (VDMA 8722).
 

@@ -6,15 +6,11 @@ See `_watch` (a separate thread; archive and outbox of the settings). It must no
 measuring does not depend on a server.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.archiving._watch import ArchiveWatch, archive_place, is_off
 else:
-    __getattr__ = door(__name__, _watch="ArchiveWatch archive_place is_off")
+    __getattr__ = door(__name__)
 
 __all__ = ["ArchiveWatch", "archive_place", "is_off"]

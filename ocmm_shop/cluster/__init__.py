@@ -7,16 +7,12 @@ Read `_over_dask` (a scheduler and its workers), `_open_tasks` (open tasks; repl
 server), `_sentences`. It must not know what is computed.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.cluster._over_dask import DASK
     from ocmm_shop.cluster._worker import versions
 else:
-    __getattr__ = door(__name__, _over_dask="DASK", _worker="versions")
+    __getattr__ = door(__name__)
 
 __all__ = ["DASK", "versions"]

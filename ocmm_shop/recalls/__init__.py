@@ -7,11 +7,7 @@ See `_over_archive` (affected jobs and their outcome, the marks).
 It must not know a running station: stations learn by the marks (`archive.learn_marks`).
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.recalls._over_archive import (
@@ -22,8 +18,6 @@ if TYPE_CHECKING:
         recall_archive,
     )
 else:
-    __getattr__ = door(
-        __name__, _over_archive="ArchiveFinding ShopPlaces decide_archived marks_of recall_archive"
-    )
+    __getattr__ = door(__name__)
 
 __all__ = ["ArchiveFinding", "ShopPlaces", "decide_archived", "marks_of", "recall_archive"]

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.calibration.records import seal
 from ocmm_core.cluster import HERE, Site
 from ocmm_core.errors import InputError, OcmmError
@@ -165,7 +165,7 @@ def recall_archive(
         schema=SCHEMA,
         made_utc=now.isoformat(timespec="microseconds"),
         made_by="",
-        software=__version__,
+        software=build_version(),
         folders=(where, *(str(one) for one in places.calibrations)),
         looked_at=len(rows),
         jobs=tuple(sorted((*jobs, *lost), key=lambda job: (job.created_utc, job.path))),

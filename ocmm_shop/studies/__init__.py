@@ -9,11 +9,7 @@ blind order) and `_from_jobs` (one study per characteristic of a plan, bias over
 It must not know how a value was measured.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.studies._from_jobs import (
@@ -59,26 +55,7 @@ if TYPE_CHECKING:
         type1_study,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _from_jobs=(
-            "CharacteristicStudy LinearityReport StudyReport linearity_of open_runs study_jobs "
-            "study_of"
-        ),
-        _gauge_rr="AIAG_LEVEL GaugeStudy SourceRow gauge_study",
-        _part_study=(
-            "AUDITED PartStudy load_part_study load_task make_part_study part_procedure "
-            "save_part_study uncertainty_for"
-        ),
-        _plan=(
-            "STUDY_SCHEMA StudyPlan StudyRun load_study plan_study plan_text require_balanced "
-            "store_plan"
-        ),
-        _single=(
-            "LinearityStudy StatedScatter Suitability Type1Study compare_stated linearity_study "
-            "process_uncertainty suitability system_uncertainty type1_study"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "AIAG_LEVEL",

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core import __version__
 from ocmm_core.acceptance import (
     PartTask,
     PartTest,
@@ -25,6 +24,7 @@ from ocmm_core.acceptance import (
     load_procedure,
     part_uncertainty,
 )
+from ocmm_core.build import build_version
 from ocmm_core.calibration.records import SignedRecord, load_signed, save
 from ocmm_core.documents import Document, load_document
 from ocmm_core.errors import InputError
@@ -181,7 +181,7 @@ def make_part_study(
         temperature_c=temperature_c, temperatures=(low, high), u_workpiece=u_workpiece,
         u_expansion=u_expansion, expanded_model=expanded_model, expanded=found.expanded,
         expanded_uncorrected=found.expanded_uncorrected, bias=found.bias,
-        made_utc=now.isoformat(), made_by=made_by, software=__version__, simulated=simulated,
+        made_utc=now.isoformat(), made_by=made_by, software=build_version(), simulated=simulated,
     )  # fmt: skip
 
 

@@ -9,11 +9,7 @@ Start with `_virtual_bus` (whole wire without root), `_wire` and
 It must not import tracking, jobs or screens.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.bus import _named_rig as named_rig
@@ -41,20 +37,7 @@ if TYPE_CHECKING:
     from ocmm_sim.bus._virtual_bus import VirtualBus, errand_virtual, maintain_virtual, scan_virtual
     from ocmm_sim.bus._wire import Wire
 else:
-    __getattr__ = door(
-        __name__,
-        _camera_process="READY SegmentConfig",
-        _chain="Chain FaultCommands Unit",
-        _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
-        _faults=(
-            "COPIED CORRUPT_WITH_SUM CameraDeed DeedAnswer EXCHANGED FaultKind Faults FrameKind "
-            "LineDirection LineLog LineOrder LineRule SHARED Trick"
-        ),
-        _named_rig="RigStatus named_rig rig_down rig_status rig_up",
-        _proxy="LineTricks ProxyConfig kind_of",
-        _virtual_bus="VirtualBus errand_virtual maintain_virtual scan_virtual",
-        _wire="Wire",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CAMERAS", "COPIED", "CORRUPT_WITH_SUM", "EXCHANGED", "FAR", "HOST", "NEAR", "READY", "SHARED",

@@ -9,11 +9,7 @@ averaged spots without frames, for many runs), `_calibrating` (camera views, fra
 It imports the procedures that it serves; they do not import it.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.calibration_scenes._calibrating import (
@@ -51,18 +47,7 @@ if TYPE_CHECKING:
         TouchWithTip,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _calibrating="CalibratingScript CalibratingSource CalibrationScenesRig",
-        _made_records=(
-            "RECORDS_MADE made_camera_record made_probe_record made_tip_record made_verification"
-        ),
-        _motions="Holds SEATS VirtualRests WAY_S places_of_bar stand_of",
-        _scenes=(
-            "FrameMove FreeMotionScene Scene ScriptedJump SeatFault ShowBar SweepProbe "
-            "TargetScene TipFault TouchSeats TouchSphere TouchWithTip"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "RECORDS_MADE", "SEATS", "WAY_S", "CalibratingScript", "CalibratingSource",

@@ -7,15 +7,11 @@ See `_described_camera` (EEPROM, object dictionary, camera).
 It must not import the host's decoder.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.described_slave._described_camera import DescribedCamera
 else:
-    __getattr__ = door(__name__, _described_camera="DescribedCamera")
+    __getattr__ = door(__name__)
 
 __all__ = ["DescribedCamera"]

@@ -6,11 +6,7 @@ See `_banks`.
 It must not import other parts of the camera.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.firmware._banks import (
@@ -22,8 +18,6 @@ if TYPE_CHECKING:
         maker_key,
     )
 else:
-    __getattr__ = door(
-        __name__, _banks="FACTORY FirmwareBanks FoeServer MAKER PowerLossError maker_key"
-    )
+    __getattr__ = door(__name__)
 
 __all__ = ["FACTORY", "MAKER", "FirmwareBanks", "FoeServer", "PowerLossError", "maker_key"]

@@ -9,18 +9,12 @@ shape).
 It must not import user interfaces or frame consumers.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.hand._hand_at_rig import HandAtRig, LedView
     from ocmm_sim.hand._led_hand import HandTarget, HandView, MouseHand
 else:
-    __getattr__ = door(
-        __name__, _hand_at_rig="HandAtRig LedView", _led_hand="HandView MouseHand HandTarget"
-    )
+    __getattr__ = door(__name__)
 
 __all__ = ["HandAtRig", "HandTarget", "HandView", "LedView", "MouseHand"]

@@ -7,15 +7,11 @@ See `_practice` for the folders, the frames and one entry per procedure.
 It must not import a window or command.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.practice._practice import PRACTICE_TIP, Practice, practice_folder
 else:
-    __getattr__ = door(__name__, _practice="PRACTICE_TIP Practice practice_folder")
+    __getattr__ = door(__name__)
 
 __all__ = ["PRACTICE_TIP", "Practice", "practice_folder"]

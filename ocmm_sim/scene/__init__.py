@@ -9,11 +9,7 @@ Start with `_world` (truth) and `_rig` (virtual rig); then `_operator` with `_ha
 simulation of the thesis. Truth and documents are separate: the product receives the documents only.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.scene import _exposure as exposure
@@ -56,26 +52,7 @@ if TYPE_CHECKING:
         white_noise,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _artefacts="Part PartDocument PartPose TouchedEntry TrueFeature TrueTouch load_part",
-        _exposure="exposure",
-        _hand="attitude_at rotation_vector steady_hand",
-        _kernels="BUTTON_DOWN_S kernels",
-        _operator="Missing Motion REST_S",
-        _pixel_frames="PixelFrames PixelScript",
-        _probe_study="ProbeStudy StudyResult draw_targets run_study",
-        _rig="CameraFrames VirtualRig",
-        _sensor="Sensor SensorOptions normal_table",
-        _source="LedHand MOST_ROUNDS RigScript SimulatedSource decode_script",
-        _spot_pattern="SpotPattern draw_pattern",
-        _surfaces="surfaces",
-        _touches="sample",
-        _world=(
-            "ScriptedBump ScriptedNudge ScriptedOcclusion World WorldOptions bumped draw_world "
-            "nudged white_noise"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "BUTTON_DOWN_S", "MOST_ROUNDS", "REST_S", "CameraFrames", "LedHand", "Missing", "Motion",

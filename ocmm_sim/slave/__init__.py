@@ -9,11 +9,7 @@ Start with `_software_camera` (the whole); then `_esc` with `_registers` (contro
 It must not import optics or the scene: a provider supplies the frames.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.slave import _registers as registers
@@ -52,25 +48,7 @@ if TYPE_CHECKING:
     from ocmm_sim.slave._software_camera import SoftwareCamera
     from ocmm_sim.slave._store import CameraStore
 else:
-    __getattr__ = door(
-        __name__,
-        _coe="CoeServer",
-        _esc="Esc",
-        _frame_buffer="CHUNK_FRAMES FIFO_FRAMES FrameBuffer OVERRUN_FLAG",
-        _pattern=(
-            "CLOCK_MODULUS_US CameraFrames ClockPattern Frames SENSOR_PX SimpleSensor "
-            "TestPattern read_clock"
-        ),
-        _registers=(
-            "AL_STATUS AL_SYNC INIT OP PREOP SAFEOP STATION_ADDRESS STATION_ALIAS SYSTEM_TIME "
-            "SlaveClock TIME_DIFFERENCE difference_register registers time_difference"
-        ),
-        _sdo_values="Abort AbortError",
-        _segment="DatagramCommand ETHERTYPE Segment",
-        _sii="checksum_of_configuration sii sii_image",
-        _software_camera="SoftwareCamera",
-        _store="CameraStore",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "AL_STATUS", "AL_SYNC", "CHUNK_FRAMES", "CLOCK_MODULUS_US", "ETHERTYPE", "FIFO_FRAMES", "INIT",

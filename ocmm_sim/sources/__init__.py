@@ -8,11 +8,7 @@ touches again what a station refused; `_model_part` makes a part of a plan with 
 It must not import screens or commands.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.sources._calibrate_scenes import (
@@ -30,18 +26,7 @@ if TYPE_CHECKING:
     from ocmm_sim.sources._specs import PIXELS, SIMULATED, WIRE
     from ocmm_sim.sources._truth import true_values
 else:
-    __getattr__ = door(
-        __name__,
-        _calibrate_scenes=(
-            "VirtualSite acceptance_feed relocation_by_step scene_of_tip "
-            "scenes_of_known_points scenes_of_relocation scenes_of_verification "
-            "verification_by_step"
-        ),
-        _feed_makers="script_of segment_of",
-        _model_part="part_as_planned part_text",
-        _specs="PIXELS SIMULATED WIRE",
-        _truth="true_values",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "PIXELS", "SIMULATED", "WIRE", "VirtualSite", "acceptance_feed", "part_as_planned", "part_text",

@@ -292,10 +292,6 @@
         <translation>Annahmeprüfung</translation>
     </message>
     <message>
-        <source>Is the instrument as good as it says: a standard test with its verdict.</source>
-        <translation>Hält das Messgerät, was es verspricht: genormte Prüfung mit Urteil.</translation>
-    </message>
-    <message>
         <source>Verdict stored. P writes the certificate.</source>
         <translation>Urteil gespeichert. P schreibt das Zertifikat.</translation>
     </message>
@@ -314,6 +310,10 @@
     <message>
         <source>Nothing was changed.</source>
         <translation>Nichts wurde geändert.</translation>
+    </message>
+    <message>
+        <source>A standard test of the instrument against its limits, with a verdict.</source>
+        <translation>Eine genormte Prüfung des Geräts gegen seine Grenzen, mit Urteil.</translation>
     </message>
     <message>
         <source>Preparing the test</source>
@@ -1647,6 +1647,10 @@ Startet: {source}</translation>
     <message>
         <source>What was not used</source>
         <translation>Was nicht genutzt wurde</translation>
+    </message>
+    <message>
+        <source>Files of the settings</source>
+        <translation>Dateien der Einstellungen</translation>
     </message>
     <message>
         <source>Test of sounds</source>
@@ -4400,8 +4404,8 @@ Startet: {source}</translation>
     <message numerus="yes">
         <source>%n more</source>
         <translation>
-            <numerusform>%n weiteres</numerusform>
-            <numerusform>%n weitere</numerusform>
+            <numerusform>noch %n</numerusform>
+            <numerusform>noch %n</numerusform>
         </translation>
     </message>
     <message>
@@ -8105,7 +8109,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>U (k = 2), K, or its id in the register</source>
-        <translation>U (k = 2), K, oder id im Verzeichnis</translation>
+        <translation>U (k = 2), K, oder Kennung im Verzeichnis</translation>
     </message>
     <message>
         <source>{ended} Press Esc to leave.</source>
@@ -9093,7 +9097,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Free disk space or connect the disk again. Points that are shown as taken are safe. Open the job again from the Start page.</source>
-        <translation>Speicherplatz schaffen oder den Datenträger wieder anschließen. Punkte, die als genommen gezeigt werden, sind sicher. Den Auftrag von der Startseite neu öffnen.</translation>
+        <translation>Speicherplatz schaffen oder den Datenträger wieder anschließen. Punkte, die als aufgenommen gezeigt werden, sind sicher. Den Auftrag von der Startseite neu öffnen.</translation>
     </message>
     <message>
         <source>FAILED: a part of the program stopped</source>
@@ -9101,7 +9105,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>All points taken are saved. Open the job again: Start page, Continue. If it fails again, write a support bundle.</source>
-        <translation>Alle genommenen Punkte sind gespeichert. Den Auftrag neu öffnen: Startseite, Fortsetzen. Fällt es wieder aus, ein Supportpaket schreiben.</translation>
+        <translation>Alle aufgenommenen Punkte sind gespeichert. Den Auftrag neu öffnen: Startseite, Fortsetzen. Fällt es wieder aus, ein Supportpaket schreiben.</translation>
     </message>
     <message>
         <source>Results: NOT PROVEN</source>
@@ -9293,7 +9297,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Point taken</source>
-        <translation>Punkt genommen</translation>
+        <translation>Punkt aufgenommen</translation>
     </message>
     <message>
         <source>two short, high, rising</source>
@@ -9313,7 +9317,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>No point was taken. The readout flashes red, the reason stands below it.</source>
-        <translation>Kein Punkt genommen. Die Anzeige blinkt rot, der Grund steht darunter.</translation>
+        <translation>Kein Punkt aufgenommen. Die Anzeige blinkt rot, der Grund steht darunter.</translation>
     </message>
     <message>
         <source>Wrong face</source>
@@ -9384,8 +9388,8 @@ Startet: {source}</translation>
         <translation>ein langer</translation>
     </message>
     <message>
-        <source>Poses are taken now. The page says so and counts them.</source>
-        <translation>Lagen werden jetzt genommen. Die Seite sagt es und zählt sie.</translation>
+        <source>Poses are captured now; the page counts them.</source>
+        <translation>Lagen werden jetzt aufgenommen; die Seite zählt sie.</translation>
     </message>
     <message>
         <source>Approach</source>

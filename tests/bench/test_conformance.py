@@ -54,7 +54,7 @@ def test_the_good_camera_is_green(good: ConformanceReport) -> None:
 
 @pytest.mark.parametrize("code", CODES)
 def test_the_good_camera_passes_each_rule_on_its_own(code: str) -> None:
-    # Otherwise a bug could be found by what the rule before left behind.
+    # Otherwise state left by the previous rule could reveal the bug.
     rules = tuple(rule for rule in RULES if rule.code == code)
     report = conform(software_line(good_unit()), firmware=new_firmware(), rules=rules)
     assert report.outcome is CameraOutcome.GREEN, report.results[0].complaints
@@ -99,7 +99,7 @@ def test_the_report_is_text_json_and_a_page(good: ConformanceReport) -> None:
         assert sum(sheet.counts) == sheet.count
         assert sheet.name in text
         assert sheet.name in page
-    # It must stand alone, in a mail or an archive.
+    # The report must be complete in a mail or an archive.
     assert "http" not in page
 
 

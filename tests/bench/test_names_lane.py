@@ -16,7 +16,7 @@ def test_no_loss_of_a_name_loses_a_point(tmp_path: Path) -> None:
     acknowledged = 0
     for number in range(runs):
         trial = lose_name(tmp_path / str(number), 1, number, kinds[3 * number % len(kinds)])
-        # How fast it was told is no matter of a test beside others: the campaign judges it.
+        # The delay of the message is judged by the campaign, not by a test under load.
         found = {finding: n for finding, n in trial.found.items() if finding != "told after 1 s"}
         assert not found, trial.note
         acknowledged += trial.acknowledged

@@ -1,4 +1,4 @@
-"""The reliability campaign: a little of each lane, what it would find, and how it goes on."""
+"""The reliability campaign: a sample of each lane, faults that it must find, and resumption."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ def test_two_writers_store_every_point_and_event_once() -> None:
 def test_an_event_that_another_program_writes_over_would_be_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    # No lock, and nobody looks whether the file has grown meanwhile.
+    # Without a lock, and without a check whether the file has grown meanwhile.
     monkeypatch.setattr("ocmm_core.calibration.records._chain_seal._lock", lambda *_, **__: None)
     monkeypatch.setattr("ocmm_core.chain_file.HOST.lock", lambda *_, **__: None)
     (trial,) = writers(1, 2, frozenset({0}))
@@ -231,7 +231,7 @@ def test_what_grows_would_be_found() -> None:
         grown = SoakSamples(list(times), list(values), [])
         assert abs(grown.growth()[0] - slope) < 0.2
         assert grown.found() == {"memory above 1 MiB/h": many}
-    # What comes before the warm-up is over is nothing.
+    # Frames before the end of the warm-up do not count.
     assert SoakSamples([0.0, 300.0], [100.0, 300.0], []).found() == {"memory above 1 MiB/h": 0}
 
 
@@ -322,7 +322,7 @@ def test_the_table_has_a_bound_beside_each_zero(capsys: pytest.CaptureFixture[st
 
 
 def command(name: str, runs: int, state: Path) -> subprocess.CompletedProcess[str]:
-    """Run a lane as a user does, in a program of its own."""
+    """Run a lane as a user does, in a separate program."""
     return subprocess.run(
         [
             sys.executable, "-m", "ocmm_cli", "selftest", "reliability", "--lane", name,

@@ -12,7 +12,7 @@ from tests.core.part_model.model_faces import FREE_FORMS, whole_face
 
 
 def under(spline: SplineSurface, low: tuple[float, float, float], size: tuple[float, ...]) -> Any:
-    """Return a box whose top is a free form: what of the box lies below it."""
+    """Return a box with a free-form top, limited to the part of the box below it."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakePrism
     from OCP.gp import gp_Pnt, gp_Vec

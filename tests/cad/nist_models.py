@@ -1,6 +1,6 @@
-"""Public models that nobody here made, each read once in a process of the tests.
+"""Public models from other authors, each read once per test process.
 
-Reading one takes seconds, and five files of tests look at the same five models.
+Reading one takes seconds, and five test files use the same five models.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Models as nobody should make them, made with the library of the extra ``step``."""
+"""Malformed models, made with the library of the extra ``step``."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ HOSTILE_NAMES = (
     "\u202eright to left",
     "../../etc/passwd\x00; $(ls)",
 )
-"""What a modeller may be called by; the last but one turns what follows round."""
+"""Names of a modeller; the last but one reverses the direction of the following text."""
 
 
 def bored() -> Any:
-    """Return a block of 100 by 60 by 20 with a bore of 12 that stands to one side."""
+    """Return a block of 100 by 60 by 20 with an eccentric bore of 12."""
     return without(block(), rod((20, 20, -1), Z, 6, 30))
 
 
 def together(*shapes: Any) -> Any:
-    """Return shapes as one, without a body of their own."""
+    """Return shapes as one compound without a body."""
     from OCP.BRep import BRep_Builder
     from OCP.TopoDS import TopoDS_Compound
 
@@ -128,7 +128,7 @@ def in_metres(path: Path) -> Path:
 
 
 def put_by_operator(path: Path, shape: Any, scale: str, axis3: str, x: float = 0.0) -> Path:
-    """Write a model whose body is put where it is by an operator that can scale and mirror."""
+    """Write a model whose body is placed by an operator that can scale and mirror."""
     text = written(path, shape).read_text(encoding="ascii")
     old = re.search(
         r"#(\d+) = ADVANCED_BREP_SHAPE_REPRESENTATION\('',\(#(\d+),#(\d+)\),#(\d+)\);", text
@@ -151,14 +151,14 @@ def put_by_operator(path: Path, shape: Any, scale: str, axis3: str, x: float = 0
 
 
 def assembled(path: Path, count: int, links: Sequence[tuple[int, int]]) -> Path:
-    """Write a bored block, product 0, and more products that hold each other.
+    """Write a bored block, product 0, and further products that contain each other.
 
     Parameters
     ----------
     count
-        How many products there are beside the block.
+        Number of products in addition to the block.
     links
-        Which product is in which, by their numbers.
+        Pairs of product numbers: container and content.
     """
     text = written(path, bored()).read_text(encoding="ascii")
 

@@ -65,9 +65,9 @@ GEOMETRIC_TOLERANCE_WITH_MODIFIERS((.MAXIMUM_MATERIAL_REQUIREMENT.))POSITION_TOL
 
 
 def text_of(*parts: str, **changes: str) -> str:
-    """Return a file of some parts; a change ``_36="..."`` writes entity #36 anew, or leaves it out.
+    """Return a file with some parts; a change ``_36="..."`` replaces entity #36 or omits it.
 
-    Others may be added the same way.
+    Further entities are added in the same way.
     """
     lines = "".join(parts).replace(");\n", ");\x00").split("\x00")
     entities = {line.strip().partition("=")[0]: line.strip() for line in lines if line.strip()}
@@ -83,11 +83,11 @@ WHOLE = (UNITS, FACES, SIZE, ZONE)
 
 
 def labels_of(pmi: Pmi) -> tuple[int, int, int]:
-    """Return how many dimensions, tolerances and datums the library's reader has labels for.
+    """Return the numbers of dimensions, tolerances and datums labelled by the library's reader.
 
-    It has one more dimension for each note and each label whose leader ends at an aspect of its
-    own, no tolerance without a shape, and one datum for each reference of a tolerance, of a datum
-    with targets each of them.
+    The library counts one extra dimension for each note and for each label whose leader ends at a
+    separate aspect, omits tolerances without a shape, and counts one datum for each reference of a
+    tolerance and one for each reference of a datum with targets.
     """
     more = sum(one.own_aspect or not one.shows for one in pmi.annotations)
     shown = [one for one in pmi.tolerances if one.faces or one.odd]

@@ -1,4 +1,4 @@
-"""Models made with the library of the extra ``step``, and how far points are from one."""
+"""Models made with the library of the extra ``step``, and distances of points from them."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def bent_pocket() -> Any:
 
 
 def _spline_curve(places: Sequence[Sequence[float]]) -> Any:
-    """Return a curve of degree 3 (or as many as the places allow) by its poles."""
+    """Return a curve of degree 3 (lower for fewer poles) by its poles."""
     import OCP.collections as held
     from OCP.Geom import Geom_BSplineCurve
     from OCP.gp import gp_Pnt
@@ -334,9 +334,10 @@ def written(path: Path, shape: Any, unit: str = "MM") -> Path:
 
 
 def off_mm(path: Path, points: Sequence[tuple[float, float, float]]) -> Float:
-    """Return how far points are from the faces of the solids, by the library's own search.
+    """Return the distances of points from the faces of the solids, by the library's search.
 
-    A solid itself would say 0 for every point inside the material. Without solids all faces count.
+    The distance from a solid is 0 for every point inside the material. Without solids all faces
+    count.
     """
     import OCP.TopAbs as TopAbs
     from OCP.BRep import BRep_Builder

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 KINDS = {"PLANE": "Plane", "CYLINDRICAL_SURFACE": "Cylinder", "CONICAL_SURFACE": "Cone"}
 _SAME = 1e-6
-"""Of a length in the unit of the file, and of a direction: writers round to ten digits."""
+"""Relative tolerance of a length in the file's unit, and of a direction: writers round to ten
+digits."""
 
 Surface = tuple[str, frozenset[int]]
 """Kind, and its faces by their places in the closed shells, from 1."""

@@ -1,7 +1,7 @@
-"""Of a large model what is chosen is asked: a target that no stylus reaches is in no plan.
+"""Reach is checked for the chosen faces of a large model: unreachable targets enter no plan.
 
-All of it needs the extra ``step``. Models are small and say what a large one does: nothing but the
-ball was asked.
+Needs the extra ``step``. The models are small but declared as large: only the ball was checked when
+they were read.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def _setting() -> Setting:
 
 
 def _unasked(path: Path) -> StepModel:
-    """Return a model as a large one is read: the ball alone was asked."""
+    """Return a model as a large one is read: checked for the ball alone."""
     model = read_model(path, 2.0 * _setting().ball_radius, with_part=True)
     return replace(model, unasked=_setting())
 
@@ -117,7 +117,7 @@ def test_what_cannot_be_asked_is_named(tmp_path: Path) -> None:
         assert all(name in said for name in found.unasked)
     with pytest.raises(InputError, match="import cancelled"):
         ask_for_chosen(model, taken, given_up=lambda: True)
-    # What was asked when it was read is not asked again.
+    # Results of the check while reading are reused.
     known = ask_for_chosen(replace(model, unasked=None), taken)
     assert (known.taken, known.sentences()) == (taken, ())
 

@@ -199,7 +199,7 @@ def test_general_tolerances_stand_for_what_has_none_and_only_if_asked() -> None:
 @pytest.mark.parametrize(
     ("letter", "sizes"),
     [
-        # ISO 2768-1:1989, table 1, on both sides of every step; None where it gives nothing.
+        # ISO 2768-1:1989, table 1, on both sides of every step; None outside the table.
         ("f", {0.4: None, 0.5: 0.05, 3: 0.05, 6: 0.05, 6.1: 0.1, 30: 0.1, 30.1: 0.15, 120: 0.15,
                400: 0.2, 1000: 0.3, 2000: 0.5, 2001: None}),
         ("m", {0.4: None, 3: 0.1, 6: 0.1, 6.1: 0.2, 30: 0.2, 120: 0.3, 400: 0.5, 1000: 0.8,
@@ -250,7 +250,7 @@ def test_the_bonus_needs_the_limits_of_the_size_at_its_side() -> None:
         plan, said = of_zone(place, dimensions=sizes)
         assert said.status == "taken"
         assert plan.characteristics[-1].material_size == limit
-        # Without its size, or with two, nobody knows the limit.
+        # Without a size, or with two sizes, the limit is ambiguous.
         assert "no toleranced sizes" in of_zone(place)[1].why
         twice = (*sizes, *(msgspec.structs.replace(one, entity=50) for one in sizes))
         assert "2 toleranced sizes" in of_zone(place, dimensions=twice)[1].why
@@ -333,7 +333,7 @@ def test_zones_that_share_an_open_datum_system_are_refused() -> None:
     assert "must be met at once" in of_zone(pattern)[1].why
     other = msgspec.structs.replace(one, entity=41, faces=(BORE_2,))
     assert "must be met at once" in of_zone(one, other)[1].why
-    # Held by three datums each stands by itself.
+    # Held by three independent datums.
     held = msgspec.structs.replace(pattern, datums=ABC)
     assert len(of_zone(held)[0].characteristics) == 2
 

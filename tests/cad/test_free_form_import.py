@@ -1,4 +1,4 @@
-"""Free-form faces from the file to the plan: where they are, which places, what is refused."""
+"""Free-form faces from the file to the plan: location, targets, refusals."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_cad.step import Choice, StepModel, chosen, faces_account, offers_of, read_model
-from ocmm_cli.measure import plan_app
+from ocmm_cli import app
 from ocmm_core.alignment import DatumReferenceFrame, ModelBestFit
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
@@ -63,7 +63,7 @@ def test_they_are_offered_and_taken_only_where_their_zone_is_known(tmp_path: Pat
     assert free in chosen(offers, Choice(profiles=True))
     assert chosen(offers, Choice(only=("FREE*",))) == (free,)
     assert chosen(offers, Choice(kinds=("Free form",), profiles=True)) == (free,)
-    # A kind of surface that can be measured does not stand among those that cannot.
+    # A measurable kind of surface is not listed among the unmeasurable ones.
     assert not any("BSpline" in why for why, _ in faces_account(model, ()).left_out)
 
 
@@ -102,8 +102,8 @@ def test_the_command_writes_a_plan_with_profiles(tmp_path: Path) -> None:
     path, plan = written_model(tmp_path, "wavy"), tmp_path / "wavy.toml"
 
     def run(*more: str) -> str:
-        arguments = ["import", str(path), "--no-sight", *more]
-        result = CliRunner().invoke(plan_app, arguments, catch_exceptions=False)
+        arguments = ["plan", "import", str(path), "--no-sight", *more]
+        result = CliRunner().invoke(app, arguments, catch_exceptions=False)
         assert result.exit_code == 0, result.output
         return " ".join(result.output.split())
 

@@ -48,7 +48,7 @@ def test_an_edge_falls_away_where_the_normal_beyond_leans_out() -> None:
         inward = np.cross(normal, along)
         inward /= np.linalg.norm(inward)
         away = np.linalg.norm(places - middle, axis=1)
-        # Within 60 degrees of the direction into the face: beside the edge, and not along it.
+        # Within 60 degrees of the direction into the face: across the edge, not along it.
         beside = np.abs((places - middle) @ inward) >= 0.5 * away
         found = kernel.leans_inward(middle, along, normal, places, beyond)
         if not beside.any():
@@ -88,7 +88,7 @@ def test_places_on_surfaces_are_those_of_the_library() -> None:
         else TopoDS.Face_s(BRepBuilderAPI_Transform(face, mirror, True).Shape())
         for face in list(faces)
     ]
-    # Single points, each an edge of its own: the normal in its middle is that there.
+    # Single points, each on a separate edge: the normal in the middle is the normal at the point.
     uv = np.random.default_rng(SEED).uniform([0.2, 0.3], [5.0, 1.2], (20, 2))
     starts, other = np.arange(21), np.full(20, surface_kernel.OTHER)
     for face in faces:
@@ -116,7 +116,7 @@ def test_meshes_that_the_library_writes_are_those_it_tells(tmp_path: Path) -> No
     from ocmm_cad.step.brep._library import static
     from ocmm_cad.step.brep._raw_faces import faces_with_surface
 
-    # One part that stands twice in an assembly, and another one.
+    # One part placed twice in an assembly, and a second part.
     part = hill()
     shape = _together([_moved(part, 10.0, 0.0, 0.0), _moved(part, 0.0, 200.0, 0.0), block()])
     faces, _ = faces_with_surface(shape)
@@ -137,14 +137,14 @@ def test_meshes_that_the_library_writes_are_those_it_tells(tmp_path: Path) -> No
             nodes = nodes @ held[1][:, :3].T + held[1][:, 3]
         np.testing.assert_array_equal(found[place].nodes, nodes)
         np.testing.assert_array_equal(found[place].rows, truth.rows)
-        # The library keeps them in single precision, and makes them unit where it tells them.
+        # The library stores normals in single precision and normalises them on output.
         told, normals = found[place].normals, truth.normals
         assert told is not None
         assert normals is not None
         np.testing.assert_allclose(told, normals, atol=1e-7)
         np.testing.assert_array_equal(bare[place].nodes, nodes)
         assert bare[place].normals is None
-    # What was cut, or is of something else, is none: the library is asked then.
+    # Truncated or foreign records are ignored: the library computes them again.
     stream = memoryview(b"\x02\x00\x00\x00\x01\x00\x00\x00")
     assert mesh.next_mesh(stream, 0)[0] is None
     held = mesh.mesh_of(faces[0])
@@ -212,7 +212,7 @@ def test_a_reader_that_has_worked_too_long_is_given_up(tmp_path: Path) -> None:
     model = written(tmp_path / "block.stp", block())
     with pytest.raises(InputError, match=r"reading took longer than 0 s \(at "):
         read_model(model, timeout_s=0.01)
-    # The clock alone gives nobody up: this one has other work to wait for.
+    # The clock alone ends no process: this one waits for other work.
     assert read_model(model, timeout_s=HANG_S).features
 
 
@@ -228,7 +228,7 @@ def test_the_copy_of_the_reader_makes_what_the_reader_itself_makes(tmp_path: Pat
     for is_ended in (False, True):
         aside = MeshAside(document, faces, ("hill.stp", "0" * 64), HANG_S)
         if is_ended:
-            # As where the copy was ended for want of memory.
+            # As if the copy had been ended for lack of memory.
             aside.end()
         made.append((aside.mesh(), aside.part(lambda _: None)))
         aside.end()
@@ -250,7 +250,7 @@ def test_the_size_of_a_face_is_that_of_the_box_about_it() -> None:
     face = BRepBuilderAPI_MakeFace(plane, 0.0, 30.0, 0.0, 40.0).Face()
     # The box is larger by the tolerance of edges and corners, 1e-7 mm.
     assert box_size(face) == pytest.approx(50.0, abs=1e-5)
-    # What has no end is none of a part.
+    # An infinite face belongs to no part.
     assert box_size(BRepBuilderAPI_MakeFace(plane).Face()) < 1e-3
 
 
@@ -282,7 +282,7 @@ def test_a_face_with_a_thousand_short_edges_is_one_with_targets(tmp_path: Path) 
 
 
 def test_a_mesh_of_flat_faces_is_kept_for_the_part(tmp_path: Path) -> None:
-    """It is off by nothing: taken for none, a coarser one was made, too coarse to be asked."""
+    """The deviation is zero; taken as "no solid", it led to a mesh too coarse to check."""
     needs_package("OCP", "the extra 'step'")
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 

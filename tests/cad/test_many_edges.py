@@ -1,4 +1,4 @@
-"""Faces with many holes: what is inside and how far edges are, against every edge tried in turn."""
+"""Faces with many holes: containment and distance to edges, against trying every edge."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_distances_are_those_from_every_edge_up_to_what_counts() -> None:
     grid, loops = holed()
     places = np.column_stack([grid, np.zeros(len(grid))])
     edges = np.concatenate([loops, np.zeros((len(loops), 2, 1))], axis=2)
-    # An edge of no length, too.
+    # Also an edge of zero length.
     edges = np.concatenate([edges, np.repeat(edges[:1, :1], 2, axis=1)])
     nearest = np.full(len(places), np.inf)
     for start, end in edges:
@@ -77,5 +77,5 @@ def test_the_side_of_an_edge_is_not_told_by_a_place_along_it(jitter: float) -> N
     places = np.array([[-15.0 + jitter, 1.0, 0.0], [-15.0 - jitter, -1.0, 0.0], [-17.0, 1.0, 0.0]])
     assert kernel.leans_inward(middle, along, up, places, wall) == pytest.approx(1.0)
     assert kernel.leans_inward(middle, along, up, places, -wall) == pytest.approx(-1.0)
-    # Where nothing lies beside the edge it is taken for one with a wall: the ball stays away.
+    # Without a neighbour at the edge a wall is assumed: the ball keeps away.
     assert kernel.leans_inward(middle, along, up, places[:2], -wall) == 1.0

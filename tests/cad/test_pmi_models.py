@@ -27,8 +27,9 @@ from tests.host import needs_package
 pytestmark = pytest.mark.usefixtures("kept_readers")
 
 NIST = {
-    # Dimensions, tolerances and datums as the library counts them, and what the text has more:
-    # a tolerance without faces with three datums, and a flatness per area that the library drops.
+    # Dimensions, tolerances and datums as counted by the library, and the additional ones in the
+    # text: a tolerance without faces with three datums, and a flatness per area that the library
+    # drops.
     "ftc_06_asme1_ap242-e2": ((47, 27, 59), (24, 28, 62)),
     "ctc_01_asme1_ap242-e1": ((21, 6, 11), (12, 6, 11)),
     "ctc_01_asme1_ap203": ((0, 0, 0), (0, 0, 0)),
@@ -50,7 +51,7 @@ def planned(model: StepModel, general: str = "") -> tuple[Plan, Account]:
 
 
 def library_labels(path: Path) -> tuple[int, int, int]:
-    """Return how many dimensions, tolerances and datums the library's own reader finds."""
+    """Return the numbers of dimensions, tolerances and datums found by the library's reader."""
     import OCP.collections as held
     from OCP.STEPCAFControl import STEPCAFControl_Reader
     from OCP.TCollection import TCollection_ExtendedString
@@ -244,7 +245,7 @@ def toleranced(path: Path, shape: Any) -> Path:
     zone.SetValue(0.05)
     XCAFDoc_GeomTolerance.Set_s(label).SetObject(zone)
     writer = STEPCAFControl_Writer()
-    # AP242; the word is known once there is a writer.
+    # AP242; the option exists only after a writer was made.
     Interface_Static.SetIVal_s("write.step.schema", 5)
     writer.SetDimTolMode(True)
     writer.Transfer(document)
@@ -260,7 +261,7 @@ def test_a_model_that_the_library_wrote_is_read_back(tmp_path: Path) -> None:
     size, flat = plan.characteristics
     (bore,) = [one for one in plan.features if one.shape is Shape.CYLINDER]
     assert (size.kind, size.features, size.nominal) == ("diameter", [bore.name], 12.0)
-    # The text says which sign it wrote; it is not turned round to look better.
+    # The sign stays as written in the text, even if the opposite would look right.
     text = (tmp_path / "bored.stp").read_text()
     (low, high) = next(iter(signed_limits(tmp_path / "bored.stp").values()))
     assert "PLUS_MINUS_TOLERANCE" in text

@@ -135,7 +135,7 @@ WORDS = re.compile(r"[A-Z_0-9]+\((?:[^()]|\([^()]*\))*\)")
 
 
 def meaning(pmi: Pmi) -> str:
-    """Return what the plan is made of."""
+    """Return the parts of the model that enter a plan."""
     return repr((pmi.dimensions, pmi.tolerances, pmi.datums))
 
 
@@ -196,7 +196,7 @@ def test_no_entity_that_refers_to_an_item_is_ignored() -> None:
         for users in USERS.values()
         for user in WORDS.findall(users)
     ]
-    # A type that no reader knows, at each entity of each item.
+    # An unknown type at each entity of each item.
     strange = [{"_60": f"STRANGE_REQUIREMENT('',(#99,{entity}))"} for entity in ITEMS]
     assert [one for one in changes if read(**one) == BASE] == []
     shared = {f"#{number}" for number in (26, 33, 35, 36, 37, 41, 43, 48, 49, 51)}

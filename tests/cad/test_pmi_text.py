@@ -1,6 +1,6 @@
 """Tolerances in the text of a STEP file: read with signs, units and faces, or refused by name.
 
-Every guard has a liar here: a text that says something impossible, and must not become a limit.
+Each guard has a counterexample: an impossible statement that must not become a limit.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def test_limits_of_a_size_become_deviations() -> None:
     assert (found.nominal, found.lower, found.upper) == (12.1, -0.2, 0.2)
     for alone in ("#61", "#62", "#33,#61"):
         assert "limit" in size(_32=two.format(alone), _34="", **limits).fault
-    # Once in limits and once as deviations: nobody knows which.
+    # Once as limits and once as deviations: ambiguous.
     assert "more than once" in size(_32=two.format("#33,#61,#62"), **limits).fault
 
 
@@ -163,7 +163,7 @@ def test_the_unit_of_angles_is_degrees() -> None:
     assert (found.faces, found.other_faces) == ((11,), (13, 14))
     found = size(_33=angle.format("1.0471975511966", "#4"), **more)
     assert found.nominal == pytest.approx(60.0, abs=1e-6)
-    # A degree of pi/200 is none.
+    # A unit of pi/200 is not a degree.
     wrong = "PLANE_ANGLE_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE(0.015707963),#4)"
     assert "'DEGREE'" in size(_33=angle.format("60.", "#6"), _5=wrong, **more).fault
 

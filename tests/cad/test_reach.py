@@ -1,4 +1,4 @@
-"""What a probe reaches and cameras see: boxes of triangles, places and attitudes; no library."""
+"""Reach of a probe and sight of cameras: boxes of triangles, places and attitudes; no library."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_a_roof_over_a_target_is_met_by_the_body_of_the_probe() -> None:
     found = reach.of(np.array([[50.0, 30.0, 20.0]]), UP[None], [5])
     assert found.stage[0] != 0
     assert "would touch face" in reach.why_not(found)
-    # Without a probe the ball alone is asked, and has room.
+    # Without a probe only the ball is checked, and it has room.
     assert Reach(roof, 3.0, None, NO_AXES).of(
         np.array([[50.0, 30.0, 20.0]]), UP[None], [5]
     ).stage.tolist() == [0]  # fmt: skip
@@ -189,7 +189,7 @@ def bar(start: Float, end: Float, at_start: float, at_end: float) -> Float:
 
 
 def _plain(module: ModuleType) -> dict[str, Any]:
-    """Return what a module of compiled loops holds, in Python: users call its loops by others."""
+    """Return the functions of a module of compiled loops in plain Python, callees included."""
     found = dict(vars(module))
     for name, one in vars(module).items():
         if hasattr(one, "py_func"):
@@ -242,7 +242,7 @@ def test_a_bar_comes_as_near_to_a_triangle_as_the_nearest_of_many_balls_along_it
 
 
 def test_a_ball_that_leaves_one_side_of_a_groove_meets_the_other() -> None:
-    """What rises from its own triangle falls towards another: each is asked by itself."""
+    """A path that rises from its own triangle falls towards another: each triangle is checked."""
     groove = boxes(((-1, -50, 0), (0, 50, 40)), ((9, -50, 0), (10, 50, 40)))
     for reach, meets in ((2.9, False), (3.1, True)):
         # A ball of 3 that touches the wall at x = 0, and goes along its normal.
@@ -328,7 +328,7 @@ def test_a_placement_without_a_direction_is_refused() -> None:
 
 
 def test_surfaces_that_are_asked_at_once_are_answered_as_one_by_one() -> None:
-    """Also where one of them has no handle that serves it, and where own faces count as such."""
+    """Also if one surface has no suitable handle, and if a surface's own faces count."""
     reach = Reach(BLOCK, 3.0, SETTING, UP[None])
     asked = [
         SurfaceTargets(

@@ -1,6 +1,6 @@
-"""STEP files as nobody should write them: a part that is right, or one sentence.
+"""Malformed STEP files: a correct part, or one sentence.
 
-All of it needs the extra ``step``.
+Needs the extra ``step``.
 """
 
 from __future__ import annotations
@@ -166,9 +166,9 @@ def test_an_assembly_without_end_is_a_part_or_a_sentence(
 
 
 def test_an_assembly_with_more_faces_than_a_part_can_have_is_told_at_once(tmp_path: Path) -> None:
-    """Of 34 kilobytes: each assembly holds the one before it twice, 8,192 blocks of seven faces.
+    """34 kilobytes: each assembly contains the previous one twice, 8,192 blocks of seven faces.
 
-    Read face by face they took the memory that a reader may have, and that was what was told.
+    Read face by face, the file exhausted the reader's memory, and the message named the memory.
     """
     needs_package("OCP", "the extra 'step'")
     twice = [(n, n + 1) for n in range(13) for _ in range(2)]

@@ -1,6 +1,6 @@
-"""What surfaces a model has, counted by hand or in its text, is what it offers.
+"""A model offers the surfaces counted by hand or in its text.
 
-All of it needs the extra ``step``.
+Needs the extra ``step``.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ BY_HAND: dict[str, tuple[tuple[int, int], ...]] = {
     "ftc_07_asme1_ap242-e2": ((73, 73), (106, 133), (28, 36)),
 }
 FACES = {
-    # Of all kinds, in closed shells; ftc_07 has two more in open ones, construction geometry.
+    # All kinds, in closed shells; ftc_07 has two more in open shells (construction geometry).
     "ctc_01_asme1_ap203": 139,
     "ctc_01_asme1_ap242-e1": 117,
     "ctc_03_asme1_ap242-e2": 120,
@@ -44,7 +44,7 @@ FACES = {
 
 
 def _table(surfaces: Sequence[Surface]) -> tuple[tuple[int, int], ...]:
-    """Return how many surfaces there are of each counted kind, and how many faces they have."""
+    """Return the number of surfaces of each kind, and the number of their faces."""
     faces = [[len(faces) for kind, faces in surfaces if kind == one] for one in COUNTED]
     return tuple((len(of_kind), sum(of_kind)) for of_kind in faces)
 
@@ -104,7 +104,7 @@ def test_every_face_of_the_table_is_in_one_offer(
     in_text = surfaces_in_text(path)
     assert Counter(offered) == Counter(in_text)
     record_property(f"{name}: of the table", f"{len(offered)} of {len(in_text)} offered")
-    # No face is offered twice, and those of other kinds are told.
+    # No face is offered twice, and faces of other kinds are reported.
     numbers = [number for offer in offers for number in offer.faces]
     assert len(numbers) == len(set(numbers))
     others = {kind: count for kind, count in model.others.items() if kind not in NOT_EXACT}

@@ -1,6 +1,6 @@
-"""Models that the library made or nobody here did: features with targets on them.
+"""Features with targets on models from the library and from other authors.
 
-All of it needs the extra ``step``.
+Needs the extra ``step``.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def test_surfaces_become_features_with_targets_on_them(
     assert off.max() <= OFF_MM
     for one in model.features:
         assert len(one.targets) >= one.points
-        # What the plan names is what the guidance shows.
+        # The guidance shows the places named by the plan.
         np.testing.assert_array_equal(places_of(one, one.points).points, one.targets[: one.points])
 
 
@@ -161,12 +161,12 @@ def test_an_edge_is_followed_where_it_bends_in_a_small_part_of_its_parameter(
     (rim,) = [rim for rim in tops[0].rims if len(rim.line) > 3]
     off = _from_line(truth, rim.line[:, :2])
     record_property("edge off by at most, mm", f"{off.max():.4f}")
-    # As is asked of the library, and as much again, because its deflection is an estimate.
+    # The deflection requested from the library, doubled, because it is an estimate.
     assert off.max() < 0.04
 
 
 def _from_line(points: Float, line: Float) -> Float:
-    """Return how far points (n, 2) are from a line (m, 2)."""
+    """Return the distances of points (n, 2) from a polyline (m, 2)."""
     start, along = line[:-1], np.diff(line, axis=0)
     arms = points[:, None] - start
     share = np.clip((arms * along).sum(-1) / (along * along).sum(-1), 0.0, 1.0)

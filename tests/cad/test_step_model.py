@@ -40,7 +40,7 @@ def round_face(low: float, high: float, first_deg: float, last_deg: float) -> Ra
 
 
 def found(*faces: RawFace) -> list[tuple[float, float, bool]]:
-    """Return from where to where the surfaces of faces reach, and whether they can be probed."""
+    """Return the extents of the surfaces of faces, and whether they can be probed."""
     surfaces = surfaces_of(rooms_of(faces, 0.5 * BALL_MM))
     return [(one.face.low, one.face.high, not one.against) for one in surfaces]
 
@@ -116,7 +116,7 @@ def test_targets_are_far_from_edges_and_from_each_other() -> None:
     assert points[:, 2].max() <= 60.0 - 3.0 - EDGE_MM
     apart = np.linalg.norm(points[:, None] - points[None], axis=2) + 1e9 * np.eye(len(points))
     assert apart.min() > 5.0
-    # Where the halves meet there is no edge.
+    # The halves meet without an edge.
     angles = np.degrees(np.arctan2(points[:, 1], points[:, 0])) % 180.0
     assert np.minimum(angles, 180.0 - angles).min() < np.degrees(4.0 / 10.0)
 
@@ -139,7 +139,7 @@ def test_a_plan_says_where_to_touch(tmp_path: Path) -> None:
     plan = add_feature(new_plan("P", "PART"), feature)
     save_plan(plan, tmp_path / "p.toml")
     assert load_plan(tmp_path / "p.toml").features == [feature]
-    # The surface was changed since: what was named lies in the air, and is not used.
+    # The surface has changed: the named target lies in the air and is not used.
     moved = msgspec.structs.replace(feature, diameter=20.2)
     assert len(places_of(moved, 8).points) == 8
     assert np.linalg.norm(places_of(moved, 8).points[:, :2], axis=1) == pytest.approx(10.1)
@@ -168,7 +168,7 @@ def test_a_file_that_is_no_model_is_refused(tmp_path: Path) -> None:
 def test_without_the_extra_a_model_is_refused_with_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # As if it were missing, also where it is installed; the reading process has the same path.
+    # Simulates a missing library, even if it is installed; the reading process has the same path.
     (tmp_path / "OCP.py").write_text("raise ImportError\n")
     monkeypatch.syspath_prepend(tmp_path)
     path = tmp_path / "a.step"

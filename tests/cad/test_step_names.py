@@ -1,4 +1,4 @@
-"""What features of a model are called: what the model says, else what and where they are."""
+"""Names of features of a model: from the model, otherwise from kind and place."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SLOPE = nominal(Shape.PLANE, point=(1.0, 2.0, 3.25), direction=(0.0, 0.6, 0.8))
         ([BORE, SHAFT], ["", ""], ["BORE 12.5 X40 Y20", "SHAFT 30 Y0 Z7"]),
         ([TOP, BOTTOM, SLOPE], ["", "", ""], ["PLANE Z20", "PLANE Z0", "PLANE X1 Y2 Z3.2"]),
         ([BORE, TOP], ["DATUM A", "Dichtfl\u00e4che; oben"], ["DATUM A", "Dichtfl\u00e4che oben"]),
-        # The same place along z: all three coordinates tell them apart, or a number does.
+        # The same place along z: all three coordinates, or a number, distinguish them.
         (
             [TOP, nominal(Shape.PLANE, point=(10.0, 30.0, 20.0)), BORE, BORE],
             ["", "", "", ""],

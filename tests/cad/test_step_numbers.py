@@ -1,4 +1,4 @@
-"""Numbers that a model gives to what is written out: of any size, mirrored, or none."""
+"""Numbers in a model that are written out: any size, mirrored, or missing."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def test_a_spline_is_that_of_the_library_also_where_its_knots_go_beyond_it(
 def test_bodies_that_are_scaled_or_mirrored_where_they_are_put_are_refused(
     scale: str, axis3: str, says: str, tmp_path: Path
 ) -> None:
-    """The library makes half of what is twice as large, and turns what is mirrored."""
+    """The library halves bodies scaled by two, and turns mirrored ones."""
     needs_package("OCP", "the extra 'step'")
     path = put_by_operator(tmp_path / "put.step", bored(), scale, axis3)
     with pytest.raises(InputError, match=says) as refused:

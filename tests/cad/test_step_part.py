@@ -30,7 +30,7 @@ pytestmark = pytest.mark.usefixtures("kept_readers")
 
 EVERY = {
     **{name: make for name, (make, _) in MODELS.items()},
-    # Of the bent pocket the library itself finds neither volume nor distances.
+    # The library finds neither volume nor distances for the bent pocket.
     **{name: make for name, make in FREE_FORM.items() if name != "bent pocket"},
 }
 ON_IT_MM = 1e-6
@@ -184,7 +184,7 @@ def test_what_a_file_says_of_faces(tmp_path: Path) -> None:
     assert [(face.name, face.colour) for face in named] == [("DATUM FACE", "#ff0000")] * 2
     assert {face.colour for face in part.faces if not face.name} == {"#0000ff"}
     assert {face.layer for face in part.faces} == {"7"}
-    # Components lie where the assembly has them.
+    # Components lie at their places in the assembly.
     np.testing.assert_allclose(part.box, [[0, 0, 0], [400, 60, 20]], atol=1e-9)
 
 

@@ -51,7 +51,7 @@ from tests.host import amount, needs_package
 pytestmark = pytest.mark.usefixtures("kept_readers")
 
 SEED, OFF_MM = 20261128, 0.05
-"""A target may be off its face by no more: what a person sees as a wrong place."""
+"""Largest distance of a target from its face: above it a person sees a wrong place."""
 
 
 def rng_of(*words: str) -> np.random.Generator:
@@ -100,7 +100,7 @@ def test_all_targets_of_foreign_models_lie_on_their_faces(
     name: str, turn: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     needs_package("OCP", "the extra 'step'")
-    # The writer of assemblies puts part files where the program runs.
+    # The writer of assemblies writes part files into the working directory.
     monkeypatch.chdir(tmp_path)
     path = (GOOD | MORE)[name](tmp_path / "model.stp", rng_of(name, str(turn)))
     model = read_model(path)

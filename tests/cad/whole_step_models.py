@@ -243,7 +243,7 @@ def odd_direction(path: Path, rng: Generator) -> Path:
 
 
 def odd_point(path: Path, rng: Generator) -> Path:
-    """Write a model of which one point lies where no part is."""
+    """Write a model with one point far outside any part."""
     written(path, bored_plate(rng, 3))
     text = path.read_text()
     places = [one.span(1) for one in re.finditer(r"CARTESIAN_POINT\('[^']*',\(([^)]*)\)\)", text)]

@@ -18,7 +18,7 @@ PLAN = resource("plans", "quick.toml")
 RIG = resource("rigs", "recommended.toml")
 PROBE = resource("probes", "standard.toml")
 STEP = "-72.0, 0.0, 20.342"
-"""Where the top of the step is in the document of the part, mm."""
+"""Top of the step in the coordinate system of the part, mm."""
 
 
 def touches_of(folder: Path, height: str, seed: int) -> list[Touch]:

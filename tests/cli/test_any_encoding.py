@@ -1,4 +1,4 @@
-"""Commands print on terminals of any encoding, and say what is saved only where it is."""
+"""Commands print on terminals of any encoding, and report files only after they were written."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def test_a_job_of_a_stranger_is_not_intact(job: Path, tmp_path: Path) -> None:
     assert code == 1
     assert "NOT INTACT (job)" in told
     assert "Signed   UNKNOWN KEY, by unknown station (key " in told
-    # The key of this station is trusted there once somebody has compared it.
+    # Another station trusts the key of this station after a person has compared it.
     code, shown = run("key", "show")
     assert code == 0
     public = shown.split("Public key")[1].split()[0]
@@ -90,7 +90,7 @@ def test_an_old_job_is_taken_over_by_name(job: Path) -> None:
     assert run("audit", "adopt", job, *answers)[0] == 0
     code, told = run("audit", "verify", job)
     assert (code, "taken over by Ada Lovelace: measured in spring" in told) == (1, True)
-    # What was suspect stays in it for good.
+    # The record of the suspicion stays in the job.
     assert "ADOPTED (job)" in told
     assert "Signed   ADOPTED, by this station" in told
     assert "The job is not signed" in told

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_cli.bus import bus_app
+from ocmm_cli import app
 from ocmm_cli.terminal._pictures import encode_pgm, encode_png
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
@@ -63,7 +63,7 @@ def test_what_cannot_be_done_is_one_sentence_and_a_remedy(
     arguments: tuple[str, ...], why: str
 ) -> None:
     # `ocmm_cli.main` prints the error; that is tested with the other commands.
-    done = CliRunner().invoke(bus_app, list(arguments))
+    done = CliRunner().invoke(app, ["bus", *arguments])
     assert isinstance(done.exception, OcmmError)
     assert why in done.exception.what
     assert done.exception.remedy

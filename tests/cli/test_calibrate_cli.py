@@ -31,7 +31,7 @@ CONTROL = KnownPoints(
 
 @pytest.fixture
 def store(tmp_path: Path) -> Path:
-    """Return the folder of calibrations, with lists of points beside it."""
+    """Return the folder of calibrations, next to lists of points."""
     points = Bench.at(tmp_path).points(120)
     (tmp_path / "points.csv").write_bytes(write_reference_points(points))
     (tmp_path / "control.csv").write_bytes(write_reference_points(CONTROL))
@@ -41,7 +41,7 @@ def store(tmp_path: Path) -> Path:
 def killed(
     arguments: list[str], folder: Path, session: Path, kind: ProcedureKind, lines: int
 ) -> int:
-    """Start a command, kill it when its session has some lines, and return how many it has."""
+    """Start a command, kill it when its session has some lines, and return their number."""
     with subprocess.Popen(
         [sys.executable, "-m", "ocmm_cli", *arguments],
         cwd=folder,
@@ -55,7 +55,7 @@ def killed(
                 if found and found[0].read_bytes().count(b"\n") > lines:
                     break
                 time.sleep(0.002)
-            # It will not remove them any more.
+            # The killed program cannot remove them.
             rings = rings_of(program.pid)
         finally:
             program.kill()
@@ -97,7 +97,7 @@ def test_known_points_survive_a_kill_and_become_valid(
     assert status.returncode == 0
     assert "State    VALID" in status.stdout
     assert "whole: history of 2 events, 2 records, 2 sessions" in status.stdout
-    # A session that is lost is made up for by doing what the sentence says.
+    # The sentence about a lost session leads to a complete one.
     sessions(folder, ProcedureKind.VERIFICATION)[0].unlink()
     status = ocmm_here("calibrate", "status", *rig)
     assert status.returncode == 1

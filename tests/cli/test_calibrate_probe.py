@@ -54,7 +54,7 @@ def test_a_virtual_probe_survives_a_kill_and_its_recording_says_the_same(
     assert np.abs(active.calibration.tip_mm).max() < 0.05
     waiting = ocmm_here(*command[:4], "--tip", "B", "--probes", "again", "--poses", "150",
                    "--source", "replay:sweeps.ocmm-rec")  # fmt: skip
-    # The recording begins where the killed session stood; what is left of it still makes sweeps.
+    # The recording begins at the last step of the killed session; its rest still makes sweeps.
     assert waiting.returncode == 1, waiting.stdout + waiting.stderr
     assert "waiting for --accept" in waiting.stdout
 

@@ -1,4 +1,4 @@
-"""Learning the sensors on the command line: beside the calibration in force, or not at all."""
+"""Learning the sensors by command: stored with the calibration in force, or refused."""
 
 from __future__ import annotations
 

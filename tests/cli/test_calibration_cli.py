@@ -38,7 +38,7 @@ QUICK = resource("plans", "quick.toml")
 
 
 def calibrate(folder: Path, *, until_days: float = 365.0) -> str:
-    """Put a verified calibration in force, valid for so many days from now; return its hash."""
+    """Put a verified calibration in force, valid for the given days from now; return its hash."""
     now = datetime.now(UTC)
     record = make_record(valid_until_utc=(now + timedelta(days=until_days)).isoformat())
     store = CalibrationStore(store_folder(folder, "recommended"))
@@ -114,7 +114,7 @@ def test_who_insists_gets_a_report_that_proves_nothing(
 
 
 def test_recorded_real_cameras_need_a_calibration_too(ocmm_here: Ocmm, tmp_path: Path) -> None:
-    # Recorded in this process, as from a bus: the name of the source says so.
+    # Recorded in this process as if from a bus: the name of the source is that of a bus.
     virtual = script_of(StationRequest(plan=QUICK, out=tmp_path), load_plan(QUICK)).build()
     description = replace(
         SimulatedSource(virtual, 0.0).description, name="EtherCAT on enp3s0", live=True
@@ -138,7 +138,7 @@ def test_recorded_real_cameras_need_a_calibration_too(ocmm_here: Ocmm, tmp_path:
 
 
 def test_real_cameras_are_not_measured_with_by_a_rig_document(ocmm_here: Ocmm) -> None:
-    # There is no such interface; which calibration is meant is said before it is looked for.
+    # The interface does not exist; the calibration in use is named before the interface is opened.
     done = ocmm_here("measure", "--plan", QUICK, "--out", "out", "--source", "ethercat:nope0")
     assert done.returncode == 2
     assert "nope0" in done.stderr
@@ -158,7 +158,7 @@ def test_status_says_of_which_rig_it_speaks_and_reads_all_files(
     )
     assert "State    VALID" in good.stdout
     assert "whole: history of 2 events, 2 records, 0 sessions" in good.stdout
-    # The same folder under the name of another rig, and asked for it.
+    # The same folder under the name of another rig, which is then requested.
     shutil.copytree(tmp_path / "cal" / "recommended", tmp_path / "cal" / "thesis")
     other = ocmm_here(*status, "--rig", resource("rigs", "thesis.toml"))
     assert other.returncode == 1

@@ -218,3 +218,13 @@ def test_rig_status_says_that_there_is_none(ocmm: Ocmm) -> None:
     done = ocmm("rig", "status")
     assert done.returncode == 0
     assert "No virtual rig" in done.stdout
+
+
+def test_a_refused_source_leaves_no_job_and_states_no_saved_points(
+    ocmm: Ocmm, tmp_path: Path
+) -> None:
+    done = ocmm("measure", "--source", "ethercat:none7654", "--plan", QUICK)
+    assert done.returncode == 2
+    assert "none7654" in done.stderr
+    assert "saved" not in done.stderr + done.stdout
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []

@@ -1,4 +1,4 @@
-"""What a command prints goes by `say` or its sisters, so that German can have it (decision 47)."""
+"""Commands print through `say` or its siblings, so that German is possible (decision 47)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _PRINTING = {
 }  # fmt: skip
 _HOW = {"style", "justify", "box", "header_style", "overflow", "title_justify"}
 _OF_DEVELOPERS = ("campaign/", "study/_bench.py")
-"""Campaigns and benchmarks are run by whoever develops OCMM; their figures go into reports."""
+"""Campaigns and benchmarks are for developers of OCMM; their figures go into reports."""
 _NO_SENTENCE = {
     # Help, which stays English.
     "To try it: ocmm demo. The rig, probe, part and plan documents in the resources folder are "
@@ -34,7 +34,7 @@ _NO_SENTENCE = {
     # Values of options and of documents.
     "polyworks, qif, dfq, xlsx, json, fai, pdf or all", "polyworks, dfq, xlsx",
     "as found", "after adjustment", "gauge block",
-    # What is put into errors, which are translated as a whole.
+    # Parts of errors, which are translated as a whole.
     "All points taken are saved in the job file.", "The command", "The doctor of a station",
     "which is not a camera bus", "whose bus is private", "the drawing program ended",
     "no answer: end of input", "stopped by the operator",
@@ -65,7 +65,7 @@ def unsaid(source: str) -> list[str]:
     said.update(reader.spoken_words())
     found += [
         sentence for sentence, code, _ in reader.sentences(all_of_it=True)
-        # What is a part of a sentence that is said is said with it.
+        # Parts of a printed sentence are printed with it.
         if not code and not any(sentence in whole for whole in said)
     ]  # fmt: skip
     return [
@@ -112,7 +112,7 @@ def _sources() -> dict[str, str]:
     found = {}
     for path in sorted(COMMANDS.rglob("*.py")):
         name = path.relative_to(COMMANDS).as_posix()
-        if name.startswith(_OF_DEVELOPERS) or name.startswith(("terminal/_svg", "_kernels")):
+        if name.startswith((*_OF_DEVELOPERS, "terminal/_svg", "_kernels", "options/")):
             continue
         tree = ast.parse(path.read_text(encoding="utf-8"))
         for node in ast.walk(tree):

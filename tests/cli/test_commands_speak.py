@@ -1,4 +1,4 @@
-"""Commands speak the language of whoever reads the terminal; what programs read stays."""
+"""Commands use the language of the reader of the terminal; output for programs stays English."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_a_support_bundle_is_shown_in_german_and_packed_in_english(tmp_path: Pat
 
 
 def test_the_option_wins_over_the_locale_and_errors_follow_it(tmp_path: Path) -> None:
-    # Nobody sits at a pipe: the command refuses, in the language that was asked for.
+    # A pipe has no reader: the command refuses, in the requested language.
     words = ("support", "bundle", str(tmp_path / "b.zip"), "--without", "doctor")
     german = run(tmp_path, "--language", "de", *words, LANG="en_GB.UTF-8")
     assert "Nichts" in german.stderr or "nichts" in german.stderr

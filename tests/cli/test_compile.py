@@ -7,7 +7,7 @@ from tests.commands import Ocmm
 
 
 def test_what_is_compiled_is_not_compiled_again(ocmm: Ocmm) -> None:
-    """The first finds what the set-up compiled, or does it; both see every listed function."""
+    """The first run finds or makes the compiled functions; both runs contain every listed one."""
     listed = sum(map(len, kernel_groups()))
     assert listed > 40
     assert compile_all(1).listed == listed

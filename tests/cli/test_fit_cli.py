@@ -63,7 +63,7 @@ def test_json_has_all_digits_units_and_what_u_rests_on(ocmm_here: Ocmm, tmp_path
     numbers = {number.name: number for number in found.numbers}
     angle = numbers["full_angle"]
     assert angle.unit == "deg"
-    # Every digit of a double is there: the same fit, but for what a sum of other order rounds.
+    # All digits of the doubles are given: the same fit except for rounding of reordered sums.
     assert angle.value[0] == pytest.approx(np.degrees(fit.full_angle), rel=1e-12)
     own = angle.uncertainty
     assert own is not None

@@ -1,6 +1,6 @@
-"""What commands print in German is German to its end, and what is kept or read by programs is not.
+"""German output of commands is German throughout; stored or machine-readable text is not.
 
-Commands whose sentences are put together run once here, in the language of a German shop.
+Commands with composed sentences run once in German.
 """
 
 from __future__ import annotations
@@ -233,7 +233,7 @@ _KEEPING = {"finish", "decide", "decided_code", "accept", "keep", "mount", "excu
 
 
 def kept_in_a_language(source: str) -> list[str]:
-    """Return what is translated before it is kept, or put into an error that a log holds."""
+    """Return texts that are translated before they are stored or put into a logged error."""
     found = []
     for function in ast.walk(ast.parse(source)):
         if not isinstance(function, ast.FunctionDef):

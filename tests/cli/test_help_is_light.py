@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from ocmm_cli.measure._report import FORMAT_WORDS, PROFILED_WORDS
+from ocmm_cli.options import FORMAT_WORDS, PROFILED_WORDS
 from ocmm_core.export import ALL, FORMATS
 from tests.host import HANG_S, on_linux_only
 

@@ -8,13 +8,14 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 from ocmm_cli.measure import run_job
-from ocmm_cli.measure._interrupt import DeferredInterrupt
+from ocmm_cli.terminal import DeferredInterrupt
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.storage import JobFile
@@ -44,7 +45,7 @@ def test_the_first_ctrl_c_waits_for_a_check_and_the_second_does_not() -> None:
         with pytest.raises(KeyboardInterrupt):
             os.kill(os.getpid(), signal.SIGINT)
     finally:
-        interrupt.end()
+        interrupt.close()
     assert signal.getsignal(signal.SIGINT) is before
 
 
@@ -70,6 +71,47 @@ def test_ctrl_c_ends_a_job_that_keeps_its_points(tmp_path: Path) -> None:
     assert "all points taken are saved" in said
     with JobFile.read(job) as opened:
         assert not opened.verify()
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (["acceptance", "run", "SPHERE-25", "--who", "Ada", "--speed", "1", "--folder", "place"],
+         "it continues this test"),
+        pytest.param(["calibrate", "probe", "--tip", "A", "--probes", "place", "--poses", "150",
+                      "--speed", "4"],
+                     "All observations are stored. Start the command again: it continues this "
+                     "session.", marks=pytest.mark.slow),
+    ],
+)  # fmt: skip
+def test_ctrl_c_ends_a_guided_procedure_that_the_same_command_continues(
+    tmp_path: Path, command: list[str], words: str
+) -> None:
+    for stored in (3, 5):
+        process = subprocess.Popen(
+            [sys.executable, "-u", "-m", "ocmm_cli", *command],
+            cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        try:
+            # After some observations, not after a time.
+            while process.poll() is None and lines_of_session(tmp_path) < stored:
+                time.sleep(0.01)
+            process.send_signal(signal.SIGINT)
+            output, said = process.communicate(timeout=HANG_S)
+        finally:
+            process.kill()
+            process.wait()
+        assert process.returncode == 130, output + said
+        assert words in said
+        assert ("Continue" in output) is (stored == 5)
+        assert lines_of_session(tmp_path) >= stored
+
+
+def lines_of_session(folder: Path) -> int:
+    """Return the number of lines in the only session; 0 if none yet."""
+    found = list(folder.glob("place/**/sessions/*.*"))
+    assert len(found) <= 1
+    return sum(path.read_bytes().count(b"\n") for path in found)
 
 
 def test_ctrl_c_at_the_report_keeps_it_and_ends_the_command(tmp_path: Path) -> None:

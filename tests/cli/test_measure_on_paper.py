@@ -60,7 +60,7 @@ def test_every_route_has_the_paper_of_the_station(
     lab.unlink()
     for words in ("Laboratory of the shop", "Customer AG"):
         assert words in head(reports)
-    # Now nobody names them any more.
+    # Now no caller names them.
     again = tmp_path / "again"
     told = runner.invoke(
         app, ["report", str(job), "--out", str(again), "--format", "json", "--format", "pdf"]

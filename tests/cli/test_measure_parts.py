@@ -1,4 +1,4 @@
-"""The next part is measured when somebody says so, and only then."""
+"""The next part is measured only after a person asked for it."""
 
 from __future__ import annotations
 

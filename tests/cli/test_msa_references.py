@@ -34,7 +34,7 @@ def test_part_says_bias_u_and_that_three_results_are_too_few(jobs: Path) -> None
     told = " ".join(said.output.split())
     assert said.exit_code == 1, said.output
     assert "N 3, bias " in told
-    # The true step is known: the mean of three is off by its scatter of 1 to 2 um, 10 um is wrong.
+    # The true step is known: the mean of three scatters by 1 to 2 um, so that 10 um is wrong.
     bias = float(told.split("bias ")[1].split(",")[0])
     assert abs(bias) < 0.010
     assert "20 results are the least: this U is not used. Measure the part again" in told
@@ -48,7 +48,7 @@ def test_linearity_of_one_part_is_refused_with_what_it_needs(jobs: Path) -> None
     said = CliRunner().invoke(app, few)
     assert isinstance(said.exception, InputError)
     assert "5 with 10 are the least" in said.exception.what
-    # A reference that is none is told before a job is read.
+    # An invalid reference is reported before a job is read.
     said = CliRunner().invoke(app, [*few, "--reference", "P1=wide"])
     assert isinstance(said.exception, InputError)
     assert "'P1=wide' is no reference" in said.exception.what

@@ -1,4 +1,4 @@
-"""``ocmm plan import``: a table or a model becomes a plan, and what is left out is told."""
+"""``ocmm plan import``: a table or a model becomes a plan, and omissions are reported."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_a_model_becomes_a_plan_with_what_is_left_out(ocmm_here: Ocmm, tmp_path:
     assert "5 features." in done.stdout
     assert "2  a ball of 6 mm has no room for 9 points" in done.stdout
     assert all(feature.targets for feature in load_plan(plan).features)
-    # A smaller ball gets onto the shoulders; a larger one is no reason to touch the air.
+    # A smaller ball reaches the shoulders; a larger one must not produce targets in the air.
     done = ocmm_here(
         "plan", "import", model, "-o", plan, "--overwrite", "--ball", "2", "--no-reach"
     )

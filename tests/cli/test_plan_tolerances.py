@@ -23,12 +23,12 @@ def test_the_account_is_printed_and_the_code_tells(ocmm_here: Ocmm, tmp_path: Pa
     ask = ("plan", "import", model, "-o", plan, "--overwrite", "--no-reach", "--no-model")
     done = ocmm_here(*ask)
     assert done.returncode == 0, done.stderr
-    # Lines are wrapped where the name of the folder puts it.
+    # Line breaks depend on the length of the folder's name.
     assert "2 characteristics" in " ".join(done.stdout.split())
     assert "diameter 12 +0.1 -0.2 mm" in done.stdout
     assert "dimension: 1 (1 taken)" in done.stdout
     assert ocmm_here("plan", "check", plan).returncode == 0
-    # A limit that cannot be: the plan is written without it, and the code says so.
+    # An impossible limit: the plan is written without it, and the exit code shows that.
     text = model.read_text()
     assert "MEASURE_WITH_UNIT(-0.2," in text
     model.write_text(text.replace("MEASURE_WITH_UNIT(-0.2,", "MEASURE_WITH_UNIT(0.2,"))

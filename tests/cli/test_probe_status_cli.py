@@ -82,7 +82,7 @@ def test_a_tip_whose_records_are_not_whole_is_not_used_and_says_what_to_do(
     refused = runner.invoke(app, ["calibrate", "verify", *folders])
     assert isinstance(refused.exception, CalibrationError)
     assert "is missing" in refused.exception.what
-    # What the sentence says to do helps.
+    # The remedy of the sentence works.
     tips.check()
     renewed = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
     assert (renewed.exit_code, "State    VALID" in renewed.stdout) == (0, True)

@@ -46,7 +46,7 @@ def test_a_job_with_a_reference_body_names_it_in_its_report(
         "--probe", resource("probes", "standard4.toml"),
         "--reference", resource("references", "plate.toml"), "--incomplete",
     )  # fmt: skip
-    # Three points say nothing about form: what the plan asks for is not all measured.
+    # Three points do not determine form: the plan is incomplete.
     assert (done.returncode, done.stderr) == (2, "INCOMPLETE: Flatness not measured.\n")
     assert "Reference  plate " in done.stdout
     (report,) = (tmp_path / "out").glob("STEP-001_SIMULATED_INCOMPLETE_report.csv")

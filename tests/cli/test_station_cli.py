@@ -1,4 +1,4 @@
-"""``ocmm station doctor``: what is printed, as text and as JSON, and the exit codes."""
+"""``ocmm station doctor``: output as text and as JSON, and the exit codes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SCHEMA_FILE = Path(__file__).resolve().parents[2] / "docs" / "doctor.schema.json
 
 @pytest.fixture
 def station(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Computer], None]:
-    """Return a function that lets the command look at a computer in a folder."""
+    """Return a function that lets the command examine a computer in a folder."""
 
     def look_at(computer: Computer) -> None:
         def stand_in(*, interface: str = "", jobs: Path | None = None) -> Computer:

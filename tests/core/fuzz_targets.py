@@ -142,4 +142,4 @@ PARSERS: dict[str, Callable[[], Parser]] = {
     "rig": lambda: Parser(_documents("rigs"), _from_file(load_rig, "rig.toml")),
     "table": lambda: Parser((_TABLE,), _from_file(feature_table, "table.csv")),
 }
-"""By name; samples are made when they are asked for."""
+"""By name; samples are made on request."""

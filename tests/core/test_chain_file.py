@@ -16,7 +16,7 @@ from ocmm_core.errors import StorageError
 
 
 class Note(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What the lines of these tests hold."""
+    """Content of the lines in these tests."""
 
     text: str
     value: float
@@ -61,11 +61,11 @@ def test_reading_on_sees_what_reading_anew_sees(path: Path) -> None:
     content = path.read_bytes()
     again = ChainFile(path, Note, known=known)
     assert again.items == (*NOTES, NOTES[1])
-    # What was known is not made anew, and what it appends itself is known afterwards.
+    # Items read before are reused, and its own additions are recorded.
     assert all(one is other for one, other in zip(known.items, again.items, strict=False))
     again.append(NOTES[2])
     assert ChainFile(path, Note, known=again).links == ChainFile(path, Note).links
-    # Any other byte before, within or behind what was known.
+    # Any other byte before, within or behind the earlier content.
     for at in range(len(content)):
         path.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
         told = []
@@ -93,7 +93,7 @@ def test_reading_on_decodes_what_came_since(path: Path, monkeypatch: pytest.Monk
 
     monkeypatch.setattr("ocmm_core.chain_file.msgspec.json.decode", counted)
     ChainFile(path, Note, known=known)
-    # A line and what it holds.
+    # A line and its content.
     assert len(decoded) == 2
 
 
@@ -198,7 +198,7 @@ def test_a_chain_whose_disk_failed_is_not_written_again(
         patch.setattr(os, "fsync", fail)
         with pytest.raises(StorageError, match="everything before it is"):
             chain.append(Note("lost", 2.0))
-    # The disk seems to work again: what it dropped meanwhile nobody knows.
+    # The disk seems to work again: it may have dropped data meanwhile.
     with pytest.raises(StorageError, match="disk failed"):
         chain.append(Note("lost", 2.0))
     assert len(synced) == 1

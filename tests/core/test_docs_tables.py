@@ -1,4 +1,4 @@
-"""The tables of the documentation say what the registries say."""
+"""The tables of the documentation agree with the registries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every way in which a document can be wrong is one sentence that names the file and the field."""
+"""Every fault of a document is one sentence with file and field."""
 
 from __future__ import annotations
 
@@ -252,7 +252,7 @@ def test_what_is_written_is_what_is_loaded(tmp_path: Path) -> None:
     assert rig.cameras[0].centre_world == pytest.approx([-165.0, 0.0, 0.0])
     assert rig.packed().shape == (2, 21)
     assert rig.identity == digest(path) == hashlib.sha256(RIG.encode()).hexdigest()
-    # A covariance: symmetric, positive, and no link between cameras calibrated by themselves.
+    # A covariance: symmetric, positive, without correlation between cameras calibrated alone.
     covariance = rig.parameter_covariance
     assert np.array_equal(covariance, covariance.T)
     assert np.all(np.diag(covariance) > 0.0)
@@ -311,7 +311,7 @@ def test_a_document_that_is_cut_off_anywhere_is_loaded_or_refused_in_words(
     path = tmp_path / "a.toml"
     for length in range(0, text.rindex("\n\n"), 7):
         path.write_text(text[:length])
-        # Cut between two entries, what is left can be a smaller document that is good.
+        # Cut between two entries, the rest can be a smaller valid document.
         with contextlib.suppress(InputError):
             load(path)
 

@@ -1,4 +1,4 @@
-"""The boundary itself: what is expected passes, everything else is named and written down."""
+"""The boundary itself: expected errors pass, all others are named and logged."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_a_thread_without_a_boundary_is_caught() -> None:
 
 
 def _parts(tree: ast.AST) -> Iterator[ast.expr]:
-    """Give what is named as the part that failed: it goes into the log."""
+    """Yield the names of failed parts: they enter the log."""
     places = {"contained": 1, "described": 1, "_tell_failure": 1, "run_tasks": 2, "side_by_side": 3}
     for call in ast.walk(tree):
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name | ast.Attribute):

@@ -1,4 +1,4 @@
-"""The gate itself: what is not run, what is repeated, and what it comes to at the end."""
+"""The gate itself: skipped tests, repeated ones, and the summary."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_that_leaves_badly(spoilt): pass
 
 
 def pytest_in(folder: Path, *options: str, **environment: str) -> tuple[int, str]:
-    """Run these tests with the gate in a folder of their own; return exit code and output."""
+    """Run these tests with the gate in a separate folder; return exit code and output."""
     (folder / "conftest.py").write_text(_CONFTEST)
     if not (folder / "test_them.py").exists():
         (folder / "test_them.py").write_text(_TESTS)
@@ -105,7 +105,7 @@ def test_a_file_that_cannot_be_read_is_a_failure(tmp_path: Path) -> None:
 def test_a_run_that_is_cut_off_is_a_failure(tmp_path: Path) -> None:
     (tmp_path / "test_them.py").write_text("import os\ndef test_it(): os._exit(0)\n")
     record = tmp_path / "1-others.json"
-    # It says that all is well, and it is not.
+    # The record claims success, wrongly.
     assert pytest_in(tmp_path, OCMM_TEST_RECORD=str(record))[0] == 0
     lines, well = summary(tmp_path)
     assert not well
@@ -146,7 +146,7 @@ def test_what_failed_and_was_not_tried_again_stays_failed(tmp_path: Path) -> Non
 
 
 def test_only_one_file_says_that_a_test_is_not_run() -> None:
-    """An error that somebody turns into a skip makes a broken product look green."""
+    """An error turned into a skip makes a broken product look green."""
     skips = re.compile(r"pytest\.(skip|importorskip|mark\.skip)|\bSkipTest\b")
     found = [
         path.name
@@ -235,7 +235,7 @@ def test_what_tests_use_of_a_processor_is_told_by_folder(
     assert pytest_in(tmp_path, *workers, OCMM_TEST_RECORD=str(record))[0] == 0
     used = {entry["test"].partition("::")[2]: entry["processor_s"]
             for entry in json.loads(record.read_text())}  # fmt: skip
-    # Time of the program and of the kernel are told in whole ticks of a hundredth of a second.
+    # Times of program and kernel come in whole ticks of a hundredth of a second.
     assert used["test_of_a_program"] >= 0.7 - 0.03
     assert used["test_that_waits"] < 0.3
     folders = [line.split() for line in summary(tmp_path)[0] if line.startswith("FOLDER")]

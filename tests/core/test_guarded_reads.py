@@ -56,7 +56,7 @@ LISTS = {
 }
 _LISTERS = ("glob", "rglob", "iterdir", "walk", "scandir", "listdir")
 _CAMPAIGN = "ocmm_bench/campaign/"
-"""Trials make and read files of their own folders."""
+"""Trials make and read files in their own folders."""
 
 
 def _reads(tree: ast.AST) -> Iterator[ast.Call]:

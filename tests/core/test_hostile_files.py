@@ -1,4 +1,4 @@
-"""Documents, tables, points and recordings that nobody should give, and parsers given damage."""
+"""Hostile documents, tables, points and recordings, and parsers with damaged input."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ KINDS: list[tuple[Forgery, Callable[[Path], object]]] = [
     *((kind, read_recording) for kind in recording_kinds(sample_recording())),
 ]  # fmt: skip
 SHAPES = ("one point", "the same point", "a line", "1e9", "serials", "a text", "tiny")
-"""What the reader of a file takes, and a fit or a rig refuses."""
+"""Accepted by the reader of a file, and refused by a fit or a rig."""
 
 
 @pytest.mark.parametrize(("kind", "load"), KINDS, ids=lambda one: getattr(one, "name", ""))

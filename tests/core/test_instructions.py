@@ -86,7 +86,7 @@ def test_code_that_another_process_kept_for_other_types_is_not_run(
         assert spec is not None
         assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
-        # Where numba looks for what the code belongs to.
+        # The place in which numba searches for the owner of the code.
         monkeypatch.setitem(sys.modules, "halves", module)
         spec.loader.exec_module(module)
         return module
@@ -102,7 +102,7 @@ def test_code_that_another_process_kept_for_other_types_is_not_run(
     found = third.half(7)
     assert (found, type(found)) == (3, int)
     assert sum(third.half.stats.cache_misses.values()) == 1
-    # Compiled anew it is kept, and is found as what it is.
+    # Compiled again it is stored, and found unchanged.
     fourth = process()
     assert fourth.half(7) == 3
     assert sum(fourth.half.stats.cache_hits.values()) == 1

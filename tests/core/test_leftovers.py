@@ -1,4 +1,4 @@
-"""What programs leave that were killed is removed; what somebody is using is not."""
+"""Files of killed programs are removed; files in use are not."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ with scratch_folder("job") as folder:
 
 @pytest.fixture(autouse=True)
 def _own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # Other tests' programs clear what killed programs left, too, at any moment.
+    # Programs of other tests also remove leftovers of killed programs, at any moment.
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setattr(type(HOST), "shared_memory", lambda _self: tmp_path)
 
 
 @contextlib.contextmanager
 def program(folder: Path) -> Iterator[tuple[subprocess.Popen[str], list[Path]]]:
-    """Run a program that is writing a file; give it and what it has made meanwhile."""
+    """Run a program that is writing a file; yield it and its files."""
     with subprocess.Popen(
         [sys.executable, "-c", _PROGRAM, str(folder)],
         stdout=subprocess.PIPE,
@@ -78,7 +78,7 @@ def test_what_a_killed_program_leaves_is_removed_and_counted(
     foreign.write_bytes(b"of another program")
     with program(tmp_path) as (child, made):
         assert all(path.exists() for path in made)
-        # Of a living program nothing is removed, however often somebody begins.
+        # Files of a living program survive any number of starts.
         FrameRing.create(2, 100).close()
         assert clear_leftovers([tmp_path]) == 0
         assert all(path.exists() for path in made)
@@ -99,7 +99,7 @@ def test_a_report_that_was_being_written_is_cleared_by_the_next(tmp_path: Path) 
     name, other = tmp_path / "JOB-001.csv", tmp_path / "JOB-001.csv.seal.json"
 
     def stop(_contents: object) -> None:
-        # As it was in the middle: whole files under names that somebody holds.
+        # As in the middle of the work: whole files under locked names.
         assert len(list(tmp_path.glob(".JOB*.tmp"))) == 2
         assert clear_leftovers([tmp_path]) == 0
         os.kill(os.getpid(), signal.SIGKILL)
@@ -119,7 +119,7 @@ def test_a_report_that_was_being_written_is_cleared_by_the_next(tmp_path: Path) 
 
 
 def test_a_process_number_that_is_used_again_hides_nothing(tmp_path: Path) -> None:
-    # The name says nothing of who made it: only the lock counts.
+    # The name does not show its maker: only the lock counts.
     left = tmp_path / ".a.json.ocmm-00ff00.tmp"
     left.write_bytes(b"half")
     descriptor = os.open(left, os.O_RDONLY)

@@ -89,7 +89,7 @@ def test_a_ring_without_room_is_refused(tmp_path: Path, monkeypatch: pytest.Monk
     def full(descriptor: int, size: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    # What a small /dev/shm answers; a file that only had its length would end by SIGBUS.
+    # The answer of a small /dev/shm; a file with only its length would end by SIGBUS.
     monkeypatch.setattr(HOST, "shared_memory", lambda: tmp_path)
     monkeypatch.setattr(HOST, "reserve", full)
     with pytest.raises(AcquisitionError, match="no room for the frame ring"):

@@ -1,4 +1,4 @@
-"""The tool that changes sources: what it changes, and that it tells killed from survived."""
+"""The tool that changes sources: its changes, and the distinction of killed and survived."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Copy:
 
 @pytest.fixture(scope="module")
 def seen(copy: Copy, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Seen]:
-    """Return what the tests of the small tree run, read back from where it is kept."""
+    """Return the tests' runs on the small tree, read back from the store."""
     memory = tmp_path_factory.mktemp("memory") / "memory.json"
     first = copy.seen(ROOM, memory)
     again = copy.seen(ROOM, memory)

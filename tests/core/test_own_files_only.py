@@ -1,4 +1,4 @@
-"""Only own files are removed, and a file that the station knows is not taken as empty."""
+"""Only own files are removed, and a recorded file is not accepted as empty."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names in any script: what is accepted, one spelling, and file names made from them."""
+"""Names in any script: accepted characters, one spelling, and file names made from them."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ BOUND_S = HANG_S
 
 
 def work(thing: tuple[str, float]) -> tuple[str, int]:
-    """Do what the thing says: wait, raise, die, or hang."""
+    """Do as the item requests: wait, raise, die, or hang."""
     kind, value = thing
     if kind == "wait":
         time.sleep(value)
@@ -123,7 +123,7 @@ def test_processes_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
 
 
 def _lives(pid: int) -> bool:
-    """Return whether a process still does something; one that nobody has buried does not."""
+    """Return whether a process still runs; a zombie does not."""
     try:
         return "Z" not in Path(f"/proc/{pid}/stat").read_text(encoding="ascii").split()[2]
     except (FileNotFoundError, ProcessLookupError):
@@ -141,7 +141,7 @@ def test_a_copy_sends_what_it_makes_and_ends_with_it() -> None:
 
     def made(send: Callable[[bytes], None]) -> None:
         send(str(held).encode())
-        # More than a pipe holds: it waits until somebody reads.
+        # More than a pipe holds: it blocks until it is read.
         send(b"x" * 3_000_000)
 
     aside = Aside(made)
@@ -189,7 +189,7 @@ def test_a_copy_that_fails_or_takes_too_long_sends_nothing() -> None:
     began = time.monotonic()
     assert aside.next(0.05) is None
     assert time.monotonic() - began < BOUND_S
-    # What nobody waits for ends when it is told to.
+    # A calculation without a waiting caller ends on request.
     aside = Aside(works_on)
     aside.end()
     aside.end()
@@ -231,5 +231,5 @@ def _runs(pid: int) -> bool:
         state = Path(f"/proc/{pid}/stat").read_text("utf-8", "replace").rpartition(")")[2]
     except OSError:
         return False
-    # One that is dead stays in the list until somebody asks how it ended.
+    # A dead process stays in the list until its parent reads its exit code.
     return state.split()[0] not in ("Z", "X")

@@ -1,4 +1,4 @@
-"""Reports as a bus process writes them, for the tests of what is shown of them."""
+"""Reports as a bus process writes them, for tests of their display."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ class Switch:
 
     @property
     def description(self) -> SourceDescription:
-        """Return what the source says about itself; it comes by itself now."""
+        """Return the description of the source; it is pushed as well."""
         return replace(self._source.description, live=True)
 
     def open(self) -> None:
@@ -181,7 +181,7 @@ class Switch:
         if cycle.frames is None:
             return cycle
         if not self.silent:
-            # Only what the test asks for is taken.
+            # Only requested touches are taken.
             cycle.frames.flags[:] &= np.uint32(~FrameFlag.BUTTON & 0xFFFFFFFF)
             return cycle
         return Cycle(CycleVerdict.LOST, "no answer", frames_lost=len(cycle.frames))

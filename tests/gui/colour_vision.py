@@ -1,11 +1,11 @@
-"""How colours look to those who lack a kind of cone, and how far apart two colours are.
+"""Colours as seen with colour vision deficiencies, and the difference of two colours.
 
 The matrices are those of G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, "A
 Physiologically-based Model for Simulation of Color Vision Deficiency", IEEE Transactions on
 Visualization and Computer Graphics 15 (2009) 1291-1298, at severity 1.0, as published with the
-paper; they act on linear RGB.
-The difference is CIEDE2000, after G. Sharma, W. Wu, E. N. Dalal, "The CIEDE2000 Color-Difference
-Formula", Color Research and Application 30 (2005) 21-30, with D65 and the primaries of sRGB.
+paper; they act on linear RGB. The difference is CIEDE2000, after G. Sharma, W. Wu, E. N. Dalal,
+"The CIEDE2000 Color-Difference Formula", Color Research and Application 30 (2005) 21-30, with D65
+and the primaries of sRGB.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def linear(colour: str) -> Float:
 
 
 def seen(colour: str, kind: str) -> Float:
-    """Return how somebody sees a colour, as linear RGB, (3,); ``usual`` leaves it as it is."""
+    """Return a colour seen with a deficiency, linear RGB, (3,); ``usual`` changes nothing."""
     rgb = linear(colour)
     if kind == "usual":
         return rgb

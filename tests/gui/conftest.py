@@ -15,6 +15,7 @@ from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
+from ocmm_sim.practice import Practice
 from ocmm_sim.scene import WorldOptions
 
 
@@ -33,12 +34,12 @@ OpenWindow = Callable[..., Bench]
 
 @pytest.fixture
 def fresh_sides() -> None:
-    """Start processes beside the window as the program does, each anew: one test of each kind."""
+    """Start side processes as the program does, without a fork server: one test of each kind."""
 
 
 @pytest.fixture(autouse=True)
 def _sides_of_a_server(request: pytest.FixtureRequest) -> None:
-    """Make processes beside the window of one that has loaded what they need; see `kept_sides`."""
+    """Fork the window's side processes from a preloaded one; see `kept_sides`."""
     if not {"fresh_sides", "kept_sides"} & set(request.fixturenames):
         request.getfixturevalue("kept_sides")
 
@@ -61,6 +62,7 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
         start: bool = True,
         led: bool = False,
         tests: bool = False,
+        practice: bool = False,
     ) -> Bench:
         # A tenth of the frame rate: the same job for a tenth of the work.
         request = StationRequest(
@@ -82,13 +84,17 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
             acceptance = AcceptanceBench(
                 request, folder=tmp_path / "tests", register=tmp_path / "artefacts"
             )
-        window = MainWindow(bridge, notices, out=out, hand=hand, bench=acceptance)
+        room = Practice(request, tmp_path / "practice") if practice else None
+        window = MainWindow(
+            bridge, notices, out=out, hand=hand or (built.hand if practice else None),
+            bench=acceptance, practice=room,
+        )  # fmt: skip
         window.resize(1280, 720)
         # Keys go to the active window only.
         with qtbot.waitActive(window):
             window.show()
             window.activateWindow()
-        # Only before the start is it certain what the window shows: nothing was measured yet.
+        # The content of the window is certain only before the start: nothing was measured yet.
         if start:
             bridge.start()
         opened.append(Bench(built, bridge, notices, window))

@@ -1,4 +1,4 @@
-"""What is cut off in lists, tables, their heads, choices, and what paints words by itself."""
+"""Texts cut off in lists, tables, their heads, choices, and self-painting widgets."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QStyle,
     QStyledItemDelegate,
     QStyleOptionComboBox,
+    QStyleOptionFrame,
     QStyleOptionViewItem,
     QTableView,
     QWidget,
@@ -28,7 +29,7 @@ from PySide6.QtWidgets import (
 
 _SLACK_PX = 2
 _OF_HEIGHT = 0.15
-"""What a line may stand over: accents and tails are smaller than what a font says."""
+"""Permitted overhang of a line: accents and tails are smaller than the font's metrics."""
 _MOST_ROWS = 60
 _HEAD_PADDING_PX = 8
 """As in the style sheet of the themes."""
@@ -36,7 +37,7 @@ _WRAP = int(Qt.TextFlag.TextWordWrap)
 
 
 def cut_words(window: QWidget) -> Iterator[str]:
-    """Give what is cut off in a window, beside the labels, buttons and fields of Qt."""
+    """Yield the cut texts of a window, in addition to labels, buttons and fields of Qt."""
     for widget in window.findChildren(QWidget):
         if not widget.isVisible() or widget.visibleRegion().isEmpty():
             continue
@@ -46,6 +47,8 @@ def cut_words(window: QWidget) -> Iterator[str]:
             yield from _cells(widget)
         elif isinstance(widget, QComboBox):
             yield from _choices(widget)
+        elif isinstance(widget, QLineEdit):
+            yield from _low(widget)
         elif isinstance(widget, QPlainTextEdit) and not widget.toPlainText():
             yield from _hint(widget)
     yield from _painted(window)
@@ -113,11 +116,24 @@ def _choices(choice: QComboBox) -> Iterator[str]:
     room = choice.style().subControlRect(
         QStyle.ComplexControl.CC_ComboBox, option, QStyle.SubControl.SC_ComboBoxEditField, choice
     )
+    high = choice.fontMetrics().height() * (1.0 - _OF_HEIGHT)
+    if high > room.height() + 1:
+        yield f"choice {choice.accessibleName()!r} needs {high:.0f} px, has {room.height()}"
     for number in range(choice.count()):
         text = choice.itemText(number)
         need = choice.fontMetrics().horizontalAdvance(text)
         if need > room.width() - 2 + _SLACK_PX:
             yield f"choice {text!r} needs {need} px, has {room.width() - 2}"
+
+
+def _low(field: QLineEdit) -> Iterator[str]:
+    """Give a field that is too low for its line: a layout without room squeezes it."""
+    option = QStyleOptionFrame()
+    field.initStyleOption(option)
+    room = field.style().subElementRect(QStyle.SubElement.SE_LineEditContents, option, field)
+    need = field.fontMetrics().height() * (1.0 - _OF_HEIGHT)
+    if need > room.height() + 1:
+        yield f"field {field.accessibleName()!r} needs {need:.0f} px, has {room.height()}"
 
 
 def _hint(field: QPlainTextEdit) -> Iterator[str]:
@@ -134,7 +150,21 @@ def _is_painted(delegate: object) -> bool:
 
 
 def _painted(window: QWidget) -> Iterator[str]:
-    """Paint everything that paints itself once more, and give the words that do not fit."""
+    """Give the painted words that do not fit."""
+    for name, found in _repainted(window):
+        yield from (
+            f"{name}: {fault}" for fault in dict.fromkeys(one.fault for one in found) if fault
+        )
+
+
+def painted_words(window: QWidget) -> Iterator[tuple[str, str]]:
+    """Give the words that widgets paint by themselves, with the name of their class."""
+    for name, found in _repainted(window):
+        yield from ((name, one.text) for one in found)
+
+
+def _repainted(window: QWidget) -> Iterator[tuple[str, list[PaintedWords]]]:
+    """Paint everything that paints itself once more."""
     for widget in window.findChildren(QWidget):
         if not widget.isVisible() or widget.visibleRegion().isEmpty():
             continue
@@ -148,9 +178,7 @@ def _painted(window: QWidget) -> Iterator[str]:
             continue
         with watched_words() as found:
             widget.repaint()
-        yield from (
-            f"{name}: {fault}" for fault in dict.fromkeys(one.fault for one in found) if fault
-        )
+        yield name, found
 
 
 def _paints_itself(widget: QWidget) -> bool:
@@ -165,7 +193,7 @@ def _is_ours(kind: type) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class PaintedWords:
-    """What was painted, and what is wrong with it; empty where it is whole."""
+    """A painted text, and its fault; empty if it is whole."""
 
     text: str
     fault: str
@@ -191,7 +219,7 @@ def watched_words() -> Iterator[list[PaintedWords]]:
 
 
 def _fault(painter: QPainter, given: Sequence[Any], text: str) -> str:
-    """Return how words stand outside their place, or that they were shortened to fit into it."""
+    """Return the overhang of a text, or its shortening to fit into its place."""
     if text.endswith("…") and len(text) > 1:
         return f"{text!r} was shortened"
     metrics, place = QFontMetricsF(painter.font()), given[0]

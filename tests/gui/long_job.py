@@ -21,9 +21,9 @@ _RATE_HZ = 500
 
 
 def make_long_job(folder: Path) -> Path:
-    """Return a job by the quick plan in which every place was touched `_TIMES` times over.
+    """Return a job by the quick plan with every place touched `_TIMES` times.
 
-    What an evaluation costs depends on how many points there are, not on where they lie.
+    The cost of an evaluation depends on the number of points, not on their places.
     """
     rig_file = resource("rigs", "recommended.toml")
     probe_file = resource("probes", "standard.toml")

@@ -1,4 +1,4 @@
-"""Somebody at the mouse of a window that leads the probe, for tests of what is touched by hand."""
+"""A user of the mouse in a window that leads the probe, for tests of touches by hand."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ class Mouse:
         self.wanted = self.points()
 
     def points(self) -> int:
-        """Return how many points the job has."""
+        """Return the number of points of the job."""
         return sum(len(one.points) for one in self.bench.bridge.shown.job.features)
 
     def at(self, place_part: Float) -> QPoint:
-        """Return where a place of the part is seen."""
+        """Return the pixel of a place of the part."""
         world = self.part.T_world_from_part.apply(np.array(place_part)[None])
         x, y = self.view.projected(world)[0]
         return QPoint(round(float(x)), round(float(y)))
@@ -72,7 +72,7 @@ class Mouse:
         QTest.mouseClick(self.view, Qt.MouseButton.LeftButton, pos=spot)
 
     def click(self, place: Float, normal: Float) -> None:
-        """Click where the ball is to touch, again where frames of a busy computer are missing."""
+        """Click at a target of the ball, again if a busy computer drops frames."""
         self.wanted += 1
         assert any(self.tries(place, normal) for _ in range(_CLICKS))
 
@@ -89,7 +89,7 @@ class Mouse:
         return self.points() > before
 
     def watch(self, seconds: float, until: Callable[[], bool] = lambda: False) -> None:
-        """Wait for so much time of the bus, which a busy computer stretches, or for an event."""
+        """Wait for this time of the bus, which a busy computer stretches, or for an event."""
         looks = self.bench.built.station.looks
         end_s = looks.live().time_s + seconds
         self.qtbot.waitUntil(lambda: until() or looks.live().time_s > end_s, timeout=HANG_MS)

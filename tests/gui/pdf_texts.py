@@ -39,7 +39,7 @@ def drawn(paint: Draw) -> str:
 
 
 def pages(data: ReportData) -> list[str]:
-    """Return every word of every page as it is printed, with its foot and what stands above it."""
+    """Return every word of every page as printed, with its foot and head."""
     canvas = pdf.lay_out(data)
     return [
         drawn(partial(pdf.paint_page, canvas=canvas, index=index, data=data))

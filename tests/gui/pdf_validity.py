@@ -1,4 +1,4 @@
-"""Judges of PDF/A-3: veraPDF where it is installed, and our own check of the structure."""
+"""Judges of PDF/A-3: veraPDF if installed, and our own check of the structure."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def verapdf(files: Sequence[Path], flavour: str = "3a") -> list[str]:
 
 
 def structure_faults(pdf: bytes, language: str) -> list[str]:
-    """Return what our own check finds missing; it knows few of the rules of ISO 19005-3."""
+    """Return the findings of our own check; it covers few of the rules of ISO 19005-3."""
     reader: Any = PdfReader(io.BytesIO(pdf), strict=True)
     root = reader.trailer["/Root"]
     faults = [

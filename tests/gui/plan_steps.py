@@ -1,4 +1,4 @@
-"""The steps of whole plans as a window sees them: job views, and where the ball is meanwhile."""
+"""The steps of whole plans as seen by a window: job views, and the places of the ball meanwhile."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ _LIFTS_MM = (0.0, 20.0, 60.0)
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What is shown at one moment: the job, and where the ball is, (3,), mm, world."""
+    """The view at one moment: the job, and the place of the ball, (3,), mm, world."""
 
     job: JobView
     ball_world: Float
 
 
 def measured_steps(name: str, folder: Path, model: PartModel | None = None) -> Iterator[Step]:
-    """Give the steps of a plan of ``resources`` as it is measured on the virtual rig.
+    """Yield the steps of a plan of ``resources`` as it is measured on the virtual rig.
 
-    A model in the frame of the nominals stands roughly until the job knows where its part is.
+    A model in the frame of the nominals is placed roughly until the job determines its place.
     """
     rig_file, probe_file = resource("rigs", "recommended.toml"), resource("probes", "standard.toml")
     rig, body = load_rig(rig_file), load_probe(probe_file)
@@ -85,7 +85,7 @@ def measured_steps(name: str, folder: Path, model: PartModel | None = None) -> I
 
 
 def moved_to(planned: PlannedFeature, place: RigidTransform) -> PlannedFeature:
-    """Return what is touched first on a part that is supposed elsewhere."""
+    """Return the first target on a part supposed elsewhere."""
     motion = place.compose(planned.T_world_from_nominal.inverse())
     targets = tuple(
         replace(

@@ -11,6 +11,7 @@ import msgspec
 from PySide6.QtWidgets import QWidget
 
 from ocmm_core.documents import resource
+from tests.gui.cut_words import painted_words
 
 _WORD = re.compile(r"[^\W\d_]{3,}")
 _READ = ("text", "title", "toolTip", "accessibleName", "accessibleDescription", "placeholderText")
@@ -57,6 +58,9 @@ def english_in(widget: QWidget) -> Iterator[str]:
             text = read() if callable(read) else read
             if isinstance(text, str) and english_words().intersection(_words(text)):
                 yield f"{type(one).__name__}.{attribute}: {text}"
+    for name, text in painted_words(widget):
+        if english_words().intersection(_words(text)):
+            yield f"painted by {name}: {text}"
 
 
 def _words(text: str) -> set[str]:

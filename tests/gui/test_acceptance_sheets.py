@@ -81,7 +81,7 @@ def test_an_artefact_is_typed_listed_renewed_and_removed_by_keys(
     assert words[:4] == ("S-7", "sphere", "4711", "0.30")
     assert words[5] == "2099-12-31"
     assert "▲" not in words[6]
-    # The same certificate twice is a mistake of whoever types; a newer one takes its place.
+    # The same certificate twice is a typing mistake; a newer one replaces it.
     _typed(sheet)
     QTest.keyClick(sheet.form.fields["id"], Qt.Key.Key_F8)
     _settled(qtbot, sheet)
@@ -98,7 +98,7 @@ def test_an_artefact_is_typed_listed_renewed_and_removed_by_keys(
     assert sheet.table.rowCount() == 1
     assert "SPHERE-25" in sheet.table.words(0)[6]
     assert "certified to 500.0 um" in sheet.reasons.text()
-    # What is no number is named.
+    # An invalid number is named.
     _typed(sheet, id="S-8", expanded="small")
     QTest.keyClick(sheet.form.fields["id"], Qt.Key.Key_F8)
     _settled(qtbot, sheet)
@@ -153,7 +153,7 @@ def test_nobody_types_a_number_of_a_digital_certificate(
     assert sheet.form.fields["certificate"].text() == "L-2026-1"
     assert sheet.form.texts()["source"] == "DCC L-2026-1, XML signature NONE"
     assert len(sheet.form.texts()["certificate_sha256"]) == 64
-    # What somebody changes is not what the certificate says.
+    # A changed value is not that of the certificate.
     sheet.form.fields["expanded"].setText("0.0001")
     assert sheet.form.texts()["source"] == "typed"
     assert sheet.form.texts()["certificate_sha256"] == ""

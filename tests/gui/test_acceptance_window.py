@@ -40,7 +40,7 @@ from tests.waiting import let_pass
 
 @dataclass
 class Desk:
-    """A window with acceptance tests in folders of their own."""
+    """A window with acceptance tests in separate folders."""
 
     qtbot: QtBot
     window: MainWindow
@@ -57,11 +57,11 @@ class Desk:
 
     @property
     def view(self) -> GuidedAcceptanceView:
-        """Return what is shown."""
+        """Return the shown view."""
         return self.runner.driver.now.view_as(GuidedAcceptanceView)
 
     def key(self, key: Qt.Key, modifier: Qt.KeyboardModifier | None = None) -> None:
-        """Press a key where the keyboard is."""
+        """Press a key at the widget with the focus."""
         widget = QApplication.focusWidget()
         assert widget is not None
         QTest.keyClick(widget, key, modifier or Qt.KeyboardModifier.NoModifier)
@@ -87,13 +87,13 @@ class Desk:
         self.until(desk.start.begin_button.isEnabled)
 
     def begin(self) -> None:
-        """Start what is chosen, and go on to the measuring with automatic taking."""
+        """Start the selected test, and go on to the measuring with automatic taking."""
         self.until(self.window.tests.desk.start.begin_button.isEnabled)
         self.key(Qt.Key.Key_Return)
         self.measure()
 
     def measure(self) -> None:
-        """Go on to the measuring and let what is ready be taken."""
+        """Go on to the measuring and take each finished point."""
         self.until(lambda: self.window.tests.desk.runner is not None)
         if self.view.base.step.name == "prepare":
             let_pass(DEBOUNCE_S)
@@ -154,7 +154,7 @@ def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
 
 
 def _hand(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> list[VirtualHand]:
-    """Return where the hands of the tests that begin are found."""
+    """Return the list that receives the hands of tests when they begin."""
     made: list[VirtualHand] = []
     ask = AcceptanceBench.hand
 
@@ -257,7 +257,7 @@ def test_the_interim_check_is_charted_and_points_are_taken_by_hand(desk: Desk) -
     desk.key(Qt.Key.Key_F8)
     desk.until(desk.window.tests.desk.start.isVisible)
     desk.begin()
-    # Y once more: nothing is taken by itself, and the hand waits for the key.
+    # Y again: nothing is taken automatically, and the hand waits for the key.
     let_pass(DEBOUNCE_S)
     desk.key(Qt.Key.Key_Y)
     desk.until(lambda: not desk.runner.driver.now.automatic)
@@ -298,7 +298,7 @@ def test_a_refused_artefact_says_why_and_cannot_begin(desk: Desk) -> None:
     desk.key(Qt.Key.Key_Return)
     desk.until(lambda: chosen.refusal in start.trouble.text())
     assert desk.window.tests.desk.runner is None
-    # Without a name, too.
+    # Also without a name.
     desk.key(Qt.Key.Key_Up)
     start.fields["who"].setText("")
     desk.key(Qt.Key.Key_Return)
@@ -310,7 +310,7 @@ def test_a_refused_artefact_says_why_and_cannot_begin(desk: Desk) -> None:
 def test_procedures_and_artefacts_are_read_beside_the_window(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A register on a slow disk holds up no key; what was passed over is not read."""
+    """A register on a slow disk delays no key; skipped entries are not read."""
     going, read, inside = threading.Event(), [], threading.current_thread()
     ask = AcceptanceBench.offers
 
@@ -332,7 +332,7 @@ def test_procedures_and_artefacts_are_read_beside_the_window(
     assert start.artefact() is None
     going.set()
     desk.until(start.begin_button.isEnabled)
-    # The first one was begun with, the last one is wanted; nobody asks for those between.
+    # The first one was started, the last one is requested; those between are not read.
     names = [one.procedure.id for one in desk.window.tests.desk.procedures]
     assert read == [names[0], names[3]]
 

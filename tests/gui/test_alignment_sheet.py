@@ -1,4 +1,4 @@
-"""The sheet of the alignment: what is accepted is what the job has."""
+"""The sheet of the alignment: the job uses the accepted one."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def headed(language: str, name: str = LABORATORY) -> Paper:
 
 @pytest.fixture(name="made", scope="module")
 def _made(tmp_path_factory: pytest.TempPathFactory, qapp: object) -> Made:
-    """Return a file of each writer, in both languages where they have two."""
+    """Return a file of each writer, in both languages if available."""
     _ = qapp
     folder = tmp_path_factory.mktemp("site")
     store, record = CalibrationStore(folder / "cameras"), make_record()

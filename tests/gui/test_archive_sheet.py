@@ -1,4 +1,4 @@
-"""The Archive page: asked in a process of its own, by keys, and stopped at once."""
+"""The Archive page: queried in a separate process, by keys, and stopped at once."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def test_a_recall_is_computed_shown_stored_and_printed(
     sheet.recall.fields["folders"].setText(str(calibrations))
     sheet.keys["store"].trigger()
     assert told.pop().code == "recall.nothing"
-    # Given up at once; what is shown stays.
+    # Cancelled at once; the shown rows stay.
     sheet.keys["ask"].trigger()
     assert sheet.is_working()
     sheet.keys["stop"].trigger()
@@ -164,7 +164,7 @@ def test_a_recall_is_computed_shown_stored_and_printed(
         "before": Outcome.HOLDS, "large": Outcome.CHANGES,
     }  # fmt: skip
     assert sheet.recall.result.headline() == headline(record)
-    # Nobody is named: the core says so.
+    # Without a name: the core reports it.
     sheet.keys["store"].trigger()
     done()
     assert told.pop().code == "recall.nobody"

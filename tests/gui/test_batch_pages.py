@@ -1,4 +1,4 @@
-"""The pages of a batch: every characteristic with its chart, its signals, and what they mean."""
+"""The pages of a batch: every characteristic with its chart, its signals, and their meaning."""
 
 from __future__ import annotations
 

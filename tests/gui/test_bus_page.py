@@ -1,4 +1,4 @@
-"""The bus page shows what the report of the bus says, and nothing old as new."""
+"""The bus page shows the report of the bus, and nothing old as new."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_a_bus_in_order(wire: Wire) -> None:
     page = wire.page
     assert page.phase() == "IN OPERATION"
     assert page.wire.words() == "2 of 2 cameras answer."
-    # left, as its report says: serial, place, state, code, frames, lost, overruns, bad, ...
+    # left, as in its report: serial, place, state, code, frames, lost, overruns, bad, ...
     assert page.cameras.words(0) == (
         "left", "1001", "1", "OP", "no error", "4799912", "88", "1", "3", "0", "36.4", "2", "0",
         "17", "1.4.2",
@@ -144,7 +144,7 @@ def test_the_accounts_add_up_or_say_that_they_do_not(wire: Wire) -> None:
 def test_a_report_that_is_old_is_not_shown_as_new(wire: Wire, qtbot: QtBot) -> None:
     wire.show(IN_ORDER)
     assert wire.page.phase() == "IN OPERATION"
-    # The page asks by itself, four times a second.
+    # The page polls four times a second.
     qtbot.waitUntil(lambda: wire.page.phase() == "NO REPORT", timeout=HANG_MS)
     assert "No report from the bus process" in wire.page.trouble()
     wire.show(IN_ORDER)

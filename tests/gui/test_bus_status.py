@@ -1,7 +1,7 @@
-"""A bus that is not in order is seen at once in Inspect, and no number stands beside it.
+"""A disturbed bus is visible at once in Inspect, without a number next to it.
 
-Times are printed and only held to a second: the limit of 200 ms is for a machine that is not
-busy with other tests.
+Times are printed and only limited to a second: the limit of 200 ms is for a machine without other
+load.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Bench:
         assert DASHES not in self.window.desk.readout.values()
 
     def seconds_until(self, word: str) -> float:
-        """Return how long it takes until the strip says ``word``."""
+        """Return the time until the strip shows ``word``."""
         begun = time.monotonic()
         self._qtbot.waitUntil(lambda: self.status() == word, timeout=PATIENCE_MS)
         return time.monotonic() - begun
@@ -111,7 +111,7 @@ def test_what_was_tracked_before_is_not_shown_as_new(bench: Bench) -> None:
     publish(bench.bus.ring, MISSING)
     bench.bus.switch.silent = True
     bench.seconds_until("NOT READY")
-    # The bus says that it is back, but no frame of after the disturbance has come through.
+    # The bus reports operation, but no frame from after the disturbance has arrived.
     publish(bench.bus.ring, IN_ORDER)
     for _ in range(20):
         QTest.qWait(10)

@@ -22,12 +22,12 @@ from ocmm_gui.window import MainWindow
 from ocmm_sim.bus import CameraDeed, DeedAnswer, FaultKind
 from tests.host import BUSY, HANG_MS, HANG_S, private_network
 
-# Two processes must answer each other within a millisecond: not beside other tests.
+# Two processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = pytest.mark.timing
 
 PATIENCE_MS = HANG_MS
 LIMIT_S = 1.0
-"""Of what is shown at once; the aim is 0.2 s, and the machine may be busy."""
+"""Limit of immediate displays; the aim is 0.2 s, and the machine may be busy."""
 Record = Callable[[str, object], None]
 
 
@@ -92,7 +92,7 @@ def test_a_camera_is_switched_off_and_on(
     QTest.keyClick(window, Qt.Key.Key_M)
     qtbot.waitUntil(lambda: bus.phase() == "IN OPERATION", timeout=PATIENCE_MS)
     names = [camera.name for camera in bench.station.instruments.rig.cameras]
-    # The page asks a few times a second; the first report may be older than the first frame.
+    # The page polls a few times a second; the first report may be older than the first frame.
     qtbot.waitUntil(
         lambda: all(int(bus.cameras.words(row)[5]) > 0 for row in range(len(names))),
         timeout=PATIENCE_MS,
@@ -131,7 +131,7 @@ def test_a_camera_is_switched_off_and_on(
     report = bench.station.looks.bus_report()
     assert report is not None
     assert report.recoveries >= 1
-    # After the start, and again; within a second both are one line that says twice.
+    # After the start, and again; within a second both are one line with a count of two.
     back = [event.cycles for event in report.events if event.code == "bus.operation"]
     assert sum(back) >= 2, report.events
     assert report.good + report.late + report.lost + report.bad == report.elapsed

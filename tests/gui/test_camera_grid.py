@@ -30,7 +30,7 @@ def test_sixteen_cameras_stand_in_a_square(
     live = SimpleNamespace(spots=spots, slot_leds=names, slot_references=None)
     # A few cameras at a time: after four snapshots all were drawn.
     for _ in range(4):
-        views.show_live(live)  # type: ignore[arg-type] # all that it asks of a snapshot
+        views.show_live(live)  # type: ignore[arg-type] # the used fields of a snapshot
     qapp.processEvents()
     plots = views.plots()
     assert len({plot.x() for plot in plots}) == len({plot.y() for plot in plots}) == 4
@@ -52,7 +52,7 @@ def test_the_table_of_leds_scrolls_and_ends_at_the_most(qapp: QApplication) -> N
     qapp.processEvents()
     assert table.rowCount() == len(table.leds()) == MAX_LEDS
     assert table.verticalScrollBar().maximum() > 0
-    # What was added last is in sight.
+    # The newest row is in sight.
     bar = table.verticalScrollBar()
     at_the_end = bar.value() == bar.maximum()
     table.close()

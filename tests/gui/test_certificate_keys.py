@@ -21,7 +21,7 @@ from tests.host import HANG_MS
 def _written(
     qtbot: QtBot, bench: of_cameras.Bench | of_probe.Bench, page: Qt.Key, folder: Path
 ) -> list[Dcc]:
-    """Press the key of the certificate, agree to the folder, and read back what is there."""
+    """Press the key of the certificate, accept the folder, and read back its files."""
     papers = bench.window.maintenance.tests.papers
     written: list[tuple[Path, ...]] = []
     papers.written.connect(written.append)

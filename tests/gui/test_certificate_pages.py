@@ -1,4 +1,4 @@
-"""The pages of papers about the machine, by the command and as they are drawn."""
+"""The pages of certificates about the machine, by the command and as drawn."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def test_a_german_paper_is_german_in_its_head_and_verdict(folder: Path, paper: C
         assert words in said
     for english in ("PASSED", "passed", "as found", "after adjustment", "Lengths in", "humidity"):
         assert english not in said
-    # What is no word of the program is as it was: names, numbers, hashes.
+    # Names, numbers and hashes stay unchanged.
     assert german.number in said
     calibrated = _in(certificate_of_folder(folder, plain_paper(), calibration=True), language="de")
     assert "Verzeichnung k1" in " ".join(texts(pages.lay_out(calibrated)).split())

@@ -1,4 +1,4 @@
-"""Curves with more points than pixels: what stands out stays in the picture."""
+"""Curves with more points than pixels: extremes stay in the picture."""
 
 from __future__ import annotations
 

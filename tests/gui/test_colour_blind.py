@@ -1,4 +1,4 @@
-"""What means different things is told apart by everybody: by colour, or else by word and shape."""
+"""Different meanings are distinguishable by everyone: by colour, or else by word and shape."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ocmm_gui.kit import THEMES, status_mark, verdict_mark
 from tests.gui.colour_vision import MACHADO, ciede2000, lab, linear, seen
 
 APART = 10.0
-"""CIEDE2000 at which colours beside each other differ at a glance; 1 is just seen."""
+"""CIEDE2000 at which neighbouring colours differ at a glance; 1 is just visible."""
 KINDS = ("usual", *MACHADO)
 OUTCOMES = ("good", "warn", "bad")
 ZONES = ("zone_good", "zone_warn", "zone_bad")
@@ -22,7 +22,7 @@ ZONES = ("zone_good", "zone_warn", "zone_bad")
 @pytest.mark.parametrize(
     ("first", "second", "difference"),
     [
-        # Of the table of 34 pairs that Sharma, Wu and Dalal give to check a program with.
+        # From the table of 34 test pairs by Sharma, Wu and Dalal.
         ((50.0, 2.6772, -79.7751), (50.0, 0.0, -82.7485), 2.0425),
         ((50.0, 0.0, 0.0), (50.0, -1.0, 2.0), 2.3669),
         ((50.0, 2.5, 0.0), (50.0, 0.0, -2.5), 4.3065),

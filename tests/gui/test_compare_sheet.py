@@ -1,4 +1,4 @@
-"""The batch side by side in the window: read in a process of its own, and given up at once."""
+"""The batch comparison in the window: read in a separate process, and cancelled at once."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_the_jobs_of_a_folder_are_shown_with_the_count_they_rest_on(
     assert f"{JOBS} jobs of plan QUICK" in sheet.about()
     assert sheet.table.rowCount() == 2
     assert f"{JOBS} of {JOBS}" in sheet.table.words(0)
-    # Three values are too few for a scatter, and that is said in place of numbers.
+    # Three values are too few for a scatter, and a dash replaces the numbers.
     assert sheet.table.words(0)[3:5] == ("–", "–")
     assert "Measure 2 more parts" in sheet.words.text()
     assert "3 parts" in sheet.chart.accessibleDescription()
@@ -96,7 +96,7 @@ def test_the_batch_is_filtered_by_feature_and_written_as_a_table(
     assert name in set(sheet.table.chosen().features)  # type: ignore[union-attr]
     sheet.feature.setText("")
     QTest.keyClicks(sheet.feature, "NONE")
-    # An unknown name shows everything, and says which names there are.
+    # An unknown name shows everything, with a list of the valid names.
     assert sheet.table.rowCount() == 2
     assert "Choose from" in sheet.about()
     sheet.keys["export"].trigger()

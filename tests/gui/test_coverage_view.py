@@ -79,5 +79,5 @@ def test_the_share_of_a_plane_stands_below_its_points(qtbot: QtBot) -> None:
         chosen=0,
     )
     lowest = max(view.place_of(point.number).y() for point in points)
-    # The letters stand in the last fifth of the side, above the margin of 0.16.
+    # The letters are in the last fifth of the side, above the margin of 0.16.
     assert lowest <= (1.0 - 0.16 - 0.2) * SIDE + 1e-9

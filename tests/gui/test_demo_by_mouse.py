@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
 
 LEANED = "SPHERE"
-"""Touched with the probe leaned, which must not change what is measured."""
+"""Touched with a leaned probe, which must not change the result."""
 _QUARTER_PX = 196
 """A quarter turn of the view: it turns 0.008 rad a pixel."""
 _SIDES = 4
@@ -32,7 +32,7 @@ _BACK = (Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Down, Qt.Key.Key_Up)
 
 
 class _Inspector:
-    """Touches where the picture shows the face; turns picture or probe where it does not."""
+    """Touches visible faces; turns picture or probe if the face is hidden."""
 
     def __init__(self, mouse: Mouse) -> None:
         self.mouse = mouse
@@ -45,7 +45,7 @@ class _Inspector:
         self.leaned += 1
 
     def touch(self, place: Float, normal: Float) -> None:
-        """Take a point there; where none comes, lean the probe and touch again."""
+        """Take a point there; on a refusal, lean the probe and touch again."""
         if self.mouse.tries(place, normal):
             return
         for key, back in zip(_LEANS, _BACK, strict=True):

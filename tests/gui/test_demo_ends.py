@@ -37,7 +37,7 @@ def _of_session(session: int) -> list[int]:
 
 @pytest.mark.parametrize("how", _ENDS)
 def test_who_ends_the_demo_ends_its_window(tmp_path: Path, how: signal.Signals) -> None:
-    """The window takes the place of the command, so that there is one process to end."""
+    """The window replaces the command's process, so that there is one process to end."""
     documents = ("--plan", ball_plan_in(tmp_path))
     with subprocess.Popen(
         [sys.executable, "-m", "ocmm_cli", "demo", *documents, "--out", tmp_path / "job"],
@@ -59,5 +59,5 @@ def test_who_ends_the_demo_ends_its_window(tmp_path: Path, how: signal.Signals) 
     if how != signal.SIGKILL:
         assert not any(ring.exists() for ring in rings)
     for ring in rings:
-        # What was killed left its ring to the next start; see test_frame_ring.
+        # A killed process leaves its ring to the next start; see test_frame_ring.
         ring.unlink(missing_ok=True)

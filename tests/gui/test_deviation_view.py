@@ -1,4 +1,4 @@
-"""Deviations on the screen and on paper: what the colours are tied to, in words as well."""
+"""Deviations on the screen and on paper: the meaning of the colours, in words as well."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_no_two_classes_look_alike(theme: object) -> None:
     made = next(item for item in THEMES.values() if item is theme)
     found = [deviation_colour(made, kind) for kind in DeviationClass]
     assert len(set(found)) == len(found) or made.name == "contrast"
-    # Outside is told by a mark, accepted by a filled end: not by colour alone.
+    # Outside is marked by a sign, accepted by a filled end: not by colour alone.
     view, _ = deviating_job()
     items = deviation_items(deviations_of(view), made)
     hollow = [item for item in items if isinstance(item, Dots) and item.colour == made.panel]
@@ -194,7 +194,7 @@ def waited_for(window: DeviationView | PointView) -> QImage:
 
 
 def pixels_like(image: QImage, colour: str) -> NDArray[np.bool_]:
-    """Return which pixels have the hue of a colour, whatever their light."""
+    """Return the pixels with the hue of a colour at any brightness."""
     wanted = QColor(colour)
     seen = [[image.pixelColor(x, y) for x in range(0, image.width(), 3)]
             for y in range(0, int(0.8 * image.height()), 3)]  # fmt: skip
@@ -205,7 +205,7 @@ def pixels_like(image: QImage, colour: str) -> NDArray[np.bool_]:
 
 
 def inside(image: QImage, colour: str) -> int:
-    """Return how many such pixels lie between four alike."""
+    """Return the number of such pixels between four alike."""
     alike = pixels_like(image, colour)
     whole = alike[1:-1, 1:-1] & alike[:-2, 1:-1] & alike[2:, 1:-1]
     return int(np.sum(whole & alike[1:-1, :-2] & alike[1:-1, 2:]))

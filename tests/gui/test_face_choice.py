@@ -49,7 +49,7 @@ def test_faces_stand_by_name_and_only_those_with_a_surface(choice: FaceChoice) -
     assert lines[2].startswith("PLANE_3   face 3")
     assert len(lines) == 3
     assert choice.chosen() == ()
-    # What has no surface cannot be chosen on the part either.
+    # A face without a surface cannot be chosen on the part either.
     choice.picture.face_clicked.emit(4)
     assert choice.chosen() == ()
 

@@ -27,7 +27,7 @@ NAMES = {
 
 
 def boxes(text: str) -> int:
-    """Return how many glyphs of a text are the box of a font."""
+    """Return the number of glyphs drawn as the box of a font."""
     layout = QTextLayout(text, text_font(20))
     layout.beginLayout()
     layout.createLine()

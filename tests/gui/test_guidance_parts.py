@@ -27,7 +27,7 @@ TARGET = Target("BORE", PLACE, UP, PLACE + 3.0 * UP)
 
 
 class Heard(SoundPlayer):
-    """A player that remembers what it was asked to sound."""
+    """A player that records its requested sounds."""
 
     def __init__(self) -> None:
         super().__init__(enabled=False)
@@ -61,7 +61,7 @@ def test_the_tone_rises_on_the_way_and_a_probe_at_rest_is_silent(qtbot: QtBot) -
 @pytest.mark.parametrize("distance", [100.0, 40.0, 12.0, 5.0, 1.0])
 def test_what_is_heard_is_higher_the_nearer_the_point_is(distance: float) -> None:
     assert _heard_hz(0.5 * distance) >= _heard_hz(distance)
-    # The scale has six steps in an octave: what is heard is within half a step of the cue.
+    # The scale has six steps in an octave: the played tone is within half a step of the cue.
     assert abs(np.log2(_heard_hz(distance) / cue(distance).tone_hz)) <= 1.0 / 12.0 + 1e-3
     assert _heard_hz(1.0) == pytest.approx(8.0 * _heard_hz(100.0), rel=1e-3)
 

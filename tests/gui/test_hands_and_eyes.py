@@ -79,12 +79,12 @@ def test_everything_grows_by_keys_and_is_remembered(
     dots = window.grab().size()
     for key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
         QTest.keyClick(window, key, Qt.KeyboardModifier.ControlModifier)
-        # It is made anew, and has the keyboard again.
+        # It is recreated, and has the focus again.
         qtbot.waitUntil(window.isActiveWindow, timeout=HANG_MS)
     assert window.devicePixelRatio() == pytest.approx(1.2)
     assert SettingsStore.of_this_user().load().settings.window_zoom == 120
     qapp.processEvents()
-    # The window stays where and as large as it is; what is in it grows.
+    # The window keeps place and size; its content grows.
     assert window.grab().size() == dots
     assert window.isVisible()
     for _ in range(20):
@@ -112,7 +112,7 @@ def test_a_field_leaves_the_keys_of_the_zoom_to_the_window(
     field.setFocus()
     QTest.keyClick(field, Qt.Key.Key_Plus, Qt.KeyboardModifier.ControlModifier)
     qtbot.waitUntil(lambda: window.eyes.zoom.percent == 110, timeout=HANG_MS)
-    # What a key changed stands on the page that is open.
+    # A value changed by a key appears on the open page.
     assert window.sheets.settings.rows["window.zoom"].field.text() == "110"
     assert "+" not in field.text()
 
@@ -139,7 +139,7 @@ def test_pages_grow_with_the_screen(size: tuple[int, int], factor: float) -> Non
 def test_nothing_is_cut_off_at_any_zoom(open_window: OpenWindow, qapp: QApplication) -> None:
     window = open_window(speed=0.1, tests=True).window
     found = []
-    # Pages are made at the first and shown at the others, as for somebody who uses the keys.
+    # Pages are made at the first zoom and shown at the others, as for a user of the keys.
     for percent in (150, 80, 200):
         window.eyes.zoom.use(percent)
         size = round(128000 / percent), round(72000 / percent)
@@ -207,7 +207,7 @@ def test_gloves_are_put_on_and_off_by_a_key(open_window: OpenWindow, qtbot: QtBo
     before = [button.minimumSize() for button in buttons]
     QTest.keyClick(window, Qt.Key.Key_L, Qt.KeyboardModifier.ControlModifier)
     px = window.eyes.touch.pixels()
-    # Of the screen of tests, which says some 100 dots an inch.
+    # From the screen of tests, with about 100 dots an inch.
     dots = window.screen().physicalDotsPerInch()
     assert 80.0 < dots < 120.0
     assert px == pytest.approx(TARGET_MM * dots / INCH_MM, abs=1.0)

@@ -1,4 +1,4 @@
-"""The coach beside the readout, remedies, What to do if, and the page of the support bundle."""
+"""The coach next to the readout, remedies, What to do if, and the page of the support bundle."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_refusal_stands_for_a_while_and_goes_with_the_next_point(
     assert readout.trouble() == ("", "")
     bench.bridge.point_refused.emit(REFUSED)
     assert readout.trouble() == ("Hold still.", "The probe moved by 0.12 mm.")
-    # The digits are withheld from the eye, and still what they are.
+    # The digits are hidden, and still present in the readout.
     assert DASHES not in readout.values()
     qtbot.waitUntil(lambda: readout.trouble() == ("", ""), timeout=HANG_MS)
 

@@ -29,7 +29,7 @@ _QT_PARTS = ("qt_", "Scroll", "ExtensionButton")
 
 
 def controls(window: QWidget) -> Iterator[QWidget]:
-    """Give what can be used now, on the page that is shown."""
+    """Yield the usable widgets of the shown page."""
     for kind in (QAbstractButton, QLineEdit, QComboBox, QAbstractItemView):
         for widget in window.findChildren(kind):
             # Within a list or table they are its cells, while one is written in.
@@ -49,9 +49,9 @@ def _picture(widget: QWidget) -> QImage:
 
 
 def faults(window: MainWindow, app: QApplication) -> Iterator[str]:
-    """Give what the keyboard does not reach, does not show or does not leave."""
+    """Yield widgets that the keyboard does not reach, highlight or leave."""
     seen: list[QWidget] = []
-    # What has the keyboard first, the window or what a page gives it, may be out of the round.
+    # The first focus, of the window or set by a page, may be outside the tab order.
     QTest.keyClick(app.focusWidget() or window, Qt.Key.Key_Tab)
     app.processEvents()
     start = app.focusWidget() or window
@@ -90,7 +90,7 @@ def faults(window: MainWindow, app: QApplication) -> Iterator[str]:
         if isinstance(widget, QAbstractButton) and widget.group() is not None:
             # Arrows walk within a group.
             continue
-        # A page that is walked with its own keys says them on its buttons.
+        # A page with its own navigation keys shows them on its buttons.
         keys = "[" in getattr(widget, "text", str)() or "(" in widget.toolTip()
         if not keys:
             yield f"{_name(widget)} is not reached"

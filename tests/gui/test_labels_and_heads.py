@@ -90,7 +90,7 @@ def test_a_calibration_and_a_format_are_named_in_german() -> None:
         assert said(f"{word} 047b4e59f8ba") == f"{said_word(word)} 047b4e59f8ba"
         named = said(f"{word} standard/T1 df266e5a588e due 2027-03-01")
         assert named == f"{said_word(word)} standard/T1 df266e5a588e, fällig 2027-03-01"
-    # Names of products stay, what they hold does not.
+    # Names of products stay, their contents are translated.
     assert said_word(FORMATS["qif"].title) == "QIF-3.0-Ergebnisse"
 
 
@@ -102,7 +102,7 @@ SENTENCE = (
 
 
 def test_no_line_of_a_cell_is_left_out(qtbot: QtBot) -> None:
-    # What was left out ends in dots: the picture is another one where dots may be painted.
+    # Omissions end in dots: the picture differs if dots may be painted.
     table = DataTable("Table", (("A", ""), ("B", "")))
     apply_theme(table, THEMES["light"])
     qtbot.addWidget(table)
@@ -182,7 +182,7 @@ def test_a_word_that_is_cut_in_a_table_a_choice_or_a_picture_is_found(qtbot: QtB
 
 
 def test_a_table_and_a_setting_keep_their_type_under_the_style_sheet(qtbot: QtBot) -> None:
-    """Where the sheet has dressed a widget, a font that is set later is lost."""
+    """A font set after the style sheet was applied to a widget is lost."""
     dress_application(THEMES["dark"])
     whole = QWidget()
     qtbot.addWidget(whole)

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
 
+from ocmm_core.acceptance import OpenTest
 from ocmm_gui.access import fitting_factor
+from ocmm_gui.kit import tr, use_language
 from tests.generated_jobs import generated_job
 from tests.gui.window_pages import covered, faults, walk
-from tests.host import long_form
+from tests.host import HANG_MS, long_form
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -48,7 +52,7 @@ def test_a_feature_never_covers_the_digits(open_window: OpenWindow, qapp: QAppli
     for seed in jobs:
         job = generated_job(seed)[0]
         desk.show_job(job)
-        # Between two small sizes a large one: what was given up comes back.
+        # A large size between two small ones: hidden parts return.
         for size in (one for small in sizes for one in (LARGE, small, LARGE)):
             window.resize(*size)
             for _ in range(_SETTLE):
@@ -69,6 +73,30 @@ def test_no_page_covers_or_cuts_anything(open_window: OpenWindow, qapp: QApplica
 
     window = open_window(speed=0.1, tests=True).window
     found = walk(window, qapp, ("contrast",), sizes, look=look)
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", ["en", "de"] if long_form() else ["de"])
+def test_bands_above_a_page_cut_nothing(
+    open_window: OpenWindow, qapp: QApplication, qtbot: QtBot, language: str
+) -> None:
+    """Practice and a notice of several lines take room from each page at the smallest size."""
+    use_language(qapp, language)
+    bench = open_window(speed=0.1, tests=True, practice=True)
+    bench.notices.warn(2 * f"{tr('Nothing was changed.')} " + 150 * "x ")
+    found = walk(bench.window, qapp, ("contrast",), ((1280, 720),))
+    start = bench.window.tests.desk.start
+    bench.window.tests.calls()["acceptance"]()
+    qtbot.waitUntil(
+        lambda: start.begin_button.isEnabled() and not start.unfinished.count(), timeout=HANG_MS
+    )
+    start.show_unfinished([OpenTest(Path("a"), "Interim check of the system", "demo", "", 3, 5)])
+    for _ in range(_SETTLE):
+        qapp.processEvents()
+    found += [f"unfinished test: {fault}" for fault in faults(bench.window)]
+    assert start.resume_button.isVisible()
+    use_language(qapp, "en")
     assert not found, "\n".join(found)
 
 

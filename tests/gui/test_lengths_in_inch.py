@@ -1,4 +1,4 @@
-"""Lengths in inch: nobody can take one for mm, on the screen or in a field."""
+"""Lengths in inch: unmistakable for mm, on the screen and in a field."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_a_tolerance_typed_in_inch_is_stored_in_mm(
     _type(form, "upper", typed)
     item = form.item()
     assert item.upper == stored_mm
-    # What is shown again says its unit, and means the same when it is read again.
+    # A value shown again has its unit, and the same meaning when read again.
     form.show_item(item)
     assert _text(form, "upper").endswith(" in")
     assert form.item() == item
@@ -187,7 +187,7 @@ def test_everything_that_is_shown_of_a_result_says_inch(
     lengths = [word for word in cells if number.search(word)]
     assert len(lengths) > 5
     assert all("in" in word.split() for word in lengths), lengths
-    # No length stands anywhere with the number that it has in mm.
+    # No length appears with its number in mm.
     in_mm = [word for word in cells if re.search(rf"\d{re.escape(sign)}\d{{3}}(?!\d)", word)]
     assert in_mm == []
     window.sheets.left.emit()

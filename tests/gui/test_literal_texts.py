@@ -1,4 +1,4 @@
-"""No text of the window is HTML, whatever a plan, a job or a path says."""
+"""No text of the window is HTML, with any content of plan, job or path."""
 
 from __future__ import annotations
 

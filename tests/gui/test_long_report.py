@@ -1,4 +1,4 @@
-"""A report of many characteristics: its head is read, and no column stands there for nothing."""
+"""A report of many characteristics: its head is readable, and no column is useless."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_a_reason_names_some_and_counts_the_rest() -> None:
     assert "Bore 23 and 16 more, see the results" in head
     assert "Bore 24" not in head
     assert f"{FAILING} NOT CONFORM" in head
-    # None is lost: each stands in the table.
+    # The table contains all of them.
     table = said.partition("Results")[2]
     assert all(f"Bore {number:02d}" in table for number in range(FAILING))
 

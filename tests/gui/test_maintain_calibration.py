@@ -1,4 +1,4 @@
-"""What the window says about the calibration, on every screen and on its own page."""
+"""The calibration in the window, on every screen and on its own page."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def record(days_ago: float, **changes: object) -> CameraRecord:
 
 
 def verification(of: CameraRecord, days_ago: float, error_mm: float) -> VerificationRecord:
-    """Return a verification whose one length is wrong by so much; the limit is 0.02 mm."""
+    """Return a verification with one length wrong by this error; the limit is 0.02 mm."""
     plain = make_verification(of, passed=abs(error_mm) < 0.02)
     check = msgspec.structs.replace(plain.checks[0], measured_mm=400.0 + error_mm)
     when = (NOW - timedelta(days=days_ago)).isoformat()
@@ -164,7 +164,7 @@ def test_a_doubt_appears_while_it_is_looked_at(
     )  # fmt: skip
     qtbot.waitUntil(lambda: window.maintenance.view.status() == "NOT READY", timeout=PATIENCE_MS)
     assert window.running.trust.text().startswith("NO POINTS: Camera 'left' has turned.")
-    # In Inspect the screen itself says it.
+    # In Inspect the screen itself shows it.
     QTest.keyClick(window, Qt.Key.Key_M)
     qtbot.waitUntil(lambda: not window.running.trust.isVisible(), timeout=PATIENCE_MS)
     assert window.desk.strip.status() == "NOT READY"
@@ -221,7 +221,7 @@ def test_a_damaged_record_is_said_and_the_rest_is_shown(
     bench = open_bench()
     bench.open_page()
     page = bench.window.maintenance.calibration
-    # The one in force is sound, but what was before it belongs to what it rests on.
+    # The one in force is sound, but its evidence includes the earlier one.
     assert page.word() == "UNUSABLE"
     assert (
         f"Record {oldest.stem[:12]} in {oldest.parent} was changed after it was written"

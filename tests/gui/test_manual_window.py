@@ -88,7 +88,7 @@ def test_f1_opens_the_section_of_every_page_and_esc_goes_back_to_it(
         open_page()
         qapp.processEvents()
         page = stack.currentWidget()
-        # Its own entry, not the one for whatever is not known.
+        # Its own entry, not the one for unknown faults.
         assert place_of(page) != FIRST, name
         assert window.actions_by_key["manual"].isEnabled(), name
         enabled = {key for key, action in window.actions_by_key.items() if action.isEnabled()}

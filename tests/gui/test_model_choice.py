@@ -60,7 +60,7 @@ def choice(qtbot: QtBot) -> ModelChoice:
 
 
 def names(taken: tuple[Offer, ...]) -> list[str]:
-    """Return the numbers of what is chosen."""
+    """Return the numbers of the chosen surfaces."""
     return [offer.feature.name.removeprefix("PLANE_") for offer in taken]
 
 
@@ -72,7 +72,7 @@ def test_what_nothing_stands_against_is_chosen_to_begin_with(choice: ModelChoice
 def test_the_keyboard_alone_chooses_and_takes_over(choice: ModelChoice, qtbot: QtBot) -> None:
     for _ in range(4):
         QTest.keyClick(choice.list, Qt.Key.Key_Down)
-    # It is selected, and why it was not chosen is said in words.
+    # It is selected, and a sentence gives the reason why it was not chosen.
     assert f"PLANE_5: {WHY}." in choice.words()
     QTest.keyClick(choice.list, Qt.Key.Key_Space)
     QTest.keyClick(choice.list, Qt.Key.Key_Home)
@@ -141,7 +141,7 @@ def test_the_plan_gets_what_was_chosen_and_nothing_before(sheet: PlanSheet, qtbo
 
 
 def test_what_was_left_out_of_a_choice_is_no_good_news(sheet: PlanSheet, qtbot: QtBot) -> None:
-    """Such a notice would go away by itself."""
+    """A notice of success would vanish after a time."""
     unasked = StepModel((), (), {}, unasked=setting_of(usual_request()))
     good = Offer(replace_feature(offers()[0].feature, targets=((50.0, 30.0, 20.0),)), (1,))
     sheet.models.importing.offered.emit(LoadedModel(Path("block.step"), unasked, (good,), "+z"))

@@ -100,7 +100,7 @@ def test_no_screen_is_greener_than_the_worst_characteristic(
         shown = job.shown
         for said in (far.part.word(), desk.part.word(), counted_line(job)):
             assert good or "CONFORMS" not in said, (seed, said)
-        # One word for one thing: what is NOT COMPLETE is not called INCOMPLETE beside it.
+        # One word for one thing: NOT COMPLETE is not called INCOMPLETE next to it.
         line = counted_line(job)
         assert not ("INCOMPLETE" in line and PartWord.NOT_COMPLETE.value in line), (seed, line)
         if job.shows_part:

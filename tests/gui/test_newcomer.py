@@ -1,4 +1,4 @@
-"""A newcomer with fresh settings: the first own point, by doing what the screen says."""
+"""A newcomer with fresh settings: the first own point, by following the screen."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _shown(kind: type[W]) -> W | None:
 
 
 class _Newcomer:
-    """Reads, and does just that; every step begins when the screen says something new."""
+    """Reads and follows; every step begins when the screen shows a new text."""
 
     def __init__(self, pictures: Path) -> None:
         self.pictures = pictures
@@ -100,7 +100,7 @@ class _Newcomer:
         view = window.desk.points
         yield view.is_painted
         self._keep(window, "3_taken")
-        # "Next: touch 9 points on BED": what has that name is blue in the picture.
+        # "Next: touch 9 points on BED": the feature of that name is blue in the picture.
         step = re.search(r"on (\w+)\.", window.desk.guidance.step())
         assert step is not None
         place = _marked(window)
@@ -109,7 +109,7 @@ class _Newcomer:
         yield _after(0.5)
         QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=place)
 
-        # The panel beside it shows one dot filled: "1 / 9".
+        # The panel next to it shows one dot filled: "1 / 9".
         yield lambda: any(
             "1 of 9 points" in window.desk.plan.item(row).text()
             for row in range(window.desk.plan.count())
@@ -120,7 +120,7 @@ class _Newcomer:
 
 
 def _button(window: QWidget, name: str) -> QPushButton:
-    """Return the button that has a name on it, as somebody finds it."""
+    """Return the button by its visible name."""
     found = [
         one
         for one in window.findChildren(QPushButton)
@@ -142,7 +142,7 @@ def _marked(window: MainWindow) -> QPoint | None:
     pixels = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1, 4)
     blue, green, red = (pixels[..., k].astype(int) for k in range(3))
     marked = (blue > 150) & (blue - red > 70) & (green > 100)
-    # The ring round what has the keyboard is of that colour, too, and marks nothing of the part.
+    # The focus ring also has that colour, and marks nothing on the part.
     for edge in (marked[:_RING], marked[-_RING:], marked[:, :_RING], marked[:, -_RING:]):
         edge[...] = False
     best, place = 0, None

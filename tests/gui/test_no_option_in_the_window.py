@@ -1,4 +1,4 @@
-"""No sentence of the window names an option of the command line, or sends one to start anew."""
+"""No sentence of the window names an option of the command line, or requests a restart."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ON_A_TERMINAL = (
     "ocmm_core/export/certificate/_artefact.py", "ocmm_core/composition/_station_checks.py",
     "ocmm_core/cluster", "ocmm_shop/cluster", "ocmm_core/fieldbus/described/_esi",
     "ocmm_shop/archive/checks/_rebuild.py",
-    # What an administrator does to services and interfaces of the computer, in a shell.
+    # Commands of an administrator for services and interfaces of the computer, in a shell.
     "ocmm_core/acquisition/bus_process/_service_client.py",
 )  # fmt: skip
 """What these say is never shown in the window."""
@@ -60,7 +60,7 @@ def _sentences(path: Path) -> Iterator[tuple[int, str]]:
     for node in ast.walk(tree):
         if not isinstance(node, ast.Constant) or id(node) in docs:
             continue
-        # A command of a process, not a sentence, is one word.
+        # A command for a process is one word, a sentence is not.
         if isinstance(node.value, str) and " " in node.value:
             yield node.lineno, node.value
 

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.guided import ProcedureKind
@@ -56,6 +56,48 @@ def test_an_error_is_shown_with_its_remedy(qtbot: QtBot) -> None:
     assert not banner.dismiss()
 
 
+class PaintCounter(QObject):
+    """Counts how often a widget is painted."""
+
+    painted = 0
+
+    def eventFilter(self, _widget: QObject, event: QEvent) -> bool:
+        self.painted += event.type() is QEvent.Type.Paint
+        return False
+
+
+def test_an_error_is_painted_in_the_event_that_reports_it(qtbot: QtBot) -> None:
+    window, banner, counter = QWidget(), Banner(), PaintCounter()
+    column = QVBoxLayout(window)
+    column.addWidget(banner)
+    column.addWidget(QLabel("page"), 1)
+    qtbot.addWidget(window)
+    window.resize(600, 400)
+    with qtbot.waitExposed(window):
+        window.show()
+    banner.installEventFilter(counter)
+    centre = NoticeCentre()
+    centre.posted.connect(banner.show_notice)
+    centre.error(InputError("x", "The job is lost.", "Look for it. " * 20))
+    assert counter.painted == 1
+    # At its final size: the text needs several lines.
+    assert banner.height() >= banner.heightForWidth(banner.width()) > 40
+
+
+def test_a_failure_is_reported_before_changes_that_wait(
+    qtbot: QtBot, open_window: OpenWindow
+) -> None:
+    bridge = open_window(stay=True).window._bridge  # noqa: SLF001 - the window gives it to no one
+    order: list[str] = []
+    bridge.job_changed.connect(lambda _job: order.append("job"))
+    bridge.failed.connect(lambda _error: order.append("failure"))
+    for _ in range(3):
+        bridge._changed_elsewhere.emit(bridge.shown.job)  # noqa: SLF001 - as the evaluator
+    bridge.station.faults.tell(InputError("x", "The job is lost.", "Look for it."))
+    qtbot.waitUntil(lambda: order.count("job") >= 3, timeout=HANG_MS)
+    assert order[0] == "failure"
+
+
 def test_notices_of_a_job_end_with_it_and_others_wait_in_order(qtbot: QtBot) -> None:
     centre, banner = NoticeCentre(), Banner()
     qtbot.addWidget(banner)
@@ -68,7 +110,7 @@ def test_notices_of_a_job_end_with_it_and_others_wait_in_order(qtbot: QtBot) -> 
     assert "No point was taken." in banner.text()
     banner.end_job("A-002")
     assert "The archive is full." in banner.text()
-    # A report that is ready late still says so, for a moment.
+    # A late report is still announced, for a moment.
     centre.error(InputError("x", "The report of A-001 failed.", ""), job="A-001")
     assert "A-001" in banner.text()
     timer = banner.findChild(QTimer)

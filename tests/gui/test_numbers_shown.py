@@ -68,7 +68,7 @@ def test_german_numbers_have_a_comma_in_texts_and_in_sentences() -> None:
     filled = said.format(
         a=1.25, b=np.float64(-3.0), c=1234567, d="1.5", e=2, f=0.5, g=np.float32(0.25), h=True
     )
-    # A text that is filled in is somebody's name or file, and stays.
+    # An inserted text is a name or file, and stays.
     assert filled == "1,2 -3,00 1.234.567 1.5 2 0,5 0,25 True"
     assert tr("{x:.1f}").format(x=float("nan")) == "nan"
 
@@ -89,7 +89,7 @@ def test_days_are_written_as_in_the_language() -> None:
         (" 1.5 ", "1.5"),
         ("-0,25", "-0.25"),
         ("12", "12"),
-        # Nobody knows which of the signs parts thousands.
+        # The sign that separates thousands is ambiguous.
         ("1.234,5", None),
         ("1,234.5", None),
         ("1,2,3", None),
@@ -109,7 +109,7 @@ def test_inch_has_the_resolution_of_mm_and_is_named(value_mm: float) -> None:
     text = length_words(value_mm)
     number, unit = text.split()
     assert unit == "in"
-    # Half a step of the last decimal, and what a float leaves.
+    # Half a step of the last decimal, and the rounding of a float.
     assert float(number) * 25.4 == pytest.approx(value_mm, abs=0.5e-5 * 25.4 + 1e-9)
     use_numbers(style_of("en"))
     assert length_words(value_mm).endswith(" mm")

@@ -13,7 +13,7 @@ from ocmm_gui.kit import ACTIONS
 _GUI = Path(__file__).resolve().parents[2] / "ocmm_gui"
 _EVERYWHERE = ("F1", "F2", "F3", "F4", "F5", "F11", "F12")
 _SAME = {
-    # The Start page opens what the key opens in a job.
+    # The Start page opens the same page as the key in a job.
     "New job": "Job", "Open": "Results", "Plans": "Plan", "Calibrate": "Maintain",
 }  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""The picture of a part: what is clicked is what is seen, and colours are those asked for."""
+"""The picture of a part: a click hits the visible face, and colours are the requested ones."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def test_every_mode_in_every_theme_shows_the_part(
         image.pixelColor(corner + QPoint(x, y)).lightness() for x in (-2, 0, 2) for y in (-2, 0, 2)
     ]
     ground = QColor(THEMES[theme].panel).lightness()
-    # An edge ends there; it stands out from the background.
+    # An edge ends there; it contrasts with the background.
     assert max(abs(value - ground) for value in near) > 80
 
 

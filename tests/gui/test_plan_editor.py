@@ -1,4 +1,4 @@
-"""The plan editor: what is filled in is what the plan holds, and what is wrong is said."""
+"""The plan editor: the plan holds the entered values, and errors are reported."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ CONSTRUCTIONS: dict[str, dict[str, str]] = {
     "hidden point": {"features": "BALL, BORE_A", "distance": "30,5"},
     "part of": {"features": "BOSS", "part": "axis"},
 }
-"""What is filled in for every kind, on the shipped plan of twelve features."""
+"""Entries for every kind, on the shipped plan of twelve features."""
 
 MOST_CHANGES = 30
 """More are not made by filling in one item."""
@@ -72,7 +72,7 @@ ALIGNMENTS: dict[str, dict[str, str]] = {
 
 @pytest.fixture
 def sheet(qtbot: QtBot, tmp_path: Path) -> Iterator[PlanSheet]:
-    """Return the editor on a copy of the plan of twelve features, as a window of its own."""
+    """Return the editor on a copy of the plan of twelve features, as a separate window."""
     path = tmp_path / "gauge.toml"
     path.write_bytes(resource("plans", "gauge.toml").read_bytes())
     made = PlanSheet(load_plan(path), path, lambda: Path("none.ocmm"))
@@ -234,7 +234,7 @@ def test_a_construction_that_others_need_stays_and_takes_its_name_along(sheet: P
     plan = add_construction(
         sheet.draft.plan, Midpoint(name="MIDDLE", features=("BORE_A", "BORE_B"))
     )
-    # A characteristic may have the name of a feature: the list tells them apart.
+    # A characteristic may have the name of a feature: the list distinguishes them.
     wanted = Characteristic(
         name="MIDDLE", kind="coordinate", axis="x", features=["MIDDLE"], lower=-1.0, upper=1.0
     )
@@ -278,7 +278,7 @@ def test_a_fault_marks_the_field_of_its_own_item_only(sheet: PlanSheet) -> None:
 
 
 def _every_field(make: Any, data: dict[str, Any] | None = None) -> int:
-    """Return how many lines the forms of a type have in all, choice by choice."""
+    """Return the number of lines in the forms of a type, choice by choice."""
     data = opened(make, data)
     lines = form_lines(make, data)
     assert len({line.key for line in lines}) == len(lines)
@@ -296,7 +296,7 @@ def test_every_field_of_the_types_has_a_line_with_words(make: Any) -> None:
         inner = next((line for line in form_lines(make, data)[1:] if line.decides), None)
         for choice in inner.choices if inner is not None else ():
             _every_field(make, {field: kind, "start": {"type": choice}})
-        # What is neutral is plain data of the type, but for what somebody has to say.
+        # Neutral values are plain data of the type, except for mandatory entries.
         plain = closed(make, {line.key: line.neutral for line in form_lines(make, data)
                               if "." not in line.key} | data)  # fmt: skip
         if not any(line.kind is FieldKind.FIXED for line in form_lines(make, data)):

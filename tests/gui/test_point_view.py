@@ -1,4 +1,4 @@
-"""The 3-D view keeps what is worked with in its picture, until somebody turns it away."""
+"""The 3-D view keeps probe, target and feature in its picture, until the user turns it."""
 
 from __future__ import annotations
 

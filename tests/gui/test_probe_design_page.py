@@ -37,7 +37,7 @@ def test_the_page_shows_what_the_terminal_prints(page: ProbeDesignPage, qtbot: Q
     with qtbot.waitSignal(page.shown, timeout=PATIENCE_MS):
         QTest.mouseClick(page.button, Qt.MouseButton.LeftButton)
         assert page.button.text() == "Cancel"
-    # The chart's 21.9 um, less what a shallower volume gives.
+    # The chart's 21.9 um, minus the effect of a shallower volume.
     assert page.number() == "21.8 µm"
     words = page.words()
     assert "LEDs cannot be confused" in words
@@ -74,7 +74,7 @@ def test_a_bad_document_is_told_on_the_page(
     with qtbot.waitSignal(page.failed, timeout=PATIENCE_MS):
         QTest.mouseClick(page.button, Qt.MouseButton.LeftButton)
     assert "The typed tilt is 'up', which is not a number." in page.words()
-    # It ends by itself beside the window.
+    # It ends with the window.
     qtbot.waitUntil(lambda: multiprocessing.active_children() == [], timeout=PATIENCE_MS)
 
 

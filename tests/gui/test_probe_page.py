@@ -121,7 +121,7 @@ def test_standing_tips_trends_and_history(open_bench: Callable[[], Bench], tmp_p
     for theme in THEMES:
         bench.window.use_theme(theme)
         assert not bench.window.grab().isNull()
-    # What is left of the smallest window beside the list of pages.
+    # Width of the smallest window minus the list of pages.
     assert page.minimumSizeHint().width() <= 824
 
 

@@ -58,7 +58,7 @@ def test_totals_table_and_decision(
     qtbot.waitUntil(lambda: not sheet.is_working(), timeout=HANG_MS)
     assert sheet.working.words() == ""
     assert sheet.result.headline() == "0 CANNOT BE KNOWN   1 CHANGES   1 HOLDS"
-    # What needs somebody stands first.
+    # Jobs that need a decision come first.
     assert sheet.result.table.rowCount() == 4
     assert sheet.result.table.words(0)[:2] == ("large", "Ball diameter")
     assert sheet.result.table.words(0)[4] == "CHANGES"
@@ -75,7 +75,7 @@ def test_totals_table_and_decision(
     world.store.refresh()
     assert world.store.events[-1].kind is EventKind.RECALLED
     assert world.store.events[-1].who == "Ada"
-    # The folder that was given up is not that of what is shown.
+    # The cancelled folder is not that of the shown result.
     sheet.keys["pages"].trigger()
     field = sheet.pages.findChild(QLineEdit, "path")
     assert field is not None

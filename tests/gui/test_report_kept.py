@@ -1,4 +1,4 @@
-"""What is typed for the paper stays with the job, and every key that writes uses it."""
+"""Entries for the report stay with the job, and every key that writes uses them."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ def test_the_form_keeps_with_the_job_and_follows_its_template(
     assert form.fields["customer"].text() == "Kept AG"
     QTest.keyClicks(form.fields["drawing"], "D-77")
     qtbot.waitUntil(lambda: given_with(job).drawing == "D-77", timeout=PATIENCE_MS)
-    # What has no field here is not lost.
+    # Data without a field here are kept.
     assert given_with(job) == Particulars(
         customer="Kept AG", drawing="D-77", remarks=("As agreed.",)
     )
-    # A path that is not whole yet is told beside its field, not shouted.
+    # An incomplete path is reported next to its field, not in a banner.
     lab = tmp_path / "lab.toml"
     lab.write_text(TEMPLATE, encoding="utf-8")
     told: list[object] = []
@@ -85,7 +85,7 @@ def test_a_key_in_the_middle_of_a_job_writes_on_the_paper_of_the_station(
     head = {one["name"]: one["value"] for one in json.loads(path.read_text("utf-8"))["head"]}
     assert head["Laboratory"] == "Laboratory of the shop"
     assert head["Customer"] == "Kept AG"
-    # A template that was spoilt is told, and nothing is written.
+    # A damaged template is reported, and nothing is written.
     (template_in_use_folder / "template.toml").write_text("spoilt", encoding="utf-8")
     with qtbot.waitSignal(writer.failed, timeout=PATIENCE_MS):
         writer.write(source, ("json",), out)

@@ -128,7 +128,7 @@ def test_a_logo_that_is_no_picture_is_told_and_not_left_out(tmp_path: Path) -> N
 def test_whatever_a_customer_is_called_stays_on_its_page(tmp_path: Path, customer: str) -> None:
     data = on_paper(tmp_path, given=Particulars(customer=customer))
     canvas = pdf.lay_out(data)
-    # The head grows with what it says, and ends above the foot; the end of the report is there.
+    # The head grows with its content, and ends above the foot; the end of the report is present.
     assert len(canvas.pages) <= 6
     assert texts(canvas).strip().endswith(f"End of report {report_number(data)}")
     told = next(fact.value for fact in paper_facts(data) if fact.name == "Customer")

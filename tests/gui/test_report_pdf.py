@@ -1,4 +1,4 @@
-"""The report on paper: what it says, and that the file is whole."""
+"""The report on paper: its content, and the integrity of the file."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def job_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def data(job_path: Path) -> ReportData:
-    """Return what is reported about it."""
+    """Return the report data of a job."""
     return report_of_job(reopen_job(job_path))
 
 
@@ -127,7 +127,7 @@ def test_the_band_covers_nothing_and_is_not_where_there_is_nothing_to_say(data: 
     top = round(840 * 140.0 / PAGE[0])
     assert banded.pixelColor(420, 28) != plain.pixelColor(420, 28)
     lowest = max(y for y in range(top) if banded.pixelColor(70, y) != plain.pixelColor(70, y))
-    # What is laid out begins at the upper margin.
+    # The layout begins at the upper margin.
     assert lowest < top
 
 
@@ -159,7 +159,7 @@ def test_a_provisional_number_is_on_no_page(data: ReportData) -> None:
     said = texts(pdf.lay_out(spoiled))
     assert "NOT MEASURED" in said
     assert "123.4567" not in said
-    # Neither its deviation, which stands in the table and beside the plot.
+    # Its deviation is also absent: it is in the table and next to the plot.
     assert said.count(f"{first.deviation:+.4f}") == 0
 
 
@@ -265,7 +265,7 @@ def test_a_german_report_says_the_same_numbers_in_german(data: ReportData) -> No
     assert "Ergebnisse" in said
     assert "SIMULIERT" in said
     assert not re.search(r"\b(NOT PROVEN|CONFORM|Results|Verdict|Deviation)\b", said)
-    # Serial numbers are no denial, and what is filled in is German, too.
+    # Serial numbers are no denial, and inserted texts are German as well.
     assert not re.search(r"\bnein\b|\bno\.|\bleast squares\b|recommended|whisker|accepted", said)
     assert re.search(r"[+-]0,\d{4}", said)
     assert re.search(r"[+-]0\.\d{4}", english)
@@ -313,9 +313,9 @@ def test_a_report_has_its_unit_in_every_head_and_its_numbers_and_u_in_it(
         measured, deviation, expanded = (value / scale for value in item.result.stated)
         for value in (measured, expanded, item.result.nominal / scale):
             assert f" {value:z.{places}f} " in said
-        # In the plot the unit stands beside it.
+        # In the plot the unit follows.
         assert f"{deviation:+z.{places}f} {word} " in said
-    # What a program reads is the same whatever the paper is in.
+    # Machine-readable output is independent of the language of the report.
     json_in = EXPORTERS["json"].contents((report,), polyworks_profile())
     assert b"Lengths in mm, angles in degrees." in next(iter(json_in.values()))
     assert numbers_in_use() == NumberStyle()

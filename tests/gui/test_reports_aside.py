@@ -1,4 +1,4 @@
-"""Nothing long runs in the window's thread: jobs are opened and reported beside it."""
+"""Nothing long runs in the window's thread: other processes open and report jobs."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def long_job(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class Heart(QObject):
-    """Posts time stamps to the window from a thread of its own and notes how late they come."""
+    """Posts time stamps to the window from a separate thread and records their delays."""
 
     posted = Signal(float)
 
@@ -146,7 +146,7 @@ def test_the_window_answers_while_a_job_is_opened_and_a_report_is_written(
 
 
 def _banner(bench: Bench) -> list[Notice]:
-    """Return a list that fills with what is told from now on."""
+    """Return a list that fills with the notices from now on."""
     told: list[Notice] = []
     bench.notices.posted.connect(told.append)
     return told
@@ -257,7 +257,7 @@ def test_opening_is_shown_given_up_and_told_where_it_fails(
 
 
 def _spy(monkeypatch: pytest.MonkeyPatch, name: str, owner: object) -> list[str]:
-    """Note on which thread a function is called, wherever it was imported to."""
+    """Record the thread of a function's calls, for every module that imported it."""
     real, seen = getattr(owner, name), list[str]()
 
     def noting(*args: object, **named: object) -> object:
@@ -292,7 +292,7 @@ def test_nothing_long_is_called_in_the_thread_of_the_window(
         ]
     }  # fmt: skip
     _go_on_with(bench, qtbot, long_job, tmp_path / "own")
-    # The robot would measure again what is undone: beside other work it gets so far meanwhile.
+    # The robot would repeat the undone touch: under load it has time for that.
     _press(KEY.Key_Z)
     qtbot.waitUntil(lambda: bench.bridge.shown.job.paused, timeout=PATIENCE_MS)
     _press(KEY.Key_Backspace)

@@ -142,7 +142,7 @@ def test_the_marks_have_a_shape_of_their_own_and_the_picture_turns(
     marked = view.grab().toImage()
     QTest.keyClick(view, Qt.Key.Key_Left)
     assert view.grab().toImage() != marked
-    # A changed job without the points: they are not marked any more.
+    # A changed job without the points: their marks are gone.
     view.show_points(None, None, up)
     assert view.marked() == ()
     assert not view.isVisible()

@@ -1,4 +1,4 @@
-"""The pages beside the measuring: results with budgets, trials, reports, the next part."""
+"""The pages next to the measuring: results with budgets, trials, reports, the next part."""
 
 from __future__ import annotations
 
@@ -77,12 +77,12 @@ def test_results_have_budgets_trials_reports_and_a_next_part(
     _press(Qt.Key.Key_J, Qt.Key.Key_F6)
     qtbot.waitUntil(lambda: bench.bridge.shown.job.header.serial == "2", timeout=PATIENCE_MS)
     assert bench.built.station.job.path != first
-    # The sheet closes with a signal of its own, behind the new job's view.
+    # The sheet closes with its own signal, behind the new job's view.
     qtbot.waitUntil(window.desk.isVisible, timeout=PATIENCE_MS)
     closed = reopen_job(first)
     assert closed.doubts == ()
     assert len(closed.points) == sum(len(item.points) for item in job.features)
-    # The first part is looked at from its file, and nothing is written to it.
+    # The first part is viewed from its file, which stays unchanged.
     before = first.read_bytes()
     source = JobSource.of_opened(opened_job(first, lambda what, share: None))
     assert [item.measured for item in source.view().characteristics] == [

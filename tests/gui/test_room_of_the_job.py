@@ -1,4 +1,4 @@
-"""What is read off in the room is typed on the page of the job, and kept in its file."""
+"""Ambient readings are typed on the page of the job, and stored in its file."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_the_room_is_typed_by_keyboard_and_kept_in_the_job(
         "room": "Room 20.1 °C at the begin.",
         "humidity": "Humidity 45 % at the begin.",
     }
-    # What is none of a room is told, and stays in its field.
+    # An invalid reading is reported, and stays in its field.
     job["room"].setText("68 °F")
     with qtbot.waitSignal(bench.bridge.failed, timeout=HANG_MS) as told:
         QTest.keyClick(job["pressure"], Qt.Key.Key_Return)

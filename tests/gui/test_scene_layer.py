@@ -1,4 +1,4 @@
-"""What stands still in the 3-D view is made once and painted a little at a time."""
+"""Static layers of the 3-D view are made once and painted in small pieces."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_only_what_has_changed_is_made_again(job: JobView) -> None:
     alike = {id(item) for item in before} & {id(item) for item in after}
     own, _ = JobDrawing().items(replace(job, features=(less,)), THEME)
     assert len(after) - len(alike) <= len(own)
-    # The same is seen as by whoever draws all of it.
+    # The same picture as by drawing all of it.
     fresh, again = job_items(replace(job, features=(less, *others)), THEME)
     assert [type(item) for item in after] == [type(item) for item in fresh]
     np.testing.assert_array_equal(reach, again)
@@ -110,7 +110,7 @@ def test_the_scene_before_is_shown_until_the_next_is_painted_if_the_eye_has_not_
     assert layer.picture(more, font).image == before
     turned = scene_of(job, 1.4)
     assert layer.picture(turned, font).image not in (before, at_once(turned, font))
-    # Back to what is shown: nothing is painted again.
+    # Back to the shown state: nothing is painted again.
     assert layer.picture(scene, font).image == before
     # Words of another theme could not be read over the background of this one.
     other = replace(scene, background="#ffffff")

@@ -102,7 +102,7 @@ def test_every_shape_is_drawn_on_its_element(shape: Shape) -> None:
         # Distances from a point or line are those from a face, which is not drawn.
         geometry[3:6] = [1.0, 0.0, 0.0]
     distances, _ = nominal_distances(shape, geometry, ends)
-    # Of what has an axis over a length, the axis is drawn, too.
+    # The axis of a long feature is drawn as well.
     on_axis = np.linalg.norm(ends[:, :2] - geometry[:2], axis=1) < EXACT
     assert np.abs(distances[~(on_axis & spec.is_long)]).max(initial=0.0) < EXACT
 

@@ -1,4 +1,4 @@
-"""A job that another program measures is opened to look at, with a sentence that says so."""
+"""A job in use by another program is opened read-only, with a sentence."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def test_every_setting_has_a_row_or_is_a_list_of_keys(make_page: MakePage) -> No
     page = make_page()
     shown = {spec.key for spec in SETTINGS if spec.kind is not Kind.KEYS}
     assert set(page.rows) == shown
-    # What stands beside a field is not said in it once more.
+    # A field's placeholder does not repeat the text next to it.
     assert not any(row.field.placeholderText() for row in page.rows.values())
 
 
@@ -179,7 +179,7 @@ def test_a_key_is_changed_by_pressing_it_and_a_taken_one_is_refused(
     assert page.loaded.settings.window_keys == {"flip": ("Ctrl+U",)}
     keys.select("take")
     keys.take("F16")
-    # The foot switch keeps its key beside the new one.
+    # The foot switch keeps its key in addition to the new one.
     assert page.loaded.settings.window_keys["take"] == ("F16", "F13")
     keys.take("Esc")
     assert page.loaded.settings.window_keys["take"] == ("F16", "F13")
@@ -209,7 +209,7 @@ def test_the_window_uses_settings_without_a_new_start(
     window.actions_by_key["job"].trigger()
     fields = window.sheets.job.fields
     QTest.keyClick(fields["operator"], Qt.Key.Key_Return)
-    # What is typed next takes the place of the serial number that was proposed.
+    # Typing replaces the proposed serial number.
     assert fields["serial"].selectedText() == fields["serial"].text() != ""
     completer = fields["operator"].completer()
     assert completer is not None
@@ -232,13 +232,13 @@ def test_the_search_does_what_was_typed(open_window: OpenWindow, qtbot: QtBot) -
     assert not window.search.isVisible()
     assert window.centralWidget() is not None
     qtbot.waitUntil(lambda: window.sheets.is_made("job"))
-    # On a page its own actions are found, too.
+    # On a page its own actions are found as well.
     window.actions_by_key["find"].trigger()
     QTest.keyClicks(window.search.field, "next part")
     assert window.search.list.count() >= 1
     QTest.keyClick(window.search.field, Qt.Key.Key_Escape)
     assert not window.search.isVisible()
-    # What is done in Maintain is found in Inspect, and done there.
+    # An action of Maintain is found in Inspect, and executed in Maintain.
     window.pages.show_mode(Mode.INSPECT)
     window.actions_by_key["find"].trigger()
     QTest.keyClicks(window.search.field, "recalculate older jobs")
@@ -275,7 +275,7 @@ def test_the_head_of_reports_is_kept_for_every_route(make_page: MakePage, tmp_pa
     assert paper.template.laboratory.name == "Laboratory of tests"
     assert paper.template.laboratory.address == ["1 Long Road", "Town"]
     assert paper.logo == logo.read_bytes()
-    # What the template says besides is still there.
+    # The other contents of the template remain.
     assert paper.template.signatures == load_paper(standard_template()).template.signatures
     shutil.rmtree(template_in_use().parent)
 

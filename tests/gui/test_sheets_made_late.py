@@ -41,7 +41,7 @@ def test_a_sheet_is_made_when_it_is_first_shown_and_kept(
 @pytest.mark.usefixtures("fresh_sides")
 def test_a_late_sheet_wears_the_theme_of_the_window(open_window: OpenWindow, name: str) -> None:
     window = open_window(start=False).window
-    # Not the one that widgets have by themselves.
+    # Not the default theme of the widgets.
     window.use_theme("light")
     opened: Callable[[], None] = getattr(window.sheets, f"open_{name}")
     opened()

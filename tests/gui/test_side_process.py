@@ -1,4 +1,4 @@
-"""Calculations beside the window: parts, errors, giving up, and what is not given up any more."""
+"""Side processes of the window: parts, errors, cancellation, and completed ones."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def opened(file: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Counting:
-    """Gives parts and steps, then how much it was given."""
+    """Yields parts and steps, then the size of its input."""
 
     gate: Gate
     content: bytes

@@ -1,4 +1,4 @@
-"""Sounds differ in rhythm and direction, each is explained, and what is heard is seen."""
+"""Sounds differ in rhythm and direction, each is explained, and played ones are shown."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ def direction(sound: Sound) -> tuple[int, ...]:
 
 @pytest.mark.parametrize(("first", "second"), list(combinations(Sound, 2)))
 def test_no_two_sounds_go_alike(first: Sound, second: Sound) -> None:
-    # Together: a sound that has another melody is told apart at any speed.
+    # Combined: a sound with another melody is distinguishable at any speed.
     assert direction(first) != direction(second) or rhythm(first) != rhythm(second)
     pitches = [max(hertz for hertz, _ in sound.value) for sound in (first, second)]
-    # A tone and a half in a hall with echoes; the taps are told by their pause.
+    # A tone and a half in a hall with echoes; the taps differ by their pause.
     higher = abs(12.0 * np.log2(pitches[0] / pitches[1]))
     assert higher > 1.0 or direction(first) != direction(second)
 
@@ -73,7 +73,7 @@ def test_every_sound_is_on_the_page_with_its_meaning(qtbot: QtBot) -> None:
         if sound is not None:
             assert SOUND_WORDS[sound].goes in described
             assert SOUND_WORDS[sound].means in described
-        # Where nothing can be played that is told; nothing is raised.
+        # Without a sound device a sentence appears, and no error is raised.
         button.click()
     assert len(names) == len(Sound) + 1
     page.use(enabled=False, volume=50)

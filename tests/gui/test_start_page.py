@@ -1,4 +1,4 @@
-"""The Start page: what can be begun, the last jobs, and the station in words."""
+"""The Start page: possible actions, the last jobs, and the station in words."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_cameras_that_were_never_calibrated_say_what_to_do(
     qtbot.waitUntil(lambda: "Calibrate" in _words(window), timeout=HANG_MS)
     assert "NONE" in _words(window)
     assert "No points can be taken yet" in window.page.hint.text()
-    # Another program may put it in order, or in doubt, while the page stands there.
+    # Another program may correct it, or make it suspect, while the page is open.
     now = datetime.now(UTC)
     record = make_record(
         made_utc=(now - timedelta(hours=1)).isoformat(),
@@ -187,7 +187,7 @@ def test_a_new_job_begins_with_a_plan(make_start: MakeStart, qtbot: QtBot, tmp_p
     window = make_start()
     QTest.keyClick(window.page, Qt.Key.Key_F2)
     qtbot.waitUntil(lambda: window.plans.list.count() > 1, timeout=HANG_MS)
-    # What was used last is first, and Return takes it.
+    # The last used plan is first, and Return selects it.
     QTest.keyClick(window.plans.list, Qt.Key.Key_Return)
     assert window.choice == StartChoice(StartPurpose.NEW, own.absolute())
 
@@ -230,7 +230,7 @@ def test_settings_are_made_when_somebody_looks_at_them(make_start: MakeStart) ->
         if isinstance(one, Theme)
     }
     assert worn == {theme}
-    # What a key changes later is shown there, too.
+    # A change by a key appears there as well.
     page.left.emit()
     assert window.page.isVisible()
     assert page.loaded.settings.window_theme == theme != next_theme()

@@ -1,4 +1,4 @@
-"""Take over: the mouse leads the probe of the virtual rig, and what it touches is measured."""
+"""Take over: the mouse leads the probe of the virtual rig, and its touches are measured."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _WAYS = ((_UP, _DOWN), (_DOWN, _UP), (_LEFT, _RIGHT), (_RIGHT, _LEFT))
 
 
 def _touch_all(mouse: Mouse) -> None:
-    """Touch the active feature where it can be seen, until the job is complete."""
+    """Touch the active feature at a visible place, until the job is complete."""
     job = mouse.bench.built.station.job
     while not job.view().complete:
         name = job.view().active
@@ -102,7 +102,7 @@ def test_the_probes_button_goes_the_whole_way_from_space(
         inverse = mouse.part.T_world_from_part.inverse()
         if tip is not None and abs(inverse.apply(tip)[0] + 72.0) < 5.0:
             return True
-        # The view may still have moved away under the mouse: whoever sees that follows it.
+        # The view may have moved away under the mouse: a user would follow it.
         QTest.mouseMove(mouse.view, mouse.at(plate))
         return False
 
@@ -168,8 +168,8 @@ def test_a_probe_that_is_tilted_out_of_sight_says_so(qtbot: QtBot, open_window: 
         return bool(reasons)
 
     qtbot.waitUntil(is_ready, timeout=PATIENCE_MS)
-    # Which way leads out of sight depends on where the view, which may still move, lets the mouse
-    # mean: over a wall the probe lies down, and leaning it back lifts it.
+    # The direction out of sight depends on the part of the scene under the mouse, which may still
+    # move: over a wall the probe lies down, and leaning it back lifts it.
     for key, back in _WAYS:
         if leant(key):
             break

@@ -1,4 +1,4 @@
-"""The preview of the report template in Settings: live, beside the window, faults in words."""
+"""The preview of the report template in Settings: live, next to the window, faults in words."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_the_first_page_follows_settings_and_template(qtbot: QtBot, tmp_path: Pa
     with qtbot.waitExposed(page):
         page.show()
     preview = page.preview
-    # Nothing is drawn for who looks at something else.
+    # A hidden preview draws nothing.
     assert not preview.is_drawing()
     page.open("report")
 

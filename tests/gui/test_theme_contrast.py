@@ -1,4 +1,4 @@
-"""Every text can be read upon what it stands on, in every theme."""
+"""Every text is legible on its background, in every theme."""
 
 from __future__ import annotations
 

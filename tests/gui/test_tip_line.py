@@ -36,7 +36,7 @@ def test_words_and_marks_of_every_standing() -> None:
     assert tip_mark(VIEW) is Mark.GOOD
     suspect = replace(VIEW, word=CalibrationStatus.SUSPECT, blocker=MOUNTED)
     assert tip_mark(suspect) is Mark.DOUBT
-    # The status strip of the desk view tells why; the other screens have none.
+    # The status strip of the desk view gives the reason; the other screens have none.
     assert "mounted" not in tip_words(suspect, TrustPlace.DESK)
     assert tip_words(suspect, TrustPlace.MAINTAIN).endswith(f"No points: {MOUNTED}")
     due = replace(VIEW, word=CalibrationStatus.DUE, warnings=("It ends soon. Qualify the tip.",))

@@ -65,7 +65,7 @@ def test_nothing_is_taken_over_before_it_is_answered(sheet: PlanSheet) -> None:
     assert sheet.draft.plan == before
     assert "1 of 2 dimensions" in account.summary.text()
     assert account.table.rowCount() == 2
-    # What is not in the plan comes first, with its reason; a label is text and never markup.
+    # Items outside the plan come first, with the reason; a label is text and never markup.
     status, label, says, why = account.table.words(0)
     assert (status, label, says) == ("✖ refused", "Wrong", "diameter 25.4 +0.2 -0.1 mm")
     assert "says 25.4 mm, but the diameter of BORE" in why

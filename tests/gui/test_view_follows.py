@@ -1,4 +1,4 @@
-"""The 3-D view over all steps of three plans: the work is in it, and words stand apart."""
+"""The 3-D view over all steps of three plans: the work is visible, and labels do not overlap."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CASES = [*product(("demo", "gauge", "model"), SIZES)]
 
 
 def demo_part() -> PartModel:
-    """Return what the nominals of the demonstration lie on, in their frame."""
+    """Return the part below the nominals of the demonstration, in their frame."""
     maker = PartMaker().box((-165.0, -64.0, -12.0), (165.0, 64.0, 0.0))
     maker.box((-100.0, -20.0, 0.0), (-44.0, 18.0, 20.34)).ball((-140.0, 0.0, 50.0), 9.99)
     maker.tube((-140.0, 0.0, 0.0), 41.0, 4.0).box((-16.0, -32.0, 0.0), (80.0, 32.0, 15.0))
@@ -80,7 +80,7 @@ def model_plan() -> tuple[tuple[NominalFeature, ...], PartModel]:
 
 
 def step_plan(folder: Path) -> tuple[tuple[NominalFeature, ...], PartModel]:
-    """Return what the program makes of a STEP file: a block with a pocket."""
+    """Return the program's plan from a STEP file: a block with a pocket."""
     read = read_model(
         written(folder / "pocket.stp", bent_pocket()), timeout_s=HANG_S, with_part=True
     )
@@ -239,7 +239,7 @@ def test_the_first_place_is_in_the_picture_before_anything_is_located(
     words = [text for text, _ in watched.view.words()]
     assert job.planned.nominal.name in words
     assert "touch here first, roughly" in words
-    # That it is a guess is said, and which feature to touch.
+    # A sentence marks the place as a guess, and names the feature to touch.
     said = watched.view.rough_words()
     assert "roughly" in said
     assert job.planned.nominal.name in said
@@ -271,7 +271,7 @@ def test_points_behind_the_part_are_not_drawn_over_it(
     watched.show(Step(step.job, bore + np.array([-90.0, 0.0, 60.0])))
     images = []
     for lift in (0, 1):
-        # From below the bed hides what is measured on its top.
+        # From below the bed hides the features on its top.
         for _ in range(16):
             QTest.keyClick(watched.view, Qt.Key.Key_Up if lift else Qt.Key.Key_Down)
         settle(qtbot, watched.view)

@@ -1,4 +1,4 @@
-"""Closing: bounded, complete (the leak fixtures look for what is left), and without losses."""
+"""Closing: bounded, complete (the leak fixtures check for leftovers), and without losses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What nobody foresaw, in the window: FAILED, no digits, no old results, and the true cause."""
+"""An unforeseen error in the window: FAILED, no digits, no old results, and the true cause."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_an_evaluation_that_fails_leaves_no_result_that_looks_current(
     assert "The evaluation failed: ValueError: injected" in job.unproven
     cause = "The evaluation failed: ValueError: injected"
     qtbot.waitUntil(lambda: cause in bench.window.banner.text(), timeout=HANG_MS)
-    # The cause stands in the panel of the feature as well, whatever room there is for it.
+    # The panel of the feature shows the cause as well, at any size.
     for size in ((1920, 1080), (1280, 720), (1024, 640), (1920, 1080)):
         bench.window.resize(*size)
         qtbot.wait(50)

@@ -79,7 +79,7 @@ def test_every_sentence_is_translated(path: Path) -> None:
 
 
 def _fields(sentence: str) -> set[tuple[str, str]]:
-    """Return what is filled in, with the form in which it is written."""
+    """Return the fields of a sentence with their formats."""
     return {
         (name, form or "")
         for _, name, form, _ in string.Formatter().parse(sentence)
@@ -88,7 +88,7 @@ def _fields(sentence: str) -> set[tuple[str, str]]:
 
 
 def _edges(text: str) -> tuple[bool, bool, int]:
-    """Return where blanks stand that join a sentence to others, and how many lines it has."""
+    """Return leading and trailing blanks of a sentence part, and its number of lines."""
     return text[:1].isspace(), text[-1:].isspace(), text.count("\n")
 
 

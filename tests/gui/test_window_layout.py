@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 SIZES = ((1280, 720), (1920, 1080))
 ALL_SIZES = (*SIZES, (3840, 2160))
-"""At 200 % a screen of 2160 lines has as many points as one of 1080."""
+"""At 200 % a screen of 2160 lines has the points of one of 1080."""
 
 
 WIDEST_FRAMES = "contrast"
@@ -31,7 +31,7 @@ def test_nothing_is_cut_off(open_window: OpenWindow, qapp: QApplication) -> None
     if long_form():
         found = walk(window, qapp, tuple(THEMES), SIZES)
     else:
-        # Where there is least room, what takes most of it; the other size in another theme.
+        # The largest content at the least room; the other size in another theme.
         found = walk(window, qapp, (WIDEST_FRAMES,), SIZES[:1])
         found += walk(window, qapp, ("light",), SIZES[1:])
     assert not found, "\n".join(found)
@@ -81,7 +81,7 @@ def test_nothing_is_cut_off_in_a_longer_language(
 def test_the_digits_beside_the_coach_are_read_from_some_steps_away(
     size: tuple[int, int], least: float, open_window: OpenWindow, qapp: QApplication
 ) -> None:
-    # A capital of 7 mm on a 24-inch screen; what is read at three metres is in the far view.
+    # A capital of 7 mm on a 24-inch screen; the far view is for three metres.
     window = open_window(speed=0.1, led=True).window
     window.resize(*size)
     for _ in range(4):
@@ -97,8 +97,8 @@ def test_the_far_view_is_read_at_three_metres(open_window: OpenWindow, qapp: QAp
         window.resize(*size)
         qapp.processEvents()
         qapp.processEvents()
-        # A capital of 17.5 mm on a 24-inch screen, whatever its resolution is; a pixel is lost
-        # where sizes of type are whole.
+        # A capital of 17.5 mm on a 24-inch screen of any resolution; a pixel is lost to whole type
+        # sizes.
         least = FAR_SHARE * size[1] - 1.0
         for text, pixels in window.far.type_pixels().items():
             assert CAP_HEIGHT * pixels >= least, (text, size)

@@ -51,7 +51,7 @@ def test_a_lost_job_is_failed_and_saved_and_gives_no_report(
     qtbot.waitUntil(lambda: station.faults.measuring is not None, timeout=30000)
     fault = station.faults.measuring
     assert fault is not None
-    # Whether that was within a second is judged by the campaign, not beside other tests.
+    # The campaign judges the limit of a second, not this test under load.
     record_property("FAILED after, s", round(fault.at_s - lost_s, 2))
     assert words in fault.error.what
     assert station.looks.live().status is StatusWord.FAILED
@@ -76,7 +76,7 @@ def test_a_lost_job_is_failed_and_saved_and_gives_no_report(
 
 @pytest.mark.slow
 def test_a_window_program_ends_with_a_code_for_the_loss() -> None:
-    """The short form loses one file; how fast it was told is no matter of a test beside others."""
+    """The short form loses one file; the delay of the message is not tested under load."""
     command = [sys.executable, "-m", "benchmarks.window_names", "--n", str(amount(1, 300))]
     done = subprocess.run(command, cwd=_ROOT, capture_output=True, text=True, check=False)
     found = done.stdout.partition("acknowledged points: ")[2].partition("\n")[0]

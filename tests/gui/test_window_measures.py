@@ -67,7 +67,7 @@ def test_readout_shows_the_tip_and_the_strip_the_counters(
     shown = np.array([float(value) for value in desk.readout.values()])
     tip = bench.built.station.looks.live().tip_world
     assert tip is not None
-    # The probe moves at most 0.6 m/s between what is shown (12 Hz) and what is asked here.
+    # The probe moves at most 0.6 m/s between the shown frame (12 Hz) and this query.
     assert np.abs(shown - tip).max() < 100.0
     assert desk.cameras.isHidden(), "the part has the room until somebody asks for the cameras"
     for name in ("left", "right"):
@@ -81,7 +81,7 @@ def test_readout_shows_the_tip_and_the_strip_the_counters(
 
 def test_keys_take_undo_and_finish_reach_the_job(qtbot: QtBot, open_window: OpenWindow) -> None:
     bench = open_window()
-    # While the script lasts, the operator takes again what is undone.
+    # While the script lasts, the operator repeats undone touches.
     qtbot.waitUntil(lambda: bench.built.station.wait_finished(0.0), timeout=PATIENCE_MS)
     qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
     before = _last_touched(bench.built.station.job.view())

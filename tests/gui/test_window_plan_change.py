@@ -113,7 +113,7 @@ def test_a_picture_is_attached_to_a_step_and_shown(qtbot: QtBot, tmp_path: Path)
     sheet.attach_picture(torn)
     assert "not a readable picture" in errors[0].what
     assert sheet.draft.plan.feature("BORE_A").picture == "Bore_left.jpg"
-    # Without its file the step is drawn, and that is said.
+    # Without its file the step is drawn, and a sentence reports that.
     (path.parent / "Bore_left.jpg").unlink()
     sheet.open()
     assert "icture of BORE_A not found beside the plan" in sheet.checks.text()

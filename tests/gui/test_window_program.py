@@ -1,4 +1,4 @@
-"""The window as a program: it starts, takes its picture, and ends cleanly when it is told to."""
+"""The window as a program: it starts, takes its picture, and ends cleanly on request."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the window says about temperatures, near and far."""
+"""Temperatures in the window, near and far."""
 
 from __future__ import annotations
 

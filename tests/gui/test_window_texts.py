@@ -74,7 +74,7 @@ _MANY = (
     "%n poses, {leds} LEDs; drag to rotate",
     "Aligned by %n faces; {count} points added. F10 undoes this.",
 )
-"""Sentences in which what is counted is never one, and why."""
+"""Sentences whose count is never one, with the reason."""
 
 
 def test_what_is_counted_has_a_sentence_for_one() -> None:
@@ -202,7 +202,7 @@ def test_every_text_of_the_main_pages_is_translated(open_window: OpenWindow, qtb
         left[kind.value] = _left(maintenance.wizard)
     maintenance.open_definition()
     left["definition"] = _left(maintenance.definition)
-    # What the core says, and what somebody named, is no text of the window.
+    # Texts of the core and names by users are no texts of the window.
     core = sorted(_core_words(bench), key=len, reverse=True)
     assert {page: bad for page, texts in left.items() if (bad := _without_words(texts, core))} == {}
 
@@ -215,7 +215,7 @@ _HASH = re.compile(r"\b[0-9a-f]{12}\b")
 
 
 def _without_words(texts: set[str], words: Sequence[str]) -> set[str]:
-    """Return the texts in which more stands than words, keys and translated sentences."""
+    """Return the texts with more than the given words, keys and translated sentences."""
     bad = set()
     for text in texts:
         rest = _HASH.sub("", _KEYS.sub("", _without(text)))
@@ -227,7 +227,7 @@ def _without_words(texts: set[str], words: Sequence[str]) -> set[str]:
 
 
 def _core_words(bench: Bench) -> set[str]:
-    """Return all texts and names in what the core gave to the window, and its words."""
+    """Return all texts and names given to the window by the core, and its words."""
     station, job = bench.bridge.station, bench.bridge.shown.job
     instruments = station.instruments
     sheets = bench.window.sheets
@@ -272,12 +272,12 @@ def _strings(value: object) -> Iterator[str]:
 
 
 def _left(page: QWidget) -> set[str]:
-    """Return the texts of a page in which words stand outside all brackets."""
+    """Return the texts of a page with words outside all brackets."""
     return {text for text in _texts(page) if _WORDS.search(_without(text))}
 
 
 def _without(text: str) -> str:
-    """Return what stands outside all brackets."""
+    """Return the text outside all brackets."""
     inside = None
     while inside != text:
         inside, text = text, re.sub(r"⟦[^⟦⟧]*⟧", "", text)

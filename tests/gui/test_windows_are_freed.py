@@ -1,7 +1,7 @@
-"""A window that was closed is freed with its station, whatever was opened in it.
+"""A closed window is freed with its station, after any page was opened in it.
 
-A shift opens one window for job after job. What listens to a signal and lives on keeps, by one
-call that holds the window, all of it.
+A shift opens one window for job after job. A longer-living listener with a reference to the window
+would keep all of it.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def test_window_after_window_leaves_nothing(
         assert not _alive(watched), number
         assert not QApplication.allWidgets(), number
         counts.append(len(gc.get_objects()))
-    # A window is some 1500 objects of Python; what was loaded once came with the first.
+    # A window is about 1500 objects of Python; modules loaded once came with the first.
     assert counts[-1] - counts[0] < 500 + 50 * n, counts
 
 

@@ -150,7 +150,7 @@ def test_what_was_taken_survives_a_crash_and_is_offered(bench: WizardBench) -> N
     assert bench.show(None, _scene(points, 5, 12)) == 7
     # All are taken, but so few say nothing: that is why Next is still closed.
     bench.until(lambda: "saw only 12 of the points" in bench.runner.gate.text())
-    # Each observation is where the list says, whoever was there when it was taken.
+    # Each observation is at its place in the list, independent of the operator.
     view = bench.seen.view
     assert isinstance(view, KnownPointsView)
     assert [point.views for point in view.points] == [2] * 12
@@ -231,7 +231,7 @@ def test_a_calculation_is_given_up_and_done_again(bench: WizardBench) -> None:
     bench.until(lambda: page.word() == "NO RESULT")
     assert "cancelled" in page.sentence.text()
     bench.until(lambda: "No result to accept" in bench.runner.gate.text())
-    # It does not begin again by itself; leaving while it runs ends it.
+    # It does not restart automatically; leaving while it runs ends it.
     QTest.qWait(200)
     assert bench.seen.calculating_s is None
     bench.key(Qt.Key.Key_R)

@@ -26,11 +26,11 @@ from tests.gui.wizard_bench import WizardBench
 
 REACH = (30.0, 30.0, 14.0)
 _LOOK, _EVERY = 8, 160
-"""Frames that are shown, of so many."""
+"""Shown frames, and their spacing."""
 
 
 class Sweeps:
-    """A wizard bench for sweeps, with what is heard."""
+    """A wizard bench for sweeps, with its sounds."""
 
     def __init__(self, qtbot: QtBot, folder: Path) -> None:
         self.wizard = WizardBench(qtbot, folder)
@@ -92,7 +92,7 @@ class Sweeps:
         return page
 
     def sweep(self, scene: SweepProbe, *, batches: int = 10_000) -> list[str]:
-        """Show a sweep until its step is left or so much is taken; return what the banner said."""
+        """Show a sweep until its step ends or enough is recorded; return the banner's texts."""
         virtual = self.wizard.bench.virtual(scene)
         driver, said = self.wizard.runner.driver, list[str]()
         step, before = driver.procedure.base.step.name, driver.procedure.base.step.done
@@ -193,7 +193,7 @@ def test_the_first_cone_again_is_taken_by_itself(sweeps: Sweeps) -> None:
         if driver.procedure.base.live.ready:
             wizard.until(lambda: not driver.procedure.base.live.ready)
             break
-    # Both hands are full: the result is entered by itself.
+    # Both hands are full: the result opens automatically.
     wizard.enters("result")
 
 
@@ -222,7 +222,7 @@ def test_result_is_shown_compared_and_a_changed_tip_wants_a_reason(sweeps: Sweep
     wizard.until(lambda: "Qualify the tip" in wizard.runner.gate.text())
     wizard.key(Qt.Key.Key_Escape)
 
-    # A blow: the tip is 0.1 mm from where it was.
+    # A blow: the tip has moved by 0.1 mm.
     body = wizard.bench.body
     bent = replace(body, tip_probe=body.tip_probe + np.array([0.1, 0.0, 0.0]))
     sweeps.taken(bent, bent)

@@ -1,4 +1,4 @@
-"""Every wizard says all that start page, sessions, runner and window ask of it."""
+"""Every wizard provides all fields for start page, sessions, runner and window."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[WizardBench]:
 
 
 def _begun(bench: WizardBench, spec: WizardSpec[Any]) -> OpenSession:
-    """Return a session that began with what is proposed."""
+    """Return a session started with the proposed fields."""
     values = {
         one.key: one.choices[0][0] if one.choices else one.proposal
         for one in _sessions.fields(bench.site, spec)

@@ -53,7 +53,7 @@ def test_waving_fills_the_volume_without_a_key_and_says_what_is_missing(bench: W
     page = bench.runner.page()
     assert isinstance(page, WavePage)
     assert page.score.number() == "0 %"
-    # Both hands are full: what is ready is taken by itself from the beginning.
+    # Both hands are full: finished points are taken automatically from the beginning.
     bench.until(lambda: bench.seen.automatic)
     taken = bench.show(None, FreeMotionScene(ways=3, seed=1))
     assert taken >= 10
@@ -135,11 +135,11 @@ def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
     assert isinstance(outcome, CalibrationOutcome)
     comparison = outcome.comparison
     assert comparison is not None
-    # Somebody moved the frame by some 8 mm: the comparison says so.
+    # The frame was moved by about 8 mm: the comparison reports it.
     assert comparison.moved_mm > 5.0
     assert f"moved by {comparison.moved_mm:.3f} mm" in page.compare.summary.text()
     assert page.compare.cameras.rowCount() == 2
-    # Thousands of spots: arrows stand for cells, or nothing could be seen.
+    # Thousands of spots: arrows represent cells to stay legible.
     assert "arrows: means" in page.sensors.plots[0].word()
     bench.key(Qt.Key.Key_A)
     bench.key(Qt.Key.Key_Return)

@@ -44,7 +44,7 @@ class TipBench:
         return ProbeStore(self.wizard.probe_store)
 
     def taken(self, sphere: int = 25, cone: int = 5) -> None:
-        """Leave a qualification behind of which so much is taken."""
+        """Leave a qualification with the given numbers of points."""
         bench = self.wizard.bench
         procedure = TipQualificationProcedure.begin(
             self.wizard.probe_store / SESSIONS, bench.rig, bench.body, self.store(), TIP,
@@ -55,7 +55,7 @@ class TipBench:
             procedure.advance(bench.now())
 
     def touch(self, at_most: int, fault: TipFault | None = None) -> int:
-        """Touch what is wanted next on the virtual rig."""
+        """Touch the next targets on the virtual rig."""
         view = self.wizard.seen.view
         assert isinstance(view, TipView | TipCheckView)
         bench = self.wizard.bench
@@ -103,7 +103,7 @@ def test_the_sphere_is_touched_without_a_key_and_goes_on_after_a_crash(bench: Ti
     assert isinstance(again, SpherePage)
     assert bench.touch(3) == 3
     wizard.until(lambda: again.bars.words()[0] == "Places 5 / 25")
-    # Now the points determine the ball, and what the rest will bring can be told.
+    # Now the points determine the ball, and the effect of the rest can be predicted.
     view = wizard.seen.view
     assert isinstance(view, TipView)
     expected = f"{2e3 * view.sphere.diameter_sigma_end_mm:.1f} µm"

@@ -125,7 +125,7 @@ def test_a_failed_verification_says_so_and_keeps_the_calibration_suspect(
     assert page.word() == "FAILED"
     assert page.facts.value("Checks") == "1 of 37 failed"
     assert "If only one line failed, repeat it once" in page.sentence.text()
-    # The line that failed may be taken once more: back to the lines, where it is missing.
+    # The failed line may be repeated: back to the lines, among which it is missing.
     bench.key(Qt.Key.Key_N)
     bench.enters("lines")
     bench.until(lambda: "1 of 7 lines to go" in bench.runner.gate.text())

@@ -121,7 +121,7 @@ def test_frames_of_the_station_reach_the_procedure_and_measure_nothing(
     assert not window.actions_by_key["settings"].isEnabled()
     _press(Qt.Key.Key_Escape)
     assert window.maintenance.wizard.isVisible()
-    live = window._bridge.station.looks.live()  # noqa: SLF001 - whatever page is shown
+    live = window._bridge.station.looks.live()  # noqa: SLF001 - independent of the shown page
     assert (live.status, live.tip_world) == (StatusWord.NOT_READY, None)
     assert "procedure" in live.reason
     # The window may be closed in the middle: everything ends, and the session is kept.

@@ -1,4 +1,4 @@
-"""All pages of the window, what is cut off on them, and a language that is longer than all."""
+"""All pages of the window, their cut texts, and a pseudo language with the longest sentences."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Pseudo(QTranslator):
 
 
 def longer(sentence: str) -> str:
-    """Return a sentence 40 % longer; what is filled in and where lines end stays."""
+    """Return a sentence 40 % longer, with the same fields and line ends."""
     owed, words = 0.0, []
     for word in _KEPT.split(sentence):
         if not word or _KEPT.fullmatch(word):
@@ -91,7 +91,7 @@ def pages(window: MainWindow) -> Iterator[tuple[str, Callable[[], None]]]:
 
 
 def faults(window: QWidget) -> Iterator[str]:
-    """Give what is cut off in a window."""
+    """Yield the cut texts of a window."""
     for widget in window.findChildren(QWidget):
         if not widget.isVisible() or widget.visibleRegion().isEmpty():
             continue
@@ -130,20 +130,20 @@ def walk(
     scrolled: bool = False,
     look: Callable[[QWidget], Iterator[str]] | None = None,
 ) -> list[str]:
-    """Return what is cut off on any page, in any of the themes, at any of the sizes.
+    """Return the cut texts of all pages, in all themes, at all sizes.
 
     Parameters
     ----------
     window
-        It is left at the last page.
+        Its last page stays open.
     app
-        Whose events are handled.
+        Its events are processed.
     themes, sizes
-        Each with each.
+        All combinations.
     scrolled
         Pages may be scrolled as a whole: enlarged, or for gloves.
     look
-        Looks for something else than words that are cut off.
+        Finds other faults than cut texts.
     """
     look = look or faults
     found = []
@@ -154,8 +154,8 @@ def walk(
             window.resize(*size)
             for name, open_page in pages(window):
                 open_page()
-                # The layout settles in one turn, what follows from it in a second one; what a
-                # thread has read for the page may come between. What is cut off stays so.
+                # The layout settles in one turn of the event loop, its consequences in a second
+                # one; data read by a thread may come between. Cut texts persist.
                 left: list[str] = []
                 for _ in range(TURNS):
                     app.processEvents()

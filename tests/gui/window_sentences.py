@@ -29,10 +29,10 @@ _NOT_SHOWN = frozenset(
         "hasattr", "TypeVar", "cast", "door", "Signal", "setShortcut",
         # style sheets, fonts, files
         "add_argument_group", "setStyleSheet", "setFamilies", "Path", "resource", "strftime",
-        # words looked for in data
+        # words searched for in data
         "replace", "partition", "removeprefix", "removesuffix", "startswith", "endswith", "split",
         "compile",
-        # the boundary for the unexpected, and files for whoever types in a document: core texts
+        # the boundary for the unexpected, and files for authors of documents: core texts
         "contained", "fail", "given",
         # the command line
         "add", "ArgumentParser",
@@ -54,10 +54,10 @@ _KNOWN = {
     "_showing.py": {"The picture … cannot be written.\n": "on the terminal"},
     "access/_hands_and_eyes.py": {"*": "names of Qt, and what a test says"},
     "access/_zoom.py": {"*": "names of Qt"},
-    "acceptance/_artefact_sheet.py": {"The register": "part of an error"},
+    "acceptance/_artefact_sheet.py": {"The artefact register": "part of an error"},
     "acceptance/_desk.py": {
-        "INTERIM": "name of a procedure", "The procedures": "part of an error",
-        "Unfinished tests": "part of an error", "The artefacts": "part of an error",
+        "INTERIM": "name of a procedure", "Reading the procedures": "part of an error",
+        "Reading unfinished tests": "part of an error", "Reading the artefacts": "part of an error",
     },
     "acceptance/_study_sheet.py": {"STUDY-1": "name that is filled in"},
     "window/_acceptance.py": {"INTERIM": "name of a procedure"},
@@ -80,7 +80,7 @@ _SHOWS = frozenset(
         "value_label", "caption", "form_field", "ResultVerdict", "BannerMessage", "Row", "Tag",
     )
 )  # fmt: skip
-"""What is given to one of these is seen: there a single small word counts as well."""
+"""Arguments of these are visible: even a single short word counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class Literal:
     line
         Of the file.
     text
-        Without what is filled in.
+        Without inserted values.
     """
 
     file: str
@@ -109,17 +109,17 @@ class Marked:
     Attributes
     ----------
     file, line
-        Where.
+        Its place.
     mark
-        Which of them.
+        Name of the function.
     node
         The call.
     at_import
         It is evaluated when the module is loaded.
     in_braces
-        It stands in an f-string, into which `lupdate` does not look.
+        It is inside an f-string, which `lupdate` does not parse.
     filled
-        Names that ``format`` fills in, called on it at once; None where it is not called there.
+        Names of the values in an immediate call of ``format``; None without such a call.
     """
 
     file: str
@@ -132,7 +132,7 @@ class Marked:
 
     @property
     def sentence(self) -> str | None:
-        """Return the literal; None where it is no plain one."""
+        """Return the literal; None if it is not a plain one."""
         return _plain(self.node.args[0])
 
     @property
@@ -165,10 +165,10 @@ def marked() -> list[Marked]:
 
 
 def bare() -> list[Literal]:
-    """Return the sentences that are neither translated nor known not to be shown."""
+    """Return sentences that are neither translated nor exempt as invisible."""
     found = []
     for path in sources():
-        # What a report says on paper is for its readers, whatever language the window has.
+        # The text of a printed report is for its readers, in any language of the window.
         if path.name == "__init__.py" or "reports" in path.parts:
             continue
         tree, parents = _read(path)
@@ -182,7 +182,7 @@ def bare() -> list[Literal]:
         for node in ast.walk(tree):
             if not isinstance(node, ast.expr) or (text := _text(node, parents)) is None:
                 continue
-            # What `later` marks is often the key of its row, too.
+            # A text marked by `later` is often also the key of its row.
             if text in keys or _is_exempt(node, parents):
                 continue
             if not known.keys().isdisjoint((text, "*")) or _KEY.fullmatch(text):
@@ -214,7 +214,7 @@ def _callee(node: ast.Call) -> str:
 
 
 def _above(node: ast.AST, parents: Mapping[ast.AST, ast.AST]) -> Iterator[tuple[ast.AST, ast.AST]]:
-    """Return what is around a node, from inside, each with the part of it that the node is in."""
+    """Yield the ancestors of a node, from inside, each with the child that contains the node."""
     while node in parents:
         yield node, parents[node]
         node = parents[node]

@@ -30,7 +30,7 @@ _LOOKS = 4000
 
 
 class WizardBench:
-    """A wizard of its own, as large as the smallest window, and what it works on."""
+    """A separate wizard at the smallest window size, and its records."""
 
     def __init__(self, qtbot: QtBot, folder: Path, tip: str = "T1") -> None:
         self.qtbot = qtbot
@@ -51,7 +51,7 @@ class WizardBench:
 
     @property
     def seen(self) -> StepSnapshot:
-        """Return what is shown."""
+        """Return the shown view."""
         return self.runner.driver.now
 
     def _open(self) -> Wizard:
@@ -81,7 +81,7 @@ class WizardBench:
         return self.bench.rig if record is None else rig_from_record(record)
 
     def begin(self, kind: ProcedureKind, **values: str) -> None:
-        """Open a wizard and begin with what is filled in."""
+        """Open a wizard and begin with the given fields."""
         self.wizard.open(kind)
         for key, value in values.items():
             field = self.wizard.start.fields[key]
@@ -106,7 +106,7 @@ class WizardBench:
         self.wizard = self._open()
 
     def key(self, key: Qt.Key, widget: QWidget | None = None) -> None:
-        """Press a key where the keyboard is."""
+        """Press a key at the widget with the focus."""
         if widget is None:
             widget = QApplication.focusWidget()
         QTest.keyClick(self.wizard if widget is None else widget, key)
@@ -134,11 +134,11 @@ class WizardBench:
         )
 
     def show(self, rig: Rig | None, *scenes: Scene, at_most: int = 10_000) -> int:
-        """Show scenes; whatever gets ready is waited for until it was taken by itself."""
+        """Show scenes; wait until each finished item was taken automatically."""
         virtual = self.bench.virtual(*scenes)
         if rig is not None:
             virtual = CalibrationScenesRig(rig, self.bench.body, scenes, virtual.seed)
-        # What the procedure says, not what was shown last: a busy computer shows it later.
+        # The state of the procedure, not the shown one: a busy computer shows it later.
         procedure = self.runner.driver.procedure
         before = procedure.base.step.done
         for first in range(0, virtual.n_frames, _BLOCK):

@@ -65,7 +65,7 @@ class SecondCamera:
             then, self._work = self._work[1], None
             then()
 
-    # What the controller asks for
+    # Requests of the controller
 
     def mailbox(self, content: bytes) -> bytes | None:
         if content[5] & 15 == 4:
@@ -134,7 +134,7 @@ class SecondCamera:
     # Exposures
 
     def _over(self) -> int:
-        """Return how many exposures are readable: one period after they began."""
+        """Return the number of readable exposures: one period after their start."""
         if not self._period:
             return self._tail
         return max(0, (self.chip.time - self._begin) // self._period)
@@ -256,7 +256,7 @@ class SecondCamera:
         self._blinks_until = self.chip.now + int.from_bytes(value, "little") * SECOND
 
     def _connect(self) -> None:
-        """Say what stands behind the objects."""
+        """Connect the objects to their providers."""
         read, write = self.objects.reading, self.objects.writing
 
         def number(place: tuple[int, int], value: Callable[[], int]) -> None:

@@ -186,7 +186,7 @@ class Controller:
         return True
 
     def load(self) -> None:
-        """Put the next mailbox where the master fetches it."""
+        """Put the next mailbox into the buffer that the master reads."""
         if self.replies and not self.ram[0x80D] & 8:
             self._last = self.replies.popleft().ljust(256, b"\x00")
             self.ram[0x1100:0x1200] = self._last

@@ -9,7 +9,7 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 KEY = Ed25519PrivateKey.from_private_bytes(hashlib.sha256(b"the second camera").digest())
-"""Of the maker of second cameras."""
+"""Key of the maker of second cameras."""
 _HEAD = struct.Struct("<4sHHIIII32s")
 _WHOLE_PACKET = 244
 _LARGEST = 1 << 20
@@ -41,7 +41,7 @@ class Banks:
         return self.versions[self.running]
 
     def start(self) -> None:
-        """Start anew: with what was written, or back from a trial that nobody confirmed."""
+        """Restart: with the written firmware, or back from an unconfirmed trial."""
         if self._next is not None:
             self.running, self._next, self._trial = self._next, None, True
         elif self._trial:

@@ -10,7 +10,7 @@ from tests.second_camera.second_page import CODES, Item, Thing
 Place = tuple[int, int]
 
 
-class Refused(Exception):  # noqa: N818 - what the page calls it
+class Refused(Exception):  # noqa: N818 - the name used on the page
     """An SDO request is refused with a code."""
 
     def __init__(self, code: int) -> None:
@@ -19,7 +19,7 @@ class Refused(Exception):  # noqa: N818 - what the page calls it
 
 
 class Objects:
-    """The objects, what is worked out when they are read, and what writing them does."""
+    """The objects, the values computed on reading, and the effects of writing."""
 
     def __init__(self, things: dict[int, Thing]) -> None:
         self.things = things

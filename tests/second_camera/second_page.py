@@ -1,7 +1,7 @@
-"""What docs/integrator/camera_objects.md says, read as a maker of cameras reads it: its tables.
+"""The tables of docs/integrator/camera_objects.md, read as a maker of cameras reads them.
 
-Nothing of the program is used here or beside this file: a camera that is built from the page alone
-shows whether the page suffices.
+Only this file is used, and no part of the program: a camera built from the page alone shows whether
+the page suffices.
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ and refuses (`test_ippdme_grammar` has them all); it shares nothing with the ser
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -217,8 +218,11 @@ def _error(text: str, dialect: Dialect) -> AnswerError:
     return error
 
 
-_POINT = {"X": 1, "Y": 1, "Z": 1, "IJK": 3, "ER": 1, "R": 1, "Tool.A": 1, "Tool.B": 1, "Tool.C": 1}
-_POINT_2_5 = _POINT | {"Q": 1, "IJKAct": 1, "Tool.Alignment": (3, 6)}
+_Sizes = Mapping[str, tuple[int, ...]]
+_POINT: _Sizes = {
+    **dict.fromkeys(["X", "Y", "Z", "ER", "R", "Tool.A", "Tool.B", "Tool.C"], (1,)), "IJK": (3,)
+}  # fmt: skip
+_POINT_2_5: _Sizes = {**_POINT, "Q": (1,), "IJKAct": (1,), "Tool.Alignment": (3, 6)}
 _SYSTEMS = ("MachineCsy", "MoveableMachineCsy", "MultipleArmCsy", "PartCsy")
 _PARAMETER = re.compile(
     r"(Tool|FoundTool)\.(GoToPar\.(Speed|Accel)|PtMeasPar\.(Speed|Accel|Approach|Search|Retract))"
@@ -233,8 +237,7 @@ def _require(holds: object, said: object) -> None:
         raise GrammarError(f"not in this dialect: {said}")
 
 
-def _is_point(items: tuple[Item, ...], sizes: dict[str, int] | dict[str, int | tuple[int, int]],
-              *, null: bool) -> bool:  # fmt: skip
+def _is_point(items: tuple[Item, ...], sizes: _Sizes, *, null: bool) -> bool:
     names = [item.name for item in items if isinstance(item, Call)]
     if len(names) != len(items) or len(set(names)) != len(names):
         return False
@@ -243,9 +246,7 @@ def _is_point(items: tuple[Item, ...], sizes: dict[str, int] | dict[str, int | t
             return False
         if null and item.items == (Bare("NULL"),):
             continue
-        size = sizes[item.name]
-        allowed = size if isinstance(size, tuple) else (size,)
-        if len(item.items) not in allowed:
+        if len(item.items) not in sizes[item.name]:
             return False
         if not all(isinstance(one, Number) for one in item.items):
             return False
@@ -323,11 +324,11 @@ def _check_method_1_4(call: Call) -> None:
         case "DMEVersion":
             _require(len(items) == 1 and isinstance(items[0], Text), call)
         case "CoordSystem":
-            _require(len(items) == 1 and items[0] in map(Bare, _SYSTEMS), call)
+            _require(len(items) == 1 and items[0] in [Bare(name) for name in _SYSTEMS], call)
         case "GetCsyTransformation":
             _require(len(call.numbers) == 6, call)
         case "ChangeToolAction":
-            words = map(Bare, ("Switch", "Rotate", "MoveAuto", "MoveMan"))
+            words = [Bare(name) for name in ("Switch", "Rotate", "MoveAuto", "MoveMan")]
             _require(items and items[0] in words, call)
             _require(not items[1:] or _is_point(items[1:], _POINT, null=False), call)
         case name:

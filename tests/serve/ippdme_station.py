@@ -46,11 +46,12 @@ def served_station(
     world: WorldOptions | None = None,
     patience_s: float = 600.0,
     tries: int = 3,
+    speed: float = 0.0,
 ) -> Iterator[ServedStation]:
-    """Serve a station at full speed; it must not fail."""
+    """Serve a station, at full speed unless another is given; it must not fail."""
     told: list[str] = []
     failures: list[Exception] = []
-    built, machine = _machine(out, told, world)
+    built, machine = _machine(out, told, world, speed)
     try:
         session = _session(machine, dialect, patience_s, tries)
         server = DmeServer(session, StreamOptions(), failures.append)
@@ -67,7 +68,7 @@ def served_station(
 @contextmanager
 def pure_session(out: Path, dialect: Dialect = "1.4") -> Iterator[DmeSession]:
     """Yield a session without a socket, on a station whose touches it does not get."""
-    _, machine = _machine(out, [], None)
+    _, machine = _machine(out, [], None, 0.0)
     try:
         machine.start(lambda point: None, lambda refusal: None)
         yield _session(machine, dialect, 600.0, 3)
@@ -76,11 +77,11 @@ def pure_session(out: Path, dialect: Dialect = "1.4") -> Iterator[DmeSession]:
 
 
 def _machine(
-    out: Path, told: list[str], world: WorldOptions | None
+    out: Path, told: list[str], world: WorldOptions | None, speed: float
 ) -> tuple[BuiltStation, StationMachine]:
     request = StationRequest(
         plan=resource("plans", "points.toml"), out=out, stay=True, idle=True, world=world,
-        frame_rate_hz=RATE_HZ,
+        frame_rate_hz=RATE_HZ, speed=speed,
     )  # fmt: skip
     built = build_station(request)
     header = JobHeader("judge", built.station.job.plan.part, "1")

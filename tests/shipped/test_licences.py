@@ -1,4 +1,4 @@
-"""Nothing is in OCMM whose licence does not fit, and what we state is what the packages state."""
+"""No licence in OCMM conflicts, and the stated licences are those of the packages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the package holds in the place of numba computes what numba compiles, to the last bit."""
+"""The package's replacement of numba computes the results of numba to the last bit."""
 
 from __future__ import annotations
 
@@ -148,12 +148,12 @@ def test_kernels_hold_nothing_of_the_folder_or_the_memory_they_were_compiled_in(
         assert str(built[0]).encode() not in one
     library = (built[0] / "kernels" / "some.so").read_bytes()
     assert b"/opt/ocmm/_internal/kernel.py" in library
-    # Nothing is unpickled: what an error is stands there in words.
+    # Nothing is unpickled: an error is described in words.
     assert b'{"error": "ValueError", "arguments": ["below"]' in library
 
 
 def test_a_further_kind_gets_the_bytes_of_a_process_for_it(built: list[Path]) -> None:
-    """What numba wrote once is compiled for each kind, as if numba had been told of it alone."""
+    """Code written once by numba is compiled for each kind, as if requested alone."""
     one, _, third = built
     for name in ("0_0.o", "0_1.o"):
         first, second = ((one / folder / name).read_bytes() for folder in ("objects", "another"))

@@ -61,7 +61,7 @@ def test_no_place_is_named(lock: str) -> None:
 @pytest.mark.parametrize("lock", _LOCKS)
 def test_who_asked_for_a_package_stands_in_the_same_file(lock: str) -> None:
     pins = read_lock(_LOCKS[lock])
-    # An extra of a package is asked for by its name and the extra.
+    # An extra of a package is requested by its name and the extra.
     asking = {one.split("[")[0] for pin in pins.values() for one in pin.needed_by}
     assert asking - {""} <= set(pins)
     assert all(pin.needed_by for pin in pins.values())
@@ -107,11 +107,11 @@ def test_the_extra_is_installed_with_hashes_wherever_it_is_named() -> None:
         (install,) = re.findall(rf"^{name}\(\) \{{$.*?^\}}$", text, re.M | re.S)
         assert f"    install_locked {lock.name}\n" in install
     (locked,) = re.findall(r"^install_locked\(\) \{$.*?^\}$", text, re.M | re.S)
-    # By uv, and where it cannot by pip.
+    # By uv, and without uv by pip.
     assert len(re.findall(r'--require-hashes -r "\$1"', locked)) == 2
     for place in ("README.md", "docs/integrator/shop.md"):
         assert "./run setup --shop" in (ROOT / place).read_text(encoding="utf-8"), place
-    # The window says that the README has it: it names no command.
+    # The window refers to the README: it names no command.
     assert "README" in STEP_SETUP
     for place in ("README.md", "docs/inspector/plans.md"):
         text = (ROOT / place).read_text(encoding="utf-8")
@@ -135,7 +135,7 @@ def test_a_lock_file_that_pins_less_is_refused(tmp_path: Path, text: str) -> Non
 
 
 def test_run_lock_asks_nothing_of_what_is_installed(tmp_path: Path) -> None:
-    """A dependency may stand in pyproject.toml that no environment has yet."""
+    """pyproject.toml may contain a dependency that no environment has yet."""
     for name in ("run", "pyproject.toml", *_LOCKS):
         shutil.copy(ROOT / name, tmp_path)
     project = tmp_path / "pyproject.toml"
@@ -144,7 +144,7 @@ def test_run_lock_asks_nothing_of_what_is_installed(tmp_path: Path) -> None:
         text.replace("dependencies = [", 'dependencies = [\n  "not-yet-installed",', 1),
         encoding="utf-8",
     )
-    # An environment of the right place in which all that is asked for is written down.
+    # An environment in the right place, whose records list all requirements.
     bin_ = tmp_path / ".venv" / "bin"
     bin_.mkdir(parents=True)
     (tmp_path / ".venv" / "ocmm-folder").write_text(f"{tmp_path}\n", encoding="utf-8")

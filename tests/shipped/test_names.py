@@ -1,4 +1,4 @@
-"""What the installation's files, the pages about rights and our messages name is there."""
+"""Names in the installation's files, in the pages about rights and in our messages exist."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TEXTS = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8") for path
 
 
 def _named(pattern: str, group: int | str = 0) -> set[tuple[str, str]]:
-    """Return what a pattern finds, with the page that it stands in."""
+    """Return the matches of a pattern, with their pages."""
     return {
         (page, found[group])
         for page, text in _TEXTS.items()

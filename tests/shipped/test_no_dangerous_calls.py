@@ -1,4 +1,4 @@
-"""What could turn data into code, or reach further than it says, is not in the sources."""
+"""The sources contain nothing that turns data into code, or exceeds its stated reach."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _NAMES = {
     "compile": "makes code of text",
     "__import__": "runs a module that text names",
 }
-# By how the call ends, whatever the module is called here.
+# By the end of the call, for any name of the module.
 _ENDS = {
     "os.system": "runs a shell",
     "os.popen": "runs a shell",
@@ -78,7 +78,7 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
 
 
 def found_in(text: str) -> Iterator[tuple[int, str]]:
-    """Yield the line and the name of whatever is dangerous in a source text."""
+    """Yield the line and the name of each dangerous call in a source text."""
     tree = ast.parse(text)
     reads_with_lxml = "lxml" in text
     for node in ast.walk(tree):
@@ -104,7 +104,7 @@ def _is_banned(module: str) -> bool:
 
 
 def _called(function: ast.expr) -> str:
-    """Return the name that is called, with dots; what is no name stands there as brackets."""
+    """Return the called name, with dots; expressions are replaced by brackets."""
     parts = []
     while isinstance(function, ast.Attribute):
         parts.append(function.attr)

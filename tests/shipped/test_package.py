@@ -1,4 +1,4 @@
-"""What the packages are made of holds together; installer/test.sh tries the packages themselves."""
+"""The parts of the packages are consistent; installer/test.sh tries the packages themselves."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_every_file_that_the_build_names_is_there() -> None:
 
 
 def test_the_service_starts_a_program_of_the_package() -> None:
-    """The build puts another program into the unit; what it looks for must be what stands there."""
+    """The build replaces the program in the unit; its search text must be in the unit."""
     changed = re.search(r"sed 's#\^(ExecStart=\S+ )#(ExecStart=\S+ )#'", _BUILD)
     assert changed is not None
     unit = (ROOT / "installer/linux/ocmm-acq@.service").read_text(encoding="utf-8")
@@ -54,7 +54,7 @@ def test_the_service_starts_a_program_of_the_package() -> None:
 
 def test_the_desktop_entry_opens_jobs_and_the_window_takes_one() -> None:
     entry = configparser.RawConfigParser(strict=True)
-    entry.optionxform = str  # type: ignore[assignment,method-assign] # as typeshed's own page says
+    entry.optionxform = str  # type: ignore[assignment,method-assign] # as documented by typeshed
     entry.read(_DEBIAN / "ocmm.desktop", encoding="utf-8")
     desktop = entry["Desktop Entry"]
     assert desktop["Exec"] == "/opt/ocmm/ocmm -m ocmm_gui --start %f"
@@ -125,7 +125,7 @@ def test_the_kernels_for_any_processor_can_be_asked_for_and_no_others(
     kind, told = kernels.choose()
     assert kind in instructions.KINDS
     assert "'../x'" in told
-    # A processor that cannot run what was asked for would end the program without a word.
+    # A processor without the requested instructions would end the program silently.
     monkeypatch.setenv("NUMBA_CPU_NAME", instructions.AVX2)
     monkeypatch.setattr(kernels, "processor_kind", lambda _: instructions.GENERIC)
     assert kernels.choose()[0] == instructions.GENERIC
@@ -141,7 +141,7 @@ def test_no_two_groups_of_kernels_share_a_function() -> None:
 
 
 def _compiled_modules(wanted: set[str]) -> set[str]:
-    """Return those modules, and what they import, that hold compiled functions of their own."""
+    """Return the modules, and their imports, with compiled functions of their own."""
     found: set[str] = set()
     while wanted:
         name = wanted.pop()
@@ -149,7 +149,7 @@ def _compiled_modules(wanted: set[str]) -> set[str]:
         if name in found or not path.is_file():
             continue
         text = path.read_text(encoding="utf-8")
-        # What is put into its callers as it stands is no function of its own.
+        # A function inlined into its callers is not compiled separately.
         if not re.search(r"^@(?:njit|compiled)\b(?!.*inline=\"always\")", text, re.M):
             continue
         found.add(name)
@@ -160,7 +160,7 @@ def _compiled_modules(wanted: set[str]) -> set[str]:
 
 
 def test_nothing_that_the_package_leaves_out_is_needed(tmp_path: Path) -> None:
-    """Every module of OCMM is imported where those do not exist; what it imports later is named."""
+    """Every module of OCMM is imported without them; later imports are named."""
     (tmp_path / "generic.json").write_text('{"helpers": [], "kernels": []}', encoding="utf-8")
     code = (
         "import sys\n"
@@ -192,7 +192,7 @@ def test_nothing_that_the_package_leaves_out_is_needed(tmp_path: Path) -> None:
         for name in re.findall(r"^\s+(?:from|import) ([\w.]+)", path.read_text("utf-8"), re.M)
     }
     assert "xlsxwriter" in later
-    # What stands in the place of the compilers was there for the imports above.
+    # The replacement of the compilers was present for the imports above.
     left_out = tuple(f"{name}." for name in _left_out() if name not in {"numba", "llvmlite"})
     assert {name for name in later if f"{name}.".startswith(left_out)} == set()
 
@@ -251,7 +251,7 @@ def test_the_program_with_rights_understands_one_word(tmp_path: Path) -> None:
 
 
 def test_after_unpacking_user_group_and_rights_are_there(tmp_path: Path) -> None:
-    """In a folder instead of a computer, by programs that write down what was asked of them."""
+    """In a folder in place of a computer, by programs that log their arguments."""
     acq = tmp_path / "opt" / "ocmm" / "ocmm-acq"
     acq.parent.mkdir(parents=True)
     acq.write_text("", encoding="utf-8")

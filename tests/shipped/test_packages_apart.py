@@ -1,4 +1,4 @@
-"""The packages beside the core: left out, added by somebody else, or wrong."""
+"""Packages next to the core: left out, added by others, or wrong."""
 
 from __future__ import annotations
 

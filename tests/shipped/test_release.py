@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
 
 import pytest
 
 from installer.locks import ROOT
 from ocmm_core import __version__
+from ocmm_core.build import FORMAT, BuildIdentity
+from ocmm_core.errors import InputError
+from ocmm_core.manual import changes_since
+from tests.host import HANG_S, not_run
 
 
 @pytest.mark.parametrize(
@@ -30,3 +41,67 @@ def test_changelog_starts_with_the_version_of_the_sources() -> None:
     assert [day for _version, day in released] == sorted(
         (day for _v, day in released), reverse=True
     )
+
+
+def test_names_the_commit_unless_it_is_the_release() -> None:
+    commit, date = "1a2b3c4d5e6f" + 28 * "0", "2026-11-28T22:00:00+00:00"
+    released, later = f"v{__version__}", f"v{__version__}-3-g1a2b3c4"
+    for identity, version in (
+        (BuildIdentity(), __version__),
+        (BuildIdentity(commit, date, released), __version__),
+        (BuildIdentity(commit, date, later), f"{__version__}+g1a2b3c4d5e.20261128"),
+        (BuildIdentity(commit, date, "v0.1.0"), f"{__version__}+g1a2b3c4d5e.20261128"),
+        (
+            BuildIdentity(commit, date, released, True),
+            f"{__version__}+g1a2b3c4d5e.20261128.changed",
+        ),
+    ):
+        assert identity.version == version
+    # `git archive` fills the words that this module asks git for.
+    assert (ROOT / "ocmm_core/_build.txt").read_text("utf-8") == f"$Format:{FORMAT}$\n"
+    assert "ocmm_core/_build.txt export-subst" in (ROOT / ".gitattributes").read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_the_wheel_of_the_source_distribution_is_that_of_the_checkout(tmp_path: Path) -> None:
+    if not (ROOT / ".git").exists():
+        not_run("this is no checkout")
+    clone, unpacked = tmp_path / "clone", tmp_path / "unpacked"
+    subprocess.run(["git", "clone", "-q", ROOT, clone], check=True, timeout=HANG_S)
+    stated = {**os.environ, "SOURCE_DATE_EPOCH": "1700000000"}
+
+    def build(folder: Path, kind: str, out: Path) -> Path:
+        out.mkdir()
+        code = f"import setuptools.build_meta as b; b.build_{kind}({str(out)!r})"
+        subprocess.run(
+            [sys.executable, "-c", code], cwd=folder, env=stated, check=True, timeout=HANG_S,
+            capture_output=True,
+        )  # fmt: skip
+        return next(out.iterdir())
+
+    archive = build(clone, "sdist", tmp_path / "sdist")
+    with tarfile.open(archive) as tar:
+        tar.extractall(unpacked, filter="data")
+    (inside,) = unpacked.iterdir()
+    for left in (clone / "build", clone / "ocmm.egg-info"):
+        shutil.rmtree(left, ignore_errors=True)
+    first, second = build(clone, "wheel", tmp_path / "a"), build(inside, "wheel", tmp_path / "b")
+    assert first.name == second.name
+    assert first.read_bytes() == second.read_bytes()
+    commit = subprocess.run(
+        ["git", "-C", clone, "rev-parse", "HEAD"], capture_output=True, text=True, check=True
+    ).stdout.strip()
+    with zipfile.ZipFile(first) as wheel:
+        assert wheel.read("ocmm_core/_build.txt").decode().split()[0] == commit
+        assert f"+g{commit[:10]}." in first.name
+        chapters = [name for name in wheel.namelist() if "/resources/manual/" in name]
+        assert len(chapters) > 150
+        assert "ocmm_core/resources/CHANGELOG.md" in wheel.namelist()
+
+
+def test_lists_the_changes_since_a_version() -> None:
+    newest, every = changes_since(), changes_since("0.1.0")
+    assert newest[-1].startswith(f"## [{__version__}]")
+    assert every == newest
+    with pytest.raises(InputError, match=r"does not contain version .0\.0\.1"):
+        changes_since("0.0.1")

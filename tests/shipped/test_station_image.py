@@ -130,7 +130,7 @@ def test_the_data_partition_is_mounted_alike_by_both() -> None:
     line = next(one.split() for one in read("root/etc/fstab").splitlines() if "LABEL=" in one)
     assert line[:3] == ["LABEL=ocmm-data", "/data", "ext4"]
     assert [one for one in line[3].split(",") if not one.startswith("x-")] == early[1].split(",")
-    # A point is on the disk when fsync says so; these would give that up.
+    # A point is on the disk when fsync returns; these options would give that up.
     assert not {"nobarrier", "barrier=0", "data=writeback"} & set(early[1].split(","))
 
 
@@ -169,5 +169,5 @@ def test_nobody_gets_in_without_a_password() -> None:
     assert read("grub.cfg").count("--unrestricted") == read("grub.cfg").count("menuentry ")
     assert int(arguments()["panic"]) > 0
     assert not re.search(r"ssh|telnet|vnc", read("build.sh"))
-    # What tries the image is no part of it.
+    # The image does not contain its tests.
     assert not list(TREE.rglob("try*"))

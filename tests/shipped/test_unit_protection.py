@@ -74,7 +74,7 @@ def faults(name: str, text: str) -> list[str]:
 def test_a_service_has_the_protections_of_the_bus_service(path: Path) -> None:
     text = path.read_text("utf-8")
     assert faults(path.name, text) == []
-    # Each of them is looked for: a unit without one is named.
+    # Each setting is required: a unit without one is named.
     for name in settings(text):
         lines = [line for line in text.splitlines() if not line.startswith(f"{name}=")]
         if name in settings(_BUS.read_text("utf-8")) and name not in _OWN:

@@ -1,4 +1,4 @@
-"""The set-up for Windows as far as it can be looked at elsewhere; it was never run on Windows."""
+"""The set-up for Windows, as far as it can be checked elsewhere; it was never run on Windows."""
 
 from __future__ import annotations
 

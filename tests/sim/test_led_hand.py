@@ -1,4 +1,4 @@
-"""A hand that somebody leads: on the true surfaces, never inside them, no faster than an arm."""
+"""A hand led by a user: on the true surfaces, never inside them, no faster than an arm."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _part(name: str) -> Part:
 
 
 class _Led:
-    """A hand, and what it did."""
+    """A hand, and its path."""
 
     def __init__(self, hz: int = 800) -> None:
         self.rig = _rig(hz=hz)
@@ -99,7 +99,8 @@ def test_the_ball_never_enters_the_part_however_wildly_it_is_led() -> None:
         kernel.distance(tip, solids.rows, solids.holes, out) - led.rig.tip_radius
         for tip in np.array(led.tips)
     ]
-    # The way over an edge is found step by step; a micrometre is a tenth of what cameras tell.
+    # The path over an edge is found step by step; a micrometre is a tenth of the cameras'
+    # resolution.
     assert min(gaps) > -1e-3
     speeds = np.linalg.norm(np.diff(led.tips, axis=0), axis=1) / led.period_s
     # Sway adds 0.1 mm at 5 Hz; setting the ball back on a surface moves it along it, no farther.

@@ -1,4 +1,4 @@
-"""The operator of the virtual rig touches again what gave no point, where it was touched before."""
+"""The operator of the virtual rig repeats touches without a point, at the same place."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_a_touch_that_gave_no_point_is_made_again_at_its_place(
 ) -> None:
     operator = Operator(PART, RADIUS, [("SLOT", COUNT), ("BORE_A", 4)], seed=1)
     first = np.array([touch.tip_world for touch in operator.touches[:COUNT]])
-    # The part may be pushed a little before what is missing is asked for.
+    # The part may be pushed a little before missing points are requested.
     taken = (np.delete(first, lost, axis=0) + shift).tolist()
     operator.complete(Missing([("SLOT", len(lost))], {"SLOT": taken}), 0.0)
     again = operator.touches[COUNT + 4 :]
@@ -52,7 +52,7 @@ def test_a_feature_that_needs_more_than_was_touched_is_spread_anew() -> None:
 @pytest.mark.parametrize("count", [4, 5, 6, 7])
 @pytest.mark.parametrize("seed", range(20))
 def test_few_touches_of_a_slot_reach_its_sides_and_an_end(count: int, seed: int) -> None:
-    # Where no touch looks along the slot its length hangs on noise.
+    # Without a touch along the slot its length depends on noise.
     slot = load_part(resource("parts", "gauge.toml")).artefact("SLOT")
     assert isinstance(slot, SlotEntry)
     touched = sample(slot, count, np.random.default_rng(seed))

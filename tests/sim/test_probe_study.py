@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ocmm_cli.study import probe_calibration
 from ocmm_cli.terminal import histogram
 from ocmm_core.calibration.pivot import moments_of
-from ocmm_core.errors import InputError
 from ocmm_sim.scene import ProbeStudy, draw_targets, run_study
+from tests.commands import Ocmm
 from tests.core.calibration.swept_probe import probe, rig
 
 THESIS = ProbeStudy(
@@ -71,7 +70,7 @@ def test_moments_are_those_of_the_targets() -> None:
 
     again = moments_of(targets, study.leds)
 
-    # Single precision inside; what the sums of thousands of poses lose by it.
+    # Single precision inside; its loss in sums of thousands of poses.
     assert np.allclose(moments, again, rtol=1e-5, atol=1e-5 * np.abs(again).max())
     distances = np.linalg.norm(targets, axis=2) - np.linalg.norm(study.leds, axis=1)
     assert distances.std() < 0.03
@@ -93,10 +92,11 @@ def test_result_does_not_depend_on_the_number_of_processes() -> None:
     )
 
 
-def test_command_writes_figures_and_numbers(tmp_path: Path, capsys: Any) -> None:
-    probe_calibration(runs=12, poses=300, processes=1, out=tmp_path)
+def test_command_writes_figures_and_numbers(tmp_path: Path, ocmm_here: Ocmm) -> None:
+    words = ("--runs", "12", "--poses", "300", "--processes", "1", "--out", tmp_path)
+    done = ocmm_here("study", "probe-calibration", *words)
 
-    assert "12 calibrations of 300 poses" in " ".join(capsys.readouterr().out.split())
+    assert "12 calibrations of 300 poses" in " ".join(done.stdout.split())
     with (tmp_path / "errors.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 12
@@ -107,11 +107,12 @@ def test_command_writes_figures_and_numbers(tmp_path: Path, capsys: Any) -> None
     assert bars > 5
 
 
-def test_command_refuses_ranges_that_are_none(tmp_path: Path) -> None:
-    with pytest.raises(InputError) as caught:
-        probe_calibration(runs=1, poses=100, ranges=(0.0, 0.0, 0.0), out=tmp_path)
+def test_command_refuses_ranges_that_are_none(tmp_path: Path, ocmm_here: Ocmm) -> None:
+    words = ("--runs", "1", "--poses", "100", "--range", "0", "0", "0", "--out", tmp_path)
+    done = ocmm_here("study", "probe-calibration", *words)
 
-    assert caught.value.code == "study.range"
+    assert done.returncode == 2
+    assert "range" in done.stderr.casefold()
 
 
 def test_histogram_shows_every_value() -> None:

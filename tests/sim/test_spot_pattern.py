@@ -1,4 +1,4 @@
-"""The pattern of a sensor is the sum of waves that it is said to be."""
+"""The pattern of a sensor is the sum of its documented waves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The documents that ship with the virtual rig are good, and bad ones say what is wrong."""
+"""The documents shipped with the virtual rig are valid, and faults of others are named."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_rigs_are_as_the_thesis_describes_them(name: str, baseline: float) -> No
     left, right = rig.cameras
     np.testing.assert_allclose(right.centre_world - left.centre_world, [baseline, 0, 0], atol=1e-9)
     for camera in rig.cameras:
-        # The camera looks at the origin; columns go right and rows go down.
+        # The camera is directed at the origin; columns go right and rows go down.
         np.testing.assert_allclose(project(camera, np.zeros(3)), [1023.5, 1023.5], atol=1e-6)
         u, v = project(camera, np.array([[10.0, 0.0, 0.0], [0.0, 0.0, 10.0]])) - 1023.5
         assert u[0] > 15.0

@@ -1,4 +1,4 @@
-"""What the cameras of the virtual rig see: pure in the frame number, and true to the truth."""
+"""Spots of the virtual rig: pure functions of the frame number, and true to the world."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ def test_white_noise_is_white(make_rig: MakeRig) -> None:
 
 
 def test_white_noise_is_what_the_key_of_its_chunk_gives() -> None:
-    """Recordings and seeds of others stand on it: stream 4, camera 2, chunk 3."""
+    """Recordings and seeds of others depend on it: stream 4, camera 2, chunk 3."""
     key = np.array([9, (4 << 56) | (2 << 40) | 3], dtype=np.uint64)
     wanted = np.random.Generator(np.random.Philox(key=key)).standard_normal((80, 6, 2))
     assert np.array_equal(white_noise(9, 2, 6, 240, 80), wanted)

@@ -2,7 +2,7 @@
 
 ``python confine.py NAMES FAMILY COMMAND...``: of all system calls only those in NAMES (separated by
 commas), sockets of one address family, and no memory that is both written and run, or made
-executable later. Everything else is refused with EPERM (sockets: EAFNOSUPPORT), as the unit says.
+executable later. All others are refused with EPERM (sockets: EAFNOSUPPORT), as in the unit.
 """
 
 from __future__ import annotations

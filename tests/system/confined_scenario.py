@@ -1,8 +1,8 @@
-"""The bus process on a virtual cable, started in some way; run as a program, not collected.
+"""The bus process on a virtual cable with a selectable start; run as a program, not collected.
 
 ``python confined_scenario.py PYTHON GROUP PREFIX...`` must be started inside a private network. It
 makes the cable and the software cameras, starts the command of the service's unit by that Python
-behind the prefix, gives the ring to the group, waits for frames, and prints what it saw.
+behind the prefix, gives the ring to the group, waits for frames, and prints a summary.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _FRAMES = 200
 
 
 def main(python: str, group: str, *prefix: str) -> None:
-    """Let the bus process work, and say what was seen."""
+    """Run the bus process, and print a summary."""
     cable = "link add near0 type veth peer name far0"
     for command in (cable, "link set near0 up", "link set far0 up"):
         subprocess.run(["ip", *command.split()], check=True)
@@ -57,7 +57,7 @@ def main(python: str, group: str, *prefix: str) -> None:
             stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
         )  # fmt: skip
         assert bus.stdin is not None
-        # What it is told to do; the interface is the service's own.
+        # Its configuration; the interface is that of the service.
         config = BusConfig(interface="", ring_path=str(ring.path), cameras=CAMERAS)
         bus.stdin.write(config.to_json())
         bus.stdin.flush()

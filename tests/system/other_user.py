@@ -19,7 +19,7 @@ NOBODY = 65534
 def as_nobody(*command: str | Path, drop: str = "", number: int = NOBODY) -> list[str]:
     """Return the command as a user without rights; ``drop`` can never be had, not even by file."""
     limits = [f"--bounding-set=-{drop}"] if drop else []
-    # setpriv itself may start anything, so the shell, which has no rights any more, does it.
+    # setpriv may start any program, so the unprivileged shell starts it.
     return [
         "setpriv", f"--reuid={number}", f"--regid={number}", "--clear-groups", *limits, "--",
         "sh", "-c", 'exec "$0" "$@"', *map(str, command),
@@ -28,7 +28,7 @@ def as_nobody(*command: str | Path, drop: str = "", number: int = NOBODY) -> lis
 
 @pytest.fixture(scope="module")
 def environment() -> Iterator[Path]:
-    """Return a Python environment that anybody may run, with the packages of this one."""
+    """Return a Python environment executable by every user, with the packages of this one."""
     needs_root("become another user")
     needs_tools("setpriv", "setcap", "findmnt")
     if "-r" in private_network():

@@ -1,8 +1,8 @@
-"""An application without rights beside its bus process; run as a program, not collected.
+"""An application without rights and its bus process; run as a program, not collected.
 
 ``python rights_scenario.py INTERFACE [SOCKET]`` plays the window: it starts the bus process on an
-interface that has cameras, or asks the service at the socket for one, waits, and prints as JSON
-what rights both have and what the bus says.
+interface with cameras, or requests one from the service at the socket, waits, and prints as JSON
+the rights of both and the report of the bus.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def rights(pid: int) -> dict[str, Any]:
 
 
 def how_it_runs(pid: int) -> dict[str, Any]:
-    """Return what the kernel says about priority, processors and locked memory of a process."""
+    """Return priority, processors and locked memory of a process, from the kernel."""
     fields = dict(
         line.split(":", 1)
         for line in Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines()
@@ -49,7 +49,7 @@ def how_it_runs(pid: int) -> dict[str, Any]:
 
 
 def main(interface: str, *service: str) -> None:
-    """Start the bus process, look at both while it works, and print what was seen."""
+    """Start the bus process, examine both while it works, and print a summary."""
     ring = FrameRing.create(len(CAMERAS))
     config = BusConfig(interface=interface, ring_path=str(ring.path), cameras=CAMERAS)
     bus = ServiceBus(config, ring, Path(*service)) if service else BusProcess(config, ring)

@@ -1,7 +1,7 @@
 """Breaks in a ring with a redundancy cable, inside a private network namespace; not collected.
 
 ``python ring_scenarios.py`` makes two virtual cables, closes software cameras to a ring between
-them, breaks it here and there and prints as JSON what was given out and reported.
+them, breaks it at several places and prints frames and reports as JSON.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""An exception that nobody foresaw, raised at each of many places of the measuring chain.
+"""An unforeseen exception, raised at each of many places of the measuring chain.
 
-Each case is the real command on the virtual rig; one function of it raises after some points were
-taken. A reader looks at the station all the while, as a window does. What measuring rests on makes
-the station FAILED, what runs beside it is told, and in both cases every point that was acknowledged
-is in the job file, and the command ends with code 3 and the true cause.
+Each case is the real command on the virtual rig; one of its functions raises after some points were
+taken. A reader polls the station meanwhile, as a window does. An error in a part essential for
+measuring makes the station FAILED, one in a side task is reported, and in both cases every
+acknowledged point is in the job file, and the command ends with code 3 and the true cause.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ FAILED, BESIDE, COMMAND = "failed", "beside", "command"
 
 @dataclass(frozen=True)
 class Place:
-    """Where something raises, what, and what comes of it."""
+    """The place of an exception, the exception, and its consequences."""
 
     where: str
     raises: type[Exception]
@@ -70,10 +70,10 @@ PLACES = (
     Place("ocmm_core.station._live.LiveState._judge_tip", TypeError),
     # Trigger and point.
     Place("ocmm_core.measuring._trigger.TouchCollector.feed", IndexError),
-    Place("ocmm_core.inspection.session._intake.average", ArithmeticError),
+    Place("ocmm_core.inspection.session._session.average", ArithmeticError),
     Place("ocmm_core.inspection.session._acceptance.judge_touch", KeyError),
     Place("ocmm_core.inspection.session._assignment.assign_touch", AttributeError),
-    Place("ocmm_core.inspection.session._intake.TouchIntake.take", RecursionError),
+    Place("ocmm_core.inspection.session._session.TouchIntake.take", RecursionError),
     # Storage.
     Place("ocmm_core.storage._job_file.insert_point", MemoryError),
     Place("ocmm_core.storage._tables.insert_audited", OverflowError),
@@ -81,13 +81,13 @@ PLACES = (
     # Fit and evaluation.
     Place("ocmm_core.features.measured._actual.compensation", np.linalg.LinAlgError),
     Place("ocmm_core.inspection.session._job_view.evaluate_job", RuntimeError),
-    Place("ocmm_core.inspection.evaluation._job_values.evaluate_one", ValueError),
-    Place("ocmm_core.inspection.evaluation._job_values.joint_factors", MemoryError),
+    Place("ocmm_core.inspection.evaluation._evaluation.evaluate_one", ValueError),
+    Place("ocmm_core.inspection.evaluation._evaluation.joint_factors", MemoryError),
     Place("ocmm_core.inspection.session._job_view.coverage_of", IndexError),
     Place("ocmm_core.inspection.session._job_view.targets_of", ZeroDivisionError),
     # Monitor and watches.
     Place("ocmm_core.calibration.monitor._monitor.CalibrationMonitor.feed", ValueError),
-    Place("ocmm_core.calibration.guided._shocks.ShockDetector.feed", OSError),
+    Place("ocmm_core.calibration.guided._session_events.ShockDetector.feed", OSError),
     Place("ocmm_core.station._probe_watch.judge", LookupError),
     Place("ocmm_core.station._calibration_watch.judge", AssertionError),
     Place("ocmm_core.station.stream._probe_button.ButtonWatch.feed", NotImplementedError),
@@ -95,7 +95,7 @@ PLACES = (
     Place("ocmm_sim.scene._source.SimulatedSource.read", EOFError),
     Place("ocmm_core.acquisition.frames._ring.FrameRing.read", BufferError),
     Place("ocmm_core.acquisition.frames._ring.FrameRing.write", ValueError),
-    # Recorder, stream and listeners run beside it.
+    # Recorder, stream and listeners run in parallel.
     Place(
         "ocmm_core.acquisition.recording._recorder.encode_chunk",
         RuntimeError,
@@ -195,7 +195,7 @@ class Reader:
             self._client = socket.create_connection(self.station.stream.address, PATIENCE_S)
             self._client.sendall(json.dumps({"poses": True}).encode() + b"\n")
         if len(self.acknowledged) == BEFORE:
-            # There are digits on the screen now that could be left standing.
+            # The screen now shows digits that could remain.
             assert self._digits.wait(PATIENCE_S)
             self._trap.armed.set()
             if self._trap.place.becomes == BESIDE and "stream" in self._trap.place.where:
@@ -221,7 +221,7 @@ class Reader:
 
 @dataclass(frozen=True)
 class Ended:
-    """What a command left behind."""
+    """Leftovers of a command."""
 
     code: int
     out: str
@@ -233,7 +233,7 @@ class Ended:
 def run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], slow: Path
 ) -> Callable[[Trap], Ended]:
-    """Return what runs ``ocmm measure`` with a trap in it, and a reader beside it."""
+    """Return a runner of ``ocmm measure`` with a trap in it and a parallel reader."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "stdin", io.StringIO())
 
@@ -328,7 +328,7 @@ def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
 
 
 def test_the_command_line_as_a_process_ends_with_code_3(tmp_path: Path) -> None:
-    """The same in a process of its own, where nothing of pytest stands between."""
+    """The same in a separate process, without pytest in between."""
     program = (
         "import ocmm_core.inspection.session._job_view as module\n"
         "from ocmm_cli import main\n"

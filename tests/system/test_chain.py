@@ -32,7 +32,7 @@ def make_chain(ends: int, count: int = 3) -> Chain:
 
 
 def pass_through(chain: Chain, entry: int) -> tuple[list[int], int | None]:
-    """Return the aliases of the cameras that work on a frame, in order, and where it leaves."""
+    """Return the aliases of the cameras that process a frame, in order, and its exit."""
     asked = [Datagram(Command.APRD, -place & 0xFFFF, STATION_ALIAS, bytes(2)) for place in range(4)]
     frame = bytearray(encode_frame(1, asked))
     way = chain.ways[entry]
@@ -116,7 +116,7 @@ def test_a_clock_follows_the_reference_and_tells_how_far_it_is_off() -> None:
         register = int.from_bytes(slaves[1].read(TIME_DIFFERENCE, 4) or b"", "little")
         amount = register & 0x7FFFFFFF
         differences.append(-amount if register >> 31 else amount)
-    # 200 ppm are 200 ns a cycle, of which the control loop leaves no more than one cycle's.
+    # 200 ppm are 200 ns a cycle; the control loop leaves at most that of one cycle.
     assert np.max(np.abs(differences[2:150])) == pytest.approx(200, abs=10)
     assert differences[150] == pytest.approx(-3_000_000, abs=1000)
     # At a thousandth of the time it needs three seconds.

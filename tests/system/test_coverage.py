@@ -1,4 +1,4 @@
-"""The stated uncertainty holds the truth as often as it says."""
+"""The stated uncertainty contains the truth at its stated rate."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ FIRST_SEED = 1000
 def test_value_plus_minus_u_holds_the_truth_in_most_runs(
     record_property: Callable[[str, object], None], repeats: Callable[..., int]
 ) -> None:
-    """40 whole jobs, each with cameras, probe, ball and noise of its own.
+    """40 whole jobs, each with individual cameras, probe, ball and noise.
 
-    Upwards there is no limit for one characteristic: where residuals suggest a form that is not
-    there, U is too great, and the decision on the safe side. The benchmark of the same name makes
-    as many runs as one likes.
+    A single characteristic has no upper limit: if residuals suggest an absent form error, U is too
+    great, and the decision on the safe side. The benchmark of the same name takes any number of
+    runs.
     """
     runs = repeats(FEWER, RUNS)
     rows = coverage_table(run_coverage(CoverageSetup(), range(FIRST_SEED, FIRST_SEED + runs)))
     for name, covered, stated, error in rows:
         text = f"{100 * covered:.1f} %, mean U {1e3 * stated:.2f} um, RMS {1e3 * error:.2f} um"
         record_property(f"coverage of {name}", text)
-    # Fewer happen with a probability of 1 % over all characteristics, if U is what it says.
+    # Fewer happen with a probability of 1 % over all characteristics if U is correct.
     least = binom.ppf(0.01 / len(rows), runs, 0.954) / runs
     assert {name: covered for name, covered, _, _ in rows if not covered >= least} == {}
     # All characteristics together would show a bias of the whole budget that one alone hides.

@@ -1,9 +1,9 @@
-"""Every fault of the bus, made on purpose: named, no wrong frame, and operation again by itself.
+"""Every fault of the bus, provoked: named, no wrong frame, and automatic return to operation.
 
-Cameras, cable and bus process are real processes in a private network namespace, and one and the
-same bus process goes through all faults. How fast it was is printed and not judged; what is judged
-is the order of things: no frame that was exposed while a fault lasted is given out, every frame
-given out is what all cameras showed at one time, and every cycle is in exactly one account.
+Cameras, cable and bus process are real processes in a private network namespace, and a single bus
+process goes through all faults. Times are printed and not judged; the order is judged: no frame
+exposed during a fault is given out, every frame given out shows one exposure of all cameras, and
+every cycle is in exactly one account.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from benchmarks.fault_scenarios import Outcome
 from ocmm_core.fieldbus.report import BusPhase
 from tests.host import amount, private_network
 
-# Four processes must answer each other within a millisecond: not beside other tests.
+# Four processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = [pytest.mark.timing, pytest.mark.slow, pytest.mark.timeout(900)]
 
 _ROOT = Path(__file__).resolve().parents[2]
@@ -33,11 +33,12 @@ STARTS = (8, 15)
 FLAPS = (6, 10)
 """In every run and in the long form; the benchmark makes a thousand of each."""
 RESTARTS, RIGS = 20, (1, 2)
-"""Of so many one bus process is killed and one asked to end; on so many virtual wires at once."""
+"""Number of bus processes, one killed and one ended on request; number of parallel virtual wires.
+"""
 _ON_THE_WAY = 4
-"""Answers that are late by themselves, and had not come when the books were read."""
+"""Answers late without a fault, still missing when the accounts were read."""
 _BUFFER_MS = 90
-"""Cameras hold 128 ms of frames; a computer that stood still for longer loses some."""
+"""Cameras hold 128 ms of frames; a longer pause of the computer loses some."""
 
 _EXCHANGED, _BACK = "cables of the cameras exchanged while off", "cables exchanged back"
 """The second needs the first."""
@@ -60,11 +61,11 @@ NO_FRAME_LOST = LOSSES | {
     "bus clock 200 ppm fast",
     "clock of the last camera 200 ppm slow",
 }
-"""Go-back-N brings again what was lost, and requests travel beside the cycle."""
+"""Go-back-N repeats lost frames, and requests are transferred parallel to the cycle."""
 
 
 def played(folder: Path, *arguments: str) -> bytes:
-    """Run the scenarios in a namespace of their own and return what they wrote."""
+    """Run the scenarios in a separate namespace and return their output."""
     prefix = private_network()
     out = folder / "outcomes.json"
     done = subprocess.run(
@@ -92,14 +93,14 @@ def at_once(folder: Path, jobs: list[tuple[str, ...]]) -> list[bytes]:
 
 
 def check_accounts(outcome: Outcome) -> None:
-    """Every cycle is in one account; what the cable took is what the bus process missed."""
+    """Check that every cycle is in one account, and losses of cable and bus process agree."""
     assert outcome.elapsed == outcome.good + outcome.late + outcome.lost + outcome.bad
     if BusPhase.RECOVERING.value in outcome.phases:
-        # A computer that stood still for long enough to need a new bring-up loses all cycles of it.
+        # A pause of the computer that needs a new bring-up loses all cycles in between.
         return
     if outcome.name in LOSSES:
-        # An answer may also come too late by itself, on a busy computer; that one is a stray, once
-        # it has come.
+        # On a busy computer an answer may also be late without a fault; it is a stray once it has
+        # arrived.
         most = outcome.cycles_spoiled + outcome.stray + _ON_THE_WAY
         assert 0 < outcome.cycles_spoiled <= outcome.lost <= most
     if outcome.name in NO_FRAME_LOST and outcome.late < _BUFFER_MS:
@@ -127,7 +128,7 @@ def went_as_it_should(scenario: Scenario, outcome: Outcome | None) -> bool:
 
 @pytest.fixture(scope="module")
 def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Outcome]]:
-    """Play everything; what a computer that stood still may have spoilt is played once more."""
+    """Play everything; repeat scenarios possibly spoilt by a pause of the computer."""
     # On one virtual wire: two at once need more than two processors, and then nothing is in time.
     content = played(tmp_path_factory.mktemp("faults"), "quick")
     found = {one.name: [one] for one in msgspec.json.decode(content, type=list[Outcome])}
@@ -232,7 +233,7 @@ def test_every_cycle_is_in_one_account_over_restarts_of_cameras_and_bus(
         assert books.back == RESTARTS + 1, books.message
         assert books.looks > 100 * RESTARTS
         assert books.torn == 0
-        # The books run with the clock of this computer; a read in the middle of a slice of a
-        # bring-up, at both ends of each bus process, is behind by some slices of 20 ms.
+        # The accounts run with the clock of this computer; a read within a slice of a bring-up, at
+        # both ends of each bus process, is behind by some slices of 20 ms.
         sessions = 1 + books.of_the_bus
         assert abs(books.elapsed - books.passed) < 60 * sessions

@@ -24,7 +24,7 @@ from tests.host import HANG_S, private_network
 from tests.programs import rings_of
 from tests.waiting import wait_until
 
-# Processes must answer each other within a millisecond: not beside other tests.
+# Processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = [pytest.mark.timing, pytest.mark.slow]
 
 _FREEZE_S = 2.0
@@ -107,7 +107,7 @@ def test_frozen_application_loses_no_frame(
         wait_until_tracked(station, after.frames)
         later = station.looks.acquisition()
         report = station.looks.bus_report()
-        # What the bus process lost, it lost by itself.
+        # Losses of the bus process have no other cause.
         record_property("frames lost in the bus process", later.frames_lost - before.frames_lost)
         record_property("cycles", f"{later.good - before.good} of {later.elapsed - before.elapsed}")
         assert report is not None

@@ -1,4 +1,4 @@
-"""`grant-rights.sh` copies an executable of the system and nothing else, whatever a user links."""
+"""`grant-rights.sh` copies an executable of the system and nothing else, behind any link."""
 
 from __future__ import annotations
 

@@ -58,20 +58,20 @@ class Keyboard:
             self.errors.append(notice)
 
     def press(self, *keys: Qt.Key) -> None:
-        """Press keys; they go where the keyboard is."""
+        """Press keys at the widget with the focus."""
         for key in keys:
             widget = QApplication.focusWidget() or self.window
             QTest.keyClick(widget, key)
 
     def write(self, text: str) -> None:
-        """Write into the field that has the keyboard, in place of what is there."""
+        """Replace the text of the field with the focus."""
         widget = QApplication.focusWidget()
         assert widget is not None
         QTest.keyClick(widget, KEY.Key_A, Qt.KeyboardModifier.ControlModifier)
         QTest.keyClicks(widget, text)
 
     def look_at(self, feature: str, key: Qt.Key) -> None:
-        """Press a key until a feature is the one that is looked at, or probed."""
+        """Press a key until the view shows a feature, or it is being probed."""
 
         def seen() -> str:
             job = self.bridge.shown.job
@@ -79,8 +79,8 @@ class Keyboard:
 
         while (before := seen()) != feature:
             self.press(key)
-            # A touch that is refused meanwhile turns the view back to where the next point is
-            # wanted, before it was seen elsewhere: then the key is pressed again.
+            # A touch refused meanwhile turns the view back to the next target before it was seen
+            # elsewhere: then the key is pressed again.
             with contextlib.suppress(self.qtbot.TimeoutError):
                 self.qtbot.waitUntil(partial(_differs, seen, before), timeout=AGAIN_MS)
 
@@ -155,7 +155,7 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     assert (job.header.operator, job.header.batch) == ("Ada Lovelace", "first")
     assert len(job.features) == 12
 
-    # Pause, so that the next steps are about a point that is known.
+    # Pause, so that the next steps concern a fixed point.
     keyboard.until(lambda job: len(job.feature("PLATE_TOP").points) >= 4)
     assert window.desk.picture.has_picture()
     keyboard.press(KEY.Key_Z)
@@ -189,8 +189,8 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     job = keyboard.until(lambda job: job.complete)
     keyboard.press(KEY.Key_V)
     if job.feature("RING").skipped:
-        # What the operator's script touches of a skipped feature counts; if it came while paused,
-        # the feature is reopened.
+        # Script touches of a skipped feature count; if one came during the pause, the feature is
+        # reopened.
         keyboard.look_at("RING", KEY.Key_PageUp)
         keyboard.press(KEY.Key_F6)
         keyboard.until(lambda job: job.active == "RING")
@@ -202,7 +202,7 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     ]
     assert not odd
 
-    # Undo takes the last point back; Return accepts the feature with what it has.
+    # Undo removes the last point; Return accepts the feature with the remaining ones.
     keyboard.press(KEY.Key_Z)
     job = keyboard.until(lambda job: job.paused)
     name = _last_touched(job).name
@@ -220,9 +220,9 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     keyboard.press(KEY.Key_F3, KEY.Key_Down)
     results = window.sheets.results
     assert results.summary() == counted_line(job)
-    # A feature that was accepted with a point less may show no form, and what has it as a datum may
-    # have no value; which feature was touched last depends on when the pause came. Nothing else is
-    # missing.
+    # A feature accepted with one point less may have no form, and characteristics with it as a
+    # datum may have no value; the last touched feature depends on the moment of the pause. Nothing
+    # else is missing.
     plan = bridge.station.job.plan
     below = {item.name: plan.rests_on(item) for item in plan.characteristics}
     lacking = [r for r in job.characteristics if r.verdict is Verdict.NOT_MEASURED]

@@ -1,6 +1,6 @@
-"""By default no program of OCMM can be reached over a network, and with the stream only from here.
+"""By default no program of OCMM listens on a network, and with the stream only on loopback.
 
-Real processes in a private network of their own; the kernel's tables say who listens there.
+Real processes in a separate private network; the kernel's tables list the listeners.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _sockets(pid: int) -> set[tuple[str, str]]:
         table = Path(f"/proc/{pid}/net/{protocol}")
         try:
             lines = table.read_text(encoding="ascii").splitlines()[1:]
-        except OSError:  # it has ended, or there is no IPv6
+        except OSError:  # it has ended, or IPv6 is missing
             continue
         rows = (line.split() for line in lines)
         found |= {(protocol, row[1]) for row in rows if row[3] == state}
@@ -75,7 +75,7 @@ def _heard(command: list[str], folder: Path, *, until_heard: bool = False) -> se
         process.wait(HANG_S)
     assert looks
     if not until_heard:
-        # It did what it was asked for; else that it was silent would show nothing.
+        # It fulfilled its task; otherwise its silence would prove nothing.
         assert process.returncode in (0, 1), (folder / "log").read_text(encoding="utf-8")
     return heard
 

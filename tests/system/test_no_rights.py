@@ -1,7 +1,7 @@
-"""The window and the commands hold no right of the kernel's, whatever they were started with.
+"""The window and the commands hold no privilege of the kernel, with any of their parent.
 
-Real processes of an ordinary user, looked at from outside (``/proc/PID/task/*/status``). Only root
-can become an ordinary user with rights that it hands on, so these tests need root.
+Real processes of an ordinary user, examined from outside (``/proc/PID/task/*/status``). Only root
+can become an ordinary user with inheritable rights, so these tests need root.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def _folder_of_nobody() -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def ordinary_user() -> None:
-    """Need to become an ordinary user who can run what is installed here; asked once."""
+    """Require an ordinary user who can run the installed programs; checked once."""
     needs_root("become an ordinary user")
     needs_tools("setpriv")
     with _folder_of_nobody() as folder:
@@ -88,7 +88,7 @@ def _seen(program: tuple[str, ...], handed_on: str, home: Path) -> list[ProcessR
         tasks = Path(f"/proc/{process.pid}/task").iterdir()
         return [rights_of(int(task.name)) for task in tasks]
     finally:
-        # Not asked to end: another user keeps no compiled code and may be compiling for minutes.
+        # It is killed: another user keeps no compiled code and may be compiling for minutes.
         rings = rings_of(process.pid)
         process.kill()
         process.wait(HANG_S)

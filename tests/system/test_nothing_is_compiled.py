@@ -1,4 +1,4 @@
-"""After the set-up no command and no page compiles anything, in whatever process it computes."""
+"""After the set-up no command and no page compiles anything, in any process."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _COMMANDS = (
     "ocmm bench --seconds 0.2",
     "ocmm calibrate probe --tip A --probes probes --poses 150",
 )
-"""One process runs them all: a function is kept for each kind of types, whoever called it first."""
+"""One process runs them all: a function is stored for each set of types, for every caller."""
 _WINDOW = f"window {_PLAN} --out seen --silent --speed 0 --quit-after 4"
 
 
@@ -38,7 +38,7 @@ def test_no_command_and_no_window_compiles_anything(tmp_path: Path) -> None:
     directions = rng.normal(size=(20, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     np.savetxt(tmp_path / "points.txt", 10.0 * directions, fmt="%.6f")
-    # With fewer frames: how many come is nothing that a compiled function is told.
+    # With fewer frames: their number is no argument of a compiled function.
     slow_rig_in(tmp_path)
     log = tmp_path / "log.txt"
     for lines in (_COMMANDS, (_WINDOW,)):

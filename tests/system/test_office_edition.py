@@ -1,4 +1,4 @@
-"""The office edition: all but the camera bus, where there is no POSIX; see `without_posix`."""
+"""The office edition: everything except the camera bus, without POSIX; see `without_posix`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.slow_rig import slow_rig_in
 
 _ROOT = Path(__file__).resolve().parents[2]
 _HIDING = _ROOT / "tests" / "core" / "host" / "without_posix.py"
-# Rooms that are about Linux alone, and what they may name; nobody else may.
+# Packages for Linux alone, and their permitted names; other packages must not use them.
 _LINUX_ROOMS = (
     "ocmm_core/host/", "ocmm_core/fieldbus/wire/", "ocmm_core/acquisition/bus_process/",
     "ocmm_sim/bus/", "ocmm_sim/slave/", "ocmm_bench/",
@@ -120,7 +120,7 @@ def _run(
 
 @dataclass(frozen=True)
 class Office:
-    """What one process of the office edition made and said, and a job of this system beside it."""
+    """Output and files of a process of the office edition, and a job of this system."""
 
     files: dict[str, str]
     linux_files: dict[str, str]
@@ -131,13 +131,13 @@ class Office:
 
 @pytest.fixture(scope="module")
 def office(tmp_path_factory: pytest.TempPathFactory) -> Office:
-    """Measure and report with both; without POSIX, ask for what needs Linux and import all, too."""
+    """Measure and report with both; without POSIX, also call Linux functions, import all."""
     base = tmp_path_factory.mktemp("office")
     rig = slow_rig_in(base)
     made: list[dict[str, str]] = []
     for without in (False, True):
         folder = base / f"{without}"
-        # The words of a PDF are numbers of glyphs; what is drawn on its pages is.
+        # The words of a PDF are numbers of glyphs; its drawing instructions are comparable.
         done = _run(
             folder, "-c", _MEASURED_AND_REPORTED + _REFUSED_AND_IMPORTED * without,
             resource("plans", "quick.toml"), rig, folder / "out", folder / "out" / "pdf.txt",
@@ -148,7 +148,7 @@ def office(tmp_path_factory: pytest.TempPathFactory) -> Office:
     _, *said, _ = done.stderr.split(_MARK)
     refusals = {}
     for words, text in zip(_NEEDS_LINUX, said, strict=True):
-        # The code stands behind what the command says.
+        # The code follows the text of the command.
         refusals[words] = int(text[-1]), text[:-1]
     host, count = done.stdout.split()[-2:]
     return Office(made[1], made[0], refusals, host, int(count))
@@ -169,7 +169,7 @@ def test_a_job_and_its_reports_are_those_of_linux(office: Office) -> None:
 
 
 def _steady(path: Path) -> str:
-    """Return what a file says beside times, names of this run, hashes and signatures."""
+    """Return the content of a file without times, names of this run, hashes and signatures."""
     if path.name.endswith((".seal.json", ".ocmm", ".pdf")):
         # Hashes and signatures, a data base that is full of times, and glyphs; see the caller.
         return ""

@@ -1,4 +1,4 @@
-"""What the proxy does to frames is what its rules say, and its log is exact."""
+"""The proxy treats frames by its rules, and its log is exact."""
 
 from __future__ import annotations
 

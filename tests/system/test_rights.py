@@ -1,8 +1,8 @@
-"""Least rights, tried with a user who has none.
+"""Least rights, tried with an unprivileged user.
 
-The kernel's own word counts (``/proc/PID/status``), for every thread. The tests with another
-user need root, because only root can become somebody else; they make their environment in a
-folder of their own and leave nothing.
+Evidence is the kernel's status (``/proc/PID/status``) of every thread. The tests with another user
+need root, because only root can become another user; they make their environment in a separate
+folder and leave nothing.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from tests.host import HANG_S, needs_tools, not_run, on_linux_only, private_netw
 from tests.system.other_user import NOBODY, as_nobody
 from tests.system.other_user import environment as environment
 
-# Two processes must answer each other within a millisecond: not beside other tests.
+# Two processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = [pytest.mark.timing, on_linux_only]
 
 _ROOT = Path(__file__).resolve().parents[2]
@@ -85,7 +85,7 @@ def play(
     limits: tuple[str, ...] = (),
     window: tuple[str, ...] = ("right0",),
 ) -> dict[str, Any]:
-    """Let nobody measure on a virtual cable in a private network; return what was seen."""
+    """Measure as an unprivileged user on a virtual cable in a private network; return a summary."""
     segment = SegmentConfig(
         interface="right1", cameras=CAMERAS, provider=msgspec.Raw(b'{"pattern":"test"}')
     )
@@ -187,7 +187,7 @@ def test_a_link_in_the_way_is_replaced_and_not_followed(environment: Path, tmp_p
 
 
 def test_on_the_virtual_wire_the_bus_process_keeps_three_rights_of_all() -> None:
-    """There it starts as root of a namespace of its own, and gives up the rest by itself."""
+    """It starts as root of a private namespace, and drops the other rights."""
     private_network()
     ring = FrameRing.create(len(CAMERAS))
     bus = VirtualBus(
@@ -222,7 +222,7 @@ def unit(name: str) -> str:
 
 def test_the_units_are_valid(tmp_path: Path) -> None:
     needs_tools("systemd-analyze")
-    # The program is not installed where the unit looks for it.
+    # The program is not installed at the unit's path.
     service = unit("ocmm-acq@.service").replace("/opt/ocmm/.venv/bin/python", sys.executable)
     (tmp_path / "ocmm-acq@.service").write_text(service, encoding="utf-8")
     (tmp_path / "ocmm-acq.socket").write_text(unit("ocmm-acq.socket"), encoding="utf-8")
@@ -236,7 +236,7 @@ def test_the_units_are_valid(tmp_path: Path) -> None:
 
 
 def test_the_unit_gives_the_rights_that_the_program_keeps_and_no_other() -> None:
-    """Of the three the priority comes from a limit: it allows this priority and nothing else."""
+    """The priority comes from a limit: it allows this priority and nothing else."""
     assert set(Capability) == NEEDED == {
         Capability.NET_RAW, Capability.NET_ADMIN, Capability.SYS_NICE
     }  # fmt: skip

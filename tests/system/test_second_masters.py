@@ -1,4 +1,4 @@
-"""Masters that nobody here wrote bring the cameras to operation and see what the ESI file says."""
+"""Foreign masters bring the cameras to operation and agree with the ESI file."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from benchmarks.esi_agreement import differences
 from benchmarks.second_master import NOT_STARTED, FoundCamera, Mapped
 from tests.host import HANG_S, needs_package, not_run, private_network
 
-# Two processes must answer each other within a millisecond: not beside other tests.
+# Two processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = pytest.mark.timing
 
-# The time limits of its start are KickCAT's own; what it says where every try met one of them.
+# The time limits of its start are KickCAT's own; its messages if every attempt exceeded one.
 _TOO_LATE = ("Timeout", "Error while fetching eeprom data")
 _ROOT = Path(__file__).resolve().parents[2]
 

@@ -1,8 +1,8 @@
-"""The unit of the bus service is tight, and what the bus process does is what it allows.
+"""The unit of the bus service is tight, and allows the actions of the bus process.
 
-There is no systemd to start it here. So the process of the unit's own command works on a virtual
-cable: once under strace, and every system call is held against the unit; and once confined by other
-means as the unit confines it.
+Without systemd here, the process of the unit's own command works on a virtual cable: once under
+strace, with every system call compared with the unit; and once confined by other means as by the
+unit.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import pytest
 from tests.host import HANG_S, needs_tools, not_run, on_linux_only, private_network
 from tests.system.other_user import environment as environment
 
-# Two processes must answer each other within a millisecond: not beside other tests.
+# Two processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = [on_linux_only, pytest.mark.slow, pytest.mark.timing]
 
 _ROOT = Path(__file__).resolve().parents[2]
@@ -39,7 +39,7 @@ _SETTINGS = [
 
 
 def setting(name: str) -> str:
-    """Return what the unit sets once."""
+    """Return a setting that occurs once in the unit."""
     [value] = [value for key, value in _SETTINGS if key == name]
     return value
 
@@ -53,7 +53,7 @@ def test_the_unit_scores_well(tmp_path: Path) -> None:
     found = re.search(r"Overall exposure level for [^:]+: ([\d.]+)", done.stdout)
     assert found is not None, done.stderr
     assert float(found[1]) <= _WORST_SCORE, done.stdout
-    # A unit with one protection less is told apart.
+    # A unit with one protection less is detected.
     loose = tmp_path / _UNIT.name
     text = _UNIT.read_text(encoding="utf-8").replace("IPAddressDeny=any\n", "")
     loose.write_text(text, encoding="utf-8")
@@ -68,7 +68,7 @@ def test_the_unit_scores_well(tmp_path: Path) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Traced:
-    """What the bus process did: its system calls with their arguments, and what became of it."""
+    """Actions of the bus process: its system calls with their arguments, and its end."""
 
     calls: tuple[tuple[str, str], ...]
     seen: dict[str, Any]
@@ -79,7 +79,7 @@ class _Traced:
 
 @pytest.fixture(scope="module")
 def traced(tmp_path_factory: pytest.TempPathFactory) -> _Traced:
-    """Return what was traced while the bus process measured."""
+    """Return the trace of the measuring bus process."""
     needs_tools("strace", "ip")
     log = tmp_path_factory.mktemp("traced") / "log"
     done = subprocess.run(
@@ -128,7 +128,7 @@ def test_every_system_call_is_allowed(traced: _Traced) -> None:
     assert "recvfrom" in allowed
     assert "mount" not in allowed
     refused = {name for name, _ in traced.calls} - allowed
-    # It gives up what the unit has not given it: there is nothing to give up, and no error.
+    # It drops rights that the unit did not grant: nothing to drop, and no error.
     assert refused <= {"capset"}
 
 
@@ -154,7 +154,7 @@ def test_it_writes_to_the_ring_alone(traced: _Traced) -> None:
         for rest in traced.of("openat", "open", "creat")
         if re.search(r"O_WRONLY|O_RDWR|O_CREAT", rest)
     ]
-    # Python keeps bytecode beside sources that it may write to; those of the service it may not.
+    # Python writes bytecode next to writable sources; those of the service are not writable.
     assert {path for path in opened if "__pycache__" not in path} == {traced.seen["ring"]}
     assert not traced.of("unlink", "unlinkat", "mkdir", "mkdirat", "chmod", "fchmod", "chown")
 

@@ -1,4 +1,4 @@
-"""A wheel holds everything that the repository ships, and works where the repository is not."""
+"""A wheel contains everything in the repository, and works without the repository."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _pip(*arguments: str, folder: Path) -> None:
 
 @pytest.fixture(scope="module")
 def tracked() -> list[str]:
-    """Files that git knows and that are there."""
+    """Return files known to git that exist."""
     needs_tools("git")
     if not (_ROOT / ".git").exists():
         not_run("this is no checkout of git")
@@ -54,7 +54,7 @@ def tracked() -> list[str]:
 
 @pytest.fixture(scope="module")
 def wheel(tracked: list[str], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build a wheel of what git knows, in a folder in which nothing was built before."""
+    """Build a wheel of the files known to git, in a clean folder."""
     source = tmp_path_factory.mktemp("source")
     for name in tracked:
         (source / name).parent.mkdir(parents=True, exist_ok=True)

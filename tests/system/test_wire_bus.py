@@ -1,8 +1,8 @@
 """The wire between master and software cameras, in a private network namespace.
 
-Timing is not judged here: a busy machine makes cycles late or loses answers, and that must be
-counted and cost no frame. What is judged is that nothing is lost without being counted, nothing
-doubtful is passed on, and what is passed on is exactly what the cameras showed.
+Timing is not judged here: on a busy machine cycles are late and answers lost, which must be counted
+and cost no frame. The tests judge that every loss is counted, nothing doubtful is passed on, and
+passed frames are exactly those of the cameras.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import pytest
 
 from tests.host import HANG_S, private_network
 
-# Two processes must answer each other within a millisecond: not beside other tests.
+# Two processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = pytest.mark.timing
 
 _SCENARIOS = Path(__file__).with_name("wire_scenarios.py")
@@ -26,7 +26,7 @@ _ROOT = Path(__file__).resolve().parents[2]
 
 
 def play(name: str) -> dict[str, Any]:
-    """Play a scenario in a namespace of its own and return what it printed."""
+    """Play a scenario in a separate namespace and return its output."""
     prefix = private_network()
     done = subprocess.run(
         [*prefix, sys.executable, "-W", "error", str(_SCENARIOS), name],
@@ -44,21 +44,21 @@ def play(name: str) -> dict[str, Any]:
 def check_accounts(seen: dict[str, Any], *, brought_up_once: bool = True) -> None:
     """Every cycle and every exposure is in exactly one account, and none of two exposures."""
     assert sum(seen["verdicts"].values()) == seen["elapsed"]
-    # A stall of this machine between the last cycle and the look at the clock may last this long.
+    # A pause of this machine between the last cycle and the reading of the clock may last this
+    # long.
     assert seen["elapsed"] == pytest.approx(seen["passed"], abs=25)
     assert seen["frames"] + seen["frames_lost"] == seen["last"] + 1
     assert seen["in_order"]
     assert seen["mixed"] == 0
-    # The software cameras begin their pattern anew when they are brought up again; the count does
-    # not.
+    # The software cameras restart their pattern at a new bring-up; the count continues.
     assert not brought_up_once or seen["wrong"] == 0
 
 
 def check_nothing_is_lost(seen: dict[str, Any]) -> None:
-    """Judge losses where the machine kept up: the cameras hold 128 ms of frames.
+    """Judge losses if the machine kept up: the cameras hold 128 ms of frames.
 
-    A cycle carries 12 frames and 8 are made in it, so that three good cycles of four catch up.
-    The 60 ms before the first exposure bring no frames and count as a gap.
+    A cycle carries 12 frames and 8 are made in it, so that three good cycles of four catch up. The
+    60 ms before the first exposure bring no frames and count as a gap.
     """
     if seen["verdicts"]["good"] > 0.85 * seen["elapsed"] and seen["longest_ms"] < 90:
         assert seen["frames_lost"] == 0
@@ -71,8 +71,8 @@ def test_three_seconds_at_8_khz_lose_and_mix_nothing() -> None:
     assert seen["verdicts"]["good"] > 0
     # A busy computer may lose answers or be late; on an undisturbed wire no camera is blamed.
     assert [reason for reason in seen["reasons"] if "amera '" in reason] == []
-    # Exposures start 60 ms after they were programmed; the rest of 3 s is at 8 kHz. What the
-    # cameras still hold at the end (128 ms at most) is in no account.
+    # Exposures start 60 ms after they were programmed; the rest of 3 s is at 8 kHz. Frames still in
+    # the cameras at the end (128 ms at most) are in no account.
     assert seen["frames"] + seen["frames_lost"] > 22_000
 
 
@@ -125,7 +125,7 @@ def test_alarms_name_camera_port_and_cause_and_an_end_is_no_emergency() -> None:
     assert (camera, what) == ("right", "Camera 'right' counts 3 broken frames at its port IN (0).")
     assert "cable at that port" in remedy
     assert seen["link errors"] == [0, 3]
-    # Not the cable: this computer stood still.
+    # Not the cable: this computer paused.
     assert any("computer" in what for _camera, what, _remedy in seen["bus.host_busy"])
 
 
@@ -204,7 +204,7 @@ def test_after_a_long_stall_the_bus_recovers_and_counts_the_loss() -> None:
     seen = play("stalled")
     check_accounts(seen, brought_up_once=False)
     assert seen["verdicts"]["late"] >= 390
-    # 400 ms at 8 kHz, less what the cameras kept (128 ms).
+    # 400 ms at 8 kHz, minus the buffer of the cameras (128 ms).
     assert seen["frames_lost"] > 1900
     # Good again: at most 400 were good before.
     assert seen["verdicts"]["good"] > 500

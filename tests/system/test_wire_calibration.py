@@ -12,7 +12,7 @@ import pytest
 
 from tests.host import HANG_S, private_network
 
-# Two processes must answer each other within a millisecond: not beside other tests.
+# Two processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = [pytest.mark.timing, pytest.mark.slow]
 
 _ROOT = Path(__file__).resolve().parents[2]

@@ -86,9 +86,9 @@ def test_a_described_camera_gives_out_what_its_sensor_saw(
 
 
 def shift_of(virtual: VirtualRig, block: FrameBlock) -> int:
-    """Return by how many exposures cameras with a clock of their own count otherwise than we do.
+    """Return the offset of the exposure count of cameras with a clock of their own.
 
-    They began when they were told to run, which nobody outside of them knows.
+    They started at their command to run, at a time unknown outside.
     """
     first = int(block.counter[0])
     begin = max(-first, -_SEARCHED)
@@ -98,10 +98,10 @@ def shift_of(virtual: VirtualRig, block: FrameBlock) -> int:
 
 
 def with_button(folder: Path) -> Path:
-    """Return the thesis's camera with one byte more: the button of the probe.
+    """Return the thesis's camera with one more byte: the button of the probe.
 
-    The thesis does not say how a point is asked for; its cameras send image coordinates alone. With
-    those, a key or pedal at the computer asks, which a test cannot press in time on a slow wire.
+    The thesis does not define a request for a point; its cameras send image coordinates alone. With
+    those, a key or pedal at the computer is used, which a test cannot press in time on a slow wire.
     """
     text = resource("devices", "thesis-camera.toml").read_text()
     spots = '{ index = 0x6000, sub = 1, type = "REAL32", role = ["x", "y"], slots = true }'

@@ -1,4 +1,4 @@
-"""A plan over the whole wire gives what the virtual rig in this process gives."""
+"""A plan over the whole wire gives the results of the virtual rig in this process."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def test_the_wire_gives_the_features_of_the_virtual_rig_in_this_process(
 
     assert counts["elapsed"] == sum(counts[key] for key in ("good", "late", "lost", "bad"))
     record_property("cycles and frames", counts)
-    # A machine that stood still for longer than the cameras can buffer loses frames, and with
-    # them a little of the average; then the features agree within their uncertainty only.
+    # A pause longer than the cameras' buffer loses frames, and with them a little of the average;
+    # then the features agree within their uncertainty only.
     lost = counts["frames_lost"] + counts["overrun"]
     for ours, theirs in zip(direct.features, wired.features, strict=True):
         assert len(ours.points) == len(theirs.points) == ours.needed

@@ -16,7 +16,7 @@ from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_sim.bus import SegmentConfig, named_rig
 from tests.host import HANG_S, private_network
 
-# Two processes must answer each other within a millisecond: not beside other tests.
+# Two processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = pytest.mark.timing
 
 _ROOT = Path(__file__).resolve().parents[2]

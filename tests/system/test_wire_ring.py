@@ -1,4 +1,4 @@
-"""A ring with a redundancy cable: which breaks it survives, and what it says of the others."""
+"""A ring with a redundancy cable: tolerated breaks, and messages about the others."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 
 from tests.host import HANG_S, private_network
 
-# Two processes must answer each other within a millisecond: not beside other tests.
+# Two processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = pytest.mark.timing
 
 _PROGRAM = Path(__file__).with_name("ring_scenarios.py")
@@ -58,7 +58,7 @@ def test_a_broken_cable_at_an_end_is_survived_and_reported(
 
 
 def test_a_break_between_cameras_stops_and_names_the_cable(played: dict[str, Any]) -> None:
-    # Their clocks cannot be kept together any more, so frames would be joined wrongly.
+    # Their clocks cannot be kept together, so frames would be joined wrongly.
     seen = played["between the cameras"]
     assert not seen["operation"]
     assert (seen["frames"], seen["wrong"]) == (0, 0)

@@ -1,4 +1,4 @@
-"""A virtual bus on a computer that is too slow: it becomes slower, loses nothing, and says so."""
+"""A virtual bus on a computer that is too slow: it slows down, loses nothing, and reports it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from ocmm_sim.bus import SegmentConfig, VirtualBus
 from ocmm_sim.slave import TestPattern
 from tests.host import HANG_S, private_network
 
-# What is asserted holds on any computer; the burden would disturb tests beside it.
+# The assertions hold on any computer; the load would disturb parallel tests.
 pytestmark = pytest.mark.timing
 
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
@@ -70,7 +70,7 @@ def wait_until(ring: FrameRing, fulfilled: Callable[[AcquisitionStatus], bool]) 
 
 
 def drained(ring: FrameRing, cycles: int) -> list[FrameBlock]:
-    """Read what comes until so many cycles have passed."""
+    """Read until the given number of cycles has passed."""
     blocks = []
 
     def enough(status: AcquisitionStatus) -> bool:
@@ -83,7 +83,7 @@ def drained(ring: FrameRing, cycles: int) -> list[FrameBlock]:
 
 
 def assert_whole(blocks: list[FrameBlock], status: AcquisitionStatus) -> None:
-    """Every exposure from the first one on is there, and is what the cameras showed."""
+    """Check that every exposure from the first one on is present, as shown by the cameras."""
     counter = np.concatenate([block.counter for block in blocks])
     np.testing.assert_array_equal(counter, np.arange(len(counter)))
     assert len(counter) == status.frames > 0
@@ -107,7 +107,7 @@ def one_burdened_core() -> Iterator[None]:
     """Leave one core to all that is started here, and let something else compute on it."""
     allowed = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {min(allowed)})
-    # Without the priority of whoever runs the tests: that would take all of the core.
+    # Without the caller's priority: that would take all of the core.
     work = (
         "import os; os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))\nwhile True: pass"
     )
@@ -131,7 +131,7 @@ def test_a_slow_computer_makes_it_slower_and_loses_nothing() -> None:
                     os.kill(stopped, signal.SIGSTOP)
                     time.sleep(_STOP_S)
                     os.kill(stopped, signal.SIGCONT)
-            # The pace is told for whole seconds.
+            # The pace is reported for whole seconds.
             blocks += drained(ring, read_status(ring).elapsed + 2500)
         blocks += drained_rest(ring)
         status = read_status(ring)
@@ -139,7 +139,7 @@ def test_a_slow_computer_makes_it_slower_and_loses_nothing() -> None:
         assert status.good == status.elapsed
         assert_whole(blocks, status)
         assert status.mean_pace is not None
-        # It stood still for four times half a second, of which each makes up for a tenth.
+        # It paused four times for half a second, of which each makes up for a tenth.
         assert status.mean_pace < 1.0
         report = decode_report(ring.report())
         assert report is not None
@@ -154,7 +154,7 @@ def test_a_slow_computer_makes_it_slower_and_loses_nothing() -> None:
 
 
 def drained_rest(ring: FrameRing) -> list[FrameBlock]:
-    """Read what is left of a bus that has stopped."""
+    """Read the rest from a stopped bus."""
     rest = []
     while (block := ring.read(ring.capacity)) is not None:
         rest.append(block)
@@ -166,7 +166,7 @@ def test_a_slow_reader_makes_it_slower_and_loses_nothing() -> None:
     try:
         with running(ring):
             blocks = drained(ring, 100)
-            # It asks and takes nothing, as one that computes: twice the ring would have come.
+            # It polls without reading, like a calculation: twice the ring would have arrived.
             begin = time.monotonic()
             while time.monotonic() - begin < 1.2:
                 ring.set_word(RingHeaderField.READS, ring.word(RingHeaderField.READS) + 1)

@@ -28,7 +28,7 @@ from ocmm_sim.bus import SegmentConfig, VirtualBus
 from ocmm_sim.slave import TestPattern
 from tests.host import BUSY, HANG_S, private_network
 
-# Two processes must answer each other within a millisecond: not beside other tests.
+# Two processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = pytest.mark.timing
 
 _ROOT = Path(__file__).resolve().parents[2]
@@ -134,7 +134,8 @@ def test_virtual_bus_ends_with_the_program_that_started_it() -> None:
         wait_for(ring, AcquisitionState.RUNNING, HANG_S)
         parent.kill()
         wait_for(ring, AcquisitionState.STOPPED, HANG_S)
-        # The orphan is ours now (this process adopts grandchildren); it must end by itself.
+        # The orphan is a child of this process now (it adopts grandchildren); it must end without a
+        # signal.
         end = time.monotonic() + HANG_S
         while os.waitpid(child, os.WNOHANG) == (0, 0):
             assert time.monotonic() < end

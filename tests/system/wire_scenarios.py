@@ -1,7 +1,7 @@
-"""What the wire tests do inside a private network namespace; run as a program, not collected.
+"""Scenarios of the wire tests inside a private network namespace; run as a program, not collected.
 
-``python wire_scenarios.py NAME`` makes a virtual cable, starts software cameras in a process of
-their own, plays one scenario and prints what happened as JSON.
+``python wire_scenarios.py NAME`` makes a virtual cable, starts software cameras in a separate
+process, plays one scenario and prints its result as JSON.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def serve(made: Cameras, faults: Faults | None = None) -> int:
 
 
 def settings(*expected: CameraIdentity, interface: str = HOST) -> BusSettings:
-    """Return what the master is told."""
+    """Return the settings of the master."""
     return BusSettings(interface, expected, FRAME_NS, CYCLE_NS)
 
 
@@ -86,15 +86,15 @@ def read_for(source: EthercatSource, seconds: float) -> tuple[list[Cycle], float
 
 
 def _mixed(uv: np.ndarray[Any, np.dtype[np.float64]]) -> int:
-    """Count frames whose two cameras do not show one exposure, whichever its number is."""
+    """Count frames whose two cameras show different exposures."""
     angle = np.arctan2((uv[..., 1] - 900.0) / 400.0, (uv[..., 0] - 1000.0) / 500.0)
-    # Of one exposure the second camera is a radian ahead; of the next one a milliradian more.
+    # Within one exposure the second camera is a radian ahead; of the next one a milliradian more.
     ahead = np.exp(1j * (angle[:, 1] - angle[:, 0] - 1.0))
     return int(np.count_nonzero(np.nanmax(np.abs(np.angle(ahead)), axis=1) > 5e-4))
 
 
 def summary(read: list[Cycle], passed: float) -> dict[str, Any]:
-    """Count verdicts and compare every frame with what the pattern says."""
+    """Count verdicts and compare every frame with the pattern."""
     pattern = TestPattern()
     wrong = mixed = frames = 0
     last = -1
@@ -144,7 +144,7 @@ def summary(read: list[Cycle], passed: float) -> dict[str, Any]:
 
 
 def run() -> dict[str, Any]:
-    """Measure for three seconds; the cameras stand on the wire in the other order."""
+    """Measure for three seconds; the order of the cameras on the wire is reversed."""
     return _measured(cameras(LEFT, RIGHT)[::-1], Faults(), 3.0)
 
 
@@ -211,7 +211,7 @@ def _refusal(made: Cameras, expected: tuple[CameraIdentity, ...]) -> list[str]:
 
 
 def alarms() -> dict[str, Any]:
-    """Let cameras tell of errors, their ends and broken frames, and the computer stand still."""
+    """Let cameras report errors, their ends and broken frames, and pause the computer."""
     with tempfile.TemporaryDirectory() as folder, FaultRig(Path(folder), (LEFT, RIGHT)) as rig:
         rig.start_bus()
         ring = rig.ring
@@ -359,7 +359,7 @@ def _disturbed(
         begin = time.monotonic()
         between: list[Cycle] = []
         try:
-            # What was under way may still arrive.
+            # Frames in transit may still arrive.
             between, _ = read_for(source, 0.05)
             while time.monotonic() - begin < seconds or not done(after):
                 after.append(source.read())

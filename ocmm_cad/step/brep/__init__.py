@@ -12,11 +12,7 @@ tolerances to faces and verifies that targets lie on faces. It must not know bal
 targets.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cad.step.brep._document import StepDocument, read_document
@@ -38,19 +34,7 @@ if TYPE_CHECKING:
     )
     from ocmm_cad.step.brep._recognised import LESS, RECOGNISED_MM, StepFace, Triple, normals_of
 else:
-    __getattr__ = door(
-        __name__,
-        _document="StepDocument read_document",
-        _face_order="FaceCheck tolerances_of",
-        _library="static",
-        _mesh_aside="MeshAside",
-        _part="model_face part_of",
-        _raw_faces=(
-            "ENDLESS FoundFaces RawFace Rim UnusableModelError as_numbers box_size faces_of "
-            "faces_with_surface stretches_of"
-        ),
-        _recognised="LESS RECOGNISED_MM StepFace Triple normals_of",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ENDLESS", "LESS", "RECOGNISED_MM", "FaceCheck", "FoundFaces", "MeshAside", "RawFace", "Rim",

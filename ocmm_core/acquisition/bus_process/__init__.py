@@ -14,11 +14,7 @@ runs as a service.
 It must not import tracking or later packages: a crash there must not stop the bus.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._client import Acquisition, BusProcess, ChildProcess
@@ -56,24 +52,7 @@ if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._service_client import ServiceBus
     from ocmm_core.acquisition.bus_process._stepped_time import SteppedTime
 else:
-    __getattr__ = door(
-        __name__,
-        _errand="run_errand",
-        _client="Acquisition BusProcess ChildProcess",
-        _commands="read_first_line",
-        _ethercat="EthercatSource",
-        _launch="BusConfig RECIPE bus_command read_config",
-        _maintenance_process="MaintenanceConfig MaintenanceNews maintenance_command",
-        _record_process="RecordConfig record_command",
-        _remote_objects="RemoteObjects",
-        _rights=(
-            "BUS_PRIORITY CAMERA_PRIORITY Capability NEEDED ProcessRights allow_locked_memory "
-            "give_up_all_but granted_by hold_nothing lock_memory rights_of take_priority"
-        ),
-        _scan_process="ScanConfig scan_command",
-        _service_client="ServiceBus",
-        _stepped_time="SteppedTime",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "BUS_PRIORITY", "CAMERA_PRIORITY", "NEEDED", "RECIPE", "Acquisition", "BusConfig",

@@ -10,11 +10,7 @@ across bring-ups.
 It must not depend on the kind of source: bus, virtual rig and replay are equivalent.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.acquisition.frames._frames import (
@@ -41,19 +37,7 @@ if TYPE_CHECKING:
         read_status,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _frames=(
-            "Cycle CycleVerdict FrameBlock FrameFlag FrameSource SUBPIXEL SourceDescription "
-            "frame_dtype from_records quantise to_records"
-        ),
-        _join="ExposureCount FrameJoiner Given",
-        _ring="Books FrameRing RingHeaderField",
-        _worker=(
-            "AcquisitionState AcquisitionStatus AcquisitionWorker StopReason leave_error "
-            "read_status"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "SUBPIXEL", "AcquisitionState", "AcquisitionStatus", "AcquisitionWorker", "Books", "Cycle",

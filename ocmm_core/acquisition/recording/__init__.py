@@ -10,23 +10,14 @@ each camera's data position from a recorded bring-up, `_capture` extracts the fr
 It must not import the bus process, labels or poses: a recording holds raw spots.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.acquisition.recording._capture import BusCapture, CaptureAccount
     from ocmm_core.acquisition.recording._history import HISTORY_S, FrameHistory
     from ocmm_core.acquisition.recording._recorder import FrameRecorder, ReplaySource
 else:
-    __getattr__ = door(
-        __name__,
-        _capture="BusCapture CaptureAccount",
-        _history="FrameHistory HISTORY_S",
-        _recorder="FrameRecorder ReplaySource",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "HISTORY_S", "BusCapture", "CaptureAccount", "FrameHistory", "FrameRecorder", "ReplaySource",

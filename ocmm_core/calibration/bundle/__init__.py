@@ -9,11 +9,7 @@ after the other; `_culprit_history` and `_culprit_messages` give moment, point, 
 package is independent of procedures and sessions: arrays in, a solution out.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.bundle import _kernel as kernel
@@ -37,16 +33,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.bundle._state import BundleData, BundleState, Columns, Prior
 else:
-    __getattr__ = door(
-        __name__,
-        _bundle="adjust common_covariance residuals",
-        _culprit="Culprit CulpritVerdict Suspect examine fit",
-        _culprit_history="Block restored",
-        _culprit_messages="Names accuse explain_points scale_between",
-        _kernel="N_CAMERA eliminate kernel",
-        _robust="RobustMinimum adjust_robustly solvable start_bars start_poses start_shape",
-        _state="BundleData BundleState Columns Prior",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "N_CAMERA", "Block", "BundleData", "BundleState", "Columns", "Culprit", "CulpritVerdict",

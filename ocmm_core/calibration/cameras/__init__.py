@@ -9,11 +9,7 @@ whether the lens model suffices. `_procedure_known_points` is the guided procedu
 independent of bundles, relocation and probe calibration.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.cameras import _kernel as kernel
@@ -39,20 +35,7 @@ if TYPE_CHECKING:
         read_reference_points,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _dlt="cloud_of",
-        _guards=(
-            "CHI2_DEVIATION FLAT_REFUSED FLAT_WARNED FOCAL_SIGMA OUTLIERS_REFUSED RMS_FORCED "
-            "RMS_REFUSED"
-        ),
-        _kernel="empty_rows kernel spot_rows",
-        _lens="LensCamera",
-        _model_fit="OUTLIER_PROBABILITY fit_camera",
-        _network="calibrate_rig",
-        _procedure_known_points="KnownPointsProcedure",
-        _reference_points="KnownPoints SpotTable load_spots read_reference_points",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CHI2_DEVIATION", "FLAT_REFUSED", "FLAT_WARNED", "FOCAL_SIGMA", "OUTLIERS_REFUSED",

@@ -242,7 +242,11 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         where = "All points taken."
         if index is not None:
             x, y, z = self._points.positions_world[index]
-            where = f"Move the target to {self._points.names[index]} ({x:.1f}, {y:.1f}, {z:.1f})."
+            name = self._points.names[index]
+            where = (
+                f"Move the target to {name}: x {x:z.1f}, y {y:z.1f}, z {z:z.1f} mm in the world "
+                "frame."
+            )
         return (
             Step(
                 PREPARE,

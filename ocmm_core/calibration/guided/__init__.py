@@ -5,16 +5,12 @@ Out: snapshots of the procedure for any screen, averaged observations, a record 
 
 Read `_procedure` (steps and gates) and `_procedure_views` (snapshots), `_session` and
 `_session_events` (state from a file), `_collecting` (from frames to observations), `_labelling`
-(LEDs before cameras are calibrated), `_repeats`, `_articulation`, `_session_drift` and `_shocks`
-(detection of motion), then `_conclusion` (the record). It is independent of specific procedures and
-of Qt: a script runs a procedure as a window does.
+(LEDs before cameras are calibrated), `_repeats`, `_articulation`, `_session_drift` and
+`_session_events` (detection of motion, shocks), then `_conclusion` (the record). It is independent
+of specific procedures and of Qt: a script runs a procedure as a window does.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided._articulation import (
@@ -116,57 +112,20 @@ if TYPE_CHECKING:
         SessionFormat,
         SessionHeader,
         SessionLine,
+        ShockDetector,
         Spots,
         from_spots,
         is_ended,
+        record_shock,
+        require_no_doubt_since,
         require_probe,
         sessions,
         to_spots,
         utc_text,
     )
-    from ocmm_core.calibration.guided._shocks import (
-        ShockDetector,
-        record_shock,
-        require_no_doubt_since,
-    )
     from ocmm_core.calibration.guided._shot_table import Shot, load_shots
 else:
-    __getattr__ = door(
-        __name__,
-        _articulation=(
-            "ARTICULATION_CHANCE Articulation BallPlace RestingTouch articulate handle_axis "
-            "joint_covariance place_of_ball range_limit shared_covariance tips_of touch_of"
-        ),
-        _collecting=(
-            "AVERAGING Average PLACE_DONE ProbeSpotAverager STILL_FRAMES STRANGE "
-            "StaticSpotAverager WAVED_FRAMES sigma_of_mean"
-        ),
-        _conclusion=(
-            "CalibrationContext Findings build_outcome hash_of length_sigma location_gains "
-            "random_lines"
-        ),
-        _procedure=(
-            "CameraLive Gate Live OPEN Procedure ProcedureDecision ProcedureKind ProcedureView Step"
-        ),
-        _procedure_views=(
-            "CalibrationComparison CalibrationOutcome CameraChange CameraResiduals KnownPoint "
-            "KnownPointsView LinePlan RelocationView Tilt VerificationOutcome VerificationView "
-            "VolumeCoverage coverage viewer_axes"
-        ),
-        _repeats=(
-            "JudgedRepeat Repeat RestingPosition SEATS SEAT_MM SeatVisited again_gate "
-            "again_instruction first_gate first_instruction judge_first_visit judge_repeats "
-            "judge_visit_again repeat_finding"
-        ),
-        _session="CameraProcedure O ProbeProcedure require_fresh_temperature",
-        _session_drift="Rest SessionChange TimeCourse change_findings rest_of session_changes",
-        _session_events=(
-            "CommonEvent Decided Entered SessionEvent SessionFormat SessionHeader SessionLine "
-            "Spots from_spots is_ended require_probe sessions to_spots utc_text"
-        ),
-        _shocks="ShockDetector record_shock require_no_doubt_since",
-        _shot_table="Shot load_shots",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM",

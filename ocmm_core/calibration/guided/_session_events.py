@@ -1,24 +1,27 @@
-"""Lines of a session file common to all guided procedures."""
+"""Lines of a session file common to all guided procedures, and shocks of the probe."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, Generic, TypeAlias, TypeVar
 
 import msgspec
 import numpy as np
 
-from ocmm_core import __version__
+from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
+from ocmm_core.build import build_version
 from ocmm_core.calibration.guided._procedure import ProcedureDecision, ProcedureKind
 from ocmm_core.calibration.probe_design import UNMEASURED_K, Temperature, require_temperature
+from ocmm_core.calibration.records import MONITOR, ProbeStore, TipEventKind
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import decode_json, files_of_folder, read_bytes
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.fieldbus.described import AllowedBy, load_device, refuse_unproven
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking import ProbeBody
 
 Spots: TypeAlias = tuple[tuple[tuple[float, float] | None, ...], ...]
@@ -178,7 +181,7 @@ class SessionFormat(Generic[E, B]):
         first: Callable[..., B] = self._first
         begun = first(
             utc=utc_text(now), rig=rig.name, rig_identity=rig.identity, running=running, who=who,
-            software=__version__, **_of_temperature(temperature), **own,
+            software=build_version(), **_of_temperature(temperature), **own,
         )  # fmt: skip
         chain = ChainFile(session_path(folder, self._kind, now), self._lines, remembered=True)
         line: SessionLine[Any] = SessionLine(begun)
@@ -244,3 +247,49 @@ def from_spots(spots: Spots) -> Float:
     """Return spots as an array (C, n, 2), NaN if unseen."""
     nothing = (np.nan, np.nan)
     return np.array([[nothing if one is None else one for one in camera] for camera in spots])
+
+
+_AT_ONCE = timedelta(seconds=2)
+
+
+@dataclass(slots=True)
+class ShockDetector:
+    """Finds the starts of shocks; each is reported by the frames of a second."""
+
+    _felt: bool = False
+
+    def feed(self, block: FrameBlock) -> Int:
+        """Return the indices (n,) of the frames in which a shock starts."""
+        if not len(block):
+            return np.empty(0, dtype=np.int64)
+        felt = (block.flags & FrameFlag.DROPPED) != 0
+        begun = np.flatnonzero(felt & ~np.concatenate([[self._felt], felt[:-1]]))
+        self._felt = bool(felt[-1])
+        return begun.astype(np.int64)
+
+
+def record_shock(store: ProbeStore, now: datetime) -> None:
+    """Record a shock unless the station has just done so; StorageError if impossible."""
+    store.refresh()
+    last = store.events[-1] if store.events else None
+    written = last is not None and (last.kind, last.who) == (TipEventKind.DOUBTED, MONITOR)
+    if last is None or not written or now - datetime.fromisoformat(last.utc) > _AT_ONCE:
+        store.doubt(MONITOR, "Probe shock detected during the check.", now, now)
+
+
+def require_no_doubt_since(store: ProbeStore, tip: str, begun: datetime) -> None:
+    """Raise CalibrationError if the tip was suspected or mounted since a check started."""
+    doubts = [
+        one
+        for one in store.events
+        if one.tip == tip
+        and one.kind in (TipEventKind.DOUBTED, TipEventKind.MOUNTED)
+        and datetime.fromisoformat(one.utc) > begun
+    ]
+    if doubts:
+        raise CalibrationError(
+            "tip.doubt_meanwhile",
+            f"The status of tip '{tip}' changed after this session was started "
+            f"({doubts[-1].kind.value}: {doubts[-1].reason}).",
+            "End it without storing and repeat it: earlier points prove nothing.",
+        )

@@ -9,11 +9,7 @@ Read `_residual_samples` (residuals averaged during little motion, and their der
 holding points back.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.monitor._baseline import Baseline, learn_baseline
@@ -30,13 +26,7 @@ if TYPE_CHECKING:
         camera_changes,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _baseline="Baseline learn_baseline",
-        _drift_decision="ChangeCause DriftReport",
-        _monitor="CalibrationMonitor load_baseline save_baseline",
-        _residual_samples="N_MOTIONS ResidualAccumulator ResidualSample camera_changes",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "N_MOTIONS", "Baseline", "CalibrationMonitor", "ChangeCause", "DriftReport",

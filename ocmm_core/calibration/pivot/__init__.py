@@ -9,11 +9,7 @@ Read `_data` (input and output), `_centre` and `_start` (first values), `_bundle
 and screens; the guided form is `sweeping`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.pivot._bundle import PivotState, adjust_pivot
@@ -56,18 +52,7 @@ if TYPE_CHECKING:
         validate_pivot,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _bundle="PivotState adjust_pivot",
-        _centre="common_centre group_average moments_of sphere_centres thesis_pivot",
-        _covariance="preview_pivot",
-        _data="PivotCalibration PivotLimits PivotOptions PivotSweep SweepCoverage load_sweeps",
-        _guards="find_jump judge_jump judge_shape shared_part tips_by_cameras",
-        _pivot="LEAST_FRAMES calibrate_probe",
-        _robust="free_poses",
-        _start="locate_targets mean_shape pivot_of_poses start_pivot",
-        _validation="OTHER_ATTITUDE OTHER_PLACE_MM PivotValidation attitude_between validate_pivot",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "LEAST_FRAMES", "OTHER_ATTITUDE", "OTHER_PLACE_MM", "PivotCalibration", "PivotLimits",

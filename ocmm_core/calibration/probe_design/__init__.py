@@ -8,11 +8,7 @@ growth), `_shape` (both together, and the computed tip), then `_layout` (accurac
 imports no other package of calibration, and is independent of records and procedures.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.probe_design._beam import (
@@ -71,25 +67,7 @@ if TYPE_CHECKING:
         tip_shift,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _beam=(
-            "Bar MaterialExpansion HIGHEST_C LARGEST_U_K LOWEST_C Panel REFERENCE_C Temperature "
-            "UNMEASURED_K certified_at compression require_temperature sag side_load "
-            "stated_temperature upright_shortening"
-        ),
-        _definition=(
-            "DefinitionCheck definition_of examine probe_text read_definition save_definition"
-        ),
-        _design="ProbeDesign leds_behind_body load_design shipped_design",
-        _layout=(
-            "Postures TipMap TipNumber View WrongLabels tilt_map tip_number volume_map wrong_labels"
-        ),
-        _shape=(
-            "ContactForce TemperatureState body_in_use bow_shape check_temperature "
-            "contact_force force_shapes growth_shape sag_shape tip_shift"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "HIGHEST_C", "LARGEST_U_K", "LOWEST_C", "REFERENCE_C", "UNMEASURED_K", "Bar", "ContactForce",

@@ -12,11 +12,7 @@ tips). `_usable` decides whether records may be used now, for `_in_use` and `_pr
 computed.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.records._artefacts import (
@@ -124,44 +120,7 @@ if TYPE_CHECKING:
         write_to_cameras,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _artefacts=(
-            "Artefact Finding LengthBar Sphere let_pass load_bar load_sphere rests_on same_serial"
-        ),
-        _chain_seal="NAME",
-        _events="Event EventKind TipEvent TipEventKind TipRecords judgements",
-        _history="CalibrationStore",
-        _in_use=(
-            "CalibrationInUse CalibrationView default_folder open_calibration open_design "
-            "require_record rig_in_force store_folder"
-        ),
-        _overview=(
-            "CalibrationOverview Course ProbeOverview Sample TipState overview probe_overview"
-        ),
-        _probe_in_use=(
-            "ProbeInUse ProbeText ProbeView TEXT_SCHEMA default_probe_folder open_probe "
-            "open_probe_design probe_store_folder require_records"
-        ),
-        _probe_records=(
-            "CHECK_SCHEMA MadeRecord PROBE_SCHEMA PivotCheck ProbeRecord TIP_SCHEMA "
-            "TipCheckRecord TipRecord probe_from_records"
-        ),
-        _probe_store="MONITOR ProbeStore",
-        _record_store="RecordStore State",
-        _records=(
-            "ArtefactUse CameraRecord Check Corner ErrorInterval Method Objection RepeatedSeat "
-            "ResidualMap SCHEMA ThermalTerm VERIFICATION_SCHEMA VerificationRecord entry_of "
-            "rig_from_record"
-        ),
-        _sealed=(
-            "SignedRecord canonical load load_named load_signed record_hash save seal seal_signed"
-        ),
-        _usable=(
-            "Blocker CalibrationStatus PRACTICE check_camera_temperature compare_with_cameras "
-            "is_practice judge practice_name require_real_name write_to_cameras"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CHECK_SCHEMA", "MONITOR", "NAME", "PRACTICE", "PROBE_SCHEMA", "SCHEMA", "TEXT_SCHEMA",

@@ -25,6 +25,7 @@ from ocmm_core.calibration.probe_design import (
 from ocmm_core.calibration.records._records import ArtefactUse
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import CalibrationError, InputError
+from ocmm_core.typed_numbers import EXPANDED, EXPANSION, EXPANSION_SIGMA, PER_LENGTH, SIZE
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,16 +240,26 @@ def load_bar(path: Path | str) -> LengthBar:
 def load_sphere(path: Path | str) -> Sphere:
     """Return the sphere of a document; raise InputError if malformed."""
     document = load_document(path, SphereDocument, SPHERE_SCHEMA)
-    if not document.diameter > 0.0:
-        raise _wrong(path, "diameter", "is not above zero", "Give it in millimetres.")
+    if not 0.0 < document.diameter <= SIZE.quantity.most:
+        raise _wrong(path, "diameter", f"is {document.diameter:g}", "Give it in millimetres.")
     _require_certified(path, document, "diameter", document.diameter)
     return Sphere(_artefact(path, document), document.diameter)
 
 
+_TYPED = {
+    "expanded": EXPANDED, "expanded_per_length": PER_LENGTH, "expansion": EXPANSION,
+    "expansion_sigma": EXPANSION_SIGMA,
+}  # fmt: skip
+
+
 def _artefact(path: Path | str, document: ArtefactDocument) -> Artefact:
-    for field in ("expanded", "expanded_per_length", "expansion_sigma"):
-        if getattr(document, field) < 0.0:
-            raise _wrong(path, field, "is below zero", "Correct that field.")
+    for field, number in _TYPED.items():
+        value, one = getattr(document, field), number.quantity
+        if value not in one:
+            raise _wrong(
+                path, field, f"is {value:g}",
+                f"Give a number from {one.least:g} to {one.most:g}, in mm or 1/K.",
+            )  # fmt: skip
     low, high = document.temperatures
     if not LOWEST_C <= low < high <= HIGHEST_C:
         raise _wrong(

@@ -9,11 +9,7 @@ elements). `_procedure_relocation` with `_steps` and `_state` is the guided form
 itself is in `bundle`. The package is independent of the probe's own calibration.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._data import (
@@ -35,20 +31,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._steps import BAR
     from ocmm_core.calibration.relocation._wanted import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED
 else:
-    __getattr__ = door(
-        __name__,
-        _data=(
-            "GeometryMode KeptByCameras KeptByPoints BarDistance LensMode Observations "
-            "ProbeFrames RelocationOptions ShownBar"
-        ),
-        _guards="judge_residuals",
-        _problem="RelocationProblem build",
-        _procedure_relocation="RelocationProcedure",
-        _relocation="relocate",
-        _state="World",
-        _steps="BAR",
-        _wanted="BARS_WANTED LENGTH_LIMIT_MM POSES_WANTED",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "BAR", "BARS_WANTED", "LENGTH_LIMIT_MM", "POSES_WANTED", "BarDistance", "GeometryMode",

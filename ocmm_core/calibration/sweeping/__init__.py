@@ -8,11 +8,7 @@ Read `_procedure_pivot` (the procedure) with `_state`, `_watch` (selection of po
 The computation is in `pivot`. No other package of calibration imports this one.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.sweeping._procedure_pivot import PivotProcedure
@@ -32,17 +28,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.sweeping._wanted import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
     from ocmm_core.calibration.sweeping._watch import BATCH, COUNTDOWN_S
 else:
-    __getattr__ = door(
-        __name__,
-        _procedure_pivot="PivotProcedure",
-        _progress="CELL_RAD",
-        _views=(
-            "AGAIN MapCell PivotChange PivotOutcome PivotView SECOND SWEEPS SweepPhase "
-            "SweepView led_paths"
-        ),
-        _wanted="CHANGE_LIMIT_MM POSES_WANTED VALID_DAYS",
-        _watch="BATCH COUNTDOWN_S",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "AGAIN", "BATCH", "CELL_RAD", "CHANGE_LIMIT_MM", "COUNTDOWN_S", "POSES_WANTED", "SECOND",

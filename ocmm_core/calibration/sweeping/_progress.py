@@ -62,14 +62,17 @@ def sphere_map(directions_world: Points3, reach: float) -> tuple[Float, tuple[Ma
 
 
 def where_missing(rig: Rig, middle_world: Float, cells: tuple[MapCell, ...]) -> str:
-    """Return the sides, seen by the cameras, of missing cells ("left and away") or nothing."""
+    """Return the sides, seen by the cameras, of missing cells ("to the left"), or nothing."""
     empty = [cell.direction_world for cell in cells if cell.wanted and not cell.poses]
     if not empty:
         return ""
     right, away, up = viewer_axes(rig)
     aside = np.mean(empty, axis=0)
     aside -= (aside @ middle_world) * middle_world
-    words = (("left", "right"), ("towards the cameras", "away from the cameras"), ("down", "up"))
+    words = (
+        ("to the left", "to the right"), ("towards the cameras", "away from the cameras"),
+        ("further down", "further up"),
+    )  # fmt: skip
     sizes = np.array([aside @ right, aside @ away, aside @ up])
     order = np.argsort(-np.abs(sizes))[:2]
     named = [
@@ -77,7 +80,7 @@ def where_missing(rig: Rig, middle_world: Float, cells: tuple[MapCell, ...]) -> 
         for axis in order
         if abs(sizes[axis]) > _AWAY * np.abs(sizes).max()
     ]
-    return " and ".join(named)
+    return ", ".join(named)
 
 
 def _grid() -> Points3:
@@ -207,10 +210,8 @@ def _missing(
     first, second, third = np.degrees(progress.coverage.ranges)
     if second < limits.wanted_deg:
         side = where_missing(rig, progress.middle_world, progress.cells)
-        return (
-            f"Sweep wider{', ' + side if side else ''}: {first:.0f} and {second:.0f} of "
-            f"{limits.wanted_deg:.0f} degrees reached."
-        )
+        wider = f"Sweep wider ({side})" if side else "Sweep wider"
+        return f"{wider}: {first:.0f} and {second:.0f} of {limits.wanted_deg:.0f} degrees reached."
     if third < limits.roll_deg:
         return (
             f"Turn the probe about its handle: {third:.0f} of {limits.roll_deg:.0f} degrees "

@@ -9,11 +9,7 @@ Read `_sphere_layout` (places), `_fit` (the ball from its points, uncertainty co
 bundle, relocation and pivot; cameras are given.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.tip._procedure_tip import TipQualificationProcedure
@@ -41,20 +37,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.tip._wanted import VALID_DAYS
 else:
-    __getattr__ = door(
-        __name__,
-        _procedure_tip="TipQualificationProcedure",
-        _procedure_tip_check="TipCheckProcedure",
-        _qualification="TipLimits conforms qualification_checks",
-        _sphere_layout="CHECK_RINGS QUALIFICATION_RINGS frame_about sphere_layout",
-        _steps="CONE SPHERE",
-        _touch_session="POLE",
-        _views=(
-            "CheckVerdict ConeProgress Countdown Phase SphereProgress TipCheckOutcome "
-            "TipCheckView TipOutcome TipView TouchView"
-        ),
-        _wanted="VALID_DAYS",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CHECK_RINGS", "CONE", "POLE", "QUALIFICATION_RINGS", "SPHERE", "VALID_DAYS", "CheckVerdict",

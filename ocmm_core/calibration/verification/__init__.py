@@ -8,11 +8,7 @@ between). `_procedure_verification` with `_state` is the guided procedure. The p
 independent of the calibration method.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.verification._limits import Limits
@@ -35,18 +31,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.verification._state import PLACES
     from ocmm_core.calibration.verification._verification import fit_sphere
 else:
-    __getattr__ = door(
-        __name__,
-        _limits="Limits",
-        _line_planning=(
-            "CORNER_NAMES LinePlanning PlannedLine corner_distances corners_of plan_lines"
-        ),
-        _procedure_verification=(
-            "LINES RESULT SEATS_AGAIN SEATS_FIRST SPHERES VerificationProcedure"
-        ),
-        _state="PLACES",
-        _verification="fit_sphere",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CORNER_NAMES", "LINES", "PLACES", "RESULT", "SEATS_AGAIN", "SEATS_FIRST", "SPHERES", "Limits",

@@ -7,11 +7,7 @@ Read `_hand`: start, stop and failure, and acceptance tests, virtual and recorde
 not import rigs, scenes or stations: the composition passes what to show.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.composition.hands._hand import (
@@ -24,8 +20,6 @@ if TYPE_CHECKING:
         Watcher,
     )
 else:
-    __getattr__ = door(
-        __name__, _hand="BLOCK Hand IDLE_S RecordedHand TestHand VirtualHand Watcher"
-    )
+    __getattr__ = door(__name__)
 
 __all__ = ["BLOCK", "IDLE_S", "Hand", "RecordedHand", "TestHand", "VirtualHand", "Watcher"]

@@ -7,15 +7,11 @@ lengths of keys, and fitting of texts), `_reader`.
 Its data come from `export.report`; it must not open a job.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.export.aqdef._aqdef import AQDEF
 else:
-    __getattr__ = door(__name__, _aqdef="AQDEF")
+    __getattr__ = door(__name__)
 
 __all__ = ["AQDEF"]

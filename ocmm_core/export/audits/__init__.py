@@ -2,27 +2,23 @@
 
 In: a file or a folder. Out: its signer, its steps with authors and times, and faults.
 
-Read `_audited` (the result), `_audit` (jobs, histories, folders) and `_audit_files` (other files).
+Read `_audit_files` (the result, and single files) and `_audit` (jobs, histories, folders).
 It must not recompute anything, nor write.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.export.audits._audit import audit, files_to_audit
-    from ocmm_core.export.audits._audit_files import document_kind
-    from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditedRecord, AuditRow
-else:
-    __getattr__ = door(
-        __name__,
-        _audit="audit files_to_audit",
-        _audit_files="document_kind",
-        _audited="Audit AuditRow AuditedKind AuditedRecord",
+    from ocmm_core.export.audits._audit_files import (
+        Audit,
+        AuditedKind,
+        AuditedRecord,
+        AuditRow,
+        document_kind,
     )
+else:
+    __getattr__ = door(__name__)
 
 __all__ = [
     "Audit", "AuditRow", "AuditedKind", "AuditedRecord", "audit", "document_kind", "files_to_audit",

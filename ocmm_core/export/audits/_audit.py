@@ -13,8 +13,7 @@ import msgspec
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export import ENDING
-from ocmm_core.export.audits._audit_files import audit_file
-from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
+from ocmm_core.export.audits._audit_files import Audit, AuditedKind, AuditRow, audit_file
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX
 from ocmm_core.inspection.archive import SUFFIX
 from ocmm_core.seals import RELEASE_ENDING

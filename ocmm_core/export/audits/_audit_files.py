@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from enum import StrEnum
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -21,13 +23,81 @@ from ocmm_core.documents import (
 )
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, check_report_seal
-from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditedRecord, AuditRow
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX, check_dcc_seal
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.plugins import load_all
 from ocmm_core.seals import RELEASE_ENDING, KeyFolder, SealState, SealWord, Signed, release_state
 from ocmm_core.settings import SettingsFile
 from ocmm_core.storage import JobFile
+
+
+class AuditedKind(StrEnum):
+    """Kinds of files and folders."""
+
+    JOB = "job"
+    CAMERAS = "calibrations of cameras"
+    PROBE = "calibrations of a probe"
+    REPORT = "report"
+    CERTIFICATE = "certificate"
+    ACCEPTANCE = "acceptance"
+    TEST = "acceptance session"
+    INTERIM = "interim checks"
+    STUDY = "study"
+    ARTEFACTS = "artefacts"
+    RECALL = "recall"
+    PLAN = "plan"
+    TEMPLATE = "template"
+    DOCUMENT = "document"
+    SETTINGS = "settings"
+    OTHER = "file"
+
+
+@dataclass(frozen=True, slots=True)
+class AuditedRecord:
+    """A kind of signed JSON record; packages add theirs by entry points of `ocmm.records`."""
+
+    family: str
+    """Of its schema, without the version."""
+    kind: type[Any]
+    signed: Signed
+    words: Callable[[Any], str]
+    """Returns what such a record says, in some words."""
+
+
+@dataclass(frozen=True, slots=True)
+class AuditRow:
+    """A step: when (ISO 8601), by whom (may be empty), and what."""
+
+    utc: str
+    who: str
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class Audit:
+    path: Path
+    kind: AuditedKind
+    signer: SealState
+    faults: tuple[str, ...]
+    """Sentences; empty if it is intact."""
+    rows: tuple[AuditRow, ...]
+    """Steps, oldest first."""
+    proofs: tuple[str, ...] = ()
+    """Further findings that are no faults, in sentences."""
+
+    adopted: tuple[str, ...] = ()
+    """Adopted steps: by whom, why, and suspicions, in sentences."""
+
+    @property
+    def intact(self) -> bool:
+        """Return whether a trusted station wrote it, and it is unchanged."""
+        return not self.faults and not self.adopted
+
+    @property
+    def word(self) -> str:
+        if self.faults:
+            return "NOT INTACT"
+        return "ADOPTED" if self.adopted else "INTACT"
 
 
 def _acceptance_words(record: AcceptanceRecord) -> str:

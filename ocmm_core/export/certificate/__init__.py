@@ -11,11 +11,7 @@ It must not judge: errors, limits and verdicts are those of the records. `ocmm_g
 the PDF.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.export.certificate._artefact import (
@@ -62,27 +58,7 @@ if TYPE_CHECKING:
         trusted_signers,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _artefact="Expansion artefact_fields artefact_text quantities_read",
-        _content=(
-            "Certificate CertificateLine CertificateRun CertificateValue Conformity "
-            "SIMULATED_WORDS air_said certificate_facts certificate_title "
-            "open_certificate_clauses rule_said"
-        ),
-        _dcc="dcc_bytes",
-        _from_acceptance="certificate_of_acceptance",
-        _from_calibration="certificate_of_calibration",
-        _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
-        _reader="Dcc DccQuantity read_dcc",
-        _seal=(
-            "CERTIFICATE_ENDING SEAL_SUFFIX check_dcc_seal signed_certificates "
-            "write_certificate write_certificates"
-        ),
-        _xml_signature=(
-            "TrustedSigners XmlSignature XmlSignatureWord trust_laboratory trusted_signers"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CERTIFICATE_ENDING", "SEAL_SUFFIX", "SIMULATED_WORDS", "Certificate", "CertificateLine",

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 
 from lxml import etree
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.errors import InternalError, StorageError
 from ocmm_core.export.certificate._content import (
@@ -65,7 +65,7 @@ def _administrative(parent: etree._Element, paper: Certificate) -> None:
     house, given = paper.paper.template.laboratory, paper.paper.given
     software = _add(_add(parent, "dccSoftware"), "software")
     _text(software, "name", "OCMM")
-    _add(software, "release", __version__)
+    _add(software, "release", build_version())
     core = _add(parent, "coreData")
     _add(core, "countryCodeISO3166_1", house.country or _NO_COUNTRY)
     _add(core, "usedLangCodeISO639_1", "en")

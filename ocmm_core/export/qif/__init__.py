@@ -9,16 +9,12 @@ Read `_qif` (the exporter: head, units, datums, part), `_characteristics` (and t
 Its data come from `export.report`; it must not open a job.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.export.qif._plan_in import QifOmission, QifPlan, plan_of_qif
     from ocmm_core.export.qif._qif import QIF
 else:
-    __getattr__ = door(__name__, _plan_in="QifOmission QifPlan plan_of_qif", _qif="QIF")
+    __getattr__ = door(__name__)
 
 __all__ = ["QIF", "QifOmission", "QifPlan", "plan_of_qif"]

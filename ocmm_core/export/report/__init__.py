@@ -10,11 +10,7 @@ without a job. Templates are in the package `template`. Each format has its own 
 It must not know the registry, QIF or Q-DAS.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.export.report._elements import Element
@@ -69,26 +65,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.export.report._xlsx import XLSX
 else:
-    __getattr__ = door(
-        __name__,
-        _elements="Element",
-        _exporter="Exporter Profile ReportFormat load_profile polyworks_profile same_number",
-        _first_article="AS9102 account_file write_account",
-        _json_file="JSON",
-        _json_schema="ReportFile read_report",
-        _names="check_file_stem check_name clean_text last_moment one_line spreadsheet_text",
-        _paper_facts=(
-            "CLAUSES NOT_STATED PaperFact open_clauses paper_facts plan_deviations "
-            "report_number statements"
-        ),
-        _polyworks="POLYWORKS",
-        _report_data=(
-            "Instrument ReportData ReportedFeature ReportedResult report_data report_of_job"
-        ),
-        _specimen="specimen_report",
-        _tables="Cell Number ReportTable Units features_table head_table points_table report_table",
-        _xlsx="XLSX",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "AS9102",

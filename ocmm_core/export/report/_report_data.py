@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ocmm_core import __version__
 from ocmm_core.alignment import nominal_frame
+from ocmm_core.build import build_version
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.report._elements import Element as Element
 from ocmm_core.export.report._elements import element_of_fit, element_of_nominal
@@ -121,7 +121,7 @@ class ReportData:
     """Undone points as stored, with reasons; may be empty."""
     explanations: tuple[Explanation, ...] = ()
     """Reasons and remedies for NOT CONFORM and NOT PROVEN results, in the order of the plan."""
-    written_by: str = __version__
+    written_by: str = field(default_factory=build_version)
     """Version of the reporting program; ``head`` has that of the measuring program."""
     seal: JobSeal | None = None
     """Number of signed steps, and signer; None if unknown."""

@@ -8,11 +8,7 @@ every route to a report, adds ambient readings, and the head from the settings.
 It must not know a job: the data of a report are in `report`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.export.template._headed import (
@@ -40,17 +36,7 @@ if TYPE_CHECKING:
         standard_template,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _headed=(
-            "given_with headed_paper keep_given keep_template paper_of station_template "
-            "surroundings template_in_use use_head"
-        ),
-        _template=(
-            "Paper PaperLengths Particulars RELATES_ONLY ReportTemplate SECTIONS Section "
-            "WHOLE_ONLY load_paper plain_paper standard_template"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "RELATES_ONLY", "SECTIONS", "WHOLE_ONLY", "Paper", "PaperLengths", "Particulars",

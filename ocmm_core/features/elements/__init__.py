@@ -10,11 +10,7 @@ Read `_plane` (point, line, plane and sphere) with `_ball`, then `_cylinder`, `_
 cannot influence a fit.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.features.elements._ball import LARGEST_RADIUS
@@ -39,21 +35,7 @@ if TYPE_CHECKING:
     from ocmm_core.features.elements._slot import fit_slot, fit_slot_projected
     from ocmm_core.features.elements._torus import fit_torus
 else:
-    __getattr__ = door(
-        __name__,
-        _ball="LARGEST_RADIUS",
-        _cone="fit_cone",
-        _cylinder="fit_cylinder",
-        _ellipse="fit_ellipse fit_ellipse_projected",
-        _flat="fit_circle fit_circle_free fit_circle_projected",
-        _oriented="fit_oriented fixed_direction turned_direction",
-        _plane="fit_line fit_plane fit_point fit_sphere",
-        _registry=(
-            "ELEMENTS ElementSpec FitPrior distance_derivatives nominal_distances surface_normals"
-        ),
-        _slot="fit_slot fit_slot_projected",
-        _torus="fit_torus",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ELEMENTS", "LARGEST_RADIUS", "ElementSpec", "FitPrior", "distance_derivatives", "fit_circle",

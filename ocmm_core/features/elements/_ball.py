@@ -35,6 +35,9 @@ LARGEST_RADIUS = 1e4
 WORST_CONDITION = 1e9
 """Condition number beyond which the ball is undetermined."""
 
+STRAIGHT = 2e-12
+"""Twice the curvature, relative to the size of the points, below which a ball is straight."""
+
 NEAREST_OTHER = 0.2
 """Least root mean squared residual of a second minimum, relative to the size of the points. The
 nearest of 1,000 sets was at 0.31 (`benchmarks/hard_balls.py`); smaller first ones are accepted.
@@ -66,28 +69,16 @@ class Ball:
     radius) / d(shift of a point along its normal)."""
 
 
-def taubin_moments(centred_points: Float) -> tuple[Float, Float]:
-    """Return the moments whose smallest eigenvector is Taubin's ball, and the mean square.
-
-    ``centred_points`` (..., n, d) have mean zero over n. The smallest eigenvalue of the moments
-    (..., d + 1, d + 1) approximates the mean squared distance.
-    """
-    squares = np.sum(centred_points**2, axis=-1)
-    mean_square = squares.mean(axis=-1)
-    first = (squares - mean_square[..., None]) / (2.0 * np.sqrt(mean_square))[..., None]
-    columns = np.concatenate([first[..., None], centred_points], axis=-1)
-    moments = np.swapaxes(columns, -1, -2) @ columns / columns.shape[-2]
-    return moments, mean_square
-
-
-def taubin_centre(eigenvector: Float, mean_square: Float) -> tuple[Float, Float]:
-    """Return centre (..., d) and radius (...,) of the eigenvector (..., d + 1)."""
-    curvature = eigenvector[..., 0] / (2.0 * np.sqrt(mean_square))
-    # A straight solution has no curvature; a far centre lets the callers recognise it.
-    curvature = np.where(np.abs(curvature) < 1e-12, 1e-12, curvature)
-    centre: Float = -eigenvector[..., 1:] / (2.0 * curvature[..., None])
-    radius: Float = np.sqrt(np.sum(centre**2, axis=-1) + mean_square)
-    return centre, radius
+def taubin_ball(points: Float) -> tuple[Float, float, float]:
+    """Return centre (d,) and radius of Taubin's ball of centred points (n, d), and their size."""
+    d = points.shape[1]
+    moments = np.empty((d + 1, d + 1))
+    mean_square = float(taubin(points, moments))
+    smallest = np.linalg.eigh(moments)[1][:, 0]
+    curvature = float(smallest[0] / np.sqrt(mean_square))
+    # A straight solution has none; a far centre lets the callers recognise it.
+    centre: Float = -smallest[1:] / (curvature if abs(curvature) >= STRAIGHT else STRAIGHT)
+    return centre, float(np.sqrt(centre @ centre + mean_square)), mean_square
 
 
 def fit_balls(shape: Shape, points: Float) -> list[Ball]:
@@ -100,9 +91,7 @@ def fit_balls(shape: Shape, points: Float) -> list[Ball]:
         else "they lie in a plane or on too small a patch",
         "Spread the points over more of the feature.",
     )
-    moments = np.empty((d + 1, d + 1))
-    mean_square = float(taubin(points, moments))
-    centre, radius = taubin_centre(np.linalg.eigh(moments)[1][:, 0], np.array(mean_square))
+    centre, radius, mean_square = taubin_ball(points)
     start = np.zeros(8)
     start[:d], start[d] = centre, radius
     solutions = [minimise(DISC if d == 2 else BALL, points, start)]

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.elements._ball import (
-    LARGEST_RADIUS,
-    WORST_CONDITION,
-    not_converged,
-    taubin_centre,
-    taubin_moments,
-)
+from ocmm_core.features.elements._ball import LARGEST_RADIUS, WORST_CONDITION, not_converged
 from ocmm_core.features.search import (
     CONE,
     Family,
@@ -21,14 +15,17 @@ from ocmm_core.features.search import (
     candidates,
     centred_solid,
     checked_points,
+    circles,
     curved_patch,
     decided,
     degenerate,
     derivatives,
+    flanks,
     many_axes,
     minima,
     planned,
     quadric_axes,
+    quadric_feet,
     sampled,
     sensitivity,
     trial_axes,
@@ -37,8 +34,6 @@ from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_f
 from ocmm_core.geometry import Float, Points3
 
 RANKING_POINTS = 60
-RIDGE = 1e-12
-"""Relative to the diagonal of the normal equations of a start, to avoid singular ones."""
 ANGLES = np.arange(-87.5, 90.0, 5.0)
 """deg between the surface and trial axes."""
 FARTHEST = 100.0
@@ -106,14 +101,15 @@ def _possible(parameters: Float) -> bool:
 
 
 def _families(points: Float) -> tuple[Family, ...]:
+    quadrics = cache(partial(quadric_axes, points))
     return (
         lambda: _starts(points, trial_axes(points)),
-        lambda: _by_curvature(points),
-        lambda: _starts(points, many_axes(points)),
+        lambda: _by_curvature(points, quadrics()),
+        lambda: _starts(points, np.concatenate([quadrics(), many_axes(points)])),
     )
 
 
-def _by_curvature(points: Float) -> Float:
+def _by_curvature(points: Float, quadrics: Float) -> Float:
     """Return start parameters (m, 8): cones from patch curvatures, and quadrics' axes.
 
     A cone bends in one direction only. Its axis is in the plane of the other one and the normal, at
@@ -126,54 +122,27 @@ def _by_curvature(points: Float) -> Float:
     along = patch.directions[1 - bend]
     angles = np.deg2rad(ANGLES)
     axes = np.cos(angles)[:, None] * along + np.sin(angles)[:, None] * patch.normal
-    first = _starts(points, np.concatenate([axes, quadric_axes(points)]))
+    first = _starts(points, np.concatenate([axes, quadrics]))
     centre = patch.foot + patch.normal / curvature
     # The axis passes through the centre of the bend; seen from there the points open to one side.
     feet = centre - (axes @ centre)[:, None] * axes
-    sample = sampled(points, RANKING_POINTS)
-    arms = sample - feet[:, None, :]
-    t = np.sum(arms * axes[:, None, :], axis=2)
-    rho = np.linalg.norm(arms - t[:, :, None] * axes[:, None, :], axis=2)
-    return np.concatenate([first, _flanks(feet, axes, t, rho)])
-
-
-def _flanks(feet: Float, axes: Float, t: Float, rho: Float) -> Float:
-    """Return starts (m, 8): around each axis the straight flank nearest to the points."""
-    t_mean, rho_mean = t.mean(axis=1), rho.mean(axis=1)
-    about = t - t_mean[:, None]
-    spread = np.maximum(np.sum(about**2, axis=1), 1e-12)
-    angle = np.arctan(np.sum(about * rho, axis=1) / spread)
-    radius = rho_mean - np.tan(angle) * t_mean
-    return np.column_stack([feet, axes, angle, radius * np.cos(angle)])
+    bent = np.column_stack([feet, axes, np.zeros((len(axes), 2))])
+    flanks(sampled(points, RANKING_POINTS), bent)
+    return np.concatenate([first, bent])
 
 
 def _starts(points: Float, axes: Float) -> Float:
     """Return start parameters (m, 8): two cones for every trial axis.
 
-    On a cone x^2 + y^2 - 2 a x - 2 b y is a polynomial of second order in the height: the centre
-    (a, b) follows from linear equations. The other centre is that of Taubin's circle, for narrow
-    cones and short arcs.
+    About the foot of a quadric of revolution, and of Taubin's circle, for narrow cones and short
+    arcs.
     """
-    sample = sampled(points, RANKING_POINTS)
-    frames = np.stack(across_axes(axes), axis=1)
-    flat = sample @ frames.reshape(-1, 3).T
-    x = np.ascontiguousarray(flat.reshape(len(sample), len(axes), 2).swapaxes(0, 1))
-    t = axes @ sample.T
-    columns = np.stack([2.0 * x[..., 0], 2.0 * x[..., 1], np.ones_like(t), t, t * t], axis=-1)
-    transposed = np.swapaxes(columns, 1, 2)
-    normal = transposed @ columns
-    normal += RIDGE * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(5)
-    target = np.sum(x**2, axis=-1)
-    by_height = np.linalg.solve(normal, transposed @ target[..., None])
-    middle = x.mean(axis=1)
-    moments, mean_square = taubin_moments(x - middle[:, None, :])
-    by_circle, _ = taubin_centre(np.linalg.eigh(moments)[1][..., 0], mean_square)
-    found = []
-    for centres in (by_height[:, 0:2, 0], by_circle + middle):
-        rho = np.linalg.norm(x - centres[:, None, :], axis=-1)
-        feet = np.einsum("mk,mkx->mx", centres, frames)
-        found.append(_flanks(feet, axes, t, rho))
-    return np.concatenate(found)
+    sample, m = sampled(points, RANKING_POINTS), len(axes)
+    found = np.zeros((2 * m, 8))
+    quadric_feet(sample, axes, found[:m])
+    circles(sample, axes, found[m:])
+    flanks(sample, found)
+    return found
 
 
 def _by_points(p: Float, points: Float, inverse: Float) -> Float:

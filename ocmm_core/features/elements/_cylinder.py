@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.elements._ball import (
-    LARGEST_RADIUS,
-    WORST_CONDITION,
-    not_converged,
-    taubin_centre,
-    taubin_moments,
-)
+from ocmm_core.features.elements._ball import LARGEST_RADIUS, WORST_CONDITION, not_converged
 from ocmm_core.features.search import (
     CYLINDER,
     NEAR,
@@ -22,6 +16,7 @@ from ocmm_core.features.search import (
     candidates,
     centred_solid,
     checked_points,
+    circles,
     curved_patch,
     decided,
     degenerate,
@@ -98,10 +93,11 @@ def _possible(parameters: Float) -> bool:
 
 
 def _families(points: Float) -> tuple[Family, ...]:
+    quadrics = cache(partial(quadric_axes, points))
     return (
         lambda: starts(points, trial_axes(points)),
-        lambda: starts(points, np.concatenate([quadric_axes(points), _bent_axes(points)])),
-        lambda: starts(points, many_axes(points)),
+        lambda: starts(points, np.concatenate([quadrics(), _bent_axes(points)])),
+        lambda: starts(points, np.concatenate([quadrics(), many_axes(points)])),
     )
 
 
@@ -118,17 +114,9 @@ def _bent_axes(points: Float) -> Float:
 
 def starts(points: Float, axes: Float) -> Float:
     """Return start parameters (m, 8), one for every trial axis."""
-    sample = sampled(points, RANKING_POINTS)
-    # The sample has its own centroid; move the feet back to that of all points.
-    middle = sample.mean(axis=0)
-    sample = sample - middle
-    frames = np.stack(across_axes(axes), axis=1)
-    projected = (sample @ frames.reshape(-1, 3).T).T.reshape(len(axes), 2, -1)
-    moments, mean_square = taubin_moments(np.swapaxes(projected, 1, 2))
-    centres, radii = taubin_centre(np.linalg.eigh(moments)[1][..., 0], mean_square)
-    feet = np.einsum("dk,dkx->dx", centres, frames) + middle
-    feet -= axes * np.sum(feet * axes, axis=1)[:, None]
-    return np.column_stack([feet, axes, radii, np.zeros(len(axes))])
+    found = np.empty((len(axes), 8))
+    circles(sampled(points, RANKING_POINTS), axes, found)
+    return found
 
 
 def _by_points(parameters: Float, points: Float, inverse: Float, jacobian: Float) -> Float:

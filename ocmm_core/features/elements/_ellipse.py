@@ -18,8 +18,7 @@ from ocmm_core.features.elements._ball import (
     LARGEST_RADIUS,
     WORST_CONDITION,
     not_converged,
-    taubin_centre,
-    taubin_moments,
+    taubin_ball,
 )
 from ocmm_core.features.elements._flat import Outline, fit_in_given_plane, fit_in_own_plane
 from ocmm_core.features.search import (
@@ -81,15 +80,14 @@ def _osculating(points: Float, offset: float) -> Float:
     """Return start parameters (m, 8) of ellipses that osculate the points at their middle."""
     sample = sampled(points, SAMPLE)
     middle = sample.mean(axis=0)
-    moments, mean_square = taubin_moments(sample - middle)
-    centre, radius = taubin_centre(np.linalg.eigh(moments)[1][:, 0], mean_square)
+    centre, radius, _ = taubin_ball(sample - middle)
     reach = float(np.linalg.norm(centre))
     # From the middle of the points to the centre of their bend; arbitrary for a whole circle.
     inward = centre / reach if reach > 0.0 else np.array([1.0, 0.0])
-    place = middle + centre - min(float(radius), STRAIGHT) * inward
+    place = middle + centre - min(radius, STRAIGHT) * inward
     if radius > STRAIGHT:
         place = middle
-    bend = max(min(float(radius), STRAIGHT) - offset, 1e-3)
+    bend = max(min(radius, STRAIGHT) - offset, 1e-3)
     anomaly = np.arange(ANOMALIES) * 2.0 * np.pi / ANOMALIES
     c, s = np.cos(anomaly)[None], np.sin(anomaly)[None]
     k = SLENDER[:, None]

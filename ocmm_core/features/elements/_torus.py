@@ -15,13 +15,7 @@ import numpy as np
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.elements import _cylinder as cylinder
-from ocmm_core.features.elements._ball import (
-    LARGEST_RADIUS,
-    WORST_CONDITION,
-    not_converged,
-    taubin_centre,
-    taubin_moments,
-)
+from ocmm_core.features.elements._ball import LARGEST_RADIUS, WORST_CONDITION, not_converged
 from ocmm_core.features.search import (
     CYLINDER,
     NEAR,
@@ -33,6 +27,7 @@ from ocmm_core.features.search import (
     candidates,
     centred_solid,
     checked_points,
+    circles,
     curved_patch,
     decided,
     degenerate,
@@ -89,22 +84,17 @@ def families(points: Float) -> tuple[Family, ...]:
 def ring_starts(points: Float, axes: Float) -> Float:
     """Return starts (m, 8) around trial ``axes`` (k, 3)."""
     sample = sampled(points, RANKING_POINTS)
-    frames = np.stack(across_axes(axes), axis=1)
-    flat = sample @ frames.reshape(-1, 3).T
-    x = np.ascontiguousarray(flat.reshape(len(sample), len(axes), 2).swapaxes(0, 1))
-    middle = x.mean(axis=1)
-    moments, mean_square = taubin_moments(x - middle[:, None, :])
-    centres, _ = taubin_centre(np.linalg.eigh(moments)[1][..., 0], mean_square)
+    round_axis = np.empty((len(axes), 8))
+    circles(sample, axes, round_axis)
     turns = np.arange(WAYS) * 2.0 * np.pi / WAYS
     ways = np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    bent = (BENT[:, None, None] * ways).reshape(-1, 1, 2)
-    across = np.concatenate([(centres + middle)[None], np.tile(bent, (1, len(axes), 1))])
-    feet = np.einsum("wmk,mkx->wmx", across, frames)
-    starts = np.zeros((*feet.shape[:2], 8))
-    starts[..., 0:3], starts[..., 3:6] = feet, axes
-    starts = starts.reshape(-1, 8)
-    tubes(sample, starts)
-    return starts
+    bent = (BENT[:, None, None] * ways).reshape(-1, 2)
+    starts = np.empty((1 + len(bent), *round_axis.shape))
+    starts[:] = round_axis
+    starts[1:, :, 0:3] = np.einsum("wk,kmx->wmx", bent, across_axes(axes))
+    flat: Float = starts.reshape(-1, 8)
+    tubes(sample, flat)
+    return flat
 
 
 def _by_curvature(points: Float) -> Float:

@@ -5,17 +5,13 @@ Out: measured features: geometry, Jacobian by every point of the job, outliers.
 
 Read `_fit` (a fit by the name of its shape, outliers), `_actual` (a feature from ball centres),
 `_each` (many, cached), `_influence` and `_second_order` (does first order hold). Constructions:
-`_construct`, `_construct_geometry`, `_construct_fit`, `_constructed`. `_verify` and `_verify_files`
+`_construct`, `_construct_geometry`, `_constructed`. `_verify` and `_verify_files`
 run certified reference pairs.
 
 It must not know alignment or tolerances.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.features.measured._actual import (
@@ -72,24 +68,7 @@ if TYPE_CHECKING:
         verify_folder,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _actual="ActualFeature ResidualSlopes SAME_RADIUS Touches actual_features",
-        _construct=(
-            "AXIAL Bisector CENTRED Construction FitThrough Intersection LONG Midpoint Offset "
-            "PartOf construction_fault in_order needed_features probed_features shapes_with"
-        ),
-        _construct_geometry="gauge_point",
-        _constructed="constructed_features nominal_geometries",
-        _each="Each Instead Orientation can_be_oriented geometries_of measured_of oriented_feature",
-        _fit="ZoneProof certificate fit fit_shape outliers",
-        _influence="CommandingPoints commanding_points commanding_rows commanding_touches",
-        _second_order="beyond_first_order solver_start",
-        _verify=(
-            "APEX_LIMIT Convention DIRECTION_LIMIT POSITION_LIMIT PairResult SIZE_LIMIT "
-            "SetReport verify_folder"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "APEX_LIMIT", "AXIAL", "CENTRED", "DIRECTION_LIMIT", "LONG", "POSITION_LIMIT", "SAME_RADIUS",

@@ -313,7 +313,7 @@ def touches_of(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoi
     if len(own) < minimum:
         raise FitError(
             "feature.too_few_points",
-            f"{nominal.name} has {len(own)} of at least {minimum} points.",
+            f"{nominal.name} needs at least {minimum} points ({len(own)} taken).",
             "Take the missing points.",
         )
     radii = np.array([point.tip_radius for point in own])

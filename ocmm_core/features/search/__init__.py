@@ -5,23 +5,20 @@ Out: the best minimum, and its rivals.
 
 Read `_common` (checked points, centring, starts), `_solver` and `_newton_kernel` (guarded steps,
 rivals that the points cannot exclude), `_search` (many starts, the best minimum). `_lanes_kernel`
-runs many starts in parallel, `_places_kernel` identifies equal ends. The distances are in
+runs many starts in parallel, `_starts_kernel` finds them about trial axes, `_places_kernel`
+identifies equal ends. The distances are in
 `_axis_kernel`, `_flat_kernel`, `_ellipse_kernel`, `_tube_kernel` and `_point_kernel`. The package
 is independent of specific fits, which are in `elements`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.features.search import _axis_kernel as axis_kernel
     from ocmm_core.features.search import _ellipse_kernel as ellipse_kernel
     from ocmm_core.features.search import _flat_kernel as flat_kernel
     from ocmm_core.features.search import _newton_kernel as newton_kernel
-    from ocmm_core.features.search._axis_kernel import CONE, CYLINDER, RING, TORUS, across, tubes
+    from ocmm_core.features.search._axis_kernel import CONE, CYLINDER, RING, TORUS, across
     from ocmm_core.features.search._common import (
         FLAT,
         across_axes,
@@ -74,35 +71,20 @@ if TYPE_CHECKING:
         undecided,
         with_rival,
     )
+    from ocmm_core.features.search._starts_kernel import circles, flanks, quadric_feet, tubes
     from ocmm_core.features.search._tube_kernel import narrowest_tube
 else:
-    __getattr__ = door(
-        __name__,
-        _axis_kernel="CONE CYLINDER RING TORUS across axis_kernel tubes",
-        _common=(
-            "FLAT across_axes centred centred_solid checked_points curved_patch degenerate "
-            "few_axes many_axes oriented principal_axes quadric_axes refuse_masked trial_axes"
-        ),
-        _ellipse_kernel="conics ellipse_foot ellipse_kernel of_conic",
-        _flat_kernel="BALL DISC ELLIPSE ROUND_ENDS SQUARE_ENDS flat_kernel",
-        _newton_kernel="STEP_SIZE move newton_kernel solve_step terms",
-        _point_kernel="line_distances places spread spread_alike taubin",
-        _search="Family best_ends is_open minima nearest_minimum planned sampled",
-        _solver=(
-            "COVERAGE NEAR Solution candidates covered decided derivatives gains minimise same "
-            "sensitivity sizes_in_words unambiguous undecided with_rival"
-        ),
-        _tube_kernel="narrowest_tube",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "BALL", "CONE", "COVERAGE", "CYLINDER", "DISC", "ELLIPSE", "FLAT", "NEAR", "RING", "ROUND_ENDS",
     "SQUARE_ENDS", "STEP_SIZE", "TORUS", "Family", "Solution", "across", "across_axes",
     "axis_kernel", "best_ends", "candidates", "centred", "centred_solid", "checked_points",
-    "conics", "covered", "curved_patch", "decided", "degenerate", "derivatives", "ellipse_foot",
-    "ellipse_kernel", "few_axes", "flat_kernel", "gains", "is_open", "line_distances", "many_axes",
-    "minima", "minimise", "move", "narrowest_tube", "nearest_minimum", "newton_kernel", "of_conic",
-    "oriented", "places", "planned", "principal_axes", "quadric_axes", "refuse_masked", "same",
-    "sampled", "sensitivity", "sizes_in_words", "solve_step", "spread", "spread_alike", "taubin",
-    "terms", "trial_axes", "tubes", "unambiguous", "undecided", "with_rival",
+    "circles", "conics", "covered", "curved_patch", "decided", "degenerate", "derivatives",
+    "ellipse_foot", "ellipse_kernel", "few_axes", "flanks", "flat_kernel", "gains", "is_open",
+    "line_distances", "many_axes", "minima", "minimise", "move", "narrowest_tube",
+    "nearest_minimum", "newton_kernel", "of_conic", "oriented", "places", "planned",
+    "principal_axes", "quadric_axes", "quadric_feet", "refuse_masked", "same", "sampled",
+    "sensitivity", "sizes_in_words", "solve_step", "spread", "spread_alike", "taubin", "terms",
+    "trial_axes", "tubes", "unambiguous", "undecided", "with_rival",
 ]  # fmt: skip

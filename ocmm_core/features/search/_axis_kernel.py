@@ -206,55 +206,6 @@ def axis_terms(
     return cost
 
 
-@compiled()
-def tubes(points: Float, starts: Float) -> None:
-    """Set height and sizes of tori around the axes of ``starts`` (m, 8), in place.
-
-    Distances from the axis and heights of the points (n, 3) are on a circle, the section of the
-    tube, from linear equations (its algebraic fit).
-    """
-    n = len(points)
-    for row in range(len(starts)):
-        p = starts[row]
-        # Sums of u = rho, t, their squares and products, about the first point.
-        u0 = t0 = 0.0
-        su = st = suu = sut = stt = szu = szt = sz = 0.0
-        for i in range(n):
-            qx, qy, qz = points[i, 0] - p[0], points[i, 1] - p[1], points[i, 2] - p[2]
-            t = qx * p[3] + qy * p[4] + qz * p[5]
-            u = np.sqrt(max(qx * qx + qy * qy + qz * qz - t * t, 0.0))
-            # About the first point: squares of large numbers would lose the digits of a small
-            # section.
-            if i == 0:
-                u0, t0 = u, t
-            u -= u0
-            t -= t0
-            z = u * u + t * t
-            su += u
-            st += t
-            suu += u * u
-            sut += u * t
-            stt += t * t
-            sz += z
-            szu += z * u
-            szt += z * t
-        # About the mean: of the circle z = 2 u0 u + 2 t0 t + const the constant cancels.
-        suu -= su * su / n
-        sut -= su * st / n
-        stt -= st * st / n
-        szu -= sz * su / n
-        szt -= sz * st / n
-        # A straight section has no centre: the ridge puts it far away, and the start is a poor one.
-        determinant = suu * stt - sut * sut + 1e-12 * (suu + stt) ** 2
-        u = 0.5 * (szu * stt - szt * sut) / determinant
-        t = 0.5 * (szt * suu - szu * sut) / determinant
-        # r^2 = mean of (u - u0)^2 + (t - t0)^2.
-        square = (sz - 2.0 * (u * su + t * st)) / n + u * u + t * t
-        p[6], p[7] = u + u0, np.sqrt(max(square, 0.0))
-        for k in range(3):
-            p[k] += (t + t0) * p[3 + k]
-
-
 @compiled(reorder=True)
 def axis_costs(kind: int, points: Float, starts: Float, costs: Float) -> None:
     """Write the sums of squared distances of points (n, 3) at all starts."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from math import isfinite
 
 import numpy as np
@@ -139,15 +140,13 @@ RINGS = np.deg2rad([1.5, 4.0, 10.0])
 def trial_axes(points: Float) -> Float:
     """Return trial axes (m, 3): principal ones, rings around them, and a hemisphere."""
     principal = principal_axes(points - points.mean(axis=0))[1]
-    rings = [_ring(principal, k, RINGS) for k in range(3)]
-    return np.concatenate([principal, *rings, _hemisphere(TRIAL_AXES)])
+    return np.concatenate([principal, _rings(principal), _hemisphere(TRIAL_AXES)])
 
 
 def many_axes(points: Float) -> Float:
-    """Return `trial_axes` with a finer hemisphere, and the axes of quadrics, (m, 3)."""
+    """Return `trial_axes` with a finer hemisphere, (m, 3)."""
     principal = principal_axes(points - points.mean(axis=0))[1]
-    rings = [_ring(principal, k, RINGS) for k in range(3)]
-    return np.concatenate([quadric_axes(points), principal, *rings, _hemisphere(MANY_AXES)])
+    return np.concatenate([principal, _rings(principal), _hemisphere(MANY_AXES)])
 
 
 def few_axes(points: Float) -> Float:
@@ -156,11 +155,13 @@ def few_axes(points: Float) -> Float:
     return np.concatenate([principal, _hemisphere(FEW_AXES)])
 
 
-def _ring(principal: Float, k: int, tilts: Float) -> Float:
-    """Return eight axes at every tilt around the principal axis ``k``, (8 t, 3)."""
-    turns = np.arange(8) * np.pi / 4.0
-    side = np.outer(np.cos(turns), principal[k - 1]) + np.outer(np.sin(turns), principal[k - 2])
-    return np.concatenate([np.cos(t) * principal[k] + np.sin(t) * side for t in tilts])
+def _rings(principal: Float) -> Float:
+    """Return eight axes at every tilt of `RINGS` around each principal axis, (m, 3)."""
+    turns, tilts = np.arange(8)[:, None] * np.pi / 4.0, RINGS[:, None, None]
+    first, second = principal[[2, 0, 1], None], principal[[1, 2, 0], None]
+    side = np.cos(turns) * first + np.sin(turns) * second
+    rings: Float = np.cos(tilts) * principal[:, None, None] + np.sin(tilts) * side[:, None]
+    return rings.reshape(-1, 3)
 
 
 def quadric_axes(points: Float) -> Float:
@@ -182,19 +183,20 @@ def quadric_axes(points: Float) -> Float:
             [zero, zero, 2.0 * z, y, x, zero, zero, zero, one],
         ]
     )
-    algebraic = np.linalg.svd(columns.T, full_matrices=True)[2][: -NEAREST - 1 : -1]
+    # Only the null space of few points needs them.
+    few = len(points) < len(columns)
+    algebraic = np.linalg.svd(columns.T, full_matrices=few)[2][: -NEAREST - 1 : -1]
     varying = columns[:9] - columns[:9].mean(axis=1, keepdims=True)
     weight = np.einsum("dip,djp->ij", jacobian, jacobian)
     weight += RIDGE * np.trace(weight) * np.eye(9)
     half = np.linalg.inv(np.linalg.cholesky(weight))
-    nearest = np.linalg.svd(half @ varying, full_matrices=True)[0][:, : -NEAREST - 1 : -1]
+    nearest = np.linalg.svd(half @ varying, full_matrices=few)[0][:, : -NEAREST - 1 : -1]
     weighed = nearest.T @ half
-    found = []
-    for c in (*algebraic, *weighed):
-        matrix = np.diag(c[:3])
-        matrix[[1, 0, 0], [2, 2, 1]] = matrix[[2, 2, 1], [1, 0, 0]] = 0.5 * c[3:6]
-        found.append(np.linalg.eigh(matrix)[1].T)
-    return np.concatenate(found)
+    c = np.concatenate([algebraic[:, :6], weighed[:, :6]])
+    c[:, 3:] *= 0.5
+    matrices = c[:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)
+    axes: Float = np.linalg.eigh(matrices)[1].swapaxes(1, 2).reshape(-1, 3)
+    return axes
 
 
 def across_axes(axis: Float) -> tuple[Float, Float]:
@@ -212,6 +214,7 @@ def across_axes(axis: Float) -> tuple[Float, Float]:
     return first, second
 
 
+@cache
 def _hemisphere(count: int) -> Float:
     """Return directions (count, 3) spread evenly over a hemisphere (Fibonacci spiral)."""
     index = np.arange(count) + 0.5

@@ -65,7 +65,7 @@ def _gram(points: Float, axes: Float, gram: Float) -> None:
 
 
 @compiled()
-def _turn(gram: Float, axes: Float) -> None:
+def diagonalise(gram: Float, axes: Float) -> None:
     """Turn the rows of ``axes`` to the eigenvectors of ``gram``, which is destroyed (Jacobi)."""
     # A few sweeps suffice; 30 ends the loop for NaN.
     for _ in range(30):
@@ -115,7 +115,7 @@ def principal(points: Float, extents: Float, axes: Float) -> None:
             axes[i, j] = 1.0 if i == j else 0.0
     for _ in range(2):
         _gram(points, axes, gram)
-        _turn(gram, axes)
+        diagonalise(gram, axes)
     # Sorted, the greatest first; three numbers need two passes.
     for i in range(2):
         for j in range(2 - i):
@@ -142,7 +142,8 @@ def places(about: Float, axes: Float, along: Float) -> None:
 def taubin(points: Float, moments: Float) -> float:
     """Write the moments of Taubin's ball of centred points (n, d); return their size.
 
-    (d + 1, d + 1); see `ball.taubin_moments`, the same for many sets of points at once.
+    Their smallest eigenvector (d + 1,) is the ball; the eigenvalue approximates the mean squared
+    distance.
     """
     n, d = points.shape
     square = 0.0

@@ -63,7 +63,10 @@ WELL, NOISY = 50.0, 0.03
 CLOSE, WELL_CLOSE = 0.003, 1000.0
 """The same for many points at small distance."""
 FEW_POINTS = 12
-"""Up to this number, never certain."""
+"""Up to this number, certain for axes only, and by `CHANCE`."""
+CHANCE = 1e-15
+"""RMS residual to the power of the number of redundant points: the order of the probability that
+an element passes so close to all of them by chance."""
 SAME, ONE, ALIKE = 1e-6, 1e-4, 1e-3
 """Relative difference of equal minima: within a search, of two families, of unrefined ends."""
 
@@ -159,10 +162,12 @@ def _ranked(kind: int, points: Float, starts: Float) -> Float:
 
 def certain(kind: int, points: Float, found: Solution) -> bool:
     """Return whether no other element can be as close to ``points`` as ``found``."""
-    n = len(points)
-    if n <= FEW_POINTS:
+    n, spare = len(points), len(points) - STEP_SIZE[kind]
+    if spare <= SPARE or (n <= FEW_POINTS and kind >= RING):
         return False
     closest = CERTAIN_RESIDUAL if n >= CERTAIN_POINTS else CERTAIN_RESIDUAL_FEWER
+    if n <= FEW_POINTS:
+        closest = min(closest, CHANCE ** (1.0 / spare))
     if found.cost > n * closest**2:
         return False
     return gains(derivatives(kind, points, found.parameters)[1])[2] < CERTAIN_CONDITION

@@ -7,11 +7,7 @@ Read `_shapes` (shapes, geometry vector, form of every fit), `_nominal` (nominal
 plausibility). It is the first package of features and independent of all fits.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.features.shapes._nominal import (
@@ -45,17 +41,7 @@ if TYPE_CHECKING:
         shapes_where,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _nominal="CRITERIA NominalFeature nominal_geometry shape_fault",
-        _points_file="PointsFile read_points_file",
-        _shape="Shape",
-        _shape_spec=(
-            "ACROSS BallWay Criterion DIRECTION GEOMETRY_SIZE HALF_ANGLE POINT QifShape RADIUS "
-            "SECOND ShapeSpec Size"
-        ),
-        _shapes="Fit GEOMETRY_NAMES MINIMUM_POINTS element make_fit shapes_where",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ACROSS", "CRITERIA", "DIRECTION", "GEOMETRY_NAMES", "GEOMETRY_SIZE", "HALF_ANGLE",

@@ -10,11 +10,7 @@ Read `_zone` (entry points), `_elements` (from a fit to a zone element), `_solve
 tolerances and datums.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.features.zones._certificate import ZoneProof, certificate
@@ -23,14 +19,7 @@ if TYPE_CHECKING:
     from ocmm_core.features.zones._surfaces import distances
     from ocmm_core.features.zones._zone import fit_bounded, fit_zone, fit_zone_line_in_plane
 else:
-    __getattr__ = door(
-        __name__,
-        _certificate="ZoneProof certificate",
-        _elements="ZONES task_of",
-        _solver="best_zone",
-        _surfaces="distances",
-        _zone="fit_bounded fit_zone fit_zone_line_in_plane",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ZONES", "ZoneProof", "best_zone", "certificate", "distances", "fit_bounded", "fit_zone",

@@ -11,11 +11,7 @@ pure state machine), `_watch` (camera states, port errors).
 It must not import the ring or its process.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.cycle._accounts import ERROR_OVER, OPERATION, BusAccounts
@@ -35,16 +31,7 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.cycle._supervisor import Next, Supervisor
     from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 else:
-    __getattr__ = door(
-        __name__,
-        _accounts="BusAccounts ERROR_OVER OPERATION",
-        _bringup="BusSettings",
-        _bus="CameraBus",
-        _clock="CyclePacer",
-        _health="CameraPast CycleAnswer CycleFault Schedule Trouble advance first_frame judge",
-        _supervisor="Next Supervisor",
-        _watch="CameraView WatchView",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ERROR_OVER", "OPERATION", "BusAccounts", "BusSettings", "CameraBus", "CameraPast",

@@ -11,11 +11,7 @@ back to pixels).
 It must not import sockets or cycles.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.described._device_check import load_device
@@ -55,19 +51,7 @@ if TYPE_CHECKING:
         pixels_from_corrected,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _device_check="load_device",
-        _device_file="Clock DeviceDescription Entry ProcessObject Role Sends StartUp",
-        _esi_conversion="EsiStatements describe_esi missing_statements",
-        _esi_reader="EsiDevice choose_device",
-        _process_image="ProcessImage",
-        _proof=(
-            "AllowedBy Doubt UNPROVEN_CAMERAS age_doubts doubt_line doubt_sentences "
-            "doubts_by_name doubts_of refuse_coarse refuse_unproven resting_doubt_mm"
-        ),
-        _translator="InputTranslator Timing corrected_from_pixels pixels_from_corrected",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "UNPROVEN_CAMERAS", "AllowedBy", "Clock", "DeviceDescription", "Doubt", "Entry", "EsiDevice",

@@ -4,19 +4,15 @@ In: only the tables here.
 Out: one model for master, software camera, ESI file and page.
 
 Start with `_camera_objects` (object dictionary), `_object_entries` and `_profile_objects`; then
-`_camera_slave` (process data and configuration), `_input_layout` (header by revision),
-`_controller` (EEPROM and clock), `_identity` (device to camera assignment), `_firmware` (blocks in
-a camera), `_diagnosis`, `_esi`, and `_object_page` with `_page_of_the_wire` and
-`_page_of_the_protocol`, which writes docs/integrator/camera_objects.md.
+`_camera_slave` (process data and configuration), `_input_layout` (header by revision), `_identity`
+(device to camera assignment), `_firmware` (blocks in a camera), `_diagnosis`, `_esi` (also EEPROM
+and clock), and `_object_page` with `_page_of_the_wire`, which writes
+docs/integrator/camera_objects.md.
 
 It must not import sockets, cycles or the virtual rig.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.device._camera_objects import (
@@ -81,7 +77,8 @@ if TYPE_CHECKING:
         encode_frames,
         require_raw,
     )
-    from ocmm_core.fieldbus.device._controller import (
+    from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
+    from ocmm_core.fieldbus.device._esi import (
         CLOCK_MODES,
         CONTROLLERS,
         DC_ACTIVATE,
@@ -93,7 +90,6 @@ if TYPE_CHECKING:
         SII_CONFIGURATION,
         ClockMode,
     )
-    from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
     from ocmm_core.fieldbus.device._firmware import BLOB_BYTES, Firmware, Intrinsics
     from ocmm_core.fieldbus.device._identity import (
         CameraIdentity,
@@ -131,40 +127,7 @@ if TYPE_CHECKING:
         Work,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _camera_objects=(
-            "ERROR_REGISTER ErrorCode ErrorRegister HISTORY HISTORY_FIRST HISTORY_MESSAGES "
-            "IDENTITY IDENTITY_SERIAL INPUT_SYNC OUTPUT_SYNC SM_ASSIGNMENT SYNC_CYCLE "
-            "SYNC_ERROR SYNC_EXCEEDED SYNC_MISSED SYNC_MODE TIMESTAMP configuration_values "
-            "object_dictionary"
-        ),
-        _camera_slave=(
-            "COUNTER_MODULUS CameraConfig CameraMode CameraStatus Control "
-            "DEFAULT_FRAME_PERIOD_NS DEVICE_NAME DataType FRAMES_PER_CYCLE FRAME_DTYPE "
-            "HEADER_STRUCT INPUT_DTYPE INPUT_PDOS INPUT_START MAILBOX_BYTES MAILBOX_IN_START "
-            "MAILBOX_OUT_START N_SLOTS OUTPUT_DTYPE OUTPUT_PDO OUTPUT_START OUTPUT_STRUCT "
-            "PRODUCT_CODE Pdo REVISION SM_INPUTS SM_MAILBOX_IN SM_MAILBOX_OUT SM_OUTPUTS "
-            "SUBPIXELS SYNC0_NS SYNC1_NS SYNC_MANAGERS VENDOR_ID VENDOR_NAME Window "
-            "decode_spots encode_frames require_raw"
-        ),
-        _controller=(
-            "CLOCK_MODES CONTROLLERS ClockMode DC_ACTIVATE DEVICE_GROUP MAILBOX_REPEATS "
-            "MEMORY_END PHYSICAL_PORTS SII_BYTES SII_CONFIGURATION"
-        ),
-        _diagnosis="DATA_BYTES DiagnosisMessage",
-        _firmware="BLOB_BYTES Firmware Intrinsics",
-        _identity="CameraIdentity FoundDevice assign check_sensor",
-        _input_layout=(
-            "DATA_CRC DATA_CRC_AT Header INPUT_LAYOUTS InputLayout NEWEST_LAYOUT NO_MARK data_mark"
-        ),
-        _object_entries="Access DictionaryObject ObjectEntry",
-        _profile_objects=(
-            "BLACK_IMAGE BlackCommand BlackImage CALIBRATION CHUNK_BYTES CONFIGURATION COUNTERS "
-            "IDENTIFY INFORMATION MAX_BLACK_FRAMES NOTE_BYTES SNAPSHOT SnapshotCommand VERSIONS "
-            "WINDOWS Work"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "BLACK_IMAGE", "BLOB_BYTES", "CALIBRATION", "CHUNK_BYTES", "CLOCK_MODES", "CONFIGURATION",

@@ -37,12 +37,22 @@ from ocmm_core.fieldbus.device._camera_slave import (
     Control,
     Pdo,
 )
-from ocmm_core.fieldbus.device._controller import CONTROLLERS, SYNC_PULSE_NS
 from ocmm_core.fieldbus.device._diagnosis import MESSAGE_BYTES
-from ocmm_core.fieldbus.device._esi import ESI_FILE, esi_document, type_name
+from ocmm_core.fieldbus.device._esi import (
+    CONTROLLERS,
+    ESI_FILE,
+    SYNC_PULSE_NS,
+    esi_document,
+    type_name,
+)
 from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
-from ocmm_core.fieldbus.device._page_of_the_protocol import CATEGORIES, MAILBOXES, STATES
-from ocmm_core.fieldbus.device._page_of_the_wire import SII_WORDS, WIRE
+from ocmm_core.fieldbus.device._page_of_the_wire import (
+    CATEGORIES,
+    MAILBOXES,
+    SII_WORDS,
+    STATES,
+    WIRE,
+)
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "integrator" / "camera_objects.md"
 

@@ -9,11 +9,7 @@ and `_sdo` (transfers). Host side: `_camera_client`, `_maintenance`.
 It must not import bring-up or supervision; `cycle` provides the channel.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.objects._camera_client import (
@@ -61,22 +57,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.fieldbus.objects._sdo import SERVICE_SDO_RESPONSE, coe_content
 else:
-    __getattr__ = door(
-        __name__,
-        _camera_client=(
-            "BlackImageState ObjectAccess Progress blink clear_black_image clear_error_history "
-            "load_black_image measure_black_image read_black_image read_error_history "
-            "read_intrinsics store_black_image take_snapshot write_intrinsics"
-        ),
-        _mailbox_line="Emergency MailboxAreas SYNC_MANAGERS SYNC_MANAGER_BYTES",
-        _maintenance="FIRMWARE_NAME FoeWrite find_camera update_firmware write_alias",
-        _objects="ObjectService RequestPort Thermometer",
-        _requests=(
-            "CancelRequest EepromRequest MAX_EEPROM_WORDS MAX_LINE_BYTES MAX_VALUE_BYTES "
-            "ObjectReply ObjectRequest Request decode_reply decode_request encode_line"
-        ),
-        _sdo="SERVICE_SDO_RESPONSE coe_content",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "FIRMWARE_NAME", "MAX_EEPROM_WORDS", "MAX_LINE_BYTES", "MAX_VALUE_BYTES",

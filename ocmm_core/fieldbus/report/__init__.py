@@ -9,11 +9,7 @@ Start with `_alarms` (title and remedy of each) and `_report` (snapshot and JSON
 It must not import the wire or the device: another computer can display a report.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.report._alarms import (
@@ -50,18 +46,7 @@ if TYPE_CHECKING:
         encode_report,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _alarms="Alarm AlarmResponse AlarmSpec alarm_of_code alarm_of_error",
-        _formatting=(
-            "Link WirePicture is_present microseconds pace_words report_text shares "
-            "statistics_csv statistics_json trouble_words unaccounted wire_picture within_us"
-        ),
-        _report=(
-            "BusEvent BusPhase BusReport CameraReport EDGES_US Histogram MAX_EVENTS "
-            "decode_report encode_report"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "EDGES_US", "MAX_EVENTS", "Alarm", "AlarmResponse", "AlarmSpec", "BusEvent", "BusPhase",

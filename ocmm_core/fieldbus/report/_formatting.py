@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import msgspec
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.fieldbus.report._alarms import alarm_of_code
 from ocmm_core.fieldbus.report._report import BusEvent, BusPhase, BusReport, CameraReport, Histogram
 
@@ -170,7 +170,8 @@ def report_text(report: BusReport, *, rig: str, written: datetime) -> str:
         "OCMM bus report",
         "===============",
         "",
-        f"Written        {written.isoformat(sep=' ', timespec='seconds')} by OCMM {__version__}",
+        f"Written        {written.isoformat(sep=' ', timespec='seconds')} by OCMM "
+        f"{build_version()}",
         f"Rig            {rig}",
         f"Interface      {report.interface}",
         f"Redundancy     {report.redundant_interface or 'no second cable'}",

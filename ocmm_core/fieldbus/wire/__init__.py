@@ -4,18 +4,14 @@ In: bytes of an interface.
 Out: matched answers, EEPROM words, and the devices on the wire.
 
 Start with `_datagrams` (EtherCAT bytes), `_sockets` and `_port` (raw sockets); then `_interface`
-(admissible interfaces), `_host_time` (clocks), `_master` (the only file that imports pysoem) with
+(admissible interfaces), `_port` (clocks), `_master` (the only file that imports pysoem) with
 `_object_calls`, `_service` (one own frame per cycle), `_tally` (answers received), `_scan`,
 `_other_masters`; `_virtual_link` (cables without hardware); `_tap` (frames for Wireshark).
 
 It must not import objects or alarms, nor decide on faults.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.wire._datagrams import (
@@ -26,7 +22,6 @@ if TYPE_CHECKING:
         frame_index,
         has_passed,
     )
-    from ocmm_core.fieldbus.wire._host_time import HostTime
     from ocmm_core.fieldbus.wire._interface import (
         check_interface,
         is_virtual_cable,
@@ -35,7 +30,7 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
     from ocmm_core.fieldbus.wire._object_calls import check_mapping
     from ocmm_core.fieldbus.wire._other_masters import MasterWatch
-    from ocmm_core.fieldbus.wire._port import Passage, Port
+    from ocmm_core.fieldbus.wire._port import HostTime, Passage, Port
     from ocmm_core.fieldbus.wire._scan import (
         Exchange,
         RawLine,
@@ -60,27 +55,7 @@ if TYPE_CHECKING:
         tool,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _datagrams="Command Datagram decode_frame encode_frame frame_index has_passed",
-        _host_time="HostTime",
-        _interface="check_interface is_virtual_cable is_virtual_interface",
-        _master="Master OP PREOP SAFEOP STATE_NAMES al_text",
-        _object_calls="check_mapping",
-        _other_masters="MasterWatch",
-        _port="Passage Port",
-        _scan=(
-            "Exchange RawLine ScannedDevice decode_scan encode_scan read_words scan_devices "
-            "write_word"
-        ),
-        _service="EepromRead Job ServiceChannel",
-        _sockets="LinkWatch",
-        _virtual_link=(
-            "CAMERA_INTERFACE HOST_INTERFACE make_link namespace_command remove_link set_link tool"
-        ),
-        _tally="OWN_TOKEN",
-        _tap="Tap TappedFrame pcapng_end pcapng_frame pcapng_head",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CAMERA_INTERFACE", "HOST_INTERFACE", "OP", "OWN_TOKEN", "PREOP", "SAFEOP", "STATE_NAMES",

@@ -24,10 +24,9 @@ from ocmm_core.fieldbus.device import (
     FoundDevice,
 )
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
-from ocmm_core.fieldbus.wire._host_time import HostTime
 from ocmm_core.fieldbus.wire._object_calls import ObjectCalls, check_room, fuse, set_blocking
 from ocmm_core.fieldbus.wire._other_masters import refuse_other_programs
-from ocmm_core.fieldbus.wire._port import Passage, Port
+from ocmm_core.fieldbus.wire._port import HostTime, Passage, Port
 from ocmm_core.fieldbus.wire._scan import stored_serial
 from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
 from ocmm_core.fieldbus.wire._sockets import drain, packet_sockets

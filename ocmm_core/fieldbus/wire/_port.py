@@ -6,6 +6,8 @@ On a whole ring a frame leaves at the other end, processed by all cameras. With 
 returns at its own end, processed by the cameras before the break, and is sent again at the other
 end: every camera processes it once, in wire order (ETG.1000.4: the processing unit of a slave
 follows its port 0). The master library handles process data likewise.
+
+Time of the master is that of this computer, or one that waits on a virtual wire.
 """
 
 from __future__ import annotations
@@ -19,11 +21,53 @@ from typing import NamedTuple
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram, decode_frame, frame_index
-from ocmm_core.fieldbus.wire._host_time import HostTime
 from ocmm_core.fieldbus.wire._other_masters import FEW, LISTEN_S, foreign_frames, is_foreign
 from ocmm_core.fieldbus.wire._service import FIRST_INDEX, Job, ServiceChannel
 from ocmm_core.fieldbus.wire._sockets import LinkWatch, listen, transmit, waiting_on
 from ocmm_core.fieldbus.wire._tally import N_INDICES, OWN_TOKEN, AnswerTally
+
+
+class HostTime:
+    """Monotonic clock of this computer; never waits.
+
+    A virtual wire may use a subclass whose time stops while this computer is late.
+    """
+
+    stretched = False
+    """The time can stop. Never true for real cameras."""
+    patience = 1
+    """Factor on time limits relative to real cameras."""
+    pace: float | None = None
+    """This time over real time during the last second or so; None if identical or unknown."""
+
+    def now_ns(self) -> int:
+        return time.monotonic_ns()
+
+    def wait_until(self, deadline_ns: int) -> int:
+        """Wait until `deadline_ns`; return the lateness, ns."""
+        left = deadline_ns - time.monotonic_ns()
+        if left > 0:
+            time.sleep(left * 1e-9)
+        return time.monotonic_ns() - deadline_ns
+
+    def passage(self, sent_ns: int, answered_ns: int) -> tuple[int, int]:
+        """Convert send and answer times of this computer's clock."""
+        return sent_ns, answered_ns
+
+    def hold(self) -> None:
+        """Advance from cycle to cycle from now on; stretched time only."""
+
+    def flow(self) -> None:
+        """Let time flow freely from now on, as on real hardware."""
+
+    def mark(self) -> None:
+        """Start counting frames in transit."""
+
+    def on_their_way(self, sent: int, came: int) -> bool:
+        """Return whether frames sent since `mark` are in transit."""
+        del sent, came
+        return False
+
 
 _OPEN_FRAMES = 3
 """Consecutive frames that indicate an open ring."""

@@ -9,11 +9,7 @@ decisions of a recall, and `_known` sends them to a worker. Jobs are read in mem
 (`storage.read_job`). It must not know a running station.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.archive import _reopen as reopen
@@ -61,25 +57,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.archive._stored_documents import StoredDocuments
     from ocmm_core.inspection.archive._tip_history import ask_tip, last_good_utc, settle_tip
 else:
-    __getattr__ = door(
-        __name__,
-        _batch=(
-            "BatchPart LastJob SUFFIX last_jobs next_serial parts_of_batch previous_part_pose "
-            "require_new_serial"
-        ),
-        _camera_history="CameraHistory is_known points_in_doubt settle_cameras",
-        _compare="compare_files compare_folder compare_jobs why_not_counted",
-        _comparison="Comparison PartValue Trend",
-        _known="KnownOfJob known_alone known_here",
-        _points_in_doubt="first_stored first_taken",
-        _recall_record=(
-            "Outcome RecallRecord RecalledCharacteristic RecalledJob RecalledValue SCHEMA "
-            "points_digest"
-        ),
-        _reopen="ReopenedJob Tell reopen reopen_alone reopen_content reopen_job",
-        _stored_documents="StoredDocuments",
-        _tip_history="ask_tip last_good_utc settle_tip",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "SCHEMA", "SUFFIX", "BatchPart", "CameraHistory", "Comparison", "KnownOfJob", "LastJob",

@@ -187,7 +187,12 @@ def parts_of_batch(
 
 
 def next_serial(serial: str) -> str:
-    """Return the serial number with its last number incremented; InputError without one."""
+    """Return the serial number with its last number incremented; InputError without one.
+
+    The part after one without a serial number has none either.
+    """
+    if serial == NOT_GIVEN:
+        return serial
     match = _LAST_NUMBER.search(serial)
     if match is None:
         raise InputError(

@@ -9,21 +9,13 @@ shared by a whole job), `_remaining_causes`.
 A cause is tried before it is named. It must not know a session: it changes nothing.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.causes._cause import Cause, CauseFinding, Explanation, points_words
     from ocmm_core.inspection.causes._causes import EXPLAINED, explanations, explanations_of
 else:
-    __getattr__ = door(
-        __name__,
-        _cause="Cause CauseFinding Explanation points_words",
-        _causes="EXPLAINED explanations explanations_of",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "EXPLAINED", "Cause", "CauseFinding", "Explanation", "explanations", "explanations_of",

@@ -3,18 +3,14 @@
 In: the plan, the points that count, options and temperatures of the session.
 Out: frozen views: features, frame, results with U, progress, next target.
 
-Read `_evaluation` (points to results) with `_options`, `_job_graph` and `_job_values` (recomputed
-when their inputs change, `_cache`), `_uncertainty` (budgets, and a job with all intermediate
+Read `_evaluation` (points to results) with `_options` and `_job_graph`, recomputed
+when their inputs change (`_cache`), `_uncertainty` (budgets, and a job with all intermediate
 quantities), `_view` (read by screens and scripts), then `_progress`, `_guidance`, `_coverage`.
 Blocked results: `_quarantine`.
 It changes no job and must not know how touches come: that is `session`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.evaluation._cache import EvaluationCache
@@ -105,42 +101,7 @@ if TYPE_CHECKING:
         Target,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _cache="EvaluationCache",
-        _coverage="coverage_of",
-        _evaluation=(
-            "JobResults JobStatus alignment_of_points checked_features evaluate_job frame_of "
-            "measured_frame"
-        ),
-        _guidance=(
-            "FAR_MM Whereabouts aligned_nominals cue nearness place_of_nominals places_of "
-            "targets_of whereabouts"
-        ),
-        _job_messages=(
-            "INCOMPLETE NOISY_LINE NO_REAL_PART PARTIAL_PLAN SIMULATED SIMULATED_LINE "
-            "UNPROVEN_CAMERAS job_states part_line state_lines"
-        ),
-        _options=(
-            "FOR_COMPARISON LIMITS_EVENT SessionOptions limits_text methods_used with_stored_limits"
-        ),
-        _progress=(
-            "PAUSED Progress RESUMED STANDING_EVENT WrittenProgress open_plan progress_from "
-            "progress_of"
-        ),
-        _quarantine=(
-            "HoldReason REMOVE commanding event_text held_back held_below notes_of notes_on "
-            "outliers withdrawn"
-        ),
-        _uncertainty=(
-            "EvaluatedJob JobUncertainty evaluated_job frame_covariance job_uncertainty "
-            "probe_state uncertainty_of"
-        ),
-        _view=(
-            "Coverage DeletedPoint FeatureState FeatureView JobHeader JobView LiveView "
-            "PlannedFeature Probing ReferenceView StatusWord Target"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "FAR_MM", "FOR_COMPARISON", "INCOMPLETE", "LIMITS_EVENT", "NOISY_LINE", "NO_REAL_PART",

@@ -3,22 +3,16 @@
 In: a TOML document, a table in text, or the measurement of a master part. Out: a checked plan, and
 TOML that reads back to the same plan.
 
-Read `_plan` (features and characteristics), `_file` (the document, released by name, in a folder
-or a job), `_step_checks` and `_findings` (contradictions), `_environment` (required and noted
-ambient conditions), `_edit` (changes: a plan in, another one out), `_file_beside` (pictures, and
-the model of the part that is shown). Imports: `_csv`, `_teach` and `_surface_profile` (of faces of
-the model); `_requirements` keeps the account of imported files. It must not know points or
-sessions.
+Read `_plan` (features and characteristics), `_file` (the document, released by name, in a folder or
+a job), `_step_checks` and `_findings` (contradictions), `_environment` (required and noted ambient
+conditions), `_edit` (changes: a plan in, another one out; teaching), `_file_beside` (pictures, and
+the model of the part that is shown). Imports: `_csv` and `_surface_profile` (of faces of the
+model); `_requirements` keeps the account of imported files. It must not know points or sessions.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.plan._climate import climate_for, material_expansion
     from ocmm_core.inspection.plan._csv import FeatureTable, feature_table
     from ocmm_core.inspection.plan._edit import (
         EDITED,
@@ -30,6 +24,7 @@ if TYPE_CHECKING:
         new_plan,
         remove_item,
         replace_item,
+        taught_plan,
         usual_points,
         with_alignment,
         with_head,
@@ -73,7 +68,9 @@ if TYPE_CHECKING:
         Material,
         Plan,
         check_plan,
+        climate_for,
         load_plan,
+        material_expansion,
     )
     from ocmm_core.inspection.plan._requirements import (
         PlanSource,
@@ -91,38 +88,8 @@ if TYPE_CHECKING:
         with_model_fit,
         with_profiles,
     )
-    from ocmm_core.inspection.plan._teach import taught_plan
 else:
-    __getattr__ = door(
-        __name__,
-        _climate="climate_for material_expansion",
-        _csv="FeatureTable feature_table",
-        _edit=(
-            "EDITED HEAD_FIELDS add_characteristic add_construction add_feature move_item "
-            "new_plan remove_item replace_item usual_points with_alignment with_head"
-        ),
-        _environment=(
-            "ENVIRONMENT_EVENT EnvironmentLimits NotedRoom environment_doubt environment_words "
-            "note_room_in noted_rooms"
-        ),
-        _file=(
-            "PlanSummary RELEASE_EVENT list_plans note_release plan_card plan_release "
-            "release_in_job release_plan require_released save_plan stored_plan"
-        ),
-        _file_beside=(
-            "PartOfPlan carry_model carry_pictures part_of_plan with_model with_picture "
-            "without_file without_model"
-        ),
-        _findings="PlanFinding plan_findings require_consistent",
-        _plan="CadModel MAX_EXPANSION_PPM Material Plan check_plan load_plan",
-        _requirements=(
-            "PlanSource Requirement RequirementState requirement_count requirement_states "
-            "source_of with_requirements"
-        ),
-        _step_checks="step_fault",
-        _surface_profile="USUAL_BALL_RADIUS surface_profile with_model_fit with_profiles",
-        _teach="taught_plan",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "EDITED", "ENVIRONMENT_EVENT", "HEAD_FIELDS", "MAX_EXPANSION_PPM", "RELEASE_EVENT",

@@ -1,14 +1,16 @@
-"""The plan: features to probe, and characteristics that decide over the part."""
+"""The plan: features to probe, characteristics that decide over the part, its thermal expansion."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
 
 from ocmm_core.alignment import OLDEST, Alignment, BoundAlignment, alignment_fault
+from ocmm_core.calibration.probe_design import MaterialExpansion
 from ocmm_core.documents import Document, load_document, shortened
 from ocmm_core.errors import InputError
 from ocmm_core.features.measured import (
@@ -22,10 +24,37 @@ from ocmm_core.features.shapes import MINIMUM_POINTS, NominalFeature, Shape, sha
 from ocmm_core.inspection.plan._environment import EnvironmentLimits, environment_fault
 from ocmm_core.inspection.plan._requirements import PlanSource, Requirement, requirements_fault
 from ocmm_core.inspection.plan._step_checks import file_fault, step_fault
+from ocmm_core.measuring import Climate, check_part
 from ocmm_core.names import label_fault, name_fault, normal_text
 from ocmm_core.part_model import model_endings
 from ocmm_core.tolerances.kinds import characteristic_fault, involved_features
 from ocmm_core.tolerances.zones import Characteristic
+
+_PPM = 1e-6
+
+
+def material_expansion(plan: Plan) -> MaterialExpansion | None:
+    """Return the expansion of the plan's material; None without material."""
+    material = plan.material
+    if material is None:
+        return None
+    return MaterialExpansion(
+        material.name, _PPM * material.expansion_ppm, _PPM * material.expansion_sigma_ppm
+    )
+
+
+def climate_for(climate: Climate, before: Plan, plan: Plan) -> Climate:
+    """Return the climate of a job after a change of the plan.
+
+    The operator's expansion is kept, the plan's replaced by the new one. InputError if results are
+    to be reported at 20 °C, and the plan names no material.
+    """
+    if climate.part.expansion != material_expansion(before):
+        return climate
+    part = replace(climate.part, expansion=material_expansion(plan))
+    check_part(part)
+    return replace(climate, part=part)
+
 
 SCHEMA = "ocmm.plan/1"
 MAX_EXPANSION_PPM = 200.0

@@ -4,16 +4,12 @@ In: jobs, the current histories of calibrations and tips. Out: the outcome of ev
 who decided.
 
 Read `_recall` (the whole, and suspect jobs), `_recall_job` (one job under two calibrations),
-`_recall_judge` (which of both counts), `_recall_artefact` and `_recall_messages`. Package
+`_recall_judge` (which of both counts; artefacts) and `_recall_messages`. Package
 `archive` stores decisions and reads them whenever a job is opened. It must not know an archive of a
 shop or a running station.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.recall._recall import (
@@ -23,8 +19,8 @@ if TYPE_CHECKING:
         recall,
         recall_doubted,
     )
-    from ocmm_core.inspection.recall._recall_artefact import artefact_wrong
     from ocmm_core.inspection.recall._recall_job import DoubtedJob
+    from ocmm_core.inspection.recall._recall_judge import artefact_wrong
     from ocmm_core.inspection.recall._recall_messages import (
         COLUMNS,
         checked,
@@ -38,15 +34,7 @@ if TYPE_CHECKING:
         worst_first,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _recall="Doubting KeptPlaces decide recall recall_doubted",
-        _recall_artefact="artefact_wrong",
-        _recall_job="DoubtedJob",
-        _recall_messages=(
-            "COLUMNS checked decided headline job_line not_judged rests_on row totals worst_first"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "COLUMNS", "DoubtedJob", "Doubting", "KeptPlaces", "artefact_wrong", "checked", "decide",

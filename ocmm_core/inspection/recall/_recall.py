@@ -14,7 +14,7 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.calibration.records import (
     CalibrationStore,
     CameraRecord,
@@ -202,7 +202,7 @@ def recall(
         schema=SCHEMA,
         made_utc=now.isoformat(timespec="microseconds"),
         made_by="",
-        software=__version__,
+        software=build_version(),
         folders=tuple(str(path) for path in places.jobs),
         looked_at=len(paths),
         jobs=jobs,

@@ -3,7 +3,7 @@
 In: touches with tracked frames, decisions of the inspector, records in force.
 Out: a job file, point by point, and views of the job; refusals with reason and remedy.
 
-Read `_session`: the job and its parts. A touch goes through `_intake` (is the ball at rest),
+Read `_session`: the job and its parts. A touch goes through it (is the ball at rest),
 `_assignment` (which feature, and is it that face) with `_any_order`, then `_acceptance` (does it
 become a point). Decisions of the inspector: `_steps`, stored by `_step_log` (also undo, also after
 a restart), which is shared by all parts; `_header` and `_placed_part` are smaller parts;
@@ -11,11 +11,7 @@ a restart), which is shared by all parts; `_header` and `_placed_part` are small
 It must not know threads or clocks: one lock guards it, and `station` calls it.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.session._header import (
@@ -31,15 +27,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.session._session import InspectionSession
     from ocmm_core.inspection.session._steps import JobSteps
 else:
-    __getattr__ = door(
-        __name__,
-        _header=(
-            "CLIENT_EVENT HEADER_EVENT NOT_GIVEN check_header header_of header_text is_simulated"
-        ),
-        _job_points="ReferenceUse",
-        _session="InspectionSession",
-        _steps="JobSteps",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CLIENT_EVENT", "HEADER_EVENT", "NOT_GIVEN", "InspectionSession", "JobSteps", "ReferenceUse",

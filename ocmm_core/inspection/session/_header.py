@@ -26,13 +26,14 @@ from ocmm_core.inspection.plan import NotedRoom, environment_doubt, note_room_in
 from ocmm_core.inspection.session._step_log import JobLedger
 from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text, record_text
 from ocmm_core.names import label_fault
+from ocmm_core.options import DEFAULT_SERIAL
 from ocmm_core.storage import JobEvent, JobHead, event_value
 from ocmm_core.surroundings import TypedRoom
 
 HEADER_EVENT = "header"
 """Event for fields that the head of a job file lacks."""
 
-NOT_GIVEN = "-"
+NOT_GIVEN = DEFAULT_SERIAL
 
 
 class _Written(msgspec.Struct, frozen=True):

@@ -7,15 +7,11 @@ Read `_watch`: a thread started by the display, and its reports.
 `ocmm_core.coach` defines hints; it must not know a screen, nor the other packages of a station.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.station.coaching._watch import NOTHING, CoachView, CoachWatch, LastPose, ProbeNow
 else:
-    __getattr__ = door(__name__, _watch="CoachView CoachWatch LastPose NOTHING ProbeNow")
+    __getattr__ = door(__name__)
 
 __all__ = ["NOTHING", "CoachView", "CoachWatch", "LastPose", "ProbeNow"]

@@ -10,11 +10,7 @@ docs/integrator/live_stream.md is for readers of the stream. Clients can only re
 the station.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.station.stream._messages import verdict_line
@@ -30,15 +26,7 @@ if TYPE_CHECKING:
     from ocmm_core.station.stream._server import StreamServer
     from ocmm_core.station.stream._source import StepReader, StreamSource
 else:
-    __getattr__ = door(
-        __name__,
-        _messages="verdict_line",
-        _plain_lines="PlainLines",
-        _probe_button="ButtonChange ButtonWatch",
-        _reception="StreamOptions check_stream listen may_connect tls_context",
-        _server="StreamServer",
-        _source="StepReader StreamSource",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ButtonChange", "ButtonWatch", "PlainLines", "StepReader", "StreamOptions", "StreamServer",

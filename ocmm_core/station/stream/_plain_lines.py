@@ -20,28 +20,20 @@ class PlainLines:
 
     def __init__(self, line: Callable[[MeasuredPoint], bytes], note: Callable[[str], None]) -> None:
         self._line, self._note = line, note
-        self._job = ""
-        self._highest = 0
-        """Number of the newest point of that job."""
         self.sent = 0
         """Lines that have left, or had no receiver."""
 
-    def line_of(self, job: str, step: JobStep, *, live: bool) -> bytes:
+    def line_of(self, step: JobStep, *, live: bool) -> bytes:
         """Return the line of a new point; empty for other steps. `live`: after the start."""
-        if job != self._job:
-            self._job, self._highest = job, 0
-        if step.point is None:
-            if live:
-                self._note(
-                    f"Point {step.number} was annulled after it was sent: delete it in the "
-                    "receiving program."
-                )
-            return b""
-        if step.number <= self._highest:
-            # Restored: its line has left.
-            return b""
-        self._highest = step.number
-        return self._line(step.point)
+        if step.point is not None:
+            # A restored point has a new number: the operator has deleted its first line.
+            return self._line(step.point)
+        if live:
+            self._note(
+                f"Point {step.number} was annulled after it was sent: delete it in the receiving "
+                "program."
+            )
+        return b""
 
     def note_sent(self, last: int, *, to_clients: int) -> None:
         """Note that all lines up to a number leave now; without clients, tell the operator."""

@@ -177,7 +177,8 @@ class Reception:
 
     `listener`: bound, and listening. `tls`: None for plain TCP. `greet`: returns the first line to
     a client. `begin`: receives a client and its request. `failed`: receives unexpected errors;
-    the client in question is disconnected. `may`: of addresses. `bye`: returns the last line.
+    the client in question is disconnected. `may`: of addresses. `plain`: clients send nothing, may
+    close their half of the connection, and get no goodbye.
     """
 
     def __init__(
@@ -188,11 +189,12 @@ class Reception:
         begin: Callable[[StreamClient, bytes], None],
         failed: Callable[[Exception], None],
         may: Callable[[str], bool],
-        bye: Callable[[str], bytes] = bye_line,
+        *,
+        plain: bool,
     ) -> None:
         self._listener, self._tls = listener, tls
         self._greet, self._begin, self._failed = greet, begin, failed
-        self._may, self._bye = may, bye
+        self._may, self.plain = may, plain
         self._guests: dict[StreamClient, tuple[socket.socket, asyncio.Task[None]]] = {}
 
     @property
@@ -252,7 +254,7 @@ class Reception:
         if client.transport is None:
             self.cut(client)
             return
-        client.write(self._bye(why))
+        client.write(b"" if self.plain else bye_line(why))
         # Further input costs nothing.
         client.transport.pause_reading()
 
@@ -334,8 +336,11 @@ class _Talk(asyncio.Protocol):
     def data_received(self, data: bytes) -> None:
         self._reception.heard(self._client, data)
 
-    def eof_received(self) -> None:
-        self._reception.cut(self._client)
+    def eof_received(self) -> bool:
+        if not self._reception.plain:
+            self._reception.cut(self._client)
+        # True: what it reads is still open.
+        return self._reception.plain
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._reception.cut(self._client)

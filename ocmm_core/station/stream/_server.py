@@ -142,6 +142,9 @@ class StreamServer:
         self._messages.close()
         return True
 
+    def __str__(self) -> str:
+        return "{}:{}".format(*self.address)
+
     def __enter__(self) -> StreamServer:
         self.start()
         return self
@@ -182,7 +185,7 @@ class StreamServer:
     def _add(self, job: str, step: JobStep) -> None:
         if self._plain is None:
             self._messages.append(partial(_step_line, job=job, step=step))
-        elif line := self._plain.line_of(job, step, live=self._thread is not None):
+        elif line := self._plain.line_of(step, live=self._thread is not None):
             self._messages.append(lambda _: line)
 
     def _wake(self) -> None:
@@ -207,8 +210,7 @@ class StreamServer:
         loop.set_exception_handler(self._on_loop_failed)
         reception = Reception(
             listener, self._tls, self._greet, self._begin, self._failed,
-            partial(may_connect, self._options),
-            *(() if self._plain is None else (_no_words,)),
+            partial(may_connect, self._options), plain=self._plain is not None,
         )  # fmt: skip
         self._reception, self._loop = reception, loop
         receiving = loop.create_task(reception.receive())
@@ -341,11 +343,6 @@ class StreamServer:
                     reception.end(client, "the station was closed")
             reception.prune(time.monotonic())
             await asyncio.sleep(0.01)
-
-
-def _no_words(why: str) -> bytes:
-    del why
-    return b""
 
 
 def _step_line(seq: int, job: str, step: JobStep) -> bytes:

@@ -9,11 +9,7 @@ touched places), `_capability` (several parts: control chart, Cp, Cpk). All scre
 this verdict. The package is independent of `monte_carlo`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.decisions._capability import (
@@ -58,19 +54,7 @@ if TYPE_CHECKING:
         summarise,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _capability="ControlChart ProcessCapability Signal capability control_chart",
-        _decision=(
-            "RULES Rule decide make_result not_measured not_proven provisional rule_id rule_words"
-        ),
-        _deviations="DeviationClass DeviationPicture NO_DEVIATIONS Whisker deviation_picture",
-        _results="FeatureLookup evaluate_all evaluate_one",
-        _verdict=(
-            "CharacteristicResult LOWEST_TUR NO_VERDICT PartVerdict PartWord RequirementCount "
-            "U_LABEL U_WORDS Verdict VerdictSummary WORST_FIRST judge_part summarise"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "LOWEST_TUR", "NO_DEVIATIONS", "NO_VERDICT", "RULES", "U_LABEL", "U_WORDS", "WORST_FIRST",

@@ -10,11 +10,7 @@ end: `_size`, `_distance`, `_angle`, and those with a zone: `_form`, `_orientati
 unknown ones. The package is independent of uncertainty.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.kinds._checks import characteristic_fault
@@ -30,16 +26,7 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.kinds._size import own_association
     from ocmm_core.tolerances.kinds._spec import KindSpec, MonteCarlo, Symbol
 else:
-    __getattr__ = door(
-        __name__,
-        _checks="characteristic_fault",
-        _evaluate=(
-            "drawn_value evaluate geometry_value involved_features needs_part_frame taken_again"
-        ),
-        _registry="KINDS spec_for spec_of symbol_of",
-        _size="own_association",
-        _spec="KindSpec MonteCarlo Symbol",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "KINDS", "KindSpec", "MonteCarlo", "Symbol", "characteristic_fault", "drawn_value", "evaluate",

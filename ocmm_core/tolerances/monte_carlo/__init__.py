@@ -9,11 +9,7 @@ separate process). The package is independent of verdicts: it validates results 
 them.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.monte_carlo._monte_carlo import (
@@ -25,12 +21,7 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.monte_carlo._process import simulate_elsewhere
     from ocmm_core.tolerances.monte_carlo._trials import Task
 else:
-    __getattr__ = door(
-        __name__,
-        _monte_carlo="MonteCarloOptions MonteCarloReport MonteCarloValue simulate",
-        _process="simulate_elsewhere",
-        _trials="Task",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "MonteCarloOptions", "MonteCarloReport", "MonteCarloValue", "Task", "simulate",

@@ -9,11 +9,7 @@ which are not normal), `_fit_uncertainty` (a fit from points alone), `_budget` (
 package is independent of kinds of characteristics and verdicts.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.uncertainty._budget import Budget, BudgetRow, budget_of
@@ -44,15 +40,7 @@ if TYPE_CHECKING:
         spreads_of,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _budget="Budget BudgetRow budget_of",
-        _first_order="NOT_DETERMINED WHAT_TO_DO",
-        _fit_uncertainty="FitUncertainty Stated fit_uncertainty",
-        _interval="Normal ONE_SIDED Spread TWO_SIDED expanded",
-        _sampling="FormSample form_samples sample_of widened",
-        _spread="Spreads gradients_of noise_floor of_own_form spreads_of",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "NOT_DETERMINED", "ONE_SIDED", "TWO_SIDED", "WHAT_TO_DO", "Budget", "BudgetRow",

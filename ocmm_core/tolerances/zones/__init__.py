@@ -4,16 +4,12 @@ In: measured features and the frame.
 Out: widths of zones, axes and centres, local sizes, each with its gradient by the points.
 
 Read `_characteristic` (entry of a plan), `_evaluation` (its value), then `_surface` (points under
-the ball, also against faces of the model), `_derived` (centres, axes), `_zone_frame` (pose,
-smallest zone), `_frames` (caches), `_zones` and `_two_point` (local sizes). It is the first package
+the ball, also against faces of the model), `_frames` (centres, axes, caches), `_zone_frame` (pose,
+smallest zone), `_zones` and `_two_point` (local sizes). It is the first package
 of tolerances and independent of specific kinds.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.zones._characteristic import (
@@ -22,24 +18,22 @@ if TYPE_CHECKING:
         Characteristic,
         points_note,
     )
-    from ocmm_core.tolerances.zones._derived import (
+    from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked, Seen
+    from ocmm_core.tolerances.zones._frames import (
         AXES,
         CENTRES,
+        Frames,
+        HeldFrame,
+        Keep,
         Section,
+        associated,
         axis_sections,
         derived_points,
         few_in_a_section,
         median_line,
+        no_part_frame,
         section_circle,
         sections,
-    )
-    from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked, Seen
-    from ocmm_core.tolerances.zones._frames import (
-        Frames,
-        HeldFrame,
-        Keep,
-        associated,
-        no_part_frame,
     )
     from ocmm_core.tolerances.zones._surface import (
         ModelSurface,
@@ -71,23 +65,7 @@ if TYPE_CHECKING:
         vector_evaluation,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _characteristic="Association Characteristic TWO_POINT points_note",
-        _evaluation="Evaluation FormNoise Ranked Seen",
-        _derived=(
-            "AXES CENTRES Section axis_sections derived_points few_in_a_section median_line "
-            "section_circle sections"
-        ),
-        _frames="Frames HeldFrame Keep associated no_part_frame",
-        _surface="ModelSurface SurfacePoints kept_offset least_squares own_fit surface_points",
-        _two_point="across_slot around between_faces slot_envelope",
-        _zone_frame="BEST_FIT ZoneFrame free_frame moved_geometry",
-        _zones=(
-            "DerivedPoint Surface SurfaceTouches derived_zone form_noise surface_zone "
-            "vector_evaluation"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "AXES", "BEST_FIT", "CENTRES", "TWO_POINT", "Association", "Characteristic", "DerivedPoint",

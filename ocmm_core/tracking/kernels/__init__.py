@@ -11,11 +11,7 @@ search for labels: `_meeting_kernel` (ray intersections of two cameras), `_grow_
 and loops raise no exceptions.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tracking.kernels import _decide_kernel as decide_kernel
@@ -39,16 +35,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.tracking.kernels._solve_kernel import allocate, solve_frames
 else:
-    __getattr__ = door(
-        __name__,
-        _decide_kernel="FOUND MAX_DOUBT decide_kernel",
-        _follow_kernel="extend_tracked without_rivals",
-        _identify_kernel="identify_kernel",
-        _kernel="LOST MAX_TIP_SIGMA OK",
-        _sensitivity_kernel="ANSWERED N_LENS TOO_FEW answer_of_poses",
-        _small_algebra="backward best_turn cholesky forward small_algebra turn",
-        _solve_kernel="allocate solve_frames",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ANSWERED", "FOUND", "LOST", "MAX_DOUBT", "MAX_TIP_SIGMA", "N_LENS", "OK", "TOO_FEW",

@@ -9,11 +9,7 @@ By subject: `_relocation_pages`, `_result_pages` (cameras, probe), `_verdict_pag
 (definition of a probe). Pages get their data by constructor, and must not import the wizard.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.wizards.pages._calculation import ProcessCalculation
@@ -58,26 +54,7 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.pages._touch_pages import ConePage, SpherePage
     from ocmm_gui.wizards.pages._verdict_page import VerdictPage, repeat_worst
 else:
-    __getattr__ = door(
-        __name__,
-        _calculation="ProcessCalculation",
-        _definition_page="DefinitionPage",
-        _hands_pages="PreparePage ProbePreparePage StepPlan planned_lines planned_points",
-        _pages="CollectPage KnownPointsPage LinesPage SeatsPage StepPage",
-        _picture="BarPlace Contents bars",
-        _relocation_pages="BarPage WavePage WorldPage",
-        _result_frame="PlotTabs ResultFrame ResultVerdict",
-        _result_pages="PivotResultPage ResultPage",
-        _shown=(
-            "CALIBRATION_ENDS TEMPERATURE THERMOMETER VERDICT_ENDS WHO Calculation Field "
-            "StepProcedure StepSnapshot Tap TemperatureReadings WizardTexts gate_words "
-            "is_unstored practice_title"
-        ),
-        _sweep_page="FirstConePage SpheresPage SweepPage",
-        _tip_result_page="TipCheckResultPage TipResultPage",
-        _touch_pages="ConePage SpherePage",
-        _verdict_page="VerdictPage repeat_worst",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CALIBRATION_ENDS", "TEMPERATURE", "THERMOMETER", "VERDICT_ENDS", "WHO", "BarPage", "BarPlace",

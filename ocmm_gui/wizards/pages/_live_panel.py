@@ -287,7 +287,7 @@ class FarBanner(PaintedWidget):
         """Return the place of the sentence: one line if it fits, otherwise two."""
         pixels = far_type(self)
         metrics = QFontMetricsF(text_font(pixels))
-        lines = 1 if metrics.horizontalAdvance(self._told.note) < inside.width() else 2
+        lines = 1 if metrics.horizontalAdvance(self._told.note) < inside.width() - 2.0 else 2
         note = QRectF(inside)
         high = min(lines * _LINE * pixels + 2.0, _MOST_NOTE * inside.height())
         note.setTop(inside.bottom() - high)

@@ -76,8 +76,8 @@ class CollectPage(StepPage):
         left = step.wanted - step.done
         note = tr("%n more", "", left) if left > 0 else tr("complete")
         self.score.show_score(f"{step.done} / {step.wanted}", note, share)
-        complete = bool(step.wanted) and step.gate.open
-        self.live.show_live(seen.view.base.live, automatic=seen.automatic, complete=complete)
+        live = seen.view.base.live
+        self.live.show_live(live, automatic=seen.automatic, complete=seen.complete)
 
 
 class PointTargets(Protocol):

@@ -12,7 +12,16 @@ from PySide6.QtGui import QPainter, QPaintEvent
 from ocmm_core.calibration.guided import KnownPoint, LinePlan, VolumeCoverage
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, PaintedWidget, Theme, led_name, text_font, tr
+from ocmm_gui.kit import (
+    SCENE_LEAST,
+    SCENE_SIZE,
+    PaintedWidget,
+    Theme,
+    led_name,
+    said_word,
+    text_font,
+    tr,
+)
 from ocmm_gui.scene import Dots, Face, Item, Lines, Orbit, Tag, paint_scene
 from ocmm_gui.views import shapes, upright
 
@@ -119,7 +128,7 @@ def volume_coverage(coverage: VolumeCoverage) -> Contents:
             corners = np.stack([first.low_world, first.high_world])
             items += [Face(face, theme.accent, 50) for face in _faces(corners)]
             items.append(Lines(shapes.box(corners), theme.accent, 2.4))
-            items.append(Tag(corners.mean(axis=0), first.name, theme.accent))
+            items.append(Tag(corners.mean(axis=0), said_word(first.name), theme.accent))
         return items
 
     return contents
@@ -170,7 +179,8 @@ def bars(places: Sequence[BarPlace], current: int | None) -> Contents:
                         nests[place.done], tr("nest {done}").format(done=place.done + 1), theme.warn
                     )
                 )
-            items.append(Tag(place.ends_world.mean(axis=0), place.name, theme.accent))
+            middle = place.ends_world.mean(axis=0)
+            items.append(Tag(middle, said_word(place.name), theme.accent))
         return items
 
     return contents

@@ -86,7 +86,7 @@ class CompareView(QWidget):
 class ResultPage(ResultFrame):
     """Residuals, errors in space and comparison of a camera calibration."""
 
-    plots = (later("Sensors"), later("Histogram"), later("Space"), later("Before/after"))
+    plots = (later("Sensors"), later("Histogram"), later("Volume"), later("Before/after"))
 
     def __init__(self, rig: Rig, errors: str) -> None:
         views = (AllSensors(rig), ResidualHistogram(), SpaceArrows(errors, rig), CompareView(rig))

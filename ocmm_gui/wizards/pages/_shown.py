@@ -76,6 +76,12 @@ class StepSnapshot:
     calculating_s: float | None
     """Duration of the running calculation, s; None if none is running."""
 
+    @property
+    def complete(self) -> bool:
+        """Return whether nothing more is taken; a step without anything to take is complete."""
+        step = self.view.base.step
+        return step.gate.open and (bool(step.wanted) or not self.view.base.live.ready)
+
     def view_as(self, kind: type[V]) -> V:
         """Return the snapshot as a page's type; TypeError for an error in `_registry`."""
         if not isinstance(self.view, kind):

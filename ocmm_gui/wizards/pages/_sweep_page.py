@@ -249,7 +249,7 @@ def told_of(view: PivotView, sweep: SweepView) -> BannerMessage:
             share,
         )
     if sweep.phase is SweepPhase.TAKING:
-        missing = sweep.missing or hint
+        missing = said(sweep.missing) or hint
         return BannerMessage(tr("SWEEP"), missing, Mark.ACTIVE, min(sweep.covered, 1.0))
     if sweep.phase is SweepPhase.LEFT:
         return BannerMessage(tr("BALL LEFT THE CONE"), hint, Mark.BAD, min(sweep.covered, 1.0))

@@ -184,7 +184,7 @@ def _sentence(where: str) -> str:
 
 def _next_place(sphere: SphereProgress) -> str:
     if sphere.next_place is not None:
-        return said_word(sphere.places[sphere.next_place].name)
+        return said(sphere.places[sphere.next_place].name)
     return tr("one more point, as shown on the map") if sphere.also_world is not None else ""
 
 

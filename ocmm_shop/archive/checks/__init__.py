@@ -5,11 +5,7 @@ In: an archive, job files. Out: an archive with the same rows, or the difference
 Read `_rebuild`, then `_verify`. It must not know how jobs come.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.checks._rebuild import (
@@ -29,11 +25,7 @@ if TYPE_CHECKING:
         verify_files,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _rebuild="Rebuilt files_in files_of key_and_name rebuild stations_of",
-        _verify="Checked differences mark_altered records_of verify_archive verify_files",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "Checked", "Rebuilt", "differences", "files_in", "files_of", "key_and_name", "mark_altered",

@@ -9,11 +9,7 @@ is lost with a killed program).
 It must not know a running station, and measuring never waits for it.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.outbox._courier import (
@@ -43,13 +39,7 @@ if TYPE_CHECKING:
         machine_identity,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _courier="BackOff Courier Handed exchange_heads learn_marks lost_deliveries sender_of",
-        _follow="ArchivePlace HandOverProcess JobNote follow has_points main only_one sweep",
-        _outbox="HandOver Outbox default_outbox hand_over",
-        _outbox_file="ConnectionState Item ItemState machine_identity",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ArchivePlace", "BackOff", "ConnectionState", "Courier", "HandOver", "HandOverProcess",

@@ -8,22 +8,26 @@ from __future__ import annotations
 
 import contextlib
 import getpass
+import hashlib
 import logging
 import random
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.failure import contained
 from ocmm_core.seals import (
     KeyFolder,
+    KnownEnd,
     Signature,
     Signed,
     learn_heads,
+    recall,
+    remember,
     sign,
     signed_heads,
     signed_job_heads,
@@ -40,11 +44,13 @@ from ocmm_shop.archive.records import (
     shown_text,
     station_claim,
 )
-from ocmm_shop.archive.stores import HEADS, Archive, Remedy, SqlArchive, remedy_of
+from ocmm_shop.archive.stores import HEADS, Archive, Cell, Remedy, SqlArchive, remedy_of
 
-_MOST, _LONGEST = 200, 1_000_000
+_PAGE, _LONGEST = 50, 1_000_000
+_SETTLED = timedelta(hours=1)
+"""Lists that arrived later are read again: another computer may still be storing an earlier one."""
 _JOBS = "".join(('{"content":', '{"jobs":'))
-"""Start of a list of `signed_job_heads`. The newest `_MOST` lists of each kind are read."""
+"""Start of a list of `signed_job_heads`."""
 
 
 def learn_marks(archive: Archive, path: Path | None = None) -> int:
@@ -80,20 +86,54 @@ def exchange_heads(archive: Archive, station: str) -> None:
     StorageError if the archive cannot be read or written, or this station has no key.
     """
     keys = KeyFolder()
+    _learn_lists(archive, keys)
     for which, signed in (("<>", signed_heads), ("=", signed_job_heads)):
-        rows = archive.ask(
-            f"SELECT document FROM finding WHERE kind = '{HEADS}'"  # noqa: S608 - constants
-            f" AND substr(document, 1, {len(_JOBS)}) {which} :jobs"
-            f" AND length(document) < {_LONGEST} ORDER BY id DESC LIMIT {_MOST}",
-            {"jobs": _JOBS}, str,
-        ).rows  # fmt: skip
-        known = [str(text) for (text,) in rows]
-        for text in reversed(known):
-            # Untrusted stations are ignored.
-            with contextlib.suppress(StorageError):
-                learn_heads(text, archive.place, keys)
-        for own in signed(keys, known):
-            archive.add_finding(HEADS, station, own, station, datetime.now(UTC).isoformat())
+        own = _lists(
+            archive, f"subject = :who AND substr(document, 1, {len(_JOBS)}) {which} :jobs",
+            {"who": station, "jobs": _JOBS},
+        )  # fmt: skip
+        for text in signed(keys, (document for _, document, _ in own)):
+            archive.add_finding(HEADS, station, text, station, datetime.now(UTC).isoformat())
+
+
+def _learn_lists(archive: Archive, keys: KeyFolder) -> None:
+    """Read every list since the last one read; all if the trusted keys or that list changed."""
+    name, trusted = f"lists {archive.place}", repr(sorted(keys.believed()))
+    known = recall(name)
+    after = 0
+    if known is not None:
+        there = _lists(archive, "id = :id", {"id": known.count})
+        if any(_digest(trusted, text) == known.link for _, text, _ in there):
+            after = known.count
+    settled = (archive.now() - _SETTLED).isoformat(timespec="milliseconds")
+    last: KnownEnd | None = None
+    for number, text, received in _lists(archive, "id > :after", {"after": after}):
+        # Untrusted stations are ignored.
+        with contextlib.suppress(StorageError):
+            learn_heads(text, archive.place, keys)
+        if last is None and received < settled:
+            last = KnownEnd(name=name, count=number, link=_digest(trusted, text))
+    if last is not None:
+        remember(last)
+
+
+def _lists(
+    archive: Archive, condition: str, values: Mapping[str, Cell]
+) -> Iterator[tuple[int, str, str]]:
+    """Yield number, text and arrival of all lists of ends that meet a condition, newest first."""
+    before = (1 << 63) - 1
+    while rows := archive.ask(
+        f"SELECT id, document, received_utc FROM finding WHERE kind = '{HEADS}' AND {condition}"  # noqa: S608 - constants
+        f" AND length(document) < {_LONGEST} AND id < :before ORDER BY id DESC LIMIT {_PAGE}",
+        {"before": before, **values},
+    ).rows:
+        for number, text, received in rows:
+            before = int(str(number))
+            yield before, str(text), str(received)
+
+
+def _digest(trusted: str, text: str) -> str:
+    return hashlib.sha256(f"{trusted} {text}".encode("utf-8", "replace")).hexdigest()
 
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 300.0

@@ -7,11 +7,7 @@ and `_statistics` (the answers).
 It must not know how jobs come, nor how an answer is shown. The views define what counts.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.questions._judge import (
@@ -27,13 +23,7 @@ if TYPE_CHECKING:
     from ocmm_shop.archive.questions._registry import QUESTIONS, Question
     from ocmm_shop.archive.questions._statistics import cpk_by_month, rr, trend
 else:
-    __getattr__ = door(
-        __name__,
-        _judge="ArchiveAnswer Query csv_of export_answer parquet_of parts shown_cell",
-        _lists="passed today used",
-        _registry="QUESTIONS Question",
-        _statistics="cpk_by_month rr trend",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "QUESTIONS", "ArchiveAnswer", "Query", "Question", "cpk_by_month", "csv_of", "export_answer",

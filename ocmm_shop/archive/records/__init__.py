@@ -6,11 +6,7 @@ Read `_rows` (contents, their display, conditions for storing) and `_extract` (r
 It must not know how rows are stored.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.records._extract import (
@@ -41,15 +37,7 @@ if TYPE_CHECKING:
         utc_text,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _extract="Extract ExtractedJob extract_job signature_of snapshot",
-        _rows=(
-            "Delivery FORGED JobRecord JobRow LONGEST_SENTENCE MarkRow NOT_SIGNED ResultRow "
-            "SIGNED Sender USES UseRow check_delivery check_mark delivery_claim shown_text "
-            "station_claim utc_text"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "FORGED", "LONGEST_SENTENCE", "NOT_SIGNED", "SIGNED", "USES", "Delivery", "Extract",

@@ -8,11 +8,7 @@ password), `_schema` and `_roles` (its SQL), `_faults` (errors as sentences).
 It must not know how jobs come, nor which queries exist.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.stores._address import check_address, is_server, parse_server
@@ -36,20 +32,7 @@ if TYPE_CHECKING:
     from ocmm_shop.archive.stores._schema import VERSION, VIEW_NAMES
     from ocmm_shop.archive.stores._store import SqlArchive
 else:
-    __getattr__ = door(
-        __name__,
-        _address="check_address is_server parse_server",
-        _faults="Remedy not_understood remedy_of",
-        _interface=(
-            "Answer Archive ArchivedDocument CLOCK_TELL_S Cell HEADS Receipt Row Table "
-            "stations_by_key verifies"
-        ),
-        _open="default_archive open_archive",
-        _reader="time_of",
-        _roles="ROLES give_roles role_statements roles_sql",
-        _schema="VERSION VIEW_NAMES",
-        _store="SqlArchive",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CLOCK_TELL_S",

@@ -86,6 +86,8 @@ class SqliteArchive(SqlArchive):
 
     def _prepare(self) -> None:
         db = self._open()
+        # Other programs can store any bytes: one such row must not make all unreadable.
+        db.text_factory = functools.partial(str, encoding="utf-8", errors="replace")
         db.execute("PRAGMA foreign_keys = ON")
         if self._read_only:
             db.execute("PRAGMA query_only = ON")

@@ -1,4 +1,4 @@
-"""A machine whose errors are known, and artefacts, for the engine of acceptance tests."""
+"""A machine with known errors, and artefacts, for the engine of acceptance tests."""
 
 from __future__ import annotations
 
@@ -81,18 +81,18 @@ def begin(path: Path, name: str, *, seed: int = 1, **changes: object) -> Accepta
 
 @dataclass
 class Machine:
-    """Gives ball centres as a machine with known errors sees them.
+    """Returns ball centres as measured by a machine with known errors.
 
     Attributes
     ----------
     seed, now, celsius
-        Of the noise, and what clock and thermometer show.
+        Seed of the noise, and the readings of clock and thermometer.
     sigma
         Noise of a ball centre per axis, mm.
     scale
-        Of all lengths.
+        Factor of all lengths.
     per_position
-        Further scale by the name of a position.
+        Additional factor by the name of a position.
     """
 
     seed: int = 0
@@ -109,7 +109,7 @@ class Machine:
         point = np.array(position.points_world[item])
         scale = self.per_position.get(position.name, self.scale)
         first = np.array(position.points_world[0])
-        # About its first point, so that the artefact stays where it should be.
+        # About its first point, so that the artefact stays in its place.
         point = first + scale * (point - first)
         seen: Float = point + self.sigma * self.rng.standard_normal(3)
         return seen

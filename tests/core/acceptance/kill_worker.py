@@ -1,8 +1,8 @@
-"""Processes that record a test point by point until they are killed; they print what they stored.
+"""Processes that record a test point by point until they are killed; they print stored points.
 
-One process loads everything and forks a child for each line ``NUMBER PATH`` that it reads, so that
+One process loads everything and forks a child for each line ``NUMBER PATH`` on its input, so that
 fifty kills do not cost fifty starts. A child records one point more than the number and waits: a
-kill meets it in the last step or after it, however fast the computer is.
+kill hits it in or after the last step on computers of any speed.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ class BlockMachine(Machine):
     ball_error: float = 0.0
     lean_deg: float = 0.0
     squeeze: float = 1.0
-    """Of the points towards the middle of their face, along its narrow way."""
+    """A machine with an error of points towards the middle of their face, along its narrow side."""
 
     def see(self, position: PlannedPosition, item: int) -> Float:
         if position.role != "gauge block":
@@ -61,7 +61,7 @@ def blocks(session: AcceptanceSession) -> list[float]:
 
 
 def short(path: Path) -> AcceptanceSession:
-    """Begin with two positions of the bar: what is looked at here is the block."""
+    """Begin with two positions of the bar: this test is about the block."""
     stage, _ = stage_of("E0-105-BLOCK")
     return begin(
         path, "E0-105-BLOCK", test=msgspec.structs.replace(stage.procedure.test, positions=2)
@@ -111,7 +111,7 @@ def test_scatter_of_the_block_is_that_of_averaged_points(tmp_path: Path) -> None
 
         one, two = tips[: count // 2], tips[count // 2 :]
         errors.append(block_length(one, two, faces_normal(one, two), 3.0) - 25.0003)
-    # Two means of five points: sigma sqrt(2 / 5); the sd of 60 values is known to 9 %.
+    # Two means of five points: sigma sqrt(2 / 5); 60 values determine their sd to 9 %.
     assert np.std(errors) == pytest.approx(sigma * np.sqrt(2.0 / 5.0), rel=0.3)
     assert abs(np.mean(errors)) < 4.0 * sigma * np.sqrt(2.0 / 5.0) / np.sqrt(60.0)
 
@@ -246,7 +246,7 @@ def test_placements_that_would_leave_an_octant_empty_are_taken_anew(tmp_path: Pa
         try:
             hint = machine.step(session)
         except CalibrationError as error:
-            # Farther from its begin than a placement may be: the engine says so at once.
+            # Farther from its start than a placement may be: the engine reports it at once.
             hint = error.what
         if hint:
             hints.append(hint)

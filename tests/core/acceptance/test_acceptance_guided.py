@@ -1,4 +1,4 @@
-"""A test as a guided procedure, what can be chosen before, and the interim check with a store."""
+"""A test as a guided procedure, its choices, and the interim check with a store."""
 
 from __future__ import annotations
 

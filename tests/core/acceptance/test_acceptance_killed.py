@@ -63,7 +63,7 @@ def test_a_line_cut_at_any_byte_leaves_what_was_stored(tmp_path: Path) -> None:
     for cut in cuts:
         copy = tmp_path / f"{cut}.chain"
         copy.write_bytes(whole[:cut])
-        # This computer was told of the fifth point: without it the file is not used here.
+        # This computer's memory contains the fifth point: without it the file is refused here.
         with pytest.raises(StorageError, match="missing"):
             AcceptanceSession.resume(copy)
 

@@ -122,7 +122,7 @@ def test_a_recording_is_measured_in_the_window_and_not_twice(
     later = bench.begin(offer, first.artefacts, StatedConditions(who="Ann"), datetime.now(UTC))
     with pytest.raises(InputError, match="does not go on"):
         bench.resume(later.session.path, ROOM)
-    # And what a recording does not hold is missed in words.
+    # A missing part of a recording is reported in a sentence.
     longer = next(one for one in bench.procedures(now) if one.procedure.id == "EFFECTIVE-DIAMETER")
     sphere = bench.begin(
         longer, (_bench(tmp_path, "simulated", rig=calm_rig).offers(longer, now, ROOM)[0].used,),

@@ -129,7 +129,7 @@ def bar_too_short(path: Path, rng: np.random.Generator) -> str:
 
 
 def _moved_line(path: Path, rng: np.random.Generator, move: Callable[..., object]) -> str:
-    """Take a line elsewhere and return why it is taken anew; its points are gone then."""
+    """Move a line and return the reason for its repetition; its points are discarded."""
     session, machine = begin(path, "LENGTH-7x5", seed=int(rng.integers(99))), Machine()
     for _ in range(6 * int(rng.integers(1, 3))):
         machine.step(session)
@@ -166,7 +166,7 @@ def duplicate_direction(path: Path, rng: np.random.Generator) -> str:
     one, other = (np.array(each.points_world) for each in (first, second))
     session.note_temperature(ROOM, machine.now)
     along = (one[-1] - one[0]) / np.linalg.norm(one[-1] - one[0])
-    # It begins where it was planned, or within 75 mm of it, and lies along the first one.
+    # It begins at its planned place, or within 75 mm of it, and lies along the first line.
     steps = np.linalg.norm(other - other[0], axis=1)
     hint = ""
     for nest in np.tile(steps, 3):

@@ -39,7 +39,7 @@ def test_a_shift_of_30_um_is_found_at_once_and_false_stops_are_rare() -> None:
         # Quiet while it was learnt; then the bar measures 30 um too long, also in the repeat.
         moved = np.concatenate([errors[:25], 0.030 + 0.003 * rng.standard_normal(2)])
         found += interim_chart(_checks(moved)).word is InterimWord.STOP
-    assert found == charts  # 99.9 % are asked for
+    assert found == charts  # 99.9 % required
     assert stops <= checks / 1000
 
 

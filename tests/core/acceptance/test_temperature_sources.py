@@ -155,7 +155,7 @@ def test_tells_that_two_thermometers_disagree(tmp_path: Path) -> None:
 
 
 def logged(numbers: list[tuple[float, float]], **changes: object) -> list[str]:
-    """Return the doubts of a log of (second, degrees)."""
+    """Return the reservations about a log of (second, degrees)."""
     source = file_source(Path("/x"), scale=1.0, **changes)
     rest = iter(numbers)
 
@@ -218,7 +218,7 @@ def test_refuses_incomplete_sources(fields: dict[str, object], words: str) -> No
 
 @contextlib.contextmanager
 def serial_line(line: bytes, *, query: bool = False) -> Iterator[str]:
-    """Let a device answer each query, or send lines by itself, on a pseudo terminal."""
+    """Simulate a device on a pseudo terminal: it answers each query, or sends lines unasked."""
     device, name = pty.openpty()
     stop = threading.Event()
 
@@ -340,7 +340,8 @@ def mqtt_broker(**plugins: object) -> Iterator[int]:
     finally:
         stop.set()
         thread.join()
-        # The broker leaves its connection to whoever collects it: here, and not in a later test.
+        # The broker leaves its connection to the garbage collector: collect it here, not in a later
+        # test.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ResourceWarning)
             gc.collect()
@@ -434,7 +435,7 @@ def free_port() -> int:
 
 
 def test_stops_waiting_for_a_silent_server() -> None:
-    """A server that accepts and says nothing ends the reading, too."""
+    """A server that accepts and then stays silent also ends the reading."""
     needs_package("pymodbus", "extra `sensors`")
     with socket.socket() as deaf:
         deaf.bind(("127.0.0.1", 0))

@@ -1,8 +1,8 @@
-"""A run of the bus that is recorded from its first frame on; run as a program, not collected.
+"""A run of the bus, recorded from its first frame; run as a program, not collected.
 
 ``python capture_scenario.py FOLDER WRITER`` plays it in the present network namespace and leaves
-``bus.pcap`` and ``frames.npy``, what the application got, in the folder. WRITER is ``pcap`` (a
-writer of this file's own) or ``tcpdump``.
+``bus.pcap`` and ``frames.npy``, the frames of the application, in the folder. WRITER is ``pcap`` (a
+writer in this file) or ``tcpdump``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The worker accounts for every cycle, says why it stopped, and stops when it is asked."""
+"""The worker accounts for every cycle, gives the reason of its end, and stops on request."""
 
 from __future__ import annotations
 

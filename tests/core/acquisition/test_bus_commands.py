@@ -161,7 +161,7 @@ def test_answers_that_nobody_reads_never_stop_the_bus(ends: Ends) -> None:
     finished = [reply for reply in got if reply.finished]
     assert all(reply.value == value for reply in finished)
     assert [reply.number for reply in finished] == sorted(reply.number for reply in finished)
-    # What tells progress gives way to what ends a request.
+    # Progress reports give way to final replies.
     assert len(finished) > MAX_REPLIES // 2
 
 

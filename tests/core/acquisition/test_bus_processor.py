@@ -13,7 +13,7 @@ from ocmm_core.acquisition.bus_process._rights import take_processor
     ("allowed", "online", "moved_to", "said"),
     [
         ({0, 1, 2, 3}, 4, [3], None),
-        # isolcpus=3 and no service: what is isolated is left to whoever is put there.
+        # isolcpus=3 and no service: isolated processors are left to explicitly placed programs.
         ({0, 1, 2, 4, 5}, 6, [5], None),
         # isolcpus=3, and CPUAffinity=3 of the service.
         ({3}, 4, None, None),

@@ -35,7 +35,7 @@ STATIONS, SERIALS = (0x1001, 0x1002), (77, 78)
 RUNNING = CameraStatus.OPERATIONAL | CameraStatus.SYNCHRONISED
 OUTPUTS = OUTPUT_DTYPE.itemsize
 FULL = 6
-"""Working counter of two cameras: one each for what is read and two for what is written."""
+"""Working counter of two cameras: one each for reading and two for writing."""
 
 PATTERN = TestPattern()
 
@@ -60,7 +60,7 @@ def passed(frame: bytes) -> bytes:
 
 
 def bringup() -> list[bytes]:
-    """Return the frames in which a master maps two cameras and asks for their serial numbers."""
+    """Return the frames of a master that maps two cameras and reads their serial numbers."""
     frames = []
     for place, station in enumerate(STATIONS):
         inputs = 2 * OUTPUTS + place * INPUT_DTYPE.itemsize
@@ -142,7 +142,7 @@ def counters(blocks: Sequence[FrameBlock]) -> list[int]:
 
 
 def check_content(blocks: Sequence[FrameBlock]) -> None:
-    """Every frame is what the pattern shows at its exposure."""
+    """Check that every frame shows the pattern at its exposure."""
     for block in blocks:
         np.testing.assert_array_equal(block.time_ns, START_NS + block.counter * PERIOD_NS)
         for camera in (0, 1):
@@ -192,7 +192,7 @@ def test_a_recording_from_the_middle_needs_the_number_of_cameras(tmp_path: Path)
     ):
         decode(tmp_path / "a", packets)
     capture, blocks = decode(tmp_path / "b", packets, n_cameras=2)
-    # Whose inputs they are is known when a second one says the same.
+    # The owner of the inputs is clear once a second frame agrees.
     assert counters(blocks) == list(range(1_000_008, 1_000_160))
     check_content(blocks)
     assert capture.account.unjoined == 0

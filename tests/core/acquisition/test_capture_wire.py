@@ -1,4 +1,4 @@
-"""A real run on a virtual cable, recorded beside it: the recording gives the very same frames."""
+"""A real run on a virtual cable, recorded in parallel: the recording contains the same frames."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ocmm_core.acquisition.recording import BusCapture
 from tests.host import HANG_S, needs_tools, private_network
 
-# Three processes must answer each other within a millisecond: not beside other tests.
+# Three processes must answer each other within a millisecond: not in parallel with other tests.
 pytestmark = pytest.mark.timing
 
 _SCENARIO = Path(__file__).with_name("capture_scenario.py")
@@ -43,9 +43,9 @@ def test_a_recorded_bus_gives_the_frames_that_the_application_got(
     play(tmp_path, writer)
     got = np.load(tmp_path / "frames.npy")
     capture = check_same_frames(BusCapture(tmp_path / "bus.pcap"), got)
-    # The cameras stand on the wire in the other order than in the rig.
+    # The order of the cameras on the wire differs from that in the rig.
     assert capture.serials == (1002, 1001)
-    # Also where it must be told how many cameras there are.
+    # Also with an explicit number of cameras.
     check_same_frames(BusCapture(tmp_path / "bus.pcap", n_cameras=2), got)
 
 
@@ -55,7 +55,7 @@ def check_same_frames(capture: BusCapture, got: NDArray[np.void]) -> BusCapture:
     valid = np.concatenate([block.valid for block in blocks])[:, ::-1]
     uv = np.concatenate([block.uv for block in blocks])[:, ::-1]
     common, here, there = np.intersect1d(time_ns, got["time_ns"], return_indices=True)
-    # A recorder that this machine did not let run loses packets, and says nothing about it.
+    # A recorder that gets no processor time loses packets without a message.
     assert len(common) > 0.5 * len(got)
     np.testing.assert_array_equal(valid[here], got["valid"][there])
     np.testing.assert_array_equal(uv[here], got["uv"][there])

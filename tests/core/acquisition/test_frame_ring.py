@@ -1,4 +1,4 @@
-"""Frames go through records and the ring unchanged, and what is lost is counted."""
+"""Frames pass records and the ring unchanged, and losses are counted."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def test_the_owner_removes_the_file_and_may_close_twice(make_block: MakeBlock) -
 
 
 def test_a_ring_whose_owner_was_killed_is_removed_by_the_next_one() -> None:
-    """Four: old and new ones, each of a killed process and of one that lives; age says nothing."""
+    """Four: old and new rings, each of a killed and of a living process; age is irrelevant."""
     program = (
         "import sys; from ocmm_core.acquisition.frames import FrameRing; "
         "ring = FrameRing.create(2, 64); print(ring.path, flush=True); sys.stdin.read()"

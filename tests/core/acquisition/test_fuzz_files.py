@@ -35,7 +35,7 @@ LINES, FILES = 6_000, 1_500
 
 @pytest.fixture(autouse=True)
 def _bounded_memory() -> Iterator[None]:
-    """Believe no length in a file before so many bytes are there."""
+    """Limit the memory: a length in a file must not be trusted before its bytes were read."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     yield
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
@@ -107,7 +107,7 @@ def test_recorded_buses(tmp_path: Path) -> None:
         frames = sum(len(block) for block in capture.blocks())
         assert frames == capture.account.joined
 
-    # The heads of the files are where most changes go; the frames are changed beside this test.
+    # Most changes hit the heads of the files; another test changes the frames.
     taken, refused = outcomes(decode, spoiled(13, FILES, _captures(tmp_path)))
     assert taken > FILES // 10
     assert refused > FILES // 10

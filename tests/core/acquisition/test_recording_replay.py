@@ -40,13 +40,13 @@ _CHUNK_HEAD = 20
 
 
 def frames_of(blocks: list[FrameBlock]) -> bytes:
-    """Return all numbers of the frames, array by array, whatever the blocks were."""
+    """Return all numbers of the frames, array by array, independent of the blocks."""
     columns = [np.concatenate([getattr(b, name) for b in blocks]) for name in FrameBlock.__slots__]
     return b"".join(column.tobytes() for column in columns)
 
 
 def replayed(source: ReplaySource) -> list[FrameBlock]:
-    """Return what a source gives until it says that it has finished."""
+    """Return the blocks of a source up to its end."""
     source.open()
     blocks = []
     for _ in range(100_000):
@@ -390,7 +390,7 @@ def test_a_disk_that_takes_no_more_leaves_whole_blocks(
 def test_a_disk_that_is_nearly_full_ends_the_recording_and_leaves_room_for_points(
     tmp_path: Path, description: SourceDescription, rig: Rig, make_block: MakeBlock
 ) -> None:
-    """A small disk of its own: what is recorded can be read, and the reserve is still free."""
+    """A small separate disk: the recording can be read, and the reserve is still free."""
     done = subprocess.run(
         [
             *private_mounts(), "sh", "-c",

@@ -1,6 +1,6 @@
-"""Camera objects asked for by one process and answered by another, over real pipes.
+"""Camera objects requested by one process and answered by another, over real pipes.
 
-The other process runs the bus process's own port; behind it is a dictionary instead of a bus.
+The other process runs the port of the bus process, with a dictionary in place of a bus.
 """
 
 from __future__ import annotations

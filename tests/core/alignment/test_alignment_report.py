@@ -1,4 +1,4 @@
-"""What is seen of an alignment: residuals, their uncertainty, what is open, what to do."""
+"""The view of an alignment: residuals, their uncertainty, open freedoms, remedies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Alignments of every kind: against independent solutions, and what they refuse."""
+"""Alignments of every kind: against independent solutions, and their refusals."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ def test_locked_motions_stay_and_the_rest_is_the_best(locked: Sequence[LockedMot
 
     best = least_squares(residuals, np.zeros(len(free)), jac="cs", x_scale="jac").x
     for _ in range(60):
-        # It stops where the cost no longer changes, which is 1e-7 mm before the optimum.
+        # The search ends when the cost no longer changes, 1e-7 mm before the optimum.
         columns = [residuals(best + 1e-30j * step).imag / 1e-30 for step in np.eye(len(free))]
         best = best - np.linalg.lstsq(np.stack(columns, axis=1), residuals(best))[0]
     full = np.zeros(6)
@@ -213,7 +213,7 @@ def test_points_that_leave_a_motion_open_are_refused() -> None:
     far = RigidTransform.identity()
     with pytest.raises(FitError, match="do not constrain the motion rx"):
         fit_points_locked(line, line, np.ones(5), far, ("x",))
-    # Locked, the same points do: the turn about their line is not asked for.
+    # With the turn about their line locked, the same points suffice.
     assert _off(fit_points_locked(line, line, np.ones(5), far, ("rx",)), far) < 1e-12
     # Two points far from the origin of the frame hold a turn about it that is locked in place.
     assert _off(fit_points_locked(line[:2], line[:2], np.ones(2), far, ("rx", "ry")), far) < 1e-12

@@ -1,4 +1,4 @@
-"""Datum reference frames: precedence, what stays open, senses, and what is refused."""
+"""Datum reference frames: precedence, open freedoms, senses, and refusals."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ WAVES = face_of(FREE_FORMS["waves"]())
 def touched(
     faces: list[ModelFace], beside: float = 0.0, noise: float = 0.0
 ) -> tuple[BoundAlignment, dict[str, ActualFeature], list[MeasuredPoint]]:
-    """Return a best fit to faces, and its points touched ``beside`` mm off, approached slanted."""
+    """Return a best fit to faces, and its points touched ``beside`` mm off, at a slant."""
     rng = np.random.default_rng(5)
     held = tuple(nominal_face(face) for face in faces)
     nominals: list[NominalFeature] = []
@@ -52,7 +52,7 @@ def touched(
             )
             there, normal_there = place, normal
             if beside:
-                # Another place of the face near it: nobody hits the place itself.
+                # A nearby place of the face: the target itself is never hit exactly.
                 away = np.linalg.norm(more - place, axis=1)
                 near = int(np.argsort(away)[1])
                 assert away[near] > beside

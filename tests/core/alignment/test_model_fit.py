@@ -1,4 +1,4 @@
-"""Best fit of ball centres to faces of the model: where it ends, and what holds it."""
+"""Best fit of ball centres to faces of the model: its result, and its constraints."""
 
 from __future__ import annotations
 

@@ -114,10 +114,10 @@ def test_a_face_out_of_square_is_fitted_square_to_the_primary() -> None:
     frame = part_frame(bound("ABC", actual), actual)
     x = -frame.rotation[0]
     assert x == pytest.approx(wanted, abs=1e-7)
-    # What the unconstrained plane, seen along the normal of A, would have made of it.
+    # The result of the unconstrained plane, seen along the normal of A.
     free = start
     assert np.degrees(np.arccos(min(float(x @ free), 1.0))) > 0.2
-    # The place of the third is that of the middle of its points, whatever it leans.
+    # The third datum passes through the middle of its points, independent of its tilt.
     middle = tips(actual["C"]).mean(axis=0) + 1.5 * frame.rotation[1]
     assert frame.apply(middle)[1] == pytest.approx(-50.0, abs=1e-9)
 
@@ -229,7 +229,7 @@ def test_datums_without_points_of_their_own_stay_as_they_are() -> None:
     "shape", [Shape.CIRCLE, Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.CONE, Shape.TORUS]
 )
 def test_every_shape_with_a_direction_follows_the_primary(shape: Shape, lies: str) -> None:
-    """It stands 2 mrad out of square to a plane, or of its direction along it."""
+    """It is 2 mrad out of square to a plane, or out of its direction along it."""
     way, turn = ((0, 0, 1), 0.0) if lies == "upright" else ((0, 1, 0), -np.pi / 2)
     T = motion(60, 20, -10, turn + 2e-3, 1e-3, 0)
     touches = flat_touches("A", PLACES[0])

@@ -23,7 +23,7 @@ SAME_MINIMUM = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """Known points, the spots at which a camera sees them, and what its data sheet says."""
+    """Known points, their spots in a camera, and the camera's data sheet."""
 
     truth: CameraModel
     nominal: CameraModel
@@ -51,10 +51,10 @@ def trial_of(seed: int) -> Trial:
 
 
 def anywhere(seed: int) -> Trial:
-    """Return a trial with 20 to 400 points, any world frame, a rolled camera, a lens hardly known.
+    """Return a trial with 20 to 400 points, any world frame, a rolled camera, a vague lens.
 
-    The focal length of the data sheet is half to twice the true one; every third trial has up to
-    9 % wrong points.
+    The focal length of the data sheet is half to twice the true one; every third trial has up to 9
+    % wrong points.
     """
     rng = np.random.default_rng((seed, 1))
     truth = distorted(_CAMERAS[seed % 2], rng.uniform(-3.0, 3.0))

@@ -17,7 +17,7 @@ TIP = "6 mm"
 
 
 def fresh_tip(tip: str = TIP, *, days: float = 365.0) -> tuple[ProbeRecord, TipRecord]:
-    """Return records of two hours ago, the qualification for so many days, with the true ball."""
+    """Return records from two hours ago, a qualification valid for ``days``, with the true ball."""
     made = datetime.now(UTC) - timedelta(hours=2)
     until = made + timedelta(days=365)
     record = make_probe_record(
@@ -32,11 +32,11 @@ class Tips:
     Parameters
     ----------
     folder
-        Of the records of all probes.
+        Folder of the records of all probes.
     ago
-        How long ago it was qualified.
+        Age of the qualification.
     days
-        How long the qualification holds.
+        Validity of the qualification.
     """
 
     def __init__(

@@ -13,7 +13,7 @@ from ocmm_core.geometry import Points3
 
 SIGMA_PX = 0.0105
 EDGE_MM = 12.288
-"""Half a sensor side: where the distortion in per cent is stated."""
+"""Half a sensor side, at which the distortion in per cent is stated."""
 
 
 def rig() -> Rig:

@@ -1,6 +1,6 @@
 """Probing data for the monitor, with and without a change, at a twentieth of the frame rate.
 
-Each frame stands for the mean of twenty exposures: its white noise is that much smaller.
+Each frame represents the mean of twenty exposures, with accordingly smaller white noise.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def thinned(rig: Rig) -> Rig:
 
 @dataclass(frozen=True, slots=True)
 class Monitored:
-    """A rig, a probe and what is probed with them, in the world of one seed."""
+    """A rig, a probe and their touches, in the world of one seed."""
 
     rig: Rig
     gate: Rig
@@ -63,7 +63,7 @@ class Monitored:
         return TrackingPipeline(self.gate, self.body).process(frames)
 
     def waved(self, ways: int, options: WorldOptions | None = None) -> list[ResidualSample]:
-        """Return the looks at a probe that is waved through the volume."""
+        """Return the looks at a probe waved through the volume."""
         scene = (FreeMotionScene(ways=ways, seed=self.seed),)
         shown = CalibrationScenesRig(self.rig, self.body, scene, self.seed, options)
         track = TrackingPipeline(self.gate, self.body).process(shown.frames(0, shown.n_frames))

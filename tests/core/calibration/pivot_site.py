@@ -19,7 +19,7 @@ from tests.core.calibration.swept_probe import attitudes, spots
 CONE, OTHER_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
 SIGMA_PX = 0.0105
 _LOOK, _EVERY = 8, 160
-"""Frames that are shown, of so many: what a look averages, and how often there is one."""
+"""Shown frames and their spacing: the length of a look's mean, and its period."""
 
 
 @dataclass(slots=True)
@@ -88,10 +88,10 @@ def show_sweeps(
     procedure: PivotProcedure, virtual: CalibrationScenesRig, now: Clock, *, first: int = 0,
     at_most: int | None = None,
 ) -> tuple[int, list[PivotView]]:  # fmt: skip
-    """Show moments of a rig, take what is ready, enter open steps.
+    """Show moments of a rig, take each finished result, and enter open steps.
 
-    Returns the frame at which it ended (at the result, or after ``at_most`` batches) and the views
-    whenever something changed that a person would notice.
+    Returns the last frame (at the result, or after ``at_most`` batches) and the views at every
+    visible change.
     """
     views: list[PivotView] = []
     last, taken = len(procedure.base.steps) - 1, 0

@@ -28,10 +28,10 @@ class ErrorMap:
 def error_map(
     rig: Rig, volume_world: Float, nodes: tuple[int, int, int], sigma_px: float
 ) -> ErrorMap:
-    """Return the errors that the covariance of the cameras predicts over a volume.
+    """Return the errors predicted over a volume by the covariance of the cameras.
 
-    A point is located where its reprojection residuals are least; to first order it moves by
-    -(A'A)^-1 A' B d when the parameters of the cameras are wrong by d, A and B being the
+    A point is located at its least reprojection residuals; to first order it moves by
+    -(A'A)^-1 A' B d if the parameters of the cameras are wrong by d, with A and B the
     derivatives of the spots by point and parameters.
 
     Parameters
@@ -39,7 +39,7 @@ def error_map(
     rig
         With its `parameter_covariance`.
     volume_world
-        (2, 3), mm, opposite corners; it may reach beyond what was calibrated.
+        (2, 3), mm, opposite corners; it may extend beyond the calibrated volume.
     nodes
         Number of nodes along each axis.
     sigma_px

@@ -28,7 +28,7 @@ PROBE_DOCUMENT = resource("probes", "standard.toml")
 
 
 class Clock:
-    """A clock of its own: every look is a tenth of a second later."""
+    """A simulated clock: every call is a tenth of a second later."""
 
     def __init__(self) -> None:
         self._looks = 0
@@ -78,7 +78,7 @@ class Bench:
         return KnownPoints(tuple(f"P{i:03d}" for i in range(n)), positions, 0.0017, "CMM")
 
     def spots(self, points: KnownPoints, shift_mm: float = 0.0) -> SpotTable:
-        """Return what the virtual cameras see of a list, as a table; all points moved in X."""
+        """Return the virtual cameras' spots of a list as a table, with all points moved in X."""
         rng = np.random.default_rng(2)
         true = points.positions_world + points.sigma * rng.standard_normal((len(points.names), 3))
         cameras = self.virtual().world.cameras
@@ -114,7 +114,7 @@ class Bench:
 def show(
     procedure: Procedure, rig: CalibrationScenesRig, now: Clock, *, at_most: int | None = None
 ) -> int:
-    """Show all frames of a rig to a procedure, take what is ready, and return how much it was."""
+    """Show all frames of a rig to a procedure, take each finished step, and return their number."""
     taken = 0
     last = len(procedure.base.steps) - 1
     for first in range(0, rig.n_frames, 80):
@@ -170,7 +170,7 @@ def recorded(
 
 
 def without_field(session: Path, field: str) -> None:
-    """Write a session of one line anew, as a version did that knew no such field of it."""
+    """Rewrite a session of one line as a version without this field wrote it."""
     item = json.loads(session.read_bytes())["item"]
     del item["event"][field]
     text = json.dumps(item, separators=(",", ":")).encode()

@@ -18,7 +18,7 @@ def sample_record() -> bytes:
 
 
 def rig_of_content(content: bytes) -> Rig:
-    """Return the cameras of a record that somebody made by hand: the hash of it is right."""
+    """Return the cameras of a hand-made record with a correct hash."""
     digest = hashlib.sha256(content).hexdigest().encode()
     sealed = b'{"content":' + content + b',"sha256":"' + digest + b'"}'
     return rig_from_record(unseal(Path("record.json"), sealed, CameraRecord))

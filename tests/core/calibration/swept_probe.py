@@ -59,7 +59,7 @@ def spots(
 
 
 def patterned(uv: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return spots on sensors with a pattern of their own."""
+    """Return spots on sensors with individual patterns."""
     known = rig()
     found = uv.copy()
     for c, camera in enumerate(known.cameras):

@@ -1,4 +1,4 @@
-"""A learnt baseline on the disk: the same again, or a sentence that says why not."""
+"""A learnt baseline on the disk: read back unchanged, or refused with a reason."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ DONE = {
 def test_the_store_of_the_cameras_opens_and_stands(kept: Kept) -> None:
     store = kept.cameras
     assert {one.kind for one in store.events} == set(EventKind)
-    # Nobody signed it, so whoever can write there can have written it.
+    # Without a signature, anyone with write access can be the author.
     assert (store.status(LATER).state, store.signer.word) == (State.SUSPECT, SealWord.NOT_SIGNED)
     assert status(store.records()[0], store.events, LATER).state is State.VALID
     assert [record_hash(one) for one in store.records()] == [store.active_hash]

@@ -131,7 +131,7 @@ def test_eliminating_poses_leaves_what_the_dense_equations_leave(geometry: Geome
 
 def test_a_motion_of_everything_changes_no_residual() -> None:
     given = small_problem()
-    # Exactly so where the balls are in their seats, which they are at the minimum but for noise.
+    # Exact if the balls are in their seats, as they are at the minimum except for noise.
     state = adjust(given.data, given.prior, given.start).state
     normal, _ = linearise(given.data, given.prior, state, 0.0).reduced()
     free = given.prior.free

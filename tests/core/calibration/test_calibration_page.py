@@ -1,4 +1,4 @@
-"""The page about calibration says what the program says."""
+"""The page about calibration agrees with the program."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 from typer.core import TyperGroup
-from typer.main import get_command
 
-from ocmm_cli.calibrate import calibrate_app
+from ocmm_cli._app import _BUILT
 from ocmm_core.calibration.cameras import load_spots, read_reference_points
 
 _ROOT = Path(__file__).resolve().parents[3]
@@ -24,7 +23,7 @@ def test_every_reason_to_refuse_a_calibration_has_its_row() -> None:
     said = re.findall(r"^\| `(\S+)` \|", found[1], re.MULTILINE)
     folder = _ROOT / "ocmm_core" / "calibration" / "cameras"
     source = "".join((folder / f"{name}.py").read_text(encoding="utf-8") for name in _MODULES)
-    # Codes stand alone in quotation marks; comparisons with them as well.
+    # Codes are single words in quotation marks; comparisons contain them as well.
     assert sorted(said) == sorted(set(re.findall(r'"(calibration\.\w+)"', source)))
 
 
@@ -42,7 +41,7 @@ def test_the_files_on_the_page_are_read(tmp_path: Path) -> None:
 
 def test_what_the_page_tells_to_type_is_understood() -> None:
     page = _PAGE.read_text(encoding="utf-8")
-    group = get_command(calibrate_app)
+    group = _BUILT["calibrate"]
     assert isinstance(group, TyperGroup)
     lines = re.findall(r"^ocmm calibrate (\S+) (.*)$", page, re.MULTILINE)
     assert {name for name, _ in lines} == {"cameras", "relocate", "verify"}

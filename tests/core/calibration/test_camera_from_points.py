@@ -119,7 +119,7 @@ def test_poses_for_a_known_lens() -> None:
 def test_flatness_does_not_depend_on_the_axes() -> None:
     points = slab(4000, 40.0, np.random.default_rng(6))
     turned = points @ rotation_from_vector(np.array([0.3, -0.8, 0.5])).T
-    # The spread of 4000 points is known to one per cent.
+    # The spread of 4000 points is determined to one per cent.
     assert cloud_of(points).flatness == pytest.approx(0.1, rel=0.04)
     assert cloud_of(turned).flatness == pytest.approx(cloud_of(points).flatness, rel=1e-9)
 
@@ -185,7 +185,7 @@ def test_extra_terms_are_found_needed_only_where_they_are() -> None:
     assert terms.significant
     assert np.all(np.abs(terms.values - lens.extra) < 5.0 * terms.sigmas)
     assert terms.effect_rms_px > SIGMA_PX
-    # What the running model gets wrong shows in its residuals, where it takes no point for wrong.
+    # Errors of the running model show in its residuals if it rejects no point.
     small = LensCamera(camera(), 0.1 * lens.extra)
     fit = fit_camera(
         camera(), points, project_with_jacobian(small, points).residuals.T + noise, SIGMA_PX
@@ -232,7 +232,7 @@ def test_whitening_makes_the_variance_of_uncertain_points_one() -> None:
     first, across, second = problem.whitening[:, 0]
     u, v = miss.T
     white = np.stack([first * u, across * u + second * v])
-    # 20,000 samples: a variance is known to one per cent.
+    # 20,000 samples determine a variance to one per cent.
     assert np.allclose(np.cov(white), np.eye(2), atol=0.04)
 
 
@@ -283,7 +283,7 @@ def test_no_wrong_minimum_wherever_the_world_is(
     ends = [end_of(anywhere(seed)) for seed in range(n)]
     record_property("refused", ends.count("refused"))
     assert "wrong" not in ends
-    # Where a wrong point is one of twenty it cannot always be told which.
+    # A wrong point among twenty cannot always be identified.
     assert ends.count("right") >= n - n // 30
 
 

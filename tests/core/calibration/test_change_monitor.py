@@ -1,4 +1,4 @@
-"""The watch over a calibration: what it sees, what it names, and what it leaves in peace."""
+"""The watch over a calibration: its detections, the named causes, and its false alarms."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def bench() -> Monitored:
 
 @pytest.fixture(scope="module")
 def waved(bench: Monitored) -> list[ResidualSample]:
-    """Return the looks at a minute of waving."""
+    """Return the looks of a minute of waving."""
     return bench.waved(100)
 
 
@@ -148,7 +148,7 @@ def test_size_and_direction_of_a_push_are_found_and_the_one_of_three_cameras_is_
     looks = looks_at(rig, pushed(rig, 1, push), bench.body, bench.body)
     belief = certain(rig, bench.body)
     scores = score_changes(looks, rig, bench.body, belief, 0.0)
-    # The looks are free of noise: what is left is of second order and the bound of the size.
+    # The looks are free of noise: the rest is of second order, and the bound of the size.
     assert scores.motions[1].size == pytest.approx([*push.turn, *push.shift], rel=0.02, abs=2e-7)
     result = examine(looks, rig, bench.body, belief, MonitorOptions())
     assert (result.cause, result.cameras) == (ChangeCause.CAMERA, (rig.cameras[1].name,))
@@ -220,10 +220,10 @@ def test_a_learnt_baseline_holds_the_pattern_of_the_sensors(
         node = np.rint(places / pattern.step_px).astype(int)
         true = pattern.nodes[:, node[:, 1], node[:, 0]].T
         mean, left = known.at(places)
-        # The map also holds what the calibration has wrong, which is smooth: 0.002 px here.
+        # The map also contains the smooth errors of the calibration: 0.002 px here.
         assert np.sqrt(np.mean((mean - true) ** 2)) < 0.4 * np.sqrt(np.mean(true**2))
         assert 1.0 <= np.median(left) / baseline.left_px < 3.0
-        # Where no spot ever was, nothing is known.
+        # Places without spots stay undetermined.
         assert known.at(np.array([[10.0, 10.0]]))[1][0] == pytest.approx(0.010)
 
 
@@ -272,7 +272,7 @@ def test_a_push_that_moves_the_ball_by_30_um_is_told_within_two_seconds(
     assert BUMP_S < alarms[0].time_ns * 1e-9 < BUMP_S + 2.3
     assert alarms[0].since_ns is not None
     assert BUMP_S - 4.0 < alarms[0].since_ns * 1e-9 < BUMP_S
-    # Two cameras and a probe say how they stand to each other, not who has moved.
+    # Two cameras and a probe determine their relative pose, not which of them moved.
     assert set(alarms[0].cameras) == {"left", "right"}
 
 
@@ -313,7 +313,7 @@ SEATS = ((-150.0, -60.0, -100.0), (150.0, -60.0, -100.0), (0.0, 80.0, -100.0), (
 
 
 def nest_looks(rig: Rig, truth: Rig, body: ProbeBody, shift: Float) -> list[ResidualSample]:
-    """Return looks at the ball in nests that stand ``shift`` off the places they are known at."""
+    """Return looks at the ball in nests displaced by ``shift`` from their known places."""
     rng = np.random.default_rng(8)
     seats = np.repeat(np.array(SEATS), 4, axis=0)
     turns = [rotation_from_vector(rng.uniform(-0.3, 0.3, 3)) for _ in seats]

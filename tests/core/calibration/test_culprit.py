@@ -109,7 +109,7 @@ def test_a_bar_that_nothing_else_checks_is_named() -> None:
 
 
 def test_points_that_fit_in_two_ways_blame_both() -> None:
-    # The corners of a square: whichever two neighbours are exchanged, a mirror image remains.
+    # The corners of a square: exchanging any two neighbours leaves a mirror image.
     square = np.array([[0.0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0]])
     moved = square.copy()
     moved[1, 2] = 0.5

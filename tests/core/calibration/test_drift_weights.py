@@ -1,4 +1,4 @@
-"""The weights of the watch over a calibration, beside the dense formula they stand for."""
+"""The weights of the watch over a calibration, against the dense formula."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a VALID rests on is whole, or it is no VALID; `benchmarks.evidence` is the large run."""
+"""The evidence for VALID is complete, or the state differs (`benchmarks.evidence`: large run)."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ def test_no_damage_leaves_valid(tmp_path: Path) -> None:
 def test_a_folder_that_is_set_back_as_a_whole_is_noticed_on_this_computer(tmp_path: Path) -> None:
     states, noticed, unnoticed = set_back(tmp_path)
     assert noticed == 0
-    # The folder alone cannot tell: what this station signed must be in its memory.
+    # The folder alone is no proof: the station's memory must contain its signatures.
     assert unnoticed == 0 < states
 
 
 def put_earlier(store: Store, events: int) -> None:
-    """Set the whole folder back to where it had so many events."""
+    """Restore the state of the whole folder after the given number of events."""
     for name, versions in store.earlier.items():
         (store.folder / name).write_bytes(versions[events - 1])
 
@@ -153,12 +153,12 @@ def test_a_lost_calibration_is_made_up_for_only_from_known_points(cameras: Store
     assert store.status(NOW).state is State.SUSPECT
     store.verify(make_verification(anew), NOW)
     assert store.status(NOW).state is State.VALID
-    # What is left can be looked at.
+    # The remaining records can be viewed.
     assert [record.points for record in store.records()] == [300, 7, 8]
 
 
 def old_store(folder: Path) -> None:
-    """Write what a version without seals left behind: calibrated and verified."""
+    """Write a folder as a version without seals did: calibrated and verified."""
     made = CalibrationStore(folder)
     made.accept(make_record(), "technician", "new", MADE)
     made.verify(make_verification(make_record()), MADE)
@@ -222,7 +222,7 @@ def test_a_crash_while_an_event_is_written_leaves_a_whole_store(
     written = torn == 10_000
     assert again.status(NOW).state is (State.SUSPECT if written else State.VALID)
     if written:
-        # It was sealed by whoever opened the folder first.
+        # It was sealed by the first person who opened the folder.
         chain = simple.folder / "events.jsonl"
         whole = chain.read_bytes()
         chain.write_bytes(b"".join(whole.splitlines(keepends=True)[:-1]))
@@ -287,13 +287,13 @@ def test_of_many_files_the_old_ones_are_looked_at_in_turn(tmp_path: Path) -> Non
     check = EvidenceCheck(tmp_path)
     assert check.defect(files, thorough=False) is None
     (tmp_path / "149.jsonl").unlink()
-    # All old ones had their turn after so many looks; what was found stays found.
+    # All old files were checked after these calls; findings persist.
     turns = -(-(len(files) - evidence.AT_A_LOOK) // evidence.AT_A_LOOK)
     looks = [check.defect(files, thorough=False) for _ in range(2 * turns)]
     assert all(one is not None for one in looks[turns:])
     (tmp_path / "149.jsonl").write_bytes(b"spots")
     assert check.defect(files, thorough=False) is None
-    # The newest are looked at each time.
+    # The newest files are checked at every call.
     (tmp_path / "349.jsonl").unlink()
     assert check.defect(files, thorough=False) == (files[349], "is missing")
 
@@ -322,5 +322,5 @@ def test_a_record_names_no_other_hash(simple: CalibrationStore) -> None:
     digest = simple.active_hash
     assert digest == record_hash(make_record())
     (simple.folder / f"{digest}.json").touch()
-    # Another time of change alone is no damage.
+    # A changed modification time alone is not damage.
     assert simple.status(NOW + timedelta(days=1)).state is State.VALID

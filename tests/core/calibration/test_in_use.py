@@ -162,7 +162,7 @@ def test_the_calibration_of_other_cameras_is_refused(tmp_path: Path, field: str)
     assert view.blocking_reason is not None
     assert str(value) in view.blocking_reason.what
     assert "recommended.toml" in view.blocking_reason.what
-    # The bus looks for the cameras that the document names.
+    # The bus searches for the cameras named by the document.
     assert in_use.rig.identity == load_rig(DOCUMENT).identity
 
 

@@ -22,7 +22,7 @@ SENSORS = (4711, 4712)
 
 
 def described(folder: Path) -> Path:
-    """Return the recommended rig with cameras of a description and known sensors."""
+    """Return the recommended rig with described cameras and learnt sensors."""
     text = resource("rigs", "recommended.toml").read_text()
     for sensor in SENSORS:
         text = text.replace(
@@ -31,7 +31,7 @@ def described(folder: Path) -> Path:
             1,
         )
     path = folder / "described.toml"
-    # They prove no order; whoever is responsible for the rig allows that.
+    # They prove no order; the person responsible for the rig allows that.
     path.write_text(f"calibrate_unproven = true\n{text}")
     return path
 

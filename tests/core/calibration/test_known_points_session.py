@@ -1,4 +1,4 @@
-"""What the guided calibration from known points hands on to the calculation."""
+"""Results of the guided calibration from known points that enter the calculation."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def test_seven_lines_do_where_a_placement_serves_two_corners() -> None:
     assert [len(line.corners) for line in planning.lines] == [2, 2, 2, 2, 0, 0, 0]
     names = [line.name for line in planning.lines]
     assert sum(name.startswith("space diagonal") for name in names) == 2
-    # The bar is longer than any edge, and that is said.
+    # The bar is longer than any edge, and a note reports it.
     assert [note[:20] for note in planning.notes] == [
         f"No line lies along {axis}" for axis in "XYZ"
     ]
@@ -90,7 +90,7 @@ def test_a_bar_that_does_not_suit_is_refused_with_its_reason(
 ) -> None:
     with pytest.raises(CalibrationError, match=why) as caught:
         plan_lines(box(edges), length)
-    # What is said to suit does.
+    # The remedy's recommendation works.
     low, high = (float(word) for word in caught.value.remedy.split() if word.isdigit())
     for one in (low, high):
         assert len(plan_lines(box(edges), one).lines) >= 7

@@ -46,7 +46,7 @@ def test_no_changed_job_is_intact_after_an_adoption(place: Path) -> None:
     found = run_adopted(trials, 1, place)
     assert sum(found.done.values()) == trials
     assert found.passed == []
-    # Some are adopted, so that the test says something.
+    # Some are adopted, so that the test is meaningful.
     assert any(kind.startswith("adopted True") for kind in found.done)
 
 

@@ -176,7 +176,7 @@ def test_normal_equations_against_differences(slack: float) -> None:
 
     h = 1e-6
     steps = h * np.eye(count)
-    # Distortion terms k2 are so small that they need a step of their own.
+    # Distortion terms k2 are so small that they need a separate step.
     j = np.stack([(residuals(s) - residuals(-s)) / (2.0 * h) for s in steps], axis=1)
     r = residuals(np.zeros(count))
     dense, gradient = j.T @ j, j.T @ r
@@ -200,7 +200,7 @@ def test_normal_equations_against_differences(slack: float) -> None:
 
 
 def test_frame_of_the_document_is_kept() -> None:
-    """Derivative of LEDs and tip by the arms, against differences; whatever frame the arms have."""
+    """Derivative of LEDs and tip by the arms, against differences, in any frame of the arms."""
     rng = np.random.default_rng(5)
     body = probe("standard")
     turn = rotation_from_vector(np.array([0.4, -1.1, 0.3]))
@@ -427,7 +427,7 @@ def test_correlated_frames_are_not_taken_as_independent(record_property: Any) ->
 
 
 def test_ball_with_slack() -> None:
-    """A ball that moves by 5 um in its cone: said so, the adjustment knows what to make of it."""
+    """A ball that moves by 5 um in its cone: reported, and modelled by the adjustment."""
     rng = np.random.default_rng(13)
     rotations = attitudes(1500, 30.0, rng)
     balls = CONE_WORLD + 0.02 * rng.standard_normal((1500, 3))
@@ -477,7 +477,7 @@ def test_preview_promises_what_the_calibration_then_states() -> None:
 
 
 def test_three_leds_before_four_cameras_that_do_not_see_everything() -> None:
-    """A spot that one camera alone sees counts too; nothing depends on how many there are."""
+    """Spots seen by a single camera count as well; the number of spots does not matter."""
     body = probe("standard")
     body = replace(
         body,

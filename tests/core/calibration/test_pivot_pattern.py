@@ -61,7 +61,7 @@ def test_stated_uncertainty_holds_with_a_pattern() -> None:
             squares[pattern].append(float(off @ np.linalg.solve(covariance, off)) / 3.0)
         if seed == 0:
             shown = preview_pivot(known, body, frames, pattern=True).tip_sigma
-            # What is shown live has fewer waves, and knows nothing of the bootstrap.
+            # The live value uses fewer waves and no bootstrap.
             assert shown == pytest.approx(result.tip_sigma, rel=0.5)
     # 36 coordinates: the mean of their squares scatters by a quarter; the cameras are true here,
     # so that the stated uncertainty has something to spare.

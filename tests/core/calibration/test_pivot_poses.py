@@ -50,7 +50,7 @@ def test_recorded_poses_with_a_third_of_outliers(
     # Two recordings of this probe differ by a third of a millimetre.
     assert off < 0.5
     assert 130 <= np.count_nonzero(~found.used) <= 170
-    # What was left out is far off, what was used is not.
+    # The rejected poses are far off, the used ones are not.
     assert found.distances[~found.used].min() > found.distances[found.used].max()
 
 
@@ -71,8 +71,8 @@ def test_bootstrap_is_nearer_to_what_two_recordings_differ_by(
     record_property("sigma of the difference, mm", [round(v, 3) for v in sigmas])
     record_property("normalised square, bootstrap and formal", [round(v, 1) for v in squares])
 
-    # One is usual. Poses taken as independent contradict each other outright; what is left over
-    # differs between the recordings and not within them, which a second sweep alone reveals.
+    # One is usual. Poses treated as independent contradict each other clearly; the remaining effect
+    # differs between recordings and not within one, and only a second sweep reveals it.
     assert squares[0] < 7.0
     assert squares[1] > 2.0 * squares[0]
 

@@ -1,4 +1,4 @@
-"""Appendices A and B of the thesis recomputed, and what follows from them for a tip."""
+"""Appendices A and B of the thesis recomputed, and their consequences for a tip."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_appendix_b_weight_and_reactions() -> None:
     # Errata: 0.192 and 1.702 N by the printed formulas; the printed 0.1985 is not reproducible.
     assert sag(beam, (0.0, HANDLE)).reactions == pytest.approx((0.1922, 1.7024), abs=5e-5)
     assert beam.weight == pytest.approx(1.8946, abs=5e-5)
-    # B.2: 13 nm shorter where it stands on its ball.
+    # B.2: 13 nm shorter when upright on its ball.
     assert 1e6 * upright_shortening(beam) == pytest.approx(13.3, abs=0.1)
 
 
@@ -139,7 +139,7 @@ def test_a_force_along_the_panel_bends_it_less(design: ProbeDesign, probe: Probe
 
 
 def spots_of(body: ProbeBody, rotation: Float, tip_world: Float) -> Float:
-    """Return what the cameras of the thesis see of a probe, without noise."""
+    """Return the noise-free spots of a probe in the cameras of the thesis."""
     rig = load_rig(resource("rigs", "thesis.toml"))
     leds = (body.leds_probe - body.tip_probe) @ rotation.T + tip_world
     return np.stack([project(camera, leds) for camera in rig.cameras])[None]
@@ -166,7 +166,7 @@ def test_compensation_puts_the_tip_where_it_is(name: str) -> None:
     )
     on = solve(uv, rig, used, 0.01).tip_world[0] - tip
     assert np.linalg.norm(off) > 0.005
-    # What is left is the one Gauss-Newton step of the pose.
+    # The rest is one Gauss-Newton step of the pose.
     assert np.linalg.norm(on) < 2e-5
     assert used.tip_radius == pytest.approx(body.tip_radius * (1.0 + 6e-6 * change), rel=1e-12)
 
@@ -187,7 +187,7 @@ def test_what_is_not_compensated_is_uncertainty(design: ProbeDesign, probe: Prob
     compensated = along_growth(TemperatureState(at(24.0), at(20.0), compensated=True))
     assert unknown == pytest.approx(5.0 / np.sqrt(3.0), rel=1e-3)
     assert known == pytest.approx(np.sqrt(16.0 + 0.02), rel=1e-3)
-    # Expansions that are known to 40 and 6 % leave a part of four kelvin, but less than half.
+    # Expansions with uncertainties of 40 and 6 % leave a part of four kelvin, but less than half.
     assert 0.14 < compensated < 2.0
     warmer = along_growth(TemperatureState(at(30.0), at(20.0), compensated=True))
     assert warmer > 1.5 * compensated
@@ -261,7 +261,7 @@ def test_the_tip_is_as_wrong_as_it_is_said_to_be(
         if compensated:
             change = rng.normal(now.celsius, now.sigma_k) - rng.normal(made.celsius, made.sigma_k)
         else:
-            # What is not compensated is stated with the expansion that the design says.
+            # The uncompensated part is stated with the expansion of the design.
             materials = [material.per_k for material in design.chain.materials]
         grown = change * np.array(materials) @ warmth_shapes(design, probe)
         true = replace(probe, leds_probe=probe.leds_probe + grown[:-3].reshape(-1, 3))

@@ -1,4 +1,4 @@
-"""Records of a probe and its tips: sealed, chained, and what they say about the mounted tip."""
+"""Records of a probe and its tips: sealed, chained, with the state of the mounted tip."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Guided calibration from known points: gates, taking, resuming, deciding."""
+"""Guided calibration from known points: gates, recording, resumption, decision."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def hash_of(procedure: KnownPointsProcedure) -> str:
 @pytest.mark.parametrize("rate_hz", [8000, 2000, 500])
 def test_a_target_shown_at_every_point_is_taken_once_at_each(tmp_path: Path, rate_hz: int) -> None:
     bench = Bench.at(tmp_path)
-    # However slow the cameras are, what is shown to them rests for the frames that are wanted.
+    # The display rests for the required frames at any frame rate of the cameras.
     bench.rig = replace(bench.rig, frame_rate_hz=rate_hz)
     points = bench.points(40)
     procedure = bench.known_points(40)
@@ -75,7 +75,7 @@ def test_the_end_of_a_motion_is_no_part_of_an_average(tmp_path: Path) -> None:
             collector.taken(average)
             taken.append(average.uv[:, 0])
     off = np.stack(taken, axis=1) - truth
-    # There is no noise; a resting window holds none of the motion but its last 1e-4 px.
+    # Without noise a resting window contains no motion beyond its last 1e-4 px.
     assert np.abs(off).max() < 1e-3
 
 
@@ -249,7 +249,7 @@ def test_the_comparison_shows_what_changed(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     bench.calibrated()
     again = bench.known_points()
-    # The whole list is 5 mm off in X, as if the frame had been moved by so much.
+    # The whole list is displaced by 5 mm in X, as by a moved frame.
     again.take_table(bench.spots(bench.points(), shift_mm=5.0), bench.now())
     again.compute()
     outcome = again.view.outcome

@@ -157,7 +157,7 @@ def test_a_larger_change_of_the_tip_wants_a_reason(bench: PivotBench) -> None:
     assert active.calibration.change_reason == "fell to the floor"
     assert active.calibration.change_mm == pytest.approx(0.08, abs=0.012)
     assert active.calibration.previous == change_hash(bench)
-    # Of the new one, the same probe differs by chance only.
+    # In the new sweep the same probe differs by chance only.
     third = bench.begin()
     bench.both(third, bent)
     third.compute()
@@ -183,7 +183,7 @@ def test_sweeps_in_one_place_are_no_validation(bench: PivotBench) -> None:
     assert "repeat the first one's errors" in gate.reason
     with pytest.raises(CalibrationError, match="repeat"):
         procedure.compute()
-    # Begun anew elsewhere it is one.
+    # Repeated elsewhere it counts.
     procedure.sweep_anew(bench.now())
     assert procedure.view.second.poses == 0
     procedure.take_sweep(bench.swept(2, OTHER_CONE), SIGMA_PX, bench.now())
@@ -261,7 +261,7 @@ def test_an_unknown_tip_and_a_second_tip_have_records_of_their_own(bench: PivotB
     assert outcome is not None
     assert outcome.record.tip_mm == pytest.approx((1.0, -2.0, -40.0), abs=0.03)
     procedure.accept(bench.now(), "")
-    # Known from now on: the same tip is no surprise any more.
+    # Once recorded, the same tip is expected.
     again = bench.begin()
     bench.both(again, long)
     again.compute()
@@ -295,7 +295,7 @@ def test_sweeping_after_the_visit_asks_for_it_once_more(bench: PivotBench) -> No
     procedure.take_sweep(bench.swept(5, OTHER_CONE, n=20), SIGMA_PX, bench.now())
     procedure.advance(bench.now())
     assert "not put back" in procedure.base.step.gate.reason
-    state = procedure._state  # noqa: SLF001 - the rule by itself
+    state = procedure._state  # noqa: SLF001 - the rule alone
     assert " mm from the first cone" in state.judge_visit(bench.rested(OTHER_CONE), SIGMA_PX)
     assert state.judge_visit(bench.rested(), SIGMA_PX) == ""
 

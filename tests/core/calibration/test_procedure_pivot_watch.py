@@ -1,4 +1,4 @@
-"""When the ball rests in a cone, which frames are taken, and what is said meanwhile."""
+"""Resting of the ball in a cone, the frames used, and the messages meanwhile."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_poses_are_thinned_and_wait_in_a_bounded_batch(bench: PivotBench) -> Non
         watch.feed(virtual.frames(frame, 80))
         assert len(watch.batch) <= BATCH, "nobody took them, and they pile up"
     assert watch.live().ready
-    turned = [look.rotation for look in watch._pending]  # noqa: SLF001 - the rule by itself
+    turned = [look.rotation for look in watch._pending]  # noqa: SLF001 - the rule alone
     for a, b in pairwise(turned):
         assert np.arccos(0.5 * (np.trace(a.T @ b) - 1.0)) >= POSE_TURN
 
@@ -161,7 +161,7 @@ def test_the_map_stands_still_and_says_what_is_missing(bench: PivotBench) -> Non
     empty = tuple(
         replace(cell, poses=0) if cell.direction_world[0] < -0.1 else cell for cell in cells
     )
-    assert where_missing(bench.rig, middle, empty) == "left"
+    assert where_missing(bench.rig, middle, empty) == "to the left"
 
 
 def test_where_a_hand_is_slow_makes_no_other_attitude() -> None:

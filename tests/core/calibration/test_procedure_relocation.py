@@ -82,7 +82,7 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
     assert comparison.moved_mm > 5.0
     true = virtual.world.cameras
     for found, camera in zip(outcome.rig.cameras, true, strict=True):
-        # Cameras stand a metre away and see 0.01 px as 5 um; held by nests known to 2 um each.
+        # Cameras at a distance of a metre see 0.01 px as 5 um; nests constrain them to 2 um each.
         assert np.abs(found.centre_world - camera.centre_world).max() < 0.15
     procedure.accept(bench.now(), "moved")
     assert bench.store().status(bench.now()).state is State.SUSPECT
@@ -120,8 +120,8 @@ def test_a_touched_bar_gives_the_scale_and_three_points_the_world(tmp_path: Path
     procedure.compute()
     outcome = procedure.view.outcome
     assert outcome is not None
-    # The baseline is known, whatever the world: 600 mm to some 0.1 mm after the frame was moved,
-    # and its length to better than 50 um by the bar.
+    # The baseline in any world: 600 mm to about 0.1 mm after the frame was moved, and its length to
+    # better than 50 um by the bar.
     true = bench.virtual(move=MOVE).world.cameras
     baselines = [
         np.linalg.norm(two[1].centre_world - two[0].centre_world)
@@ -133,7 +133,7 @@ def test_a_touched_bar_gives_the_scale_and_three_points_the_world(tmp_path: Path
 def test_the_second_end_of_a_bar_is_a_bar_away(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     bench.bar = replace(bench.bar, leds=())
-    state = begin(bench, bench.rig)._state  # noqa: SLF001 - the rule by itself
+    state = begin(bench, bench.rig)._state  # noqa: SLF001 - the rule alone
     first, right, wrong = (
         np.stack([project(camera, bench.body.leds_probe + place) for camera in bench.rig.cameras])
         for place in ([-190.0, 0.0, -100.0], [210.0, 0.0, -100.0], [120.0, 0.0, -100.0])
@@ -207,7 +207,7 @@ def test_what_is_taken_after_the_seats_asks_for_them_once_more(tmp_path: Path) -
     procedure.take_pose(pose.uv, pose.sigma_px, bench.now())
     assert "Seat 1 of 2 was not visited again" in procedure.base.steps[5].gate.reason
     # The ball in another seat than the one that is wanted is not taken for it.
-    state = procedure._state  # noqa: SLF001 - the rule by itself
+    state = procedure._state  # noqa: SLF001 - the rule alone
     assert "the ball is in seat 2" in state.judge_visit(second.uv, 0.01, again=True)
     assert state.judge_visit(first.uv, 0.01, again=True) == ""
 
@@ -268,7 +268,7 @@ def test_labels_are_right_where_cameras_stand_elsewhere(tmp_path: Path) -> None:
             found += 1
             known = labels >= 0
             assert np.array_equal(labels[known], slots[known])
-    # In doubt there is no label; that must be rare.
+    # An ambiguous spot stays unlabelled; that must be rare.
     assert found >= 36
 
 
@@ -278,7 +278,7 @@ def test_a_spot_of_something_else_gives_no_labels(tmp_path: Path) -> None:
     wrong = 0
     for _ in range(20):
         spots, slots = _pose(bench, rng, hidden=None)
-        # A reflection some 30 px beside the LED: rigid bodies and lenses do not do that.
+        # A reflection about 30 px from the LED: rigid bodies and lenses cause no such offset.
         spots[0, slots[0, 2]] += rng.uniform(25.0, 60.0, 2)
         labels = label_roughly(bench.rig, bench.body, spots)
         wrong += labels is not None

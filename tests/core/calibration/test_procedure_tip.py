@@ -120,7 +120,7 @@ def test_a_tip_is_qualified_across_a_crash_and_is_then_valid(tmp_path: Path) -> 
     record = outcome.record
     assert record.passed
     assert (record.points, record.attitudes) == (25, 5)
-    # The virtual ball is what its document says, to 1 um.
+    # The virtual ball matches its document to 1 um.
     assert abs(record.diameter_mm - 6.0) < 3.0 * record.diameter_sigma_mm
     assert tips.store.status(TIP, now()).state is State.SUSPECT
     procedure.accept(now(), "")

@@ -46,7 +46,7 @@ def taken(bench: Bench, rig: Rig) -> VerificationProcedure:
 
 
 def smaller(record: CameraRecord, rig: Rig) -> CameraRecord:
-    """Return a calibration whose cameras stand 0.05 % nearer together than they do."""
+    """Return a calibration whose cameras are 0.05 % closer together than in truth."""
     entries = []
     for camera, entry in zip(rig.cameras, record.cameras, strict=True):
         pose = camera.T_camera_from_world
@@ -72,7 +72,7 @@ def test_a_good_calibration_becomes_valid_only_by_passing(tmp_path: Path) -> Non
     assert record.objections == ()
     # The form is not an error with a sign: the largest of 25 is 3.7 sigma of a point on average.
     errors = [abs(check.error_mm) for check in record.checks[:-1]]
-    # Pattern noise of 0.010 px moves the ball by some 10 um; what was drawn stays within 25 um.
+    # Pattern noise of 0.010 px moves the ball by about 10 um; all drawn errors stay within 25 um.
     assert max(errors) < 0.025
     assert record.passed
     procedure.accept(bench.now(), "verified")
@@ -92,7 +92,7 @@ def test_a_wrong_scale_fails_and_stays_suspect(tmp_path: Path) -> None:
     outcome = procedure.view.outcome
     assert outcome is not None
     assert not outcome.record.passed
-    # 0.05 % of 400 mm are 200 um; the probe, whose size is known, holds against most of it.
+    # 0.05 % of 400 mm are 200 um; the calibrated size of the probe counteracts most of it.
     longest = [check for check in outcome.record.checks if check.name.endswith("400 mm")]
     assert np.mean([check.error_mm for check in longest]) < -0.03
     # More than one line failed: none may be repeated (VDI/VDE 2634-1).
@@ -129,7 +129,7 @@ def test_a_verification_goes_on_nest_by_nest(tmp_path: Path) -> None:
     resumed.drop(bench.now())
     assert [line.taken for line in resumed.view.lines][:2] == [6, 1]
     resumed.drop(bench.now())
-    # What is complete counts and is not dropped.
+    # A complete line counts and is not dropped.
     resumed.drop(bench.now())
     assert [line.taken for line in resumed.view.lines][:2] == [6, 0]
     with pytest.raises(CalibrationError, match="did not fail"):
@@ -148,7 +148,7 @@ def test_a_nest_that_was_left_out_is_not_taken_for_the_next_one(tmp_path: Path) 
     assert procedure.view.lines[0].taken == 2
     assert not procedure.base.live.ready
     assert "but nest 3 is 160 mm" in procedure.base.live.hint
-    # A line is begun at one of its ends, whichever.
+    # A line begins at either end.
     plan = procedure.view.lines[0]
     lone = np.empty((0, 3))
     planned = plan_lines(bench.rig.volume_world, 400.0).lines[0]

@@ -1,4 +1,4 @@
-"""Relocation: from a bad start, with wrong spots, in every mode, and what it refuses."""
+"""Relocation: from a bad start, with wrong spots, in every mode, and its refusals."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_every_knowledge_of_the_probe_gives_its_length(geometry: GeometryMode) -
     after = found.applied_to(rig(), "test")
     errors = length_errors(true.rig, after)
     assert np.sqrt(np.mean(errors**2)) < 3.0 * length_sigma(after, VOLUME)
-    # The shape of the probe, whatever its frame.
+    # The shape of the probe, independent of its frame.
     was, now = (np.linalg.norm(x[:, None] - x[None], axis=2) for x in (true.leds, found.leds_probe))
     assert np.abs(now - was).max() < 0.006
 
@@ -184,7 +184,7 @@ def test_the_world_is_kept_by_points_and_its_uncertainty_is_honest() -> None:
         listed = NESTS + sigma * true.rng.standard_normal(NESTS.shape)
         kept = KeptByPoints(dict(zip(NAMES, listed, strict=True)), sigma)
         options = RelocationOptions(lens="free", world=kept)
-        # The frame stood elsewhere before: only the points know.
+        # The frame was at another place before: only the points determine it.
         moved = RigidTransform(rotation_from_vector(np.array([0.0, 0.0, 0.1])), np.full(3, 50.0))
         before = replace(
             rig(),
@@ -300,7 +300,7 @@ def test_the_result_says_where_it_holds() -> None:
     assert np.all((found.tips_world >= low) & (found.tips_world <= high))
     assert found.frames_used.all()
     assert len(found.hull_world) >= 8
-    # Left of the probe's LEDs by their offset from the tip, the hull is where the LEDs were.
+    # The hull of the LEDs is that of the tips, displaced by the LEDs' offset from the tip.
     assert found.hull_world[:, 2].max() > high[2] + 50.0
     assert found.rms_px == pytest.approx(0.0105, rel=0.3)
 

@@ -94,7 +94,7 @@ def test_nothing_moved_says_nothing() -> None:
         ([(0, 10, True), (0, 20, False), (0, 30, False)], (10, 20)),
         # One takes its time off the end, another one off the beginning.
         ([(0, 30, False), (25, 31, True), (0, 5, True)], (5, 25)),
-        # What the later one takes away lets the earlier one take more.
+        # Points rejected by the later test free capacity for the earlier one.
         ([(0, 30, False), (4, 9, True), (0, 5, True)], (9, 30)),
         # No single change explains these: the time of all inconsistent ones.
         ([(0, 30, False), (0, 30, True)], (0, 30)),

@@ -52,7 +52,7 @@ def codes(calibration: RigCalibration) -> set[str]:
 @pytest.mark.statistics
 @pytest.mark.slow
 def test_table_1_of_the_thesis(repeats: Callable[..., int]) -> None:
-    # 40 calibrations, 8000 points: the RMS itself is known to one per cent.
+    # 40 calibrations, 8000 points: they determine the RMS to one per cent.
     runs = repeats(10, 40)
     assert table_1(runs) == pytest.approx(TABLE_1_UM, rel=looser(0.05, runs, 40))
 
@@ -67,7 +67,7 @@ def test_what_the_depth_of_the_calibrated_volume_is_worth(repeats: Callable[...,
     assert flat.found_um[0, DEPTH] == pytest.approx(30.0, rel=scatter)
     assert deep.found_um[0, DEPTH] < 5.0
     for cost in (flat, deep):
-        # The map says so by itself, without knowing the truth.
+        # The map predicts it without the truth.
         assert cost.predicted_um[0] == pytest.approx(cost.found_um[0], rel=scatter)
     assert flat.predicted_um[0, DEPTH] == pytest.approx(30.0, rel=0.15)
     assert flat.focal_sigma_um == pytest.approx(13.0, rel=0.1)
@@ -114,7 +114,7 @@ def test_common_reference_points_couple_the_cameras() -> None:
     correlation = np.corrcoef(shifts.T)[:3, 3:]
     sigmas = np.sqrt(np.diag(predicted))
     expected = (predicted / np.outer(sigmas, sigmas))[:3, 3:]
-    # Correlations of 120 samples are known to 0.09; two of these are above 0.3.
+    # 120 samples determine correlations to 0.09; two of these are above 0.3.
     assert np.abs(expected).max() > 0.3
     assert np.abs(correlation - expected).max() < 0.3
 
@@ -129,7 +129,7 @@ def test_uncertain_length_of_the_list_is_that_of_all_lengths() -> None:
     errors = np.concatenate([parameter_errors(a.model, b.model) for a, b in both])
     uncertain = calibrate_rig(rig(), replace(points, length_sigma=off), spots)
     grown = uncertain.covariance - certain.covariance
-    # What a list does that is too long by one sigma; the rest is rounding.
+    # The effect of a list that is too long by one sigma; the rest is rounding.
     size = np.sqrt(np.diag(certain.covariance))
     assert np.abs((grown - np.outer(errors, errors)) / np.outer(size, size)).max() < 1e-5
     assert np.abs(grown / np.outer(size, size)).max() > 1e-3
@@ -174,7 +174,7 @@ def test_split_shares_all_points_and_is_seeded() -> None:
 
 
 def test_flat_volume_warns_refuses_and_can_be_forced() -> None:
-    # With such good spots the focal length alone would be known well enough.
+    # With such precise spots the focal length alone would be determined well enough.
     shallow = observe(rig(), 400, 80.0, 1, sigma_px=0.002)
     assert codes(calibrate_rig(rig(), *shallow)) == {"calibration.flat_volume"}
     flat = observe(rig(), 400, 15.0, 1)
@@ -235,12 +235,12 @@ def test_too_few_points_are_refused_by_number() -> None:
 
 
 def test_residuals_that_their_sigma_does_not_explain() -> None:
-    # What is stated is too good by three, by one and a half, and too bad by two.
+    # The stated noise is too small by factors of three and one and a half, and too large by two.
     points, spots = observe(rig(), 400, 400.0, 1, sigma_px=3.0 * SIGMA_PX)
     assert refusal(points, replace(spots, sigma_px=SIGMA_PX)).code == "calibration.chi2"
     forced = calibrate_rig(rig(), points, replace(spots, sigma_px=SIGMA_PX), force=True)
     honest = calibrate_rig(rig(), points, spots)
-    # The covariance grows with what was seen.
+    # The covariance follows the observed scatter.
     assert np.trace(forced.covariance) == pytest.approx(np.trace(honest.covariance), rel=0.15)
     modest = calibrate_rig(rig(), points, replace(spots, sigma_px=2.0 * SIGMA_PX))
     assert "calibration.chi2" in codes(modest)

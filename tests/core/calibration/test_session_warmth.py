@@ -20,7 +20,7 @@ def test_the_last_warmth_before_the_result_stands_in_the_record(tmp_path: Path) 
     assert procedure.base.session.read_bytes().count(b"\n") == lines
     procedure.record_temperature(bench.now(), (36.4, 37.5))
     assert procedure.base.session.read_bytes().count(b"\n") == lines + 1
-    # What comes after the result does not take it away.
+    # Frames after the result do not remove it.
     procedure.compute()
     procedure.record_temperature(bench.now(), (20.0, 20.0))
     again = KnownPointsProcedure.resume(procedure.base.session, bench.rig, bench.store())

@@ -62,7 +62,7 @@ def test_one_more_event_does_not_make_a_forged_history_ours(tmp_path: Path) -> N
     evidence = record_hash(make_verification(make_record()))
     forged.recalled(forged.active_hash or "", evidence, "Ada", "looked at", NOW)
     again = CalibrationStore(tmp_path / "forged")
-    # What this station signed of it begins with its doubt.
+    # The signatures of this station on it begin with the reservation.
     assert again.signer.word is SealWord.SEALED
     assert again.status(NOW).state is State.SUSPECT
     again.verify(make_verification(make_record()), NOW)

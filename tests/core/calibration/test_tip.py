@@ -1,4 +1,4 @@
-"""Arithmetic of tips: layouts, the ball on a sphere, articulation, and what a check decides."""
+"""Arithmetic of tips: layouts, the ball on a sphere, articulation, and decisions of a check."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ def test_what_a_check_shares_with_its_qualification_cancels() -> None:
     assert moved**2 - compared(record) ** 2 == pytest.approx(2.0 * cameras, rel=1e-6)
     other = compared(msgspec.structs.replace(record, artefacts=()))
     assert other**2 - compared(record) ** 2 == pytest.approx(0.0005**2, rel=0.2)
-    # A record that does not say on what it rests shares nothing.
+    # A record without its inputs shares nothing.
     silent = compared(msgspec.structs.replace(record, by_cameras=(), by_geometry=()))
     assert silent == pytest.approx(np.sqrt(2.0) * ball.diameter_sigma, rel=1e-6)
 

@@ -1,4 +1,4 @@
-"""A blow while the tip is checked: a check that was begun before it cannot lift the doubt."""
+"""A blow during a tip check: a check begun before it cannot lift the suspicion."""
 
 from __future__ import annotations
 

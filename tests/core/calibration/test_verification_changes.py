@@ -49,7 +49,7 @@ def changed(session: Session, course: Course, seed: int) -> tuple[VerificationRe
 @pytest.mark.parametrize("course", ["drift", "jump", "before"])
 def test_course_of_change_is_named(tmp_path: Path, course: Course) -> None:
     code, words = _EXPECTED[course]
-    # N seeds each; every known truth must be named first.
+    # N seeds each; every true cause must be named first.
     for seed in range(amount(4, 10)):
         session = Session(tmp_path / str(seed))
         start = session.end + timedelta(hours=1)

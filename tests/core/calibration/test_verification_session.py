@@ -1,4 +1,4 @@
-"""Whole verifications from averaged spots: what moved, what was wrong, and what is kept of it."""
+"""Whole verifications from averaged spots: movements, prior errors, and their records."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_an_honest_verification_passes_and_says_what_it_saw(tmp_path: Path) -> N
     assert len(record.checks) == 37
     session.procedure.accept(session.end, "verified")
     assert session.bench.store().status(session.end).state is State.VALID
-    # What was stored is read as it was written.
+    # The record is read as it was written.
     assert session.bench.store().verifications() == (record,)
 
 
@@ -138,7 +138,7 @@ def test_a_nudged_camera_is_named_with_the_time(tmp_path: Path, size: float, mom
     said = next(one for one in record.objections if one.code == "session.camera_moved")
     assert f"Camera '{session.rig.cameras[moved[0]].name}'" in said.what
     assert "verify again" in said.remedy
-    # 0.2 px is dated to within two rests of 15 s, where no sphere lies between.
+    # 0.2 px is dated to within two rests of 15 s without a sphere between them.
     if size == 100e-6 and moment < 44:
         words = said.what.split()
         times = [
@@ -205,7 +205,7 @@ def test_a_sphere_is_judged_near_and_far(tmp_path: Path) -> None:
     assert record.passed
     middle = session.rig.volume_world.mean(axis=0)
     assert third_of(middle, session.rig) == "middle third"
-    # A form or a size beyond its limit fails, whichever place it was.
+    # A form or size beyond its limit fails at any place.
     limits = Limits(form=0.005)
     assert not limits.passes(msgspec.structs.replace(record.checks[-1], limit_mm=limits.form))
 

@@ -24,12 +24,12 @@ _NODES = np.array([6, 6, 6])
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """Systematic error of a calibration, which no averaging removes, um RMS.
+    """Systematic error of a calibration, which averaging does not reduce, um RMS.
 
     Attributes
     ----------
     found_um
-        (h, 3): of exact spots, located with calibrations of noisy ones; for each half depth.
+        (h, 3): of exact spots, located with noisy calibrations; for each half depth.
     predicted_um
         (h, 3): by the calibrations' own error maps.
     length_um

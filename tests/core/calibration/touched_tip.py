@@ -1,7 +1,7 @@
-"""Tips that touch a sphere and rest in a cone, many times, with cameras and probe wrong by theirs.
+"""Tips that touch a sphere and rest in a cone, many times, with wrong cameras and probe.
 
-Where the touches are and how the probe is held is planned some times over; how their tips answer to
-errors is computed once for each plan. Cameras, LEDs, tip and spots are drawn anew for every run,
+Places of the touches and attitudes of the probe are planned a few times; the sensitivity of the
+tips to errors is computed once for each plan. Cameras, LEDs, tip and spots are drawn for every run,
 and tips are computed from the spots.
 """
 
@@ -64,7 +64,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """What is wrong with the tip, mm."""
+    """Error of the tip, mm."""
 
     diameter: float = 0.0
     length: float = 0.0
@@ -106,7 +106,7 @@ class TipWorld:
         sigma_limit: float,
         against: TipRecord | None = None,
     ) -> Plan:
-        """Return touches in a layout, and more on the equator until the diameter is known."""
+        """Return touches in a layout, and more on the equator until the diameter is determined."""
         frame = frame_about(POLE, self.rig)
         plan = self._touching(sphere_layout(rings, frame).directions, rng)
         while self.sigma(plan, against) > sigma_limit and len(plan.touches) < 60:
@@ -228,7 +228,7 @@ def check_plans(world: TipWorld, count: int, seed: int) -> list[CheckPlan]:
 
 
 def qualified(diameter: float, sigma: float) -> TipRecord:
-    """Return a qualification that found a diameter, and does not say on what it rests."""
+    """Return a qualification with a diameter and without its inputs."""
     return make_tip_record(make_probe_record(), diameter_mm=diameter, diameter_sigma_mm=sigma)
 
 

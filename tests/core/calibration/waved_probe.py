@@ -37,7 +37,7 @@ from ocmm_core.tracking import ProbeBody, load_probe, triangulate
 
 SIGMA_PX = 0.0105
 LED_SIGMA = 0.0005
-"""mm; what a calibration of the probe with thousands of poses leaves."""
+"""mm; remains after a calibration of the probe with thousands of poses."""
 
 VOLUME = np.array([[-200.0, -150.0, -200.0], [200.0, 150.0, 200.0]])
 TILTS = np.radians([45.0, 30.0, 45.0])
@@ -49,7 +49,7 @@ def rig() -> Rig:
 
 
 def probe(led_sigma: float = LED_SIGMA) -> ProbeBody:
-    """Return the probe of the thesis, its LEDs known to ``led_sigma``, mm per axis."""
+    """Return the probe of the thesis, with LEDs calibrated to ``led_sigma``, mm per axis."""
     body = load_probe(resource("probes", "thesis.toml"))
     sigmas = np.concatenate([np.full(body.leds_probe.size, led_sigma), np.full(3, 0.002)])
     return replace(body, geometry_covariance=np.diag(sigmas**2))
@@ -65,16 +65,16 @@ def see(cameras: tuple[CameraModel, ...], points: Float, rng: np.random.Generato
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """What is true in one run: the rig, the probe as it is, and the bar as it is.
+    """The truth of one run: the rig, the probe and the bar.
 
     Attributes
     ----------
     rig
         With the true cameras.
     body
-        As its document says, with errors of its geometry.
+        As in its document, with errors of its geometry.
     leds, tip
-        As they are, mm, probe.
+        True places, mm, probe.
     length
         Of the bar, mm.
     rng
@@ -132,7 +132,7 @@ class World:
 
 
 def world(seed: int, true_rig: Rig | None = None, body: ProbeBody | None = None) -> World:
-    """Return what is true in the run with this seed."""
+    """Return the truth of the run with this seed."""
     rng = np.random.default_rng(seed)
     known = body or probe()
     sigmas = np.sqrt(np.diag(known.geometry_covariance))
@@ -173,7 +173,7 @@ def as_known_before(true: Rig, points: int = 400, depth: float = 200.0) -> Rig:
 
 
 def with_lens_errors(known: Rig, rng: np.random.Generator) -> Rig:
-    """Return the rig with lenses that are wrong as its covariance says, and the same places."""
+    """Return the rig with lens errors drawn from its covariance, at the same places."""
     cameras = []
     for index, camera in enumerate(known.cameras):
         lens = slice(N_PARAMETERS * index + 6, N_PARAMETERS * (index + 1))
@@ -196,7 +196,7 @@ def length_errors(true: Rig, found: Rig, lines: int = 200) -> Float:
 
 
 def parameter_errors(true: Sequence[CameraModel], found: Sequence[CameraModel]) -> Float:
-    """Return by how much the found cameras differ, (14 C,), in the order of `PARAMETERS`."""
+    """Return the differences of the found cameras, (14 C,), in the order of `PARAMETERS`."""
     errors = []
     for right, mine in zip(true, found, strict=True):
         was, now = right.T_camera_from_world, mine.T_camera_from_world
@@ -249,7 +249,7 @@ def disturbed(rig: Rig, rng: np.random.Generator, lenses: bool = True) -> Rig:
 
 
 def four_cameras() -> Rig:
-    """Return a rig with two more cameras, above and beside the others."""
+    """Return a rig with two more cameras, above and to the side of the others."""
     two = rig()
     more = []
     for index, vector in enumerate(([0.0, 0.25, 0.12], [0.0, -0.25, -0.12])):

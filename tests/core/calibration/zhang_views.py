@@ -20,7 +20,7 @@ PIXEL = CameraModel(
     "zhang", 1, 640, 480, 1.0, 800.0, 1.0, 320.0, 240.0, 0.0, 0.0, 0.0, 0.0,
     RigidTransform.identity(),
 )  # fmt: skip
-"""A start that anybody would take: image centre, and pixels for unit of length."""
+"""A usual start: image centre, and pixels for unit of length."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from ocmm_core.geometry import Float, Points3
 pytestmark = pytest.mark.numerics
 
 EDGE_MM = 12.288
-"""Half a sensor side: where the distortion in per cent is stated (errata of the thesis, 1f)."""
+"""Half a sensor side, at which the distortion in per cent is stated (errata of the thesis, 1f)."""
 
 STEPS = np.array([1e-6] * 3 + [1e-3] * 3 + [1e-4, 1e-6, 1e-3, 1e-3, 1e-8, 1e-10, 1e-8, 1e-8])
 """For central differences: each moves a pixel by about 1e-3 px."""
@@ -114,7 +114,7 @@ def test_a_point_behind_or_beside_the_camera_has_no_pixel() -> None:
     in_camera = np.array([[10.0, 5.0, -1000.0], [10.0, 5.0, 0.0], [0.0, 0.0, -1e-9]])
     uv = project(model, model.T_camera_from_world.inverse().apply(in_camera[[0]]))
     assert np.isnan(uv).all()
-    # Exactly in the plane of the centre, where the inverse motion would round.
+    # Exactly in the plane of the centre, at which the inverse motion would round.
     at_origin = replace(model, T_camera_from_world=model.T_camera_from_world.identity())
     uv = project(at_origin, in_camera)
     assert np.isnan(uv).all()

@@ -33,7 +33,7 @@ def test_covariance_is_positive_definite_and_separate_for_each_camera(name: str)
     assert covariance.shape == (28, 28)
     assert np.array_equal(covariance, covariance.T)
     scale = np.sqrt(np.diag(covariance))
-    # Units run from 1e-10 mm^-4 to 1 px, so look at the correlations.
+    # Units range from 1e-10 mm^-4 to 1 px, so the correlations are checked.
     assert np.linalg.eigvalsh(covariance / np.outer(scale, scale)).min() > 1e-12
     assert not covariance[:14, 14:].any()
 

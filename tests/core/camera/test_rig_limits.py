@@ -1,4 +1,4 @@
-"""Sizes of a rig that nobody has, found by damaging rigs a million times."""
+"""Impossible sizes of a rig, found by damaging rigs a million times."""
 
 from __future__ import annotations
 

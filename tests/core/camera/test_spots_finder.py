@@ -38,7 +38,7 @@ def settle(finder: SpotFinder, places: Sequence[Place], rng: np.random.Generator
 
 
 def slots_of(block: SpotBlock, places: Sequence[Place]) -> list[int]:
-    """Return the slot that reports each place, -1 where none does."""
+    """Return the slot that reports each place, -1 for none."""
     found = []
     for place in places:
         near = [
@@ -226,7 +226,7 @@ def test_two_leds_that_merge_are_no_led_however_slowly() -> None:
 
 
 def test_two_windows_never_report_the_same_spot() -> None:
-    """An LED vanishes just when another one comes to where it would be."""
+    """An LED vanishes just when another one reaches its predicted place."""
     rng = np.random.default_rng(13)
     finder = make()
     slots = slots_of(settle(finder, [(60.0, 60.0), (100.0, 60.0)], rng), [(60.0, 60.0)])
@@ -308,7 +308,7 @@ def test_start_windows_that_cannot_be_are_refused(windows: tuple[Window, ...]) -
 
 
 def test_the_past_can_be_taken_up_again() -> None:
-    """The state is all that a finder knows: a copy of it gives the same frames once more."""
+    """The state is complete: a copy of it yields the same frames again."""
     rng = np.random.default_rng(19)
     finder = make()
     settle(finder, FOUR, rng)

@@ -1,4 +1,4 @@
-"""One window: the gates, the position and what is said about its error."""
+"""One window: the gates, the position and the stated error."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_a_spot_that_is_too_small_is_no_led() -> None:
 
 def test_a_spot_that_is_too_large_is_no_led() -> None:
     found = gates(lambda rng: spot(*centre(rng), SHAPE, 40.0 * LIGHT, (2.2, 2.2)))
-    # Where the brightest pixel reaches the end of the converter, that is what is said.
+    # If the brightest pixel reaches the end of the converter, the flag is SATURATED.
     assert set(found) <= {"LARGE", "SATURATED", "EDGE"}
     assert found["LARGE"] > 200
 
@@ -128,7 +128,7 @@ def test_a_spot_at_the_edge_of_its_window_is_refused(u: float, v: float) -> None
 @pytest.mark.parametrize("light", [0.5 * LIGHT, LIGHT, 6.0 * LIGHT])
 @pytest.mark.parametrize("sigma", [0.8, 1.0, 1.3])
 def test_the_place_between_the_pixels_makes_no_difference(light: float, sigma: float) -> None:
-    """Pictures without noise; what is left is the threshold, the converter and the pixels."""
+    """Noise-free pictures; the rest comes from threshold, converter and pixels."""
     errors = []
     for u in 7.5 + (np.arange(15) - 7) / 15:
         for v in 7.5 + (np.arange(15) - 7) / 15:
@@ -162,7 +162,7 @@ def test_the_stated_variance_is_that_of_the_error(
 
 
 def test_even_light_does_not_move_a_spot() -> None:
-    """The ambient light may change after the black image; the border of the window tells it."""
+    """The ambient light may change after the black image; the border of the window shows it."""
     bare, lit = look(spot(7.2, 7.9, SHAPE), 3), look(spot(7.2, 7.9, SHAPE) + 150.0, 3)
     np.testing.assert_allclose(lit.uv, bare.uv, atol=0.01)
     assert lit.background - bare.background == pytest.approx(150.0, abs=5.0)

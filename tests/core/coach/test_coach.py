@@ -40,8 +40,8 @@ from ocmm_sim.scene import WorldOptions, draw_world
 
 SCENES = 50
 WORLDS = 1200
-"""U is a standard deviation: of so many draws it scatters by 1/sqrt(2 n) = 2 %, and the greatest
-of three axes a little more; 10 % is four times that."""
+"""U is a standard deviation: from this number of draws it scatters by 1/sqrt(2 n) = 2 %, and the
+greatest of three axes a little more; 10 % is four times that."""
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def held_in(rig: Rig, body: ProbeBody, rng: np.random.Generator, most_deg: float
 
 
 def turned(held: Held, turn: Turn | Hint, rig: Rig, body: ProbeBody) -> Held:
-    """Return how the probe is held after a turn, and what is really seen then."""
+    """Return the attitude of the probe after a turn, and the LEDs visible then."""
     rotation = turn.rotation_world(stance_at(rig)) @ held.rotation_world_from_probe
     seen = sight_of(rig, body, rotation[None], held.tip_world).seen[0]
     return Held(rotation, held.tip_world, seen)
@@ -123,9 +123,9 @@ def error_of(
 def test_who_follows_the_coach_ends_with_a_median_u_of_at_most_0_8(
     rig: Rig, body: ProbeBody
 ) -> None:
-    """120 operators hold the probe anyhow; those who follow turn as long as a hint is there.
+    """120 operators with random attitudes; followers turn while there is a hint.
 
-    A hand follows with 3 degrees (k = 1) about every axis, and turns back where that loses LEDs.
+    A hand follows with 3 degrees (k = 1) about every axis, and turns back if it loses LEDs.
     """
     rng = np.random.default_rng(94)
     alone, coached, lost = [], [], 0
@@ -191,7 +191,7 @@ def test_hints_better_u_by_a_real_share_and_keep_four_leds(rig: Rig, body: Probe
         after = turned(held, hint, rig, body)
         assert hint.share >= REAL_SHARE
         assert common(after.seen[None])[0] >= hint.leds >= LEAST_LEDS
-        # What it says is what comes of it, LEDs at the rim of their cone left out.
+        # The prediction holds, except for LEDs at the rim of their cone.
         assert uncertainty_of(rig, body, after) <= hint.then_mm * (1.0 + 1e-9)
     assert given >= 10
 
@@ -214,7 +214,7 @@ def test_a_camera_that_sees_nothing_is_not_counted_on(rig: Rig, body: ProbeBody)
         seen = held.seen.copy()
         seen[:2] = False
         if common(seen[None])[0] < LEAST_LEDS or np.min(held.seen[:2].sum(axis=1)) < 2:
-            # Of a camera to which nothing shines nobody knows that it is blind.
+            # Without light at a camera its blindness cannot be detected.
             continue
         hint = advise(four, body, replace(held, seen=seen)).best()
         if hint is None:
@@ -283,12 +283,12 @@ def test_a_hint_waits_stays_and_goes(rig: Rig) -> None:
     right = hint_of(Way.LEAN_RIGHT, 0.35)
     assert steady.feed(Advice(0.03, (left,)), 0.0) is None
     assert steady.feed(Advice(0.03, (left,)), WAIT_S) == left
-    # A little better elsewhere turns nobody round, and less gain lets it stand.
+    # A slightly better alternative changes no hint, and a smaller gain keeps it.
     assert steady.feed(Advice(0.03, (right, left)), 2.0) == left
     kept = steady.feed(Advice(0.03, (little,)), 9.0)
     assert kept is not None
     assert kept.ways == left.ways
-    # One moment without it, a blink of an LED, and it still stands.
+    # After one moment without it, a blink of an LED, the hint remains.
     assert steady.feed(None, 9.3) is not None
     assert steady.feed(Advice(0.03, (left,)), 9.6) is not None
     assert steady.feed(Advice(0.03), 10.0) is not None

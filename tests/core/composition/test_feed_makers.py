@@ -1,4 +1,4 @@
-"""What the registry of sources names is there to be called."""
+"""Every name in the registry of sources can be called."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the window measures with, by the settings; the station in words; the jobs left open."""
+"""Equipment of the window by the settings; the station in words; unfinished jobs."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_settings_reach_the_request(shipped: Settings, tmp_path: Path) -> None:
     assert request.tip == "long"
     assert request.operator == "Anna"
     nobody = request_of_settings(replace(changed, job_operator=""), Errand(QUICK))
-    assert nobody.operator == "unnamed", "a demo is measured with virtual cameras"
+    assert nobody.operator == "unnamed"
     assert request.climate.part_c == 23.0
     assert request.climate.compensate_part
     assert request.stream is not None
@@ -61,7 +61,7 @@ def test_settings_reach_the_request(shipped: Settings, tmp_path: Path) -> None:
 
 
 def test_compensation_without_a_temperature_opens_no_job(shipped: Settings, tmp_path: Path) -> None:
-    """A temperature that went stale is none: a job that wants one must not open without it."""
+    """A stale temperature counts as missing: a job that needs one must not open."""
     changed = replace(shipped, temperature_compensate_part=True, job_folder=tmp_path)
     with pytest.raises(InputError, match="Settings, Temperature"):
         build_station(request_of_settings(changed, Errand(QUICK)))

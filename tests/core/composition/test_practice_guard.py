@@ -1,4 +1,4 @@
-"""What was practised is refused by real cameras, and every paper of it says PRACTICE."""
+"""Practice records are refused by real cameras, and every report of them reads PRACTICE."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def test_with_no_time_nothing_is_measured(tmp_path: Path) -> None:
 
 
 def test_nothing_is_left_of_a_measurement_that_is_killed() -> None:
-    """The fixture that looks for child processes after each test would find the mirror."""
+    """The fixture that checks for child processes after each test would find the mirror."""
     command = [
         *private_network(), sys.executable, "-m", "ocmm_core.composition._station_checks", "60",
     ]  # fmt: skip

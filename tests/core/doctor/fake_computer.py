@@ -1,7 +1,7 @@
-"""A computer in a folder: what the kernel, the tools and the user's folders of a good station hold.
+"""A computer in a folder: files of the kernel, tools and user's folders of a good station.
 
-Only the answers of the kernel that lie in no file are given by functions. Tools are programs in the
-folder that read and write files of it, so that what changes them is seen.
+Functions give only those answers of the kernel that are in no file. Tools are programs in the
+folder that read and write its files, so that their effect is visible.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ LIMITS = (
 
 
 def room(free: int = 50 * GIB, flags: int = 0, files: int = 1000) -> os.statvfs_result:
-    """Return what statvfs says of a disk with so many free bytes and files."""
+    """Return the answer of statvfs for a disk with the given free bytes and files."""
     blocks = free // BLOCK
     return os.statvfs_result(
         (BLOCK, BLOCK, 1 << 30, blocks, blocks, 10_000, files, files, flags, 255)

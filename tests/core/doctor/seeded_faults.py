@@ -96,7 +96,7 @@ def clock_off(computer: Computer) -> Computer:
 
 
 def no_group(computer: Computer) -> Computer:
-    """Let nobody have made the group, nor given rights to a program."""
+    """Simulate a station without the group and without rights for a program."""
     put(computer, "/etc/group", "root:x:0:\nanna:x:1000:\n")
     return calls(computer, granted=lambda path: frozenset())
 
@@ -246,6 +246,11 @@ FAULTS: dict[str, tuple[str, Light, Fault]] = {
     "calibration due": ("calibrations.due", Light.AMBER, records(timedelta(days=3), _LONG)),
     "expired certificate": ("certificates.expired", Light.RED, records(_LONG, -timedelta(days=1))),
     "certificate due": ("certificates.due", Light.AMBER, records(_LONG, timedelta(days=3))),
+    "other settings of root": (
+        "settings.of_root", Light.AMBER,
+        written("/root/.config/ocmm/settings.toml",
+                'schema = "ocmm.settings/1"\n\n[window]\nlanguage = "de"\n'),
+    ),
     "lost key": ("key.lost", Light.RED, lost_key),
     "no key": ("key.missing", Light.AMBER, removed(DATA / "keys/station.key")),
     "PIN of the token readable by others": (

@@ -44,7 +44,7 @@ def spoiled_computer(root: Path) -> Computer:
 
 @on_linux_only
 def test_a_station_with_a_read_only_system_is_put_right_too(tmp_path: Path) -> None:
-    """What says whether a user may is the place where it keeps what was before, not the root."""
+    """The right of a user depends on the folder for undo records, not on root."""
     (tmp_path / "var/lib").mkdir(parents=True)
     spread = f"mount --bind {tmp_path} {tmp_path} && mount -o remount,bind,ro {tmp_path}"
     layer = f"mount -t tmpfs tmpfs {tmp_path}/var/lib"
@@ -88,7 +88,7 @@ def test_what_is_mended_is_green_and_taken_back_to_the_last_byte(tmp_path: Path)
     # 4 governors, 4 idle states, 2 interrupts, 3 of coalescing, 1 offload, 1 file of limits.
     assert len(changes) == 15
     assert [one.complaint for one in mend(computer, changes)] == [""] * 15
-    # The new limit counts from the next log-in on, which is said.
+    # The new limit applies from the next log-in, and the output mentions that.
     assert faulty(computer) == {"memory"}
     assert everything_in(tmp_path) != before
     assert [one.complaint for one in undo(computer)] == [""] * 15
@@ -109,7 +109,7 @@ def test_mending_twice_keeps_what_was_before_the_first_time(tmp_path: Path) -> N
 
 
 def test_of_two_changes_of_a_value_the_last_is_taken_back_first(tmp_path: Path) -> None:
-    """What somebody set between two of them is not a value of the doctor's, and stays."""
+    """A value set by a person between two changes is not the doctor's, and stays."""
     computer = spoiled_computer(tmp_path)
     mend(computer, examine(computer)[1])
     put(computer, f"{SETTINGS}/rx-usecs", "30\n")
@@ -127,7 +127,7 @@ def test_a_power_cut_in_the_middle_is_taken_back(made: int, tmp_path: Path) -> N
     mend(computer, changes)
     kept = computer.place(UNDO_FILE).read_bytes()
     undo(computer)
-    # As it is after so many changes: what was before is on the disk since the first one.
+    # As after that number of changes: the original values are on the disk since the first one.
     if made:
         mend(computer, changes[:made])
     put(computer, UNDO_FILE, kept)
@@ -205,7 +205,7 @@ def test_nothing_else_can_be_written(
 
 def test_without_a_place_for_what_was_before_nothing_is_changed(tmp_path: Path) -> None:
     if os.geteuid() == 0:
-        # root may write into every folder; a file in its place stops it, too.
+        # root may write into every folder; a file in its place stops root as well.
         computer = spoiled_computer(tmp_path)
         put(computer, "/var/lib", "no folder")
     else:

@@ -12,9 +12,9 @@ from tests.core.doctor.fake_computer import LIMITS, good_computer, put
 from tests.core.doctor.seeded_faults import FAULTS, slow_fsync
 
 _ALSO = {
-    # Without a processor of its own for the bus no interrupt can be on it.
+    # Without a reserved processor for the bus no interrupt can be on it.
     "too few processors": {"interrupts"},
-    # What is not there cannot be asked.
+    # A missing adapter cannot be queried.
     "adapter not there": {"interrupts", "coalescing", "offloads"},
     # Nobody in a group, and no rights: two remedies.
     "no group": {"rights"},
@@ -70,7 +70,7 @@ def test_files_of_two_versions_are_named(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def typed_with_sudo(computer: Computer) -> Computer:
-    """Return the same station, looked at by a process of root that anna started with sudo."""
+    """Return the same station, examined by a process of root that anna started with sudo."""
     status, limits = computer.text("/proc/self/status"), computer.text("/proc/self/limits")
     put(computer, "/proc/self/status", "Name:\tocmm\nPPid:\t78\nUid:\t0\t0\t0\t0\nGroups:\t0\n")
     put(computer, "/proc/self/limits", LIMITS.format("8388608"))

@@ -91,14 +91,14 @@ def test_it_is_measured_by_the_program_that_is_the_bus_process() -> None:
     asked = ["-m", "ocmm_core.doctor._wake", "2.0", "3"]
     assert wake_command(granted, 2.0, 3) == ["/opt/python-ocmm", "-I", *asked]
     assert wake_command([sys.executable, "-I", "-m", "x"], 2.0, 3) == [sys.executable, *asked]
-    # In a package, which knows no modules.
+    # Installed from a package, which contains no modules.
     installed = "/opt/ocmm/ocmm-acq"
     assert wake_command([installed], 2.0, -1) == [installed, "--wake", "2.0", "-1"]
 
 
 @on_linux_only
 def test_who_measures_has_memory_left_when_all_of_it_is_locked() -> None:
-    """A minute of times takes more than what may be locked on most computers."""
+    """A minute of times needs more memory than most computers allow to lock."""
     program = (
         "from ocmm_core.doctor._wake import measure_wakes\n"
         "measure_wakes(0.05, -1)\n"

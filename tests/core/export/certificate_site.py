@@ -1,4 +1,4 @@
-"""The laboratory whose papers the tests of certificates write."""
+"""The laboratory named on the certificates of tests."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ _MADE = "ocmm_comma.UTF-8"
 
 @pytest.fixture(scope="session")
 def made_locales(tmp_path_factory: pytest.TempPathFactory) -> Path | None:
-    """Return the folder of a locale with a decimal comma, made here; None where that cannot be."""
+    """Return the folder of a locale with a decimal comma, made here; None if that is impossible."""
     if not shutil.which("localedef"):
         return None
     folder = tmp_path_factory.mktemp("locales")
@@ -27,7 +27,7 @@ def made_locales(tmp_path_factory: pytest.TempPathFactory) -> Path | None:
 
 @pytest.fixture
 def comma_locale(made_locales: Path | None) -> Iterator[None]:
-    """Run the test in a locale with a decimal comma, made for it where none is installed."""
+    """Run the test in a locale with a decimal comma, made for it if none is installed."""
     before = locale.setlocale(locale.LC_ALL)
     names = ["de_DE.UTF-8", "fr_FR.UTF-8", "German_Germany.1252"]
     with pytest.MonkeyPatch.context() as patch:

@@ -209,5 +209,5 @@ def write_incomplete(
     folder: Path,
     profile: Profile | None = None,
 ) -> tuple[Path, ...]:
-    """Write reports as `write_report`; the sample job is one in which something is missing."""
+    """Write reports as `write_report`, of the sample job with a missing value."""
     return write_report(data, formats, folder, profile, incomplete=True)

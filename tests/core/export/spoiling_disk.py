@@ -1,4 +1,4 @@
-"""A disk that changes what it is given, below a report that is written."""
+"""A disk that changes data while a report is written."""
 
 from __future__ import annotations
 

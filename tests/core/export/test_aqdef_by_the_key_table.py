@@ -1,8 +1,7 @@
 """An independent reader of Q-DAS files, by the published table of K-fields: it discards nothing.
 
-The reader shares no code with the product. It does what a program for statistics does: a field of
-an unknown key, of another type or longer than the table says is discarded, and so is a number that
-refers to no entry of its catalogue.
+The reader shares no code with the product. Like a program for statistics it discards fields with an
+unknown key, a wrong type or excess length, and numbers that refer to no entry of their catalogue.
 """
 
 from __future__ import annotations
@@ -87,7 +86,7 @@ ORDER = [
 
 
 class Reader:
-    """What it kept, and what it had to discard."""
+    """Kept and discarded fields."""
 
     def __init__(self, content: bytes) -> None:
         self.kept: dict[tuple[str, int], str] = {}
@@ -133,7 +132,7 @@ class Reader:
         return catalogue is None or (catalogue, int(text)) in self.kept
 
     def of(self, key: str, values: dict[str, str]) -> str:
-        """Return what a number of a value stands for in its catalogue."""
+        """Return the catalogue entry of a value's number."""
         return self.kept[CATALOGUES[key], int(values[key])]
 
 
@@ -159,7 +158,7 @@ def test_nothing_is_discarded_of_an_ordinary_job(tmp_path: Path) -> None:
     assert (kept["K1041"], kept["K1042"], kept["K1053"]) == ("D-4711", "C", "O-77")
     assert (kept["K1062"], kept["K1081"], kept["K1230"]) == ("Customer AG", "Mill 3", "Room 2")
     assert kept["K1341"] == "BLOCK"
-    # The work cycle is not the plan, and nobody told one.
+    # The work cycle is not the plan, and none was given.
     assert ("K1086", 0) not in found.kept
     for values in found.values[0]:
         assert found.of("K0008", values) == HEAD.operator
@@ -186,7 +185,7 @@ def test_nothing_is_discarded_of_several_jobs_with_long_texts(tmp_path: Path) ->
     found = told(jobs, tmp_path)
     assert found.discarded == []
     batches = {values[0]["K0006"] for values in found.values}
-    # What begins alike is still told apart, by the digits of its hash.
+    # Equal beginnings are distinguished by the digits of their hash.
     assert len(batches) == 3
     assert {len(batch) for batch in batches} == {14}
     assert len({found.of("K0008", values[0]) for values in found.values}) == 3

@@ -331,7 +331,7 @@ def test_what_is_hostile_is_refused(content: bytes) -> None:
 
 
 def with_real(cameras: Certificate, *reals: tuple[str, str, str, str, str]) -> bytes:
-    """Return a certificate of somebody else: name, value, unit, U and k of its quantities."""
+    """Return a foreign certificate: name, value, unit, U and k of its quantities."""
     root = etree.fromstring(dcc_bytes(replace(cameras, values=(), runs=cameras.runs[1:])))
     results = root.find(".//{*}results")
     assert results is not None

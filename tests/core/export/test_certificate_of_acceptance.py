@@ -86,7 +86,7 @@ def test_the_words_come_with_the_accreditation_of_the_procedure(
 
 
 def adjusted(record: AcceptanceRecord, **changes: object) -> AcceptanceRecord:
-    """Return the same test a week later, after the cameras were calibrated anew."""
+    """Return the same test a week later, after a new calibration of the cameras."""
     given: dict[str, object] = {
         "number": "a" * 12,
         "condition": "after adjustment",
@@ -114,7 +114,7 @@ def test_a_test_after_an_adjustment_is_paired_with_the_one_as_found(
     root = etree.fromstring(dcc_bytes(paper))
     dcc_schema(reference).assertValid(root)
     assert condition_of(after) == "As found and after adjustment, both below."
-    # The test as found stands alone: what came later is no part of it.
+    # The test as found is complete: later events are not part of it.
     assert condition_of(found) == "As found; nothing was adjusted."
     elsewhere = save_record(tmp_path / "b", adjusted(record))
     assert condition_of(elsewhere, found) == condition_of(after)
@@ -171,7 +171,7 @@ def test_unproven_cameras_stand_in_title_facts_and_dcc(
 def test_humidity_and_pressure_of_the_record_are_on_paper_and_in_the_dcc(
     record: AcceptanceRecord, tmp_path: Path, reference: Path
 ) -> None:
-    # A record from before they were asked for has no such field, and keeps its hash.
+    # An older record lacks this field, and keeps its hash.
     assert b'"air"' not in msgspec.json.encode(record)
     air = RoomAir.read("45,5 %", "1013")
     paper = certificate_of_folder(kept(tmp_path, record, air=air), plain_paper())

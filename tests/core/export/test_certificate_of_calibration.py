@@ -129,7 +129,7 @@ def test_a_state_that_was_not_determined_is_said_in_words(
 
 
 def test_a_failure_as_found_is_no_verdict_on_the_new_calibration(tmp_path: Path) -> None:
-    # The run as found failed; after the adjustment nobody tested. Neither word may stand.
+    # The run as found failed; after the adjustment there was no test. Neither word may appear.
     paper = certificate_of_calibration(store_in(tmp_path, found=True, after=False), lab(tmp_path))
     assert paper.final is None
     assert paper.runs[0].word == "fail"
@@ -153,7 +153,7 @@ def test_u_is_that_of_the_covariance() -> None:
     covariance = np.array(record.covariance)[:N_PARAMETERS, :N_PARAMETERS]
     rng = np.random.default_rng(5)
     camera = camera_of(entry)
-    # Of the centre alone: c = -R^T t moves with rotation and translation together.
+    # The centre alone: c = -R^T t moves with rotation and translation together.
     changes = rng.multivariate_normal(np.zeros(N_PARAMETERS), covariance, size=20_000)
     drawn = np.array([camera.perturbed(one).centre_world for one in changes])
     from ocmm_core.export.certificate._from_calibration import _stated

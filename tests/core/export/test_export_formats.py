@@ -48,7 +48,7 @@ def test_the_workbook_holds_numbers_as_numbers_and_text_as_text(tmp_path: Path) 
     assert head["Serial number"].quotePrefix
     assert head["Operator"].value == "Zoë Müller"
     sheet = book["Characteristics"]
-    # The state of the job stands above the table.
+    # The state of the job is above the table.
     columns = [cell.value for cell in sheet[2]]
     measured = sheet.cell(3, columns.index("Measured") + 1)
     assert (measured.value, measured.data_type) == (20.00246, "n")
@@ -71,10 +71,10 @@ def test_the_transfer_file_is_as_agreed_to_the_byte(tmp_path: Path) -> None:
     (values,) = [line for line in lines if b"\x14" in line]
     first, *_, last = values.split(b"\x0f")
     assert first.split(b"\x14")[:3] == [b"20.0025", b"0", b"02.03.2026/07:10:04"]
-    # The operator stands in the catalogue, the value has the number of the entry.
+    # The operator is in the catalogue, the value has the number of the entry.
     assert first.split(b"\x14")[6] == b"1"
     assert "K4092/1 Zoë Müller".encode("cp1252") in lines
-    # No number stands in for one that is missing.
+    # No number replaces a missing one.
     assert last.split(b"\x14")[:2] == [b"", b"256"]
 
 
@@ -254,7 +254,7 @@ def test_no_text_breaks_a_format(
 
 
 def check_harmless(folder: Path, data: ReportData) -> None:
-    """Write all formats and look for anything that another program could carry out."""
+    """Write all formats and check for anything that another program could execute."""
     inside = folder / "inside"
     for profile, formats in ((polyworks_profile(), tuple(EXPORTERS)), (EUROPEAN, ("polyworks",))):
         refused = None

@@ -1,4 +1,4 @@
-"""Nominal and measured stand in one frame, also where the plan is written in another one."""
+"""Nominal and measured values are in one frame, also if the plan uses another one."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def report_by(plan: Plan) -> ReportData:
 
 
 def test_nominals_are_told_in_the_frame_that_the_datums_make(tmp_path: Path) -> None:
-    # Written in the frame of the model, in which bore A stands at (2, -17, 15); the datums put the
-    # origin there.
+    # Written in the frame of the model, with bore A at (2, -17, 15); the datums put the origin
+    # there.
     data = report_by(load_plan(resource("plans", "demo.toml")))
     paths = {path.name: path for path in write_report(data, ("polyworks",), tmp_path)}
     text = paths["Block_07_INCOMPLETE_features.csv"].read_text("ascii")

@@ -1,4 +1,4 @@
-"""A job that is not complete is reported only where somebody asked for just that."""
+"""An incomplete job is reported only on explicit request."""
 
 from __future__ import annotations
 

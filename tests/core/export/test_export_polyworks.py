@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import ENDING, EXPORTERS, preview, preview_text
@@ -128,7 +128,7 @@ JOB = (
     f"Temperatures,{COLD}\r\n"
     "Reported at 20 C,no\r\n"
     "Measured with,OCMM 0.1.0\r\n"
-    f"Reported with,OCMM {__version__}\r\n"
+    f"Reported with,OCMM {build_version()}\r\n"
 ).encode("ascii")
 KINDS = ("job.csv", "points.csv", "features.csv", "report.csv", "cloud.asc", "import.pwmacro")
 ALL = dict(
@@ -160,7 +160,7 @@ def test_without_an_alignment_what_was_measured_stays_in_the_world(tmp_path: Pat
         ("Measured", "World"),
     }
     assert [rows[1][axis] for axis in "XYZ"] == ["0.0000", "1.2500", "1000.0000"]
-    # Only the job says in which frame it is.
+    # Only the job states its frame.
     assert paths["report.csv"].read_bytes() == REPORT
 
 
@@ -246,7 +246,7 @@ def test_an_unwritable_folder_is_one_sentence(tmp_path: Path, folder: str) -> No
 @pytest.mark.parametrize("existing", [True, False])
 @pytest.mark.parametrize("blocked", KINDS)
 def test_all_files_or_none(tmp_path: Path, blocked: str, existing: bool) -> None:
-    # A folder of the file's name cannot be replaced, whoever runs this.
+    # A folder with the file's name cannot be replaced, even by root.
     (tmp_path / f"{STEM}_{blocked}").mkdir()
     others = [kind for kind in KINDS if kind != blocked]
     if existing:
@@ -389,7 +389,7 @@ def test_the_preview_shows_what_the_files_hold() -> None:
 def test_a_file_that_does_not_come_back_as_written_is_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, where: int
 ) -> None:
-    """A disk that changes one digit of what it is given; the older report stays."""
+    """A disk that changes one digit of the file; the older report stays."""
     (tmp_path / f"{STEM}_points.csv").write_bytes(b"older export")
 
     def spoiled(path: Path, content: bytes) -> bytes:

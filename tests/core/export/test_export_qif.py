@@ -100,7 +100,7 @@ def test_every_shape_and_kind_has_a_place() -> None:
 def asking(
     *asked: Characteristic, view: JobView, nominals: list[NominalFeature] | None = None
 ) -> ReportData:
-    """Return a job in which these characteristics are what was asked for."""
+    """Return a job with exactly these requested characteristics."""
     results = tuple(
         replace(
             result(item.name, 0.004, Verdict.CONFORM, kind=item.kind, features=(*item.features,)),
@@ -113,9 +113,9 @@ def asking(
 
 
 def every_way(**known: float) -> ReportData:
-    """Return a job with a characteristic for every way that a document tells one.
+    """Return a job with a characteristic for every form that a document can express.
 
-    ``known`` is what the plan says of all its features.
+    ``known`` are fields of the plan for all its features.
     """
     view, nominals = everything()
     nominals = [msgspec.structs.replace(item, **known) for item in nominals]
@@ -176,7 +176,7 @@ def test_datums_become_one_frame_for_those_that_share_them() -> None:
     root = make_document(asking(*asked, view=sample_view()))
     assert check_qif(root) == []
     assert len(root.findall(f".//{Q}DatumReferenceFrame")) == 1
-    # A label is one word (xs:NMTOKEN); it leads to the feature, and its name stands beside it.
+    # A label is one word (xs:NMTOKEN); it refers to the feature, whose name follows.
     assert [one.text for one in root.iter(f"{Q}DatumLabel")] == ["FACE", "BORE_1"]
     bore = root.find(f".//{Q}CircleFeatureNominal")
     datum = root.findall(f".//{Q}DatumDefinition")[1]
@@ -227,7 +227,7 @@ def test_lines_cylinders_and_cones_are_told_from_where_they_begin_and_end() -> N
         text = root.findtext(f".//{Q}{path.format(Q=Q)}")
         assert text is not None
         assert [float(word) for word in text.split()] == pytest.approx([1.0, 2.0, -6.0])
-    # Of what was measured, the first point on it tells the start.
+    # The first measured point on it determines the start.
     for path in (
         "LineFeatureMeasurement/{Q}Location", "CylinderFeatureMeasurement/{Q}Axis/{Q}AxisPoint"
     ):  # fmt: skip
@@ -241,7 +241,7 @@ def test_lines_cylinders_and_cones_are_told_from_where_they_begin_and_end() -> N
     # A cone whose 18 mm go beyond its apex has no small end.
     root = make_document(every_way(angle_deg=120.0))
     assert root.find(f".//{Q}SmallEndDistance") is None
-    # Without a length nothing is known of where they end.
+    # Without a length their ends are undetermined.
     root = make_document(every_way(length=0.0))
     assert root.find(f".//{Q}LargeEndDistance") is None
     assert names_under(root, "LineFeatureNominal")[-1] == "Direction"
@@ -287,7 +287,7 @@ def test_the_plane_of_a_profile_holds_its_line_and_the_normals_of_the_surface() 
         for one in root.iter(f"{Q}LineProfileCharacteristicNominal")
     ]
     # Circle and rectangle lie in their own planes; points and lines were probed along z, and the
-    # line leads along z, too.
+    # line also leads along z.
     for item, vector in zip(items, vectors, strict=True):
         along = abs(vector[2])
         assert along == pytest.approx(0.0 if item.features[0] in ("Point", "Line") else 1.0)
@@ -362,7 +362,7 @@ def _schema(request: pytest.FixtureRequest) -> etree.XMLSchema:
 
 
 _DRAWING_ONLY = ("A-AN-UV", "A-AN-NG")
-"""Messages of the preview checks about annotations of drawings (the README beside them)."""
+"""Messages of the preview checks about annotations of drawings (see their README)."""
 
 
 def test_the_schemas_of_the_standard_accept_what_we_write(
@@ -394,7 +394,7 @@ def test_the_checks_of_the_standard_have_no_message(tmp_path: Path, reference: P
         (path,) = write_report(data, ("qif",), tmp_path / str(number))
         told = messages_of(checks(etree.parse(path)))
         assert told == [], told[:5]
-        # The checks see what is wrong: they are not blind to our documents.
+        # The checks detect errors in our documents.
         spoiled = etree.parse(path)
         counted = next(one for one in spoiled.iter() if one.get("n") and len(one))
         counted.set("n", "77")

@@ -1,4 +1,4 @@
-"""Every format of a report says all that command line, window and documentation ask of it."""
+"""Every report format provides all fields required by command line, window and documentation."""
 
 from __future__ import annotations
 

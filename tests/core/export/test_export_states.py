@@ -1,4 +1,4 @@
-"""Every file says what it must not be taken for, and nothing undecided passes or fails in any."""
+"""Every file excludes misuse in words, and undecided values neither pass nor fail in any."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def narrow(profile: Profile) -> Profile:
 
 
 def profiles() -> list[Profile]:
-    """Return all profiles that we have, and what somebody could make of them."""
+    """Return all profiles of ours, and possible variants by users."""
     ours = [load_profile(path) for path in PROFILES]
     assert len(ours) >= 2
     return [
@@ -102,9 +102,9 @@ def profiles() -> list[Profile]:
 
 
 def words_of(path: Path) -> list[str]:
-    """Return every text of a file, cell by cell where it has cells.
+    """Return every text of a file, cell by cell if it has cells.
 
-    Without the words of the head beside which the numbers of all verdicts stand.
+    Without the head, which lists the numbers of all verdicts.
     """
     content = path.read_bytes()
     if path.suffix == ".xlsx":
@@ -216,7 +216,7 @@ def test_every_sheet_says_it_above_its_table_and_the_front_says_the_verdict_larg
         assert sheet["A1"].value == "SIMULATED, INCOMPLETE"
     with zipfile.ZipFile(path) as archive:
         for number in range(1, len(book.worksheets) + 1):
-            # On every sheet of paper, too.
+            # On every sheet of paper as well.
             xml = archive.read(f"xl/worksheets/sheet{number}.xml")
             assert b"<oddHeader>&amp;C&amp;BSIMULATED, INCOMPLETE</oddHeader>" in xml
     (path,) = write_report(sample_report(whole_view()), ("xlsx",), tmp_path)
@@ -289,7 +289,7 @@ def test_qif_passes_the_part_only_where_it_conforms(
 ) -> None:
     (path,) = write_report(sample_report(view), ("qif",), tmp_path)
     found = [one.text for one in etree.parse(path).iter(f"{Q}InspectionStatusEnum")]
-    # Of the results, and of the component.
+    # Status of the results, and of the component.
     assert found == [status, status]
 
 

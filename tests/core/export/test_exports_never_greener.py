@@ -81,7 +81,7 @@ def test_every_file_says_what_is_true(chunk: int) -> None:
         assert told.simulated == job.simulated
         assert [Verdict(item.verdict) for item in told.results] == verdicts, seed
         for item in told.results:
-            # A program that takes a number asks for no verdict.
+            # A program that takes a number requests no verdict.
             undecided = item.verdict in ("NOT MEASURED", "PROVISIONAL")
             numbers = (item.measured, item.deviation, item.uncertainty)
             assert all((number is None) == undecided for number in numbers), seed
@@ -103,7 +103,7 @@ def test_every_file_says_what_is_true(chunk: int) -> None:
 
         if verdicts:
             transfer = read_transfer(by_end["dfq"])
-            # Readers judge by limits and value; what that does not show stands beside it.
+            # Readers judge by limits and value; a note shows the rest.
             for index, verdict in enumerate(verdicts, start=1):
                 remark = transfer.text("K0009", index)
                 assert remark == (None if verdict is Verdict.CONFORM else verdict.value), seed

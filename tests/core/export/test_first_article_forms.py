@@ -1,4 +1,4 @@
-"""Forms 1 to 3 of AS9102: known blocks, blank ones with the reason, units, and safe texts."""
+"""Forms 1 to 3 of AS9102: filled blocks, blank ones with the reason, units, and safe texts."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_results_are_in_the_unit_of_the_paper() -> None:
 
 
 def test_texts_that_look_like_formulas_stay_texts() -> None:
-    """Also when somebody edits the cell: its format has the quotation prefix."""
+    """Even after a person edits the cell: its format has the quotation prefix."""
     with zipfile.ZipFile(io.BytesIO(workbook(sample_report()))) as archive:
         styles = etree.fromstring(archive.read("xl/styles.xml"))
         texts = [

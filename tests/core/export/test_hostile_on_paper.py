@@ -128,5 +128,5 @@ def test_a_transfer_file_of_many_characteristics_takes_time_by_their_number(tmp_
         begun = time.process_time()
         write_report(data, ("dfq",), tmp_path / str(number))
         seconds.append(time.process_time() - begun)
-    # Eight times the characteristics: 64 times the time where it is quadratic, 8 where it is not.
+    # Eight times the characteristics: 64 times the time if quadratic, 8 if not.
     assert seconds[1] < 24.0 * max(seconds[0], 0.05), seconds

@@ -1,4 +1,4 @@
-"""The JSON report keeps to the schema that is published beside the documentation."""
+"""The JSON report conforms to the published schema."""
 
 from __future__ import annotations
 

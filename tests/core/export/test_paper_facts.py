@@ -22,8 +22,8 @@ from ocmm_core.export.template import Particulars, load_paper, standard_template
 from ocmm_core.measuring import Climate
 from tests.core.export.sample_report import HEAD, sample_report, sample_view
 
-# By the standard, clause by clause: what a test report shall include. Written down here a second
-# time, so that a clause that is taken out of the list of the product is missed.
+# By the standard, clause by clause: contents of a test report. Repeated here, so that a clause
+# removed from the product's list is missed.
 STANDARD = {
     "7.8.2.1 a": "a title",
     "7.8.2.1 b": "name and address of the laboratory",

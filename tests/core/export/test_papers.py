@@ -1,4 +1,4 @@
-"""One paper for every route: the template of the station, and what was given with a job."""
+"""The same report layout for every route: the station's template, and the data given with a job."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Plans from models (MBD) in the dialect of the NIST documents, against an independent reading.
 
-Features are nominals with axis, diameter and length, requirements name them by their ids; units
-are primary, for PMI, or of each value. Items that the plan cannot hold stand between the others.
+Features are nominals with axis, diameter and length, requirements name them by their ids; units are
+primary, for PMI, or of each value. Items that the plan cannot hold are interspersed.
 """
 
 from __future__ import annotations

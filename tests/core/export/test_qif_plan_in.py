@@ -275,7 +275,7 @@ def test_what_is_not_taken_is_named(element: str, text: str, why: str) -> None:
     if spoiled and why:
         assert any(why in one.why for one in found.left_out), found.left_out
         assert "BORE 1" in names
-        # What is about it is named, too, and not attached to another feature.
+        # Its surroundings are named as well, and not attached to another feature.
         assert "Bore diameter" in names
 
 

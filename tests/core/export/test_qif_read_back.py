@@ -1,4 +1,4 @@
-"""What the reader of a QIF file compares with the report, and what the writer leaves out."""
+"""Comparison of a QIF file with the report by the reader, and omissions of the writer."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ STANDARD = polyworks_profile()
 
 
 def read_back(change: Callable[[etree._Element], None]) -> list[str]:
-    """Return what the reader says of the document after a change."""
+    """Return the reader's findings about the document after a change."""
     data = [sample_report()]
     ((name, content),) = QIF.contents(data, STANDARD).items()
     root = etree.fromstring(content)

@@ -1,4 +1,4 @@
-"""A time that is none: no job file holds one, and no format writes one."""
+"""An invalid time: no job file contains one, and no format writes one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is read off in the room: on the report, kept with the job, and refused where it is none."""
+"""Ambient readings: on the report, stored with the job, and refused if invalid."""
 
 from __future__ import annotations
 

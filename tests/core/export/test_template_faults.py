@@ -1,4 +1,4 @@
-"""Templates that are wrong, or meant badly: told with line and field, and never on paper."""
+"""Wrong or malicious templates: reported with line and field, and never printed."""
 
 from __future__ import annotations
 

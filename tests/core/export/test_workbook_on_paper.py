@@ -1,4 +1,4 @@
-"""What a workbook looks like on paper: by its page set-up, and by what LibreOffice prints."""
+"""A workbook on paper: by its page set-up, and by the print of LibreOffice."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_every_sheet_is_set_up_for_a_page(book: Path) -> None:
     pages = 0
     for sheet in sheets:
         setup = sheet.page_setup
-        # One page wide is what a sheet says that fits a page and names no other width.
+        # A sheet that fits a page and names no other width is one page wide.
         assert (setup.paperSize, setup.fitToWidth or 1) == (9, 1), sheet.title
         assert "<pageSetUpPr fitToPage=" in xml_of(book, sheet)
         assert "Page &amp;P of &amp;N" in xml_of(book, sheet)
@@ -69,7 +69,7 @@ def test_every_sheet_is_set_up_for_a_page(book: Path) -> None:
             # The row of the heads, below the state of the job, on every page.
             assert sheet.print_title_rows == "$2:$2"
             assert sheet.print_area
-    # With the three points of the other feature, as many as the demonstration has.
+    # With the three points of the other feature, the same number as in the demonstration.
     assert pages <= MOST_PAGES
 
 
@@ -81,7 +81,7 @@ def test_what_is_printed_says_the_verdict_and_its_limits(book: Path) -> None:
     assert {"Name", "Nominal", "TolLower", "TolUpper", "Measured", "Uncertainty", "Verdict"} <= set(
         printed
     )
-    # Nothing was lost: what is the same in every row stands behind the page.
+    # Nothing was lost: values equal in every row are behind the page.
     assert "Calibration" in [cell.value for cell in sheet[2]][width:]
 
 

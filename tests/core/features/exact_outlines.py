@@ -12,14 +12,14 @@ from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3, perpendicular_pair
 
 _STEP = 1e-6
-"""Of the differences."""
+"""Step of the differences."""
 
 
 def narrowest_rectangle(sides: list[Float]) -> float:
     """Return the width of the smallest zone about a rectangle near the axes.
 
-    Every side can be moved by itself, so that the widest band decides: the turn at which the
-    greatest of all differences across their side is least lies where two of these are equal.
+    Every side moves independently, so that the widest band decides: the turn that minimises
+    the greatest of all differences across their side lies at the equality of two of these.
 
     Parameters
     ----------
@@ -95,9 +95,9 @@ def _distances(shape: Shape, points: Float, p: Float) -> Float:
 def ellipse_in_fifty_digits(
     contacts: Float, above: list[bool], guess: Float
 ) -> tuple[Float, float]:
-    """Return x y turn a b and the greatest distance where six contacts (6, 2) touch.
+    """Return x y turn a b and the greatest distance for six contacts (6, 2).
 
-    Every foot is an unknown of its own.
+    Every foot is a separate unknown.
     """
     with mp.workdps(50):
         places = [[mp.mpf(float(value)) for value in row] for row in contacts]

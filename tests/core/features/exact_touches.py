@@ -43,7 +43,7 @@ def touches(
 def slanted(
     points: Sequence[MeasuredPoint], rng: np.random.Generator, by: float = 0.3
 ) -> list[MeasuredPoint]:
-    """Return the same touches with approaches that stand off the normal by about ``by`` rad."""
+    """Return the same touches with approaches off the normal by about ``by`` rad."""
     turned = [point.direction + by * rng.normal(size=3) / 2.0 for point in points]
     return [
         replace(point, direction=direction / np.linalg.norm(direction))

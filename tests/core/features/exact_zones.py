@@ -98,15 +98,15 @@ def largest_inside(points: Float) -> float:
 
 
 def in_fifty_digits(fit: Fit, points: Points3) -> tuple[Float, float]:
-    """Return geometry (point, direction, radius or apex angle, form) where the contacts touch.
+    """Return geometry (point, direction, radius or apex angle, form) from the contacts.
 
-    As many contacts as unknowns are solved for in 50 digits by Newton's method, with distances
-    from cross products; each contact stays at the bound where the fit has it.
+    Newton's method in 50 digits solves for as many contacts as unknowns, with distances from
+    cross products; each contact stays at the bound assigned by the fit.
 
     Returns
     -------
     geometry
-        (12,), as `shapes.element`; the point is that of the element nearest to the fit's.
+        (12,), as `shapes.element`; the point is the element's nearest to that of the fit.
     form
         mm.
     """

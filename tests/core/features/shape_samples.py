@@ -106,7 +106,7 @@ def geometry_distance(shape: Shape, first: Float, second: Float) -> float:
     """Return the greatest difference of two geometry vectors; directions without sense."""
     second = second.copy()
     for place in (DIRECTION, ACROSS):
-        # A cone knows its direction.
+        # A cone determines its direction.
         if first[place] @ second[place] < 0.0 and shape is not Shape.CONE:
             second[place] *= -1.0
     axis = first[DIRECTION]

@@ -1,4 +1,4 @@
-"""Compensation of the ball: exact touches of known features must give these features."""
+"""Compensation of the ball: exact touches of given features must return these features."""
 
 from __future__ import annotations
 
@@ -217,8 +217,10 @@ def test_too_few_points_are_counted() -> None:
     motion = somewhere(np.random.default_rng(9))
     points = round_touches("ball", Shape.SPHERE, 20.0, "outer", motion, n=3)
     error = _error([nominal("ball", Shape.SPHERE, 20.0)], points)
-    assert error.what == "ball has 3 of at least 4 points."
-    assert _error([nominal("ball", Shape.SPHERE, 20.0)], []).what.startswith("ball has 0 of")
+    assert error.what == "ball needs at least 4 points (3 taken)."
+    assert _error([nominal("ball", Shape.SPHERE, 20.0)], []).what.startswith(
+        "ball needs at least 4 points"
+    )
 
 
 def test_a_fit_error_names_the_feature() -> None:

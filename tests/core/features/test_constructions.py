@@ -1,4 +1,4 @@
-"""Constructions: known geometry, every place in space, uncertainty, and what is refused."""
+"""Constructions: exact geometry, every place in space, uncertainty, and refusals."""
 
 from __future__ import annotations
 
@@ -33,8 +33,7 @@ from ocmm_core.features.measured._construct import (
     in_order,
     needed_features,
 )
-from ocmm_core.features.measured._construct_fit import fit_through_centres
-from ocmm_core.features.measured._constructed import construct
+from ocmm_core.features.measured._constructed import construct, fit_through_centres
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,

@@ -93,7 +93,7 @@ def test_points_that_determine_nothing(shape: Shape, points: Points3) -> None:
 @pytest.mark.parametrize("shape", ALL_SHAPES[1:])
 def test_the_same_few_places_again_and_again_determine_nothing(shape: Shape) -> None:
     # A bouncing contact: as many points as the shape needs and more, in two places. Rounding once
-    # made the square of an extent negative, and what is not a number passed the checks.
+    # made the square of an extent negative, and NaN passed the checks.
     rng = np.random.default_rng(5)
     for _ in range(300):
         places = rng.normal(size=(2, 3)) * 10.0 ** rng.uniform(-1.0, 3.0) + rng.normal(size=3) * 100
@@ -125,7 +125,7 @@ def test_several_cylinders_through_five_points_are_not_guessed() -> None:
     refused, decided = [0, 0], [0, 0]
     for _ in range(20):
         points = ideal_points(Shape.CYLINDER, rng, 5)
-        # The nominal diameter decides where one cylinder is near it; two may be.
+        # The nominal diameter decides if one cylinder is near it; two may be.
         for case, hint in enumerate((None, RADIUS + 0.1)):
             try:
                 fit = unambiguous(fit_shape(Shape.CYLINDER, points, radius_hint=hint))

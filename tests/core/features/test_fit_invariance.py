@@ -1,4 +1,4 @@
-"""What must not change a fit, and what ideal points must give."""
+"""Changes that must not alter a fit, and results of ideal points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Starts that go side by side: each ends where it would alone, with its own cost."""
+"""Parallel starts: each ends as it would alone, with its own cost."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ def _starts(kind: int, rng: np.random.Generator, count: int, off: float) -> Floa
 @KINDS
 @pytest.mark.parametrize("count", [1, LANES, 3 * LANES + 5])
 def test_every_start_nearby_ends_in_the_minimum(kind: int, count: int) -> None:
-    """Fewer starts than lanes, as many, and more, so that lanes are filled again and run dry.
+    """Fewer starts than lanes, an equal number, and more, so that lanes are refilled and run dry.
 
-    30 steps end where one gains less than 1e-4: within a thousandth of the least cost.
+    30 steps end if one gains less than 1e-4: within a thousandth of the least cost.
     """
     rng = np.random.default_rng(31)
     points = _points(kind, rng)

@@ -1,8 +1,8 @@
-"""Fits against references computed here in 50 digits, where no institute gives any out.
+"""Fits against references computed here in 50 digits, for shapes without certified data.
 
 The reference starts from the truth, not from the product's result, and takes Gauss-Newton steps
-with Jacobians by differences in 50 digits until they vanish; its distances are written down anew,
-most of them in another form than in the product.
+with Jacobians by differences in 50 digits until they vanish; its distances are written
+independently, mostly in another form than in the product.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.numerics
 
 DIGITS = 50
 FAR = 10_000.0
-"""mm: how far from the origin the parts stand."""
+"""mm: distance of the parts from the origin."""
 
 Numbers = list[Any]
 

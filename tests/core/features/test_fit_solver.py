@@ -120,7 +120,7 @@ def test_cones_and_tori_start_as_cold(shape: Shape, arc: float) -> None:
             truth = minimise(kind, points - middle, np.array(start))
             p = truth.parameters
             if kind == TORUS and not 0.0 < p[7] < p[6]:
-                # From the truth the noise may lead to what is no torus.
+                # From the truth the noise may lead to a degenerate torus.
                 continue
             assert np.sum(fit_shape(shape, points).residuals ** 2) <= truth.cost * (1.0 + 1e-9)
 

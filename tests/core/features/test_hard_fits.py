@@ -57,7 +57,7 @@ def test_short_pieces_of_a_torus(reference: Path) -> None:
         assert fit.rival is None
         assert fit.rms < 1e-3
     thin = fits["torus_worse_1"]
-    # The best known minimum; a worse one at 16.4 um was given before.
+    # The least published minimum; the product once returned a worse one at 16.4 um.
     assert thin.rms == pytest.approx(0.69e-3, abs=0.005e-3)
     assert abs(2.0 * thin.radius - 40.0) < 2.0 * _expanded(thin, 7)[RADIUS_PLACE]
     assert abs(2.0 * thin.second - 9.6) < 2.0 * _expanded(thin, 7)[SECOND_PLACE]
@@ -72,7 +72,7 @@ def test_a_second_cone_through_six_certified_points(reference: Path) -> None:
     for one in (fit, fit.rival):
         assert one.rms < 1e-9
     assert abs(fit.half_angle - fit.rival.half_angle) > 1e-3
-    # The plan says which of the two it is.
+    # The plan selects one of the two.
     for one in (fit, fit.rival):
         decided = fit_shape(Shape.CONE, points, half_angle_hint=one.half_angle)
         if abs(fit.half_angle - fit.rival.half_angle) > np.deg2rad(4.0):
@@ -94,7 +94,7 @@ def test_several_tori_through_seven_points() -> None:
             unambiguous(fit)
         assert caught.value.code == "fit.ambiguous"
         assert "more points" in caught.value.remedy
-        # Where the plan decides, the one that it means is among them.
+        # The intended solution is among those between which the plan decides.
         told = fit_shape(Shape.TORUS, points, radius_hint=RADIUS, second_hint=SECOND)
         if told.rival is None:
             assert told.radius == pytest.approx(RADIUS, abs=1e-5)
@@ -136,7 +136,8 @@ def test_a_job_refuses_an_ambiguous_feature() -> None:
         assert refused.code == "fit.ambiguous"
         assert refused.what.count("mm") == 2
         assert "bore" in refused.what
-        # One that a single one has, decides; that the bore was then touched from outside is told.
+        # The field of a single solution decides; a note reports that the bore was touched from
+        # outside.
         near = nominal("bore", Shape.CYLINDER, 2.0 * (fit.radius + TIP_RADIUS), "inner")
         found = actual_features([near], points)["bore"]
         if isinstance(found, FitError) and found.code == "fit.ambiguous":

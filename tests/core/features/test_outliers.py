@@ -57,7 +57,7 @@ def test_few_points_exact_points_and_uncertain_ones_are_left_alone() -> None:
     assert outliers(fit, points) == (5,)
     covariances = np.tile(NOISE**2 * np.eye(3), (12, 1, 1))
     assert outliers(fit, points, covariances) == (5,)
-    # A point that is known to a quarter of a millimetre is no outlier there.
+    # A point with an uncertainty of a quarter of a millimetre is no outlier at that distance.
     covariances[5] = 0.25**2 * np.eye(3)
     assert outliers(fit, points, covariances) == ()
     assert outliers(fit, points, smallest=1.0) == ()

@@ -59,7 +59,7 @@ def test_a_shape_has_its_sizes_and_refuses_others(shape: Shape) -> None:
             with pytest.raises(FitError, match=f"{shape.value} has no {word}"):
                 getattr(fit, name)
         elif (shape, word) != (Shape.CONE, "diameter"):
-            # That of a cone is where the centroid of the points lies.
+            # The point of a cone is at the height of the points' centroid.
             assert getattr(fit, name) == pytest.approx(expected, abs=1e-9)
 
 

@@ -1,4 +1,4 @@
-"""Every shape has an entry in each registry, and the entry says what its fit then shows."""
+"""Every shape has an entry in each registry, consistent with the results of its fit."""
 
 from __future__ import annotations
 

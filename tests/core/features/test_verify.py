@@ -16,7 +16,7 @@ from ocmm_core.geometry import Float, Points3
 from ocmm_core.tables import read_points_file
 from tests.core.features.shape_samples import HALF_ANGLE, RADIUS, ideal_points, somewhere
 
-# What the project promises is a million times more; the fits reach 1e-11.
+# The project's limits are a million times wider; the fits reach 1e-11.
 TIGHT = {"position": 1e-10, "size": 1e-10, "direction": 1e-11, "apex": 1e-9, "residual": 1e-9}
 
 
@@ -66,7 +66,7 @@ def test_the_conventions_of_a_circle(tmp_path: Path) -> None:
     points = somewhere(rng).apply(ideal_points(Shape.CIRCLE, rng, 12, arc=3.0))
     points += rng.normal(0.0, 0.2, points.shape)
     two_steps, free = fit_circle(points), fit_circle_free(points)
-    # Both are stationary where they should be: the free one is nearer to the points in space.
+    # Both are stationary: the free one is nearer to the points in space.
     assert _distance(points, free.geometry) < _distance(points, two_steps.geometry) * (1 - 1e-6)
     nist = np.array([*two_steps.point, *two_steps.direction, 2.0 * two_steps.radius])
     ptb = np.array([*free.point, *-free.direction, free.radius])

@@ -1,4 +1,4 @@
-"""Minimum zones: against exhaustive search, 50 digits, constructed optima, and what must hold."""
+"""Minimum zones: against exhaustive search, 50 digits, constructed optima, and invariants."""
 
 from __future__ import annotations
 
@@ -289,9 +289,9 @@ def test_a_local_minimum_near_least_squares_is_not_taken_for_the_zone(seed: int)
 
 @pytest.mark.parametrize("shape", [shape for shape in ZONED if shape is not Shape.CIRCLE])
 def test_a_zone_of_many_points_is_that_of_those_near_its_bounds_and_holds_all(shape: Shape) -> None:
-    """Of many points only some take part in the search; the proof and the width are of all.
+    """Only some of many points take part in the search; proof and width include all.
 
-    Not of a circle, whose plane is that of its own points.
+    Without the circle, whose plane is that of its own points.
     """
     rng = np.random.default_rng(41)
     points = somewhere(rng).apply(sample(shape, rng, 700, 0.02))

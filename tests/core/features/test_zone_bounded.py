@@ -1,4 +1,4 @@
-"""Inscribed and circumscribed elements: against exhaustive search, and what must hold."""
+"""Inscribed and circumscribed elements: against exhaustive search, and invariants."""
 
 from __future__ import annotations
 

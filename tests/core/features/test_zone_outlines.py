@@ -76,7 +76,7 @@ def test_a_rectangle_is_the_best_of_all_turns(shape: Shape, noise: float, far: f
         # Coordinates at 10 m are rounded to 2e-12 mm.
         assert fit.form == pytest.approx(narrowest_rectangle(sides), abs=2e-11)
         assert certificate(fit, points).certified
-        # Sides that do not hold the zone stand in the middle of their own points.
+        # Sides that do not limit the zone are in the middle of their own points.
         for own in np.split(fit.residuals, np.cumsum([len(side) for side in sides])[:-1]):
             assert own.max() == pytest.approx(-own.min(), abs=2e-11)
 
@@ -169,7 +169,7 @@ def test_far_order_and_unit_change_nothing(shape: Shape) -> None:
     here = _zone(shape, points)
     motion = somewhere(rng, 10_000.0)
     there = _zone(shape, motion.apply(25.4 * points)[rng.permutation(20)])
-    # Nothing is left to chance where several outlines have the same zone: sizes agree, too.
+    # The choice between outlines with the same zone is deterministic: sizes agree as well.
     assert there.form == pytest.approx(25.4 * here.form, abs=1e-9)
     assert [there.radius, there.second] == pytest.approx(
         [25.4 * here.radius, 25.4 * here.second], abs=1e-8
@@ -232,8 +232,8 @@ def test_no_circle_in_space_has_a_thinner_tube() -> None:
             step = size * rng.normal(size=7)
             step[3:6] /= 12.5
             assert tube(step) > fit.form - 1e-12
-    # Residuals are radial, as those of least squares, and the tube holds them; where the contacts
-    # lie in the plane both are the same number, each with its own rounding.
+    # Residuals are radial, as those of least squares, and within the tube; for contacts in the
+    # plane both are the same number, each with its own rounding.
     assert np.ptp(fit.residuals) <= fit.form + 1e-12
     with pytest.raises(FitError, match="not available for a circle in space"):
         fit_shape(Shape.CIRCLE, points, criterion=Criterion.INSCRIBED, free=True)
@@ -262,7 +262,7 @@ def test_form_and_its_gradient(shape: Shape, side: str) -> None:
         evaluate(item, part.actual(moved(part.points, step * way)), None).value
         for step in (1e-5, -1e-5)
     )
-    # What a tilt of the plane does to points within it is of the order of the residuals.
+    # The effect of a tilt of the plane on points within it is of the order of the residuals.
     assert found.gradient @ np.append(way.ravel(), 0.0) == pytest.approx(
         (ahead - behind) / 2e-5, abs=2e-3
     )

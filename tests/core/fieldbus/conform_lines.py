@@ -15,12 +15,12 @@ _STEP_NS = 2_000_000
 
 
 class TimedLine:
-    """A camera in this process whose time goes on by what the test does; a `ConformLine`.
+    """A camera in this process, with a clock advanced by the test; a `ConformLine`.
 
     Parameters
     ----------
     process
-        Works on an Ethernet frame in place, at a time; says whether an answer leaves.
+        Works on an Ethernet frame in place, at a time; returns whether an answer leaves.
     idle
         Lets the camera work at a time, as between frames.
     """

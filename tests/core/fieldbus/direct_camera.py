@@ -25,14 +25,14 @@ STEP_NS = 1_000_000
 
 
 class DirectCamera:
-    """A camera with a host that has nothing in between; implements `ObjectAccess`.
+    """A camera connected to a host without a wire; implements `ObjectAccess`.
 
     Parameters
     ----------
     provider, store
         Of the camera.
     state
-        To which it is brought.
+        Its target state.
     serial
         Serial number.
     """

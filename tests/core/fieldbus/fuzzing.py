@@ -25,9 +25,9 @@ def spoiled(seed: int, count: int, samples: Sequence[bytes]) -> Iterator[bytes]:
 
 
 def outcomes(decode: Callable[[bytes], object], contents: Iterator[bytes]) -> tuple[int, int]:
-    """Decode everything; return how much was taken and how much was refused in our own words.
+    """Decode everything; return the numbers accepted and refused with an `OcmmError`.
 
-    Any other exception than an `OcmmError` passes, and fails the test.
+    Any other exception propagates and fails the test.
     """
     taken = refused = 0
     for content in contents:
@@ -41,7 +41,7 @@ def outcomes(decode: Callable[[bytes], object], contents: Iterator[bytes]) -> tu
 
 
 def _spoil(content: bytearray, samples: Sequence[bytes], chance: random.Random) -> None:
-    """Change something somewhere, mostly near the beginning, where the heads are."""
+    """Change a random place, mostly near the beginning with the heads."""
     if not content:
         content += chance.randbytes(4)
         return

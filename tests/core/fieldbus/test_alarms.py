@@ -1,4 +1,4 @@
-"""Every alarm says all that supervisor, journal, screen and page ask of it."""
+"""Every alarm provides all fields required by supervisor, journal, screen and page."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_the_supervisor_does_what_the_entry_says(alarm: Alarm) -> None:
 
 
 def test_a_cable_that_was_pulled_is_certain_at_once() -> None:
-    """The interface says so itself; all else could be a single disturbed frame."""
+    """The interface reports it; all other symptoms could be a single disturbed frame."""
     confirmed = {alarm: alarm.spec.confirmed for alarm in Alarm if alarm.spec.confirmed}
     assert confirmed.pop(Alarm.LINK_DOWN) == 1
     assert confirmed

@@ -1,4 +1,4 @@
-"""Answers to the process data: fresh ones are told from late, doubled and foreign ones."""
+"""Answers to the process data: fresh, late, doubled and foreign ones are distinguished."""
 
 from __future__ import annotations
 

@@ -33,14 +33,14 @@ class World:
         return int(self._random.exponential(30_000.0) + stall)
 
     def exchange(self, sent_ns: int) -> tuple[int, int]:
-        """When the answer is in, and what the clock showed on the way."""
+        """Return the arrival time of the answer, and the clock's reading on its way."""
         there = 15_000 + int(self._random.exponential(5_000.0))
         back = 15_000 + self.late() // 2
         return sent_ns + there + back, self.bus(sent_ns + there)
 
 
 def run(world: World, clock: BusClock, pacer: CyclePacer, cycles: int) -> NDArray[np.float64]:
-    """Run cycles; return how far from the wished place on the bus clock each was due, ns."""
+    """Run cycles; return the offset of each due time from its target on the bus clock, ns."""
     off = []
     now = pacer.deadline_ns
     for _ in range(cycles):

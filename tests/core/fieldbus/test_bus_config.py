@@ -1,4 +1,4 @@
-"""The configuration of the bus process: what is wrong in it is named."""
+"""The configuration of the bus process: each fault is named."""
 
 from __future__ import annotations
 

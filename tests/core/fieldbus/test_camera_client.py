@@ -1,4 +1,4 @@
-"""What a host does with a camera, against the software camera's own objects."""
+"""Operations of a host on a camera, against the objects of the software camera."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def intrinsics() -> Intrinsics:
 
 
 class SensorPattern(TestPattern, SimpleSensor):
-    """The test pattern with a sensor that remembers what it was told."""
+    """The test pattern with a sensor that records its settings."""
 
     def __init__(self, *, broken: bool = False) -> None:
         SimpleSensor.__init__(self, self)

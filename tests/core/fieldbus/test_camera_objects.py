@@ -76,9 +76,9 @@ def test_every_entry_can_be_read_and_has_the_size_of_the_table() -> None:
 
 
 def test_live_entries_have_something_behind_them() -> None:
-    """An entry marked live that nobody serves would show its place holder for ever."""
+    """A live entry without a provider would show its placeholder for ever."""
     host = DirectCamera()
-    values = host.camera.coe._values  # noqa: SLF001  # the test is about what it was given
+    values = host.camera.coe._values  # noqa: SLF001  # the test is about the stored values
     for index, item in object_dictionary(SERIAL).items():
         for sub, entry in item.entries.items():
             served = (index, sub) in values._live  # noqa: SLF001  # as above
@@ -359,7 +359,7 @@ def test_missed_cycles_are_counted_by_the_camera() -> None:
     host.work(6)
     host.cycle()
     now = int.from_bytes(host.read(INPUT_SYNC, SYNC_MISSED), "little")
-    # The reading itself took steps of time, too.
+    # Reading also took steps of time.
     assert now - missed >= 6
 
 

@@ -1,4 +1,4 @@
-"""`judge` accepts what is fresh and whole, and names everything else."""
+"""`judge` accepts fresh and complete answers, and names all others."""
 
 from __future__ import annotations
 
@@ -253,7 +253,7 @@ def test_cameras_of_the_first_revision_are_still_read() -> None:
     )
     old = [record._replace(layout=first, mark=first.mark(1)) for record in records(100)]
     assert judge(given, old, SCHEDULE) is None
-    # What they send is not taken for that of a camera which says its serial number.
+    # Their data are not accepted as those of a camera that sends its serial number.
     fault = judge(given, records(100), SCHEDULE)
     assert fault is not None
     assert fault.alarm is Alarm.PAYLOAD
@@ -313,7 +313,7 @@ def test_a_short_working_counter_names_the_camera_that_did_not_take_part() -> No
     assert fault.reason == (
         "Camera 'right' did not take part in the cycle (working counter 3 of 6)."
     )
-    # The port that counts broken frames says where.
+    # The port that counts broken frames locates the fault.
     port = seen(short, trouble=PortTrouble(0, broken=7, lost=1))
     fault = judge(port, records(100), SCHEDULE)
     assert fault is not None

@@ -52,7 +52,7 @@ def lens() -> CameraModel:
 
 
 def thesis_bytes(camera: CameraModel, uv: np.ndarray) -> bytes:
-    """Return what 2.4.1 of the thesis says, written down once more and in plain numbers."""
+    """Return the bytes by 2.4.1 of the thesis, written independently and in plain numbers."""
     content = b""
     for u, v in uv:
         if np.isnan(u):
@@ -138,7 +138,7 @@ def test_corrected_points_lead_back_to_the_pixels(sends: Sends) -> None:
     # Rounding of numbers of some 12 mm, a few steps; 1e-9 px is a ten-thousandth of the wire's.
     np.testing.assert_allclose(back, uv, rtol=0, atol=1e-9)
     exact, one = (corrected_from_pixels(camera, uv, each) for each in (Sends.EXACT, Sends.ONE_STEP))
-    # What the thesis's one step leaves at the corner; taken for exact it would be measured.
+    # Error of the thesis's single step at the corner; taken as exact it would enter the results.
     assert np.abs(exact - one).max() / camera.pitch_mm > 0.02
 
 
@@ -169,7 +169,7 @@ def test_a_counter_that_stands_still_or_contradicts_the_clock_is_refused() -> No
     assert bus.cycle(5, old)[0] == Alarm.FROZEN
     assert bus.cycle(6)[0] == Alarm.PAYLOAD
     assert bus.cycle(7)[0] == ""
-    # Its counter went on by five where one cycle has passed.
+    # Its counter advanced by five in one cycle.
     bus.slave.renewals = 13
     skipped = bus.slave.inputs(8 * PLAIN.exposures)
     assert bus.cycle(8, skipped)[0] == Alarm.PAYLOAD
@@ -350,7 +350,7 @@ def odd(tmp_path_factory: pytest.TempPathFactory) -> DeviceDescription:
 
 
 def test_numbers_and_times_of_each_exposure_are_compared(odd: DeviceDescription) -> None:
-    # Nothing of age or order is in doubt: so a plan need not allow it, and all is looked at.
+    # Neither age nor order is doubtful: a plan need not allow it, and all checks run.
     assert {one.code for one in doubts_of(odd)} == {"device.no_check_sum", "device.corrected"}
     bus = Bus(odd)
     # More cycles than its counter of 8 bits and its time of 32 bits have numbers for.
@@ -369,7 +369,7 @@ def test_numbers_and_times_of_each_exposure_are_compared(odd: DeviceDescription)
         bus.slave.renewals = 6
         wrong = bytearray(bus.slave.inputs(10))
         wrong[at] ^= 0x20
-        # A time that is off by 32 ns is within its doubt; the byte above it is not.
+        # A time that is off by 32 ns is within its uncertainty; the byte above it is not.
         found = bus.cycle(5, bytes(wrong))[0]
         assert found == ("" if at == 1 else what)
         assert bus.cycle(6)[0] == ("" if at else Alarm.PAYLOAD)

@@ -17,7 +17,7 @@ from ocmm_sim.slave import sii_image
 
 Element = ElementTree.Element
 
-# What may stand in a device description, in the order that ETG.2000 prescribes.
+# Elements of a device description, in the order of ETG.2000.
 DEVICE_ORDER = (
     "Type", "Name", "GroupType", "Profile", "Fmmu", "Sm", "RxPdo", "TxPdo", "Mailbox", "Dc",
     "Eeprom",

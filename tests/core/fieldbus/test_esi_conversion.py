@@ -179,7 +179,7 @@ def test_refuses_hostile_files_in_a_sentence(tmp_path: Path, text: str, words: s
 
 @pytest.mark.parametrize("encoding", ["latin-1", "cp037"])
 def test_refuses_another_encoding_than_the_declared_one(tmp_path: Path, encoding: str) -> None:
-    """The declaration says UTF-8; the name has an umlaut."""
+    """The declared encoding is UTF-8; the name has an umlaut."""
     path = esi(tmp_path, HEAD + DEVICE.replace("finder", "f\xfcnder") + TAIL, encoding)
     with pytest.raises(InputError, match="not a usable ESI file"):
         choose_device(path)

@@ -1,4 +1,4 @@
-"""A frame whose form is known is built and read in one go, as if it were taken apart."""
+"""A frame of a fixed form is built and read in one pass, with the results of full parsing."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_an_answer_with_a_flag_that_the_question_had_not_is_taken() -> None:
     question = Job(Datagram(Command.BRD, 0, 0x0130, bytes(2)), seen.append)
     frame = channel.compose([question, question])
     assert frame is not None
-    # The slave's circulating bit stands beside the length.
+    # The slave's circulating bit is next to the length.
     marked = bytearray(frame)
     marked[16 + 7] |= 0x40
     assert channel.take(bytes(marked))

@@ -47,7 +47,7 @@ def test_the_short_way_gives_out_the_same() -> None:
         for name in ("counter", "time_ns", "flags", "valid", "uv"):
             np.testing.assert_array_equal(getattr(block, name), getattr(expected, name))
             assert getattr(block, name).dtype == getattr(expected, name).dtype
-    # What one camera alone has seen waits for the others: then there is no short way.
+    # Spots of a single camera wait for the others: no shortcut then.
     assert not short.takes_at_once(20)
     push(short, 1, 21, 4)
     assert not short.takes_at_once(21)

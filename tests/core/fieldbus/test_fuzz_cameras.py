@@ -1,6 +1,7 @@
-"""Cameras that answer anything: a scan over a line that spoils answers, and objects that lie.
+"""Cameras with arbitrary answers: a scan over a corrupting line, and lying objects.
 
-As in `test_fuzz_wire`: what comes is taken or refused in our own words, and nothing else is raised.
+As in `test_fuzz_wire`: an answer is accepted or refused with an `OcmmError`; no other exception is
+raised.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ from tests.core.fieldbus.fuzzing import spoiled
 
 SCANS, LIES = 400, 500
 SHARE = 0.15
-"""Of the answers that are spoiled: a scan is about thirty, so that some come through."""
+"""Share of corrupted answers: a scan takes about thirty, so that some succeed."""
 
 
 class Wire(socket.socket):
     """A cable to software cameras as `_scan.listen` returns one; answers every frame at once."""
 
     def attach(self, answer: Callable[[bytes], bytes], far: socket.socket) -> None:
-        """Let ``answer`` make what comes back, through the other end of this socket."""
+        """Let ``answer`` produce the reply, through the other end of this socket."""
         self._answer, self._far = answer, far
 
     def send(self, frame: bytes, flags: int = 0) -> int:  # type: ignore[override]

@@ -1,8 +1,8 @@
-"""What comes from the wire is not to be trusted: 100,000 spoiled messages into every decoder.
+"""Data from the wire are untrusted: 100,000 corrupted messages into every decoder.
 
-Each is taken or refused with an error of our own; nothing else may be raised, nothing may take
-long (every loop is bounded by the length of its input; the test command ends a test that hangs)
-and nothing may keep what it was given.
+Each is accepted or refused with an `OcmmError`; no other exception may be raised, nothing may take
+long (every loop is bounded by the length of its input; the test command ends a test that hangs) and
+no decoder may keep its input.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def test_frames() -> None:
         assert sum(len(datagram.data) for datagram in datagrams) < len(content)
 
     taken, refused = outcomes(decode, spoiled(1, FRAMES, make_frames()))
-    # Changes of what is inside do not make a frame unreadable.
+    # Changes of the payload do not make a frame unreadable.
     assert taken > FRAMES // 10
     assert refused > FRAMES // 10
 
@@ -136,7 +136,7 @@ def test_process_images() -> None:
             if judge(answer, [record], schedule) is not None:
                 continue
             accepted += 1
-            # Whatever was accepted fits to the schedule and to what was known before.
+            # Accepted data fit the schedule and the earlier state.
             assert header.frames_valid <= FRAMES_PER_CYCLE
             assert header.period_ns == PERIOD_NS
             assert advance(record, header, schedule).next_frame <= record.next_frame + 20
@@ -282,7 +282,7 @@ def test_answers_in_the_service_channel() -> None:
         assert sent is not None
         frame = bytearray(sent)
         segment.process(frame, 1_000_000 * number)
-        # A frame of somebody else, then the answer, spoiled: each is taken or left out.
+        # A foreign frame, then the corrupted answer: each is accepted or left out.
         channel.take(next(spoil))
         channel.take(next(spoiled(number, 1, [bytes(frame)])))
         delivered.clear()

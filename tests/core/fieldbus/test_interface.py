@@ -24,5 +24,5 @@ def test_what_is_not_there_is_named_beside_what_is() -> None:
 def test_the_loopback_is_no_bus_even_where_it_is_forced() -> None:
     with pytest.raises(BusError) as caught:
         check_interface("lo", force=True)
-    # Somebody without rights is told of these first.
+    # A user without rights gets these errors first.
     assert caught.value.code in ("bus.loopback", "bus.rights")

@@ -146,7 +146,7 @@ def test_a_camera_that_is_busy_for_ever_or_starts_the_old_firmware_is_told(
     with pytest.raises(BusError, match="stopped answering"):
         update_firmware(wire.exchange, 1002, firmware("3.4.5"))
     assert camera.esc.state == INIT
-    # It says that it takes the file, and leaves BOOT with what it had.
+    # It acknowledges the file, and leaves BOOT unchanged.
     wire = Idle()
     monkeypatch.setattr(wire.units[1].camera, "_start_firmware", lambda: None)
     with pytest.raises(BusError, match=r"took the firmware 3\.4\.5, but runs 3\.0\.0"):

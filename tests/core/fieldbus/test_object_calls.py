@@ -8,9 +8,9 @@ from ocmm_core.fieldbus.wire._object_calls import ObjectCalls
 
 
 class _Camera:
-    """A camera as the library sees it: what comes first is compared by its index alone.
+    """A camera as seen by the library: the first answer is compared by its index alone.
 
-    The library discards what is there before a question; late answers come after it.
+    The library discards pending answers before a question; late answers come after it.
     """
 
     def __init__(self, late: tuple[tuple[int, bytes], ...] = ()) -> None:

@@ -28,7 +28,7 @@ _ROOT = Path(__file__).resolve().parents[3]
 
 @dataclass
 class Read:
-    """What a file holds: IETF draft-ietf-opsawg-pcapng, sections 3 and 4."""
+    """Content of a file: IETF draft-ietf-opsawg-pcapng, sections 3 and 4."""
 
     application: str = ""
     name: str = ""

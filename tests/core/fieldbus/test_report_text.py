@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.fieldbus.report import (
     EDGES_US,
     Alarm,
@@ -172,7 +172,7 @@ def test_the_text_says_everything_in_a_hundred_columns() -> None:
     assert text.endswith("\n")
     assert max(len(line) for line in text.splitlines()) <= 100
     for part in (
-        f"Written        2026-03-04 12:00:00+00:00 by OCMM {__version__}",
+        f"Written        2026-03-04 12:00:00+00:00 by OCMM {build_version()}",
         "Rig            cell 4",
         "Interface      eth1",
         "Phase          disturbed",

@@ -1,4 +1,4 @@
-"""A frame on a ring: where it comes out tells whether the ring is whole, and whether it is done."""
+"""A frame on a ring: its exit shows whether the ring is whole, and whether it is finished."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def make_server(value: bytes, mailbox_bytes: int) -> CoeServer:
 
 
 def run(transfer: SdoTransfer, server: CoeServer, mailbox_bytes: int, limit: int = 10_000) -> int:
-    """Carry mailboxes both ways until the end; return how many there were."""
+    """Carry mailboxes both ways until the end; return their number."""
     for number in range(1, limit):
         request = transfer.request((number - 1) % MAX_COUNTER + 1)
         assert len(request) == mailbox_bytes

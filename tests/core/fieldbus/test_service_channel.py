@@ -1,4 +1,4 @@
-"""The service channel beside the cycle: states, mailboxes and EEPROM, on a lossy wire."""
+"""The service channel parallel to the cycle: states, mailboxes and EEPROM, on a lossy wire."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ NOTE_TEXT = bytes(65 + n % 26 for n in range(1200))
 
 @dataclass
 class Desk:
-    """Somebody who asks and keeps the answers."""
+    """A requester that keeps the answers."""
 
     requests: deque[Request] = field(default_factory=deque)
     replies: list[ObjectReply] = field(default_factory=list)
@@ -57,7 +57,7 @@ class Desk:
 
 
 class Line:
-    """Two cameras in PREOP and the master's service channel; loses what it is told to."""
+    """Two cameras in PREOP and the master's service channel, with selectable losses."""
 
     def __init__(self, lose: Callable[[int], bool] = lambda _frame: False) -> None:
         pattern = TestPattern()

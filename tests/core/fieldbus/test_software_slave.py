@@ -136,7 +136,7 @@ def test_the_buffer_sends_again_until_it_is_acknowledged() -> None:
     assert buffer.take(30 * PERIOD) == (0, 12)
     buffer.acknowledge(8)
     assert buffer.take(30 * PERIOD) == (9, 12)
-    # An acknowledgement of what was never sent, or long ago, changes nothing.
+    # Acknowledging an unsent or an old item changes nothing.
     buffer.acknowledge(3)
     buffer.acknowledge(500)
     assert buffer.take(30 * PERIOD) == (9, 12)

@@ -1,4 +1,4 @@
-"""The watch over the cameras: what it asks for, and which port it blames."""
+"""The watch over the cameras: its requests, and the port it blames."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _STATIONS = (0x1001, 0x1002)
 
 
 class _Line:
-    """Two software cameras, and the watch that asks them, without a network."""
+    """Two software cameras and their watch, without a network."""
 
     def __init__(self) -> None:
         self.cameras = [SoftwareCamera(n, 1001 + n, 1 + n, TestPattern()) for n in range(2)]
@@ -52,7 +52,7 @@ def counters(**ports: int) -> bytes:
         ({}, {"forwarded0": 200}, None),
         # Switched on again: its counters begin at zero.
         ({"rx0": 200}, {"rx0": 2}, PortTrouble(0, 2, 0)),
-        # A counter that is full says nothing else any more.
+        # A full counter carries no further information.
         ({"rx0": 255}, {"rx0": 255, "lost0": 1}, PortTrouble(0, 255, 1)),
     ],
 )

@@ -1,4 +1,4 @@
-"""What the supervisor does about faults: waits, lifts, or brings the bus up again."""
+"""Responses of the supervisor to faults: wait, lift, or bring the bus up again."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def running(now_ns: int = 0) -> Supervisor:
 
 
 def cycles_until_restart(supervisor: Supervisor, what: CycleFault, limit: int = 2000) -> int:
-    """Let every millisecond bring the same fault; return how many until a new bring-up."""
+    """Repeat the same fault every millisecond; return the number until a new bring-up."""
     for cycle in range(1, limit + 1):
         supervisor.bad(what, cycle * MS)
         if supervisor.next(cycle * MS) is not Next.CYCLE:

@@ -12,7 +12,7 @@ from ocmm_core.fieldbus.objects._objects import INTERVAL_NS, Request
 
 
 class Queue:
-    """Requests of others, and what they were answered."""
+    """Other clients' requests, and their answers."""
 
     def __init__(self, *requests: Request) -> None:
         self.requests = deque(requests)

@@ -1,4 +1,4 @@
-"""The page about the bus says what the program says."""
+"""The page about the bus agrees with the program."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Python as OCMM finds it on Windows, as far as that can be had here.
+"""Python as on Windows, as far as this computer can simulate it.
 
-For the sources of OCMM alone, what only Linux and its like have is not there: modules, functions,
-constants. Files that are open can be neither renamed nor removed, by anybody. `msvcrt` locks as it
-does there. Anything else, libraries above all, is that of this computer. Loaded by every process
-of a test as ``sitecustomize``.
+For the sources of OCMM alone, parts specific to Linux and similar systems are missing: modules,
+functions, constants. Open files can be neither renamed nor removed. `msvcrt` locks as on Windows.
+Everything else, above all the libraries, is that of this computer. Loaded by every process of a
+test as ``sitecustomize``.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def _refuse(name: str, which: Sequence[int]) -> None:
 
     @wraps(real)
     def refusing(*paths: Any, **options: Any) -> Any:
-        # With a folder's descriptor beside it, a name means another place.
+        # With a folder's descriptor, a name refers to another place.
         if all(value is None for value in options.values()):
             for at in which:
                 _refuse_open(paths[at])

@@ -30,7 +30,7 @@ BAR = ArtefactUse(
 
 
 class Cameras:
-    """The calibrations of the rig in a folder of their own, with one in force and verified."""
+    """The calibrations of the rig in a separate folder, with one in force and verified."""
 
     def __init__(self, folder: Path, **changes: object) -> None:
         self.folder = folder

@@ -55,7 +55,7 @@ def test_residuals_and_what_is_open_are_shown(bench: Bench) -> None:
     assert "U (k=2) of the origin" in shown.output
     rows = [line.split() for line in shown.output.splitlines() if line.startswith(("BED", "SPH"))]
     assert [row[0] for row in rows[:2]] == ["BED", "SPHERE"]
-    # The virtual part is as its plan says, but for the noise of the points.
+    # The virtual part matches its plan, except for the noise of the points.
     assert all(float(row[4]) < 0.05 and 0.0 <= float(row[5]) < 0.05 for row in rows[:2])
     refused = _align(job, "--save", bench.folder / "frame.toml")
     assert isinstance(refused.exception, InputError)

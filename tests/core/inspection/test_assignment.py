@@ -1,4 +1,4 @@
-"""A touch that a script means for a feature of the plan before is none of the plan that follows."""
+"""A touch meant for a feature of the previous plan does not enter the next plan."""
 
 from __future__ import annotations
 

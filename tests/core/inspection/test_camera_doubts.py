@@ -1,4 +1,4 @@
-"""Which points are in doubt because of the cameras, from the history of the calibration alone."""
+"""Points suspect because of the cameras, from the history of the calibration alone."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_doubt_of_the_monitor_lasts_until_a_verification_passes() -> None:
     doubt = event(55, EventKind.SUSPECTED, since=35)
     assert held(doubt) == ([4, 5, 6], [])
     assert held(doubt, event(70, PASSED)) == ([], [])
-    # Where it never found all well, the last good check is the last that is known.
+    # If no check found all well, the last good check is the last certain event.
     checked = event(15, PASSED)
     assert held(checked, event(55, EventKind.SUSPECTED)) == ([2, 3, 4, 5, 6], [])
 
@@ -59,7 +59,7 @@ def test_a_doubt_of_the_monitor_lasts_until_a_verification_passes() -> None:
 def test_a_failed_verification_costs_the_points_since_the_last_good_one() -> None:
     checked, failed = event(25, PASSED), event(45, FAILED)
     assert held(checked, failed) == ([], [3, 4, 5, 6])
-    # That it passes afterwards says nothing about the points before the failure.
+    # A later pass proves nothing about the points before the failure.
     assert held(checked, failed, event(55, PASSED)) == ([], [3, 4, 5])
     assert held(checked, failed, event(55, PASSED), event(70, FAILED)) == ([], [3, 4, 5, 6])
 
@@ -72,9 +72,9 @@ def test_never_verified_and_then_failed() -> None:
 def test_a_doubt_that_a_new_calibration_followed_is_believed() -> None:
     doubt = event(45, EventKind.SUSPECTED, since=35)
     replaced = event(70, EventKind.ACCEPTED, calibration=OTHER)
-    # Nobody verified it any more: also what the monitor had not noticed yet is in doubt.
+    # It was not verified again: changes that the monitor had not yet noticed are suspect as well.
     assert held(event(25, PASSED), doubt, replaced) == ([4, 5, 6], [3, 4, 5, 6])
-    # What happens to the other calibration is none of its business.
+    # Events of the other calibration do not concern it.
     assert held(event(70, FAILED, calibration=OTHER)) == ([], [])
 
 

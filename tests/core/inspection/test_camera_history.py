@@ -1,4 +1,4 @@
-"""A job of before tells what became of its calibration, where the history of it is at hand."""
+"""An older job shows the fate of its calibration if the history is available."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_a_verification_that_failed_later_puts_the_jobs_before_it_in_doubt(
         assert doubt.startswith("The verification of 20")
         assert "14 points are suspect. Recall the jobs (ocmm recall)" in doubt
         assert report_of_job(job).notes == job.doubts
-    # One that passes says nothing of the time before; the files themselves are as they were.
+    # A passed verification proves nothing about earlier times; the files are unchanged.
     cameras.verify()
     assert [verdicts(opened(path, cameras)) for path in since] == [{Verdict.NOT_PROVEN}] * 2
     assert [path.read_bytes() for path in since] == content
@@ -72,7 +72,7 @@ def test_the_command_consults_the_history(bench: Bench, cameras: Cameras) -> Non
     shown = CliRunner().invoke(app, [*arguments, "--calibrations", str(cameras.folder)])
     assert shown.exit_code == 0
     assert "14 points are suspect" in shown.output
-    # Elsewhere the file speaks for itself, and it is said that nobody here knows more.
+    # Elsewhere only the file counts, and the output says that there is no further information.
     shown = CliRunner().invoke(app, [*arguments, "--calibrations", str(cameras.folder / "no")])
     assert "in doubt" not in shown.output
     assert "is not on this computer" in shown.output
@@ -103,7 +103,7 @@ def test_what_the_monitor_held_back_in_the_job_is_released_by_the_verification(
     cameras.store.suspect("monitor", alarm, now, now)
     assert opened(path, cameras).view.held == (1, 2, 3, 8)
     cameras.verify()
-    # A verification of the cameras says nothing about a part that has moved.
+    # A verification of the cameras proves nothing about a part that has moved.
     assert opened(path, cameras).view.held == (8,)
 
 
@@ -136,7 +136,7 @@ def test_a_history_that_is_not_here_or_of_another_calibration_says_nothing(
     others.verify(passed=False)
     job = reopen_job(path, calibrations=others.folder)
     assert (job.doubts, len(job.remarks)) == ((), 1)
-    # What was measured with the rig document has no history anywhere.
+    # Jobs measured with the rig document have no history.
     with bench.job() as plain:
         session = bench.session(plain)
         session.touches.take(bench.touches[0])

@@ -1,6 +1,6 @@
-"""The cause of a bad result, and what is said to do: twenty jobs with one thing wrong each.
+"""The cause of a bad result, and its remedy: twenty jobs with one fault each.
 
-Seeds are 0 to 19 and take turns with the causes; `benchmarks.causes` does the same with 200 more.
+Seeds are 0 to 19 and alternate between the causes; `benchmarks.causes` runs 200 more.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ocmm_core.inspection.causes._cause import amount_words, beyond_limit
 from ocmm_core.tolerances.decisions import Verdict, not_measured
 from ocmm_core.tolerances.zones import Characteristic
 
-# For hangs only: the first job computes its sensitivities, beside whatever else runs.
+# For hangs only: the first job computes its sensitivities under any load.
 pytestmark = pytest.mark.timeout(300)
 
 WORDS = list(SPOILED)

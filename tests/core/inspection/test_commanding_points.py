@@ -1,4 +1,4 @@
-"""Points that command a fit: named, also where there is no fit, and removed by one step."""
+"""Points that command a fit: named, also without a fit, and removed in one step."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def test_names_the_point_that_draws_the_end_of_a_pocket_along(off_mm: float) -> 
 def test_finds_wild_points_of_whole_jobs_and_leaves_honest_ones_alone() -> None:
     jobs, honest = (1000, 200) if LONG else (12, 6)
     found = run(jobs, honest)
-    # Limits of the requirement: 99 %; no honest job is asked more than once.
+    # Limits of the requirement: 99 %; no honest job is questioned more than once.
     assert found.flagged >= 0.99 * jobs, found.missed
     assert found.right >= 0.99 * jobs, found.missed
     assert max(found.questions) <= 1

@@ -32,7 +32,7 @@ PLAN = resource("plans", "quick.toml")
 
 @pytest.fixture(scope="module")
 def batch(tmp_path_factory: pytest.TempPathFactory) -> tuple[ReopenedJob, ...]:
-    """Return six jobs of the quick plan, each with errors of its own."""
+    """Return six jobs of the quick plan, each with individual errors."""
     folder = tmp_path_factory.mktemp("batch")
     found = []
     for seed in range(6):
@@ -75,7 +75,7 @@ def test_a_job_in_doubt_is_named_and_not_counted(batch: tuple[ReopenedJob, ...])
     assert len(trend.left_out) == 2
     assert "was changed" in trend.left_out[0]
     assert "Not calibrated." in trend.left_out[1]
-    # Four values are too few for a scatter, and nothing is said instead.
+    # Four values are too few for a scatter, so the capability stays empty.
     assert trend.capability is None
     assert "Measure 1 more part" in trend.why_not
 
@@ -89,7 +89,7 @@ def test_a_value_held_back_is_not_counted(batch: tuple[ReopenedJob, ...]) -> Non
     own = view.feature("SPHERE").points[0].number
     first = replace(batch[0], view=replace(view, held=(own,), characteristics=doubtful))
     assert compare_jobs([first, *batch[1:]])[0].left_out[0].endswith("held back")
-    # What is held back of another feature is no reason.
+    # Held-back points of another feature are no reason.
     other = view.feature("BED").points[0].number
     first = replace(batch[0], view=replace(view, held=(other,), characteristics=doubtful))
     assert compare_jobs([first, *batch[1:]])[0].left_out == ()

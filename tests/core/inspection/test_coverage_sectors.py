@@ -1,4 +1,4 @@
-"""Sectors of round features: what a touch on an edge, or a hair beside it, counts for."""
+"""Sectors of round features: the effect of a touch on or near an edge."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ def coverage(
 
 
 def sectors_of(found: Coverage, angles: Float) -> set[int]:
-    """Return where a picture that begins at ``start`` shows these angles."""
+    """Return the sectors of these angles in a picture that begins at ``start``."""
     count = len(found.cells)
     places = (np.asarray(angles) - found.start) / (2.0 * np.pi) * count
-    # A hair beside an edge would be shown on either side.
+    # A touch very near an edge would be shown on either side.
     assert np.abs(places - np.round(places)).min() > 0.5 / len(places) - 1e-6
     return {int(place) for place in np.floor(places) % count}
 
@@ -57,7 +57,7 @@ def test_evenly_spread_touches_lie_one_in_each_sector_whatever_the_rounding(coun
     even = np.arange(count) / count * 2.0 * np.pi
     edges = np.arange(2 * count) / count * np.pi
     for phase in (*edges, *rng.uniform(0.0, 2.0 * np.pi, 60)):
-        # From rounding to the doubt of a touch; direction and centre are as doubtful.
+        # From rounding to the uncertainty of a touch, with equally uncertain direction and centre.
         for size in 10.0 ** rng.uniform(-15.0, -3.0, 4):
             angles = even + phase + rng.uniform(-size, size, count)
             direction = rng.uniform(-size, size, 3) + np.array([0.0, 0.0, 1.0])
@@ -102,7 +102,7 @@ def test_the_sectors_of_the_picture_are_those_of_the_count() -> None:
 
 
 def test_patches_of_a_sphere_take_touches_on_their_edges() -> None:
-    """The pole, and eight round the equator wherever they begin."""
+    """The pole, and eight round the equator from any beginning."""
     ball = NominalFeature(
         name="S", shape=Shape.SPHERE, points=9, point=(0.0, 0.0, 0.0), diameter=2.0 * RADIUS
     )

@@ -1,4 +1,4 @@
-"""What is kept from one evaluation to the next against the evaluation from nothing."""
+"""The cached evaluation against the evaluation from nothing."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ VERBS = 7
 
 
 def plan_of(alignment: Alignment | None) -> Plan:
-    """Return a plan of the part with known errors, with values of many kinds."""
+    """Return a plan of the part with exact errors, with values of many kinds."""
     items = [
         msgspec.structs.replace(item, name=f"{number} {item.kind}")
         for number, item in enumerate(ASKED)
@@ -146,10 +146,10 @@ def test_whatever_happens_to_points_it_is_the_evaluation_from_nothing(
                 job.pop(which)
                 job.append((replace(point, number=count, tip_world=moved), answer))
             case 3:
-                # What the cameras say of it is computed anew.
+                # The cameras' part of the uncertainty is computed again.
                 job[which] = (point, answers[int(rng.integers(20))])
             case 4:
-                # Far off: its feature is in doubt and gives no number.
+                # Far off: its feature is suspect and gives no number.
                 job.pop(which)
                 far = point.tip_world + 2.0 * point.direction
                 job.append((replace(point, number=count, tip_world=far), answer))
@@ -165,7 +165,7 @@ def test_whatever_happens_to_points_it_is_the_evaluation_from_nothing(
         fresh = evaluate_job(plan, points, seen_by, rig, body, options, done)
         same(kept, fresh)
         values += sum(result.uncertainty is not None for result in kept.results)
-    # Not all is in doubt all the time: numbers were compared.
+    # Not everything is suspect all the time: numbers were compared.
     assert values > STEPS
 
 
@@ -259,7 +259,7 @@ def test_what_is_kept_is_good_for_the_very_inputs_only() -> None:
         made.append("read")
         return watch.get("x"), watch.get("z")
 
-    # What was read by name counts, also that something was not there, or what there was at all.
+    # Reads by name count, including missing keys and lists of keys.
     source: dict[str, object] = {"x": one}
     for count, change in ((1, {}), (1, {"y": other}), (2, {"x": other}), (3, {"z": one})):
         source |= change

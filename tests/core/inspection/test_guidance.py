@@ -1,4 +1,4 @@
-"""Targets on nominal surfaces, what of them is covered, which feature was touched, the cue."""
+"""Targets on nominal surfaces, their coverage, the touched feature, the cue."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Forged jobs opened again, and beside a batch: a sentence about the file, or nothing at all."""
+"""Forged jobs, reopened and in a batch: a sentence about the file, or no result."""
 
 from __future__ import annotations
 

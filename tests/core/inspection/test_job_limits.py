@@ -82,10 +82,10 @@ def test_the_method_of_the_thesis_proves_nothing_and_is_no_doubt(bench: Bench) -
     again = reopen_job(job.path)
     assert again.doubts == ()
     assert again.view.characteristics == view.characteristics
-    # It stays so when somebody goes on with the other method.
+    # It persists if a person continues with the other method.
     with JobFile.open(job.path) as job:
         assert session_of(bench, job, SessionOptions()).view.unproven == FOR_COMPARISON
-    # The same points as if they had been computed by the usual method: the file is in doubt.
+    # The same points as if computed by the usual method: the file is suspect.
     forged = bench.folder / "forged.ocmm"
     with JobFile.create(forged, again.head) as job:
         for point in again.points:

@@ -1,4 +1,4 @@
-"""The room of a job: kept in its file, demanded by a plan, told where it is in doubt."""
+"""The ambient conditions of a job: stored in its file, required by a plan, reported if doubtful."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_a_plan_that_demands_gets_no_verdict_without_begin_and_end(
     session.conditions.note_room(TypedRoom(room="20.4"))
     assert session.view.unproven == session.view.room_doubt == ""
     assert decided(session)
-    # Read again from the file, by a session that knows nothing of the other one.
+    # Read again from the file, by a session independent of the first.
     again = session_of(bench, job)
     assert again.view.room == session.view.room
     told = [sentence for field, sentence in again.view.room if field == "room"]
@@ -221,7 +221,7 @@ def test_logged_readings_and_doubts_are_kept_once_per_feature(bench: Bench, job:
     session.conditions.note_logged(same)
     assert [one.room for one in session.conditions.rooms] == ["20.42 ± 0.20"]
     session.conditions.note_logged(bad)
-    # A doubt whose text changes with each reading is kept once.
+    # A reservation whose text changes with each reading is stored once.
     session.conditions.note_logged(bad)
     session.conditions.note_logged(replace(bad, doubt="Thermometer hall: 31 s old."))
     assert len(session.conditions.rooms) == 2

@@ -62,7 +62,7 @@ def test_results_are_those_at_20_degrees_and_observations_stay(bench: Bench, job
         ):
             assert before.measured is not None
             assert after.measured is not None
-            # 10 K x 11.5 ppm; a form error would not scale so, and there is none in this plan.
+            # 10 K x 11.5 ppm; a form error would not scale like this, and this plan has none.
             assert after.measured / before.measured == pytest.approx(1.0 - 115e-6, abs=1e-9)
             assert before.uncertainty is not None
             assert after.uncertainty is not None
@@ -108,7 +108,7 @@ def test_a_job_does_not_go_on_with_other_temperatures(
 
 
 def tips_of(bench: Bench, true: ProbeBody, used: ProbeBody) -> Float:
-    """Return where the ball of a true probe is found, touch by touch, with another geometry."""
+    """Return the ball centres of a true probe, touch by touch, found with another geometry."""
     part = load_part(resource("parts", "demo.toml"))
     script = [(feature.name, feature.points) for feature in bench.plan.features]
     virtual = VirtualRig(bench.rig, true, part, script, seed=1, frame_rate_hz=FRAME_RATE_HZ)

@@ -1,4 +1,4 @@
-"""Flags of points that do not belong to their feature: how often wrongly, and what is found."""
+"""Flags of points that do not belong to their feature: false alarms, and detections."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_a_good_feature_is_flagged_in_one_of_a_hundred_cases(
     record_property("flagged wrongly", f"{shape.value}: {false} of {RUNS}, found {found}")
     # 1 % is designed: more than 8 of 200 come by chance once in 4,000 runs.
     assert false <= 8
-    # Twenty times the noise; with few points it spoils the scatter of the others, too.
+    # Twenty times the noise; with few points it also spoils the scatter of the others.
     assert found >= 0.85 * RUNS
 
 

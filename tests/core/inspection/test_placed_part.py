@@ -1,4 +1,4 @@
-"""The nominal part in a job: stored once, shown where it is thought to be, read back."""
+"""The nominal part in a job: stored once, shown at its estimated place, read back."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_a_part_is_where_the_nominals_are(bench: Bench) -> None:
         np.testing.assert_allclose(
             near.compose(before.T_world_from_model).translation, 0.0, atol=1e-12
         )
-        # Whatever the points move, the part itself is never made anew.
+        # Moving points never recreate the part.
         assert after is not None
         assert after.model is part
     aligned = placed(part, Whereabouts(near, approximate=False), bench.rig)
@@ -120,17 +120,17 @@ def test_what_is_touched_first_is_shown_before_anything_is_located(bench: Bench)
         assert planned is not None
         assert planned.nominal is first
         assert planned.supposed
-        # It is shown, and leads nobody: a ring and a tone need a place that is known.
+        # It is shown without guidance: a ring and a tone need a certain place.
         assert view.target is None
         assert all(feature.targets == () for feature in view.features)
-        # The plan does not say how large it is: its middle is shown.
+        # The plan does not state its size: its middle is shown.
         assert len(planned.targets) == 1
         assert all(target.approximate for target in planned.targets)
         low, high = bench.rig.volume_world
         places = np.array([target.surface_world for target in planned.targets])
         assert (places > low).all()
         assert (places < high).all()
-        # With a model it is where the part is shown.
+        # With a model the part is shown at the model's place.
         part = block_part()
         session.part.show(part)
         view = session.view

@@ -1,4 +1,4 @@
-"""Where a plan is touched: on the nominal surface, all over it, and from the right side."""
+"""Targets of a plan: on the nominal surface, spread over it, and from the right side."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def nominal(shape: Shape, **more: Any) -> NominalFeature:
 
 
 def along_and_radial(points: Float) -> tuple[Float, Float]:
-    """Return heights (n,) over the centre and what is square to the axis (n, 3)."""
+    """Return heights (n,) above the centre and the components square to the axis (n, 3)."""
     away = points - CENTRE
     heights = away @ AXIS
     return heights, away - heights[:, None] * AXIS
@@ -52,12 +52,12 @@ def test_the_length_lies_square_to_the_direction_however_little_of_it_is_told() 
     told = np.array([1.0, 0.0, 0.3])
     found = across_of(nominal(Shape.RECTANGLE, across=tuple(told)))
     expected = told - (told @ AXIS) * AXIS
-    assert np.linalg.norm(expected) < 1.05  # square to the axis less than what was told is left
+    assert np.linalg.norm(expected) < 1.05  # square to the axis less than the given vector remains
     assert found == pytest.approx(unit(expected), abs=EXACT)
     # A tenth of a unit is enough to know where to.
     slight = tuple((AXIS + 0.1 * found).tolist())
     assert across_of(nominal(Shape.RECTANGLE, across=slight)) == pytest.approx(found, abs=1e-9)
-    # Along the axis nothing is told: any direction will do.
+    # Along the axis the turn is open: any direction is valid.
     any_ = across_of(nominal(Shape.RECTANGLE, across=tuple(AXIS.tolist())))
     assert (abs(any_ @ AXIS), np.linalg.norm(any_)) == pytest.approx((0.0, 1.0), abs=EXACT)
 
@@ -160,7 +160,7 @@ OUTLINES = {
 
 
 def off_outline(kind: str, a: float, b: float, u: float, v: float) -> float:
-    """Return how far a place lies from an outline of half axes a >= b, mm (ellipse: no unit)."""
+    """Return the distance of a place from an outline of half axes a >= b, mm (ellipse: no unit)."""
     if kind == "ellipse":
         return (u / a) ** 2 + (v / b) ** 2 - 1.0
     if kind == "round slot":

@@ -7,16 +7,16 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_cli.measure import plan_app
+from ocmm_cli import app
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
 
 
 def run(*arguments: str) -> str:
-    result = CliRunner().invoke(plan_app, list(arguments), catch_exceptions=False)
+    result = CliRunner().invoke(app, ["plan", *arguments], catch_exceptions=False)
     assert result.exit_code == 0, result.output
-    # Lines are broken where the terminal ends.
+    # Line breaks depend on the width of the terminal.
     return " ".join(result.output.split())
 
 

@@ -1,4 +1,4 @@
-"""The CAD model of a plan: beside it, with it, and never instead of measuring."""
+"""The CAD model of a plan: stored next to it, used with it, and never in place of measuring."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def test_what_is_kept_and_damaged_is_made_anew(tmp_path: Path) -> None:
     (kept,) = (file.parent / FOLDER).iterdir()
     kept.write_bytes(kept.read_bytes()[:-1])
     assert cached_part(file.parent, part.source_sha256) is None
-    # The text is no model: the reader, or its lack, is what is told then.
+    # The text is not a model: the reader, or its absence, is reported.
     assert part_of_plan(plan, file.parent).doubt is not None
     # Of another model under this name it is not taken either.
     keep_part(file.parent, block_part())
@@ -146,7 +146,7 @@ def test_what_is_kept_and_damaged_is_made_anew(tmp_path: Path) -> None:
 def test_a_folder_that_nobody_can_look_into_keeps_no_part_and_shows_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As one of another user, who lets nobody in; by a name that no system takes, root neither."""
+    """As a folder of another user without read access; an impossible name stops root as well."""
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda _: tmp_path / "cache")
     plan, _, part = beside(tmp_path)
     closed = tmp_path / ("x" * 300)
@@ -171,7 +171,7 @@ def test_where_the_folder_cannot_be_written_parts_are_kept_for_the_user(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda _: tmp_path / "cache")
-    # A file in the place of the folder: nobody can write into it, root neither.
+    # A file in place of the folder: nothing can be written into it, even by root.
     (tmp_path / FOLDER).write_bytes(b"")
     keep_part(tmp_path, block_part())
     assert cached_part(tmp_path, "0" * 64) is not None

@@ -1,4 +1,4 @@
-"""Pictures of steps lie beside their plan; plans in a folder are found."""
+"""Pictures of steps are next to their plan; plans in a folder are found."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def plan() -> Plan:
 
 @pytest.fixture
 def file(plan: Plan, tmp_path: Path) -> Path:
-    """Return a plan in a folder of its own."""
+    """Return a plan in a separate folder."""
     path = tmp_path / "plans" / "gauge.toml"
     path.parent.mkdir()
     save_plan(plan, path)

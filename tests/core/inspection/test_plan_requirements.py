@@ -189,7 +189,7 @@ def test_accounts_of_several_files_add_up_and_one_file_has_one(tmp_path: Path) -
     plan = imported(tmp_path)
     again = imported(tmp_path, plan=plan)
     assert counted(again) == (6, 8)
-    # What an edit took out comes back with the next import of the file.
+    # An item removed by an edit returns with the next import of the file.
     cut = remove_item(plan, "F1", "characteristics")
     assert counted(imported(tmp_path, plan=cut)) == (6, 8)
     other = imported(tmp_path, plan=plan, text=f"{EMPTY_MODEL}\n")
@@ -228,7 +228,7 @@ def test_an_account_that_was_edited_by_hand_is_refused(tmp_path: Path) -> None:
 
 
 def test_random_edits_are_counted_as_an_independent_rule_says(tmp_path: Path) -> None:
-    """Count with a rule that knows only the edits: 500 plans in the long form."""
+    """Count with an independent rule that uses only the edits: 500 plans in the long form."""
     whole = imported(tmp_path)
     names = [one.name for one in whole.characteristics]
     for seed in range(amount(40, 500)):

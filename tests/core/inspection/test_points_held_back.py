@@ -1,4 +1,4 @@
-"""Points taken while the calibration was in doubt: stored, shown, and proving nothing."""
+"""Points taken under a suspect calibration: stored, shown, and without proof."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_points_stay_held_back_when_the_job_is_opened_again(bench: Bench) -> Non
         again = bench.session(job)
         assert again.view.held == (14,)
         assert again.view.characteristics == before
-        # The clock of the bus began anew: times of the earlier run mean nothing now.
+        # The bus clock restarted: times of the earlier run are void.
         assert again.held.hold_back(0.0, REASON) == []
         assert again.held.release("The verification passed.") == []
         assert again.view.held == (14,)

@@ -1,4 +1,4 @@
-"""Jobs in doubt are recalculated with the later calibration; their files stay as they are."""
+"""Suspect jobs are recalculated with the later calibration; their files stay unchanged."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_hold_change_and_cannot_be_known(world: World, tmp_path: Path) -> None:
     content = {path: path.read_bytes() for path in jobs.iterdir()}
     assert run(world, tmp_path) == {}
     world.verify(passed=False)
-    # Without a later calibration nobody knows anything.
+    # Without a later calibration the jobs stay undecided.
     found = run(world, tmp_path)
     assert len(found) == 4
     assert {job.outcome for job in found.values()} == {Outcome.UNKNOWN}
@@ -106,7 +106,7 @@ def test_hold_change_and_cannot_be_known(world: World, tmp_path: Path) -> None:
     assert across.after.value is not None
     assert abs(across.after.value - across.before.value) < across.before.expanded
     assert set(range(9, 15)) <= set(found["across"].released)
-    # Nothing was written to the jobs, and the recall names what it has read.
+    # The jobs are unchanged, and the recall names its inputs.
     assert {path: path.read_bytes() for path in jobs.iterdir()} == content
     for name, job in found.items():
         read = content[jobs / f"{name}.ocmm"]
@@ -190,7 +190,7 @@ def test_what_is_decided_ends_where_more_becomes_known(world: World, tmp_path: P
     assert len(held()) == 14, "a trial decides nothing"
     run(world, tmp_path, "Ada")
     assert held() == ()
-    # Once more: what was released is judged again, and not taken for a job without doubts.
+    # Again: a released job is judged again, and not treated as unaffected.
     (again,) = run(world, tmp_path, "Bob").values()
     assert again.in_doubt == again.released == tuple(range(1, 15))
     assert held() == ()

@@ -1,4 +1,4 @@
-"""A job opened from its own file alone, without touching it or whoever measures it."""
+"""A job opened from its file alone, without disturbing the file or its writer."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def test_everything_comes_out_as_it_was_to_the_last_bit(finished: tuple[Path, Jo
     assert (again.doubts, again.annulled) == ((), ())
     assert [event.kind for event in again.events][:2] == ["calibration", "probe"]
     for point, anew in zip(again.points, again.sensitivities, strict=True):
-        # The mean of the frames and the frame of the means: what is not linear between them.
+        # The mean of the frames and the frame of the means: they differ by the nonlinearity.
         assert np.linalg.norm(anew.tip_world - point.tip_world) < 0.003
 
 
@@ -157,7 +157,7 @@ def test_a_job_whose_program_was_killed_is_whole(bench: Bench, job: JobFile) -> 
     session = bench.session(job)
     for touch in bench.touches[:5]:
         session.touches.take(touch)
-    # What a kill leaves: the file and its log as they are on the disk.
+    # State after a kill: the file and its log as on the disk.
     folder = bench.folder / "after"
     folder.mkdir()
     for name in (job.path.name, f"{job.path.name}-wal"):
@@ -297,7 +297,7 @@ def test_a_job_of_an_older_version_is_read_without_changing_it(
     before = content(path.parent)
     again = reopen_job(path)
     assert content(path.parent) == before
-    # It proves nothing until somebody answers for it.
+    # It proves nothing until a person takes responsibility for it.
     assert [doubt[:22] for doubt in again.doubts] == ["The job is not signed:"]
     with JobFile.open(path) as job:
         job.adopt("Ada Lovelace", "made before jobs were signed")

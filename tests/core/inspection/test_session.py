@@ -42,7 +42,7 @@ def test_features_follow_each_other_and_the_job_completes(bench: Bench, job: Job
     assert view.complete
     assert [feature.state for feature in view.features] == [FeatureState.DONE] * 3
     assert [result.verdict for result in view.characteristics] == [Verdict.CONFORM] * 2
-    # 19.989 mm and 20.342 mm are what the part truly has; the seed is fixed.
+    # 19.989 mm and 20.342 mm are the true values of the part; the seed is fixed.
     for result, true in zip(view.characteristics, (19.989, 20.342), strict=True):
         assert result.measured is not None
         assert result.uncertainty is not None
@@ -96,7 +96,7 @@ def test_whoever_looks_never_holds_up_a_touch(
     assert not seen
     go_on.set()
     thread.join(10.0)
-    # It is the job of when somebody looked; the next look sees what came.
+    # A view shows the job at the time of the call; the next view contains later points.
     assert [len(item.points) for item in seen[0].features] == [4, 0, 0]
     assert [len(item.points) for item in session.view.features] == [4, 1, 0]
     assert session.view is session.view

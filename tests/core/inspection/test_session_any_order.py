@@ -29,7 +29,7 @@ from tests.host import HANG_S
 
 
 def touched_part(bench: Bench, index: int, up: Float) -> tuple[float, float, float]:
-    """Return where a touch of the bench met the part, part frame."""
+    """Return the contact of a bench touch with the part, part frame."""
     pose = load_part(resource("parts", "demo.toml")).T_world_from_part
     tip = bench.touches[index].window.tip_world.mean(axis=0)
     x, y, z = pose.inverse().apply(tip) - bench.body.tip_radius * up
@@ -38,7 +38,7 @@ def touched_part(bench: Bench, index: int, up: Float) -> tuple[float, float, flo
 
 @pytest.fixture
 def aligned(bench: Bench) -> Plan:
-    """Return the quick plan with an alignment, and a pole of the ball that nobody touches yet."""
+    """Return the quick plan with an alignment, and a pole of the ball without touches."""
     up = np.array([0.0, 0.0, 1.0])
     bed, block, ball = bench.plan.features
     block = msgspec.structs.replace(block, points=3, length=54.0, width=34.0)
@@ -57,7 +57,7 @@ def aligned(bench: Bench) -> Plan:
 def session(bench: Bench, job: JobFile, aligned: Plan) -> InspectionSession:
     session = InspectionSession(aligned, bench.rig, bench.body, job, SessionOptions())
     session.steps.set_order("any")
-    # Before the part frame is known the order of the plan holds.
+    # Before the part frame is determined the order of the plan holds.
     for touch in (*bench.touches[:4], *bench.touches[8:14], bench.touches[4]):
         assert isinstance(session.touches.take(touch), MeasuredPoint)
     assert session.view.active == "POLE"
@@ -73,7 +73,7 @@ def test_the_feature_that_was_touched_gets_the_point(
     assert session.view.active == "BLOCK_TOP"
     session.touches.take(bench.touches[6])
     session.touches.take(bench.touches[7])
-    # The block is done: what was left before it is next.
+    # The block is complete: the feature left before it is next.
     assert session.view.active == "POLE"
     assert session.view.characteristics[1].verdict is Verdict.CONFORM
 
@@ -92,7 +92,7 @@ def test_a_feature_that_is_done_takes_no_more_by_itself(
 def test_a_touch_of_a_point_and_its_surface_goes_to_the_one_that_is_open_or_selected(
     bench: Bench, session: InspectionSession
 ) -> None:
-    # Where the corner is, the ball touches the top of the block, too; the corner is done.
+    # Near the corner the ball also touches the top of the block; the corner is complete.
     taken = session.touches.take(bench.touches[4])
     assert isinstance(taken, MeasuredPoint)
     assert taken.feature == "BLOCK_TOP"
@@ -129,7 +129,7 @@ def test_targets_are_where_the_features_are(bench: Bench, session: InspectionSes
     assert len(targets) == 3
     assert view.target == targets[0]
     assert not view.target.approximate
-    # All balls stand on the true top of the block: part and alignment differ by hundredths.
+    # All balls are on the true top of the block: part and alignment differ by hundredths.
     pose = load_part(resource("parts", "demo.toml")).T_world_from_part
     heights = [pose.inverse().apply(target.surface_world)[2] for target in targets]
     np.testing.assert_allclose(heights, 20.342, atol=0.15)
@@ -198,7 +198,7 @@ def test_pulled_touches_conform_and_lead_to_the_next_part_of_the_batch(tmp_path:
     assert (part.serial, part.points) == ("SN-1", 15)
     with pytest.raises(InputError, match="already measured"):
         build_station(request)
-    # The next part is led by where this one stood, until its own place is known.
+    # The place of this part guides the next one until its own place is determined.
     following = build_station(replace(request, serial="SN-2"))
     try:
         target = following.station.job.view().target
@@ -250,7 +250,7 @@ def test_a_part_that_is_being_measured_is_in_the_list_of_its_batch(
         assert (part.serial, part.points, part.operator) == ("1", 1, "me")
         assert parts_of_batch(tmp_path, "C") == ()
         assert bench.session(job).view.header.order == "O-7"
-    # Closed long ago it is read in place, and says the same.
+    # A long closed job is read in place, with the same result.
     os.utime(job.path, (1e9, 1e9))
     assert parts_of_batch(tmp_path, "B") == (part,)
 

@@ -1,4 +1,4 @@
-"""A job relative to a reference body: right after a nudge, refused where that cannot be known."""
+"""A job relative to a reference body: correct after a nudge, refused if undetermined."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ NUDGE = ScriptedNudge(HALF_WAY, 0, (0.6e-3, -0.6e-3, 0.6e-3), (0.6, -0.6, 0.6))
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """The touches of a job and what they truly are."""
+    """The touches of a job and their true values."""
 
     touches: tuple[Touch, ...]
     truth: tuple[TrueTouch, ...]
     home: ReferenceHome | None
 
     def true_touch(self, point: MeasuredPoint) -> TrueTouch:
-        """Return what a point truly is."""
+        """Return the truth of a point."""
         (found,) = (
             touch
             for touch in self.truth

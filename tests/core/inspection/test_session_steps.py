@@ -1,4 +1,4 @@
-"""What an inspector decides while measuring: delete, put back, skip, repeat, undo, pause."""
+"""Decisions of an inspector while measuring: delete, restore, skip, repeat, undo, pause."""
 
 from __future__ import annotations
 
@@ -226,7 +226,7 @@ def test_points_of_an_earlier_run_can_be_undone(bench: Bench) -> None:
 
 
 def stands(view: JobView) -> tuple[object, ...]:
-    """Return where a job stands, and which observations count: not under which numbers."""
+    """Return the state of a job and the counted observations, without their numbers."""
     return (
         view.active,
         [feature.state for feature in view.features],
@@ -251,7 +251,7 @@ def test_every_step_of_an_earlier_run_is_undone_and_done_again(bench: Bench) -> 
         do(lambda: session.steps.repeat("BED"))
         do(lambda: session.steps.skip("SPHERE"))
         do(lambda: session.touches.take(bench.touches[0]))
-        # What was undone before a new step is gone for good, also for those who come later.
+        # A step undone before a new one is gone for good, also for later readers.
         session.steps.undo()
         do(lambda: session.touches.take(bench.touches[1]))
         del seen[-2]

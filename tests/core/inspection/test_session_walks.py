@@ -1,4 +1,4 @@
-"""Random walks of an inspector: whatever he does, verdicts follow from what is measured."""
+"""Random walks of an inspector: verdicts always follow from the measured points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which points are in doubt because of the tip, from its history alone."""
+"""Points suspect because of the tip, from its history alone."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_a_tip_that_was_mounted_puts_all_since_the_last_check_in_doubt() -> None
 def test_a_failed_check_costs_the_points_since_the_last_good_one_for_good() -> None:
     checked, failed = event(25, TipEventKind.PASSED), event(45, TipEventKind.FAILED)
     assert held(checked, failed) == ([], [3, 4, 5, 6])
-    # That it passes afterwards says nothing about the points before the failure.
+    # A later pass proves nothing about the points before the failure.
     assert held(checked, failed, event(55, TipEventKind.PASSED)) == ([], [3, 4, 5])
     again = event(56, TipEventKind.NOT_QUALIFIED)
     assert held(checked, failed, event(55, TipEventKind.PASSED), again) == ([], [3, 4, 5, 6])

@@ -1,4 +1,4 @@
-"""A job of before tells what became of its tip, where the history of the probe is at hand."""
+"""An older job shows the fate of its tip if the history of the probe is available."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_a_check_that_failed_later_puts_the_jobs_before_it_in_doubt(
     assert doubt.startswith(f"The check of tip '{TIP}' failed")
     assert doubt.endswith("14 points are suspect. Re-probe them.")
     assert report_of_job(again).notes == again.doubts
-    # A check that passes says nothing of the time before; the file itself is as it was.
+    # A passed check proves nothing about earlier times; the file is unchanged.
     tips.check()
     assert reopen_job(measured, probes).view.held == again.view.held
     assert measured.read_bytes() == before

@@ -1,4 +1,4 @@
-"""Which of several features so near to each other was touched, and when nobody can say."""
+"""Which of several close features was touched, and when the choice stays open."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_two_open_points_at_one_place_are_refused() -> None:
 
 
 def test_a_surface_that_is_no_surface_of_the_point_is_refused() -> None:
-    # The ball on the rim of a bore: neither the way nor what is open says which of them it is.
+    # The ball on the rim of a bore: neither the path nor the open features decide.
     plan = plan_of(BORE, msgspec.structs.replace(MARK, point=(-10.5, 0.0, 0.0)))
     slanted = unit(np.array([1.0, 0.0, 1.0]))
     assert isinstance(touch(plan, (-9.0, 0.0, -0.2), slanted, done=("BORE",)), Refusal)

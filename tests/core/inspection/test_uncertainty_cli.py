@@ -49,7 +49,7 @@ def test_budgets_and_tasks_are_those_of_the_results(measured: Path) -> None:
         assert {"Image noise", "Sensor pattern", "Cameras"} <= names
     simulated = [item.name for task in found.tasks for item in task.characteristics]
     assert sorted(simulated) == sorted(found.budgets)
-    # The virtual part has no form: what is taken for it is what noise of a few micrometres leaves.
+    # The virtual part has no form error: the estimate comes from noise of a few micrometres.
     assert max(float(np.abs(task.form).max()) for task in found.tasks) < 0.02**2
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_cli.measure import plan_app
+from ocmm_cli import app
 from ocmm_core.errors import InputError
 
 SOUND = """schema = "ocmm.plan/1"
@@ -135,7 +135,7 @@ def check(folder: Path, text: str) -> tuple[int, str]:
     plan = folder / "p.toml"
     plan.write_text(text, encoding="utf-8")
     try:
-        done = CliRunner().invoke(plan_app, ["check", str(plan)], catch_exceptions=False)
+        done = CliRunner().invoke(app, ["plan", "check", str(plan)], catch_exceptions=False)
     except InputError as error:
         return 2, str(error)
     return done.exit_code, " ".join(done.output.split())

@@ -64,7 +64,7 @@ def test_every_link_and_picture_of_the_manual_leads_somewhere(manual: Manual) ->
             if found is None:
                 lost.append((chapter.name, link))
     assert not [one for one in lost if not one[0].startswith("decisions/")]
-    # Decisions name sources, too.
+    # Decisions name sources as well.
     assert not [one for one in lost if one[1].endswith(".md")]
 
 
@@ -147,7 +147,7 @@ def test_a_search_takes_beginnings_headings_first_and_any_input(tmp_path: Path) 
         tmp_path, tip="# Tip\n## Stylus\nx\n## Other\nstylus stylus\n", plans="# Plans\n"
     )
     assert [hit.anchor for hit in manual.search("styl")] == ["stylus", "other"]
-    # Where no section has all words, those with most of them are found.
+    # If no section contains all words, those with most of them are found.
     assert [hit.anchor for hit in manual.search("stylus nonsenseword")] == ["stylus", "other"]
     for nothing in ("", "   ", "?*([", "nonsenseword", "a" * 100_000):
         assert manual.search(nothing) == ()

@@ -1,4 +1,4 @@
-"""German pages of the manual: what the English ones have, in its order, and never behind them."""
+"""German pages of the manual: same content and order as the English ones, and up to date."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _blocks(text: str) -> list[str]:
 
 
 def _links(text: str, folder: str) -> Counter[str]:
-    """Return where links lead, below the folder of the manual, whatever the language."""
+    """Return the targets of links, below the folder of the manual, in any language."""
     found = []
     for _picture, link in _LINK.findall(_FENCED.sub("", text)):
         path, mark, anchor = link.partition("#")
@@ -90,7 +90,7 @@ def test_a_german_page_has_headings_pictures_code_and_links_of_the_english_one(
     assert [(one.anchor, one.level) for one in of_german.sections] == [
         (one.anchor, one.level) for one in of_english.sections
     ]
-    # Each has what the other has: no half page, no table without some of its rows.
+    # Both pages have the same numbers of elements: no half page, no table with missing rows.
     for shape in (r"^\|", r"^- ", r"^\d+\. "):
         counts = [
             len(re.findall(shape, one.markdown, re.MULTILINE)) for one in (of_english, of_german)
@@ -116,7 +116,7 @@ def test_every_link_and_picture_of_a_german_page_leads_to_a_file_and_to_its_sect
             assert german.picture(name, link) is not None, link
         elif not path or path.endswith(".md"):
             place = german.resolve(name, link)
-            # README files beside the sources are none of the manual's.
+            # README files next to the sources are not part of the manual.
             assert place is not None or path.startswith("../../../"), link
             assert place is None or place.anchor == anchor, link
 

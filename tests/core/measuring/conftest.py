@@ -11,7 +11,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock, load_probe
 
 SIGMA_MM = np.array([0.010, 0.040, 0.010])
-"""Scatter of one frame: the depth is known worst."""
+"""Scatter of one frame: the depth is the least certain."""
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""What the force of the hand adds to points, against a probe that truly bends."""
+"""Contribution of the hand's force to points, against a probe that really bends."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_the_stated_covariance_is_that_of_a_probe_that_bends(
     row = []
     for tip, side in zip(TIPS, SIDES, strict=True):
         moved = (stiff.by_force @ (turned().T @ side) * stiff.largest_n).reshape(-1, 3)
-        # The ball is where it is; the LEDs move against it.
+        # The ball stays in place; the LEDs move relative to it.
         bent = body.leds_probe + moved[:-1] - moved[-1] - body.tip_probe
         spots = np.stack(
             [project(camera, bent @ turned().T + tip) for camera in recommended.cameras]

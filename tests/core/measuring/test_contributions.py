@@ -100,7 +100,7 @@ def test_points_that_show_other_leds_share_the_pattern_of_what_both_show(
     expected = np.zeros((9, 9))
     for i, one in enumerate(found):
         for j, other in enumerate(found):
-            # A field of its own on each sensor and for each axis, smooth over its length.
+            # An independent field on each sensor and axis, smooth over its length.
             together = one.camera[:, None] == other.camera
             apart = np.sum((one.uv[:, None] - other.uv) ** 2, axis=2)
             field = noise.pattern_px**2 * np.exp(-0.5 * apart / noise.pattern_length_px**2)
@@ -109,7 +109,7 @@ def test_points_that_show_other_leds_share_the_pattern_of_what_both_show(
                 expected[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += (
                     left @ (together * field) @ right.T
                 )
-    # The grid stands for the field to a thousandth of a variance: half of that of its root.
+    # The grid represents the field to a thousandth of a variance: half of that of its root.
     assert stated == pytest.approx(expected, abs=1e-3 * expected.max())
 
 

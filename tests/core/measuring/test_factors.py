@@ -1,4 +1,4 @@
-"""The factors of the joint uncertainty against the dense matrix that they stand for."""
+"""The factors of the joint uncertainty against the dense matrix."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_the_correlation_of_two_spots_is_the_gaussian_of_their_distance() -> Non
     answers = field.answers(gradients)
     apart = np.sum((place - place[:, 0]) ** 2, axis=2)
     assert np.abs(answers @ answers.T - np.exp(-0.25 * apart)).max() < LARGEST_ERROR
-    # One spot by itself is exact, but for rounding.
+    # A single spot is exact, except for rounding.
     assert np.sum(answers**2, axis=1) == pytest.approx(1.0, abs=1e-12)
 
 

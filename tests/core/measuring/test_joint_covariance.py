@@ -33,7 +33,7 @@ def coarse(recommended: Rig) -> Rig:
 
 @dataclass(frozen=True)
 class World:
-    """Points of one drawn world: what they answer to, and how wrong they are."""
+    """Points of one drawn world: their sensitivities and errors."""
 
     sensitivities: list[TipSensitivity]
     errors: Float
@@ -42,7 +42,7 @@ class World:
 def measured(rig: Rig, body: ProbeBody, seed: int, part: Part) -> World:
     """Return two touches, each with a second place a few millimetres before it.
 
-    White noise is off: what is left is what averaging does not remove.
+    White noise is off: only errors unaffected by averaging remain.
     """
     options = WorldOptions(white_noise=False)
     virtual = VirtualRig(rig, body, part, TOUCHES, seed, options, 500)
@@ -87,7 +87,7 @@ def test_points_are_as_wrong_as_they_say(
 def test_neighbours_share_their_errors_as_they_say(
     worlds: list[World], coarse: Rig, standard_probe: ProbeBody
 ) -> None:
-    """What is common to two places a few millimetres apart cancels in their difference."""
+    """Errors common to two places a few millimetres apart cancel in their difference."""
     difference = np.hstack([np.eye(3), -np.eye(3)])
     squares, share = [], []
     for world in worlds:
@@ -180,7 +180,7 @@ def test_point_uncertainty_is_twice_the_worst_sigma(
     covariance = systematic_covariance([item], coarse, standard_probe)
     worst = np.sqrt(np.linalg.eigvalsh(covariance).max())
     assert point_uncertainty(item, coarse, standard_probe) == pytest.approx(2.0 * worst)
-    # The spot pattern is one of the sources: without it the point is known better.
+    # The spot pattern is one of the sources: without it the point is more certain.
     noise = coarse.noise
     clean = type(noise)(
         white_px=noise.white_px, pattern_px=0.0, pattern_length_px=noise.pattern_length_px

@@ -1,4 +1,4 @@
-"""What is said about a probe before it is built: mechanics, budget, colours of the maps, words."""
+"""Report about a probe before it is built: mechanics, budget, colours of the maps, words."""
 
 from __future__ import annotations
 
@@ -69,13 +69,13 @@ def test_ball_and_hand_carry_the_weight_and_its_moment(
 
 
 def test_the_lines_end_in_the_numbers(found: Mechanics, design: ProbeDesign) -> None:
-    """The ball is where the lines begin; 1 N on it, and nothing moves at the handle."""
+    """The lines begin at the ball; 1 N on it moves nothing at the handle."""
     assert found.x_mm[0] == 0.0
     assert found.side_line_nm[0] == pytest.approx(found.side_nm_per_n, rel=1e-12)
     held = int(np.argmin(np.abs(found.x_mm - design.handle_mm)))
     # The grid meets the handle within a step.
     assert abs(found.side_line_nm[held]) < 0.02 * found.side_nm_per_n
-    # Errata of the thesis: 321 nm/N from the handle with g = 9.8; stiffness knows no g.
+    # Errata of the thesis: 321 nm/N from the handle with g = 9.8; stiffness is independent of g.
     assert found.side_nm_per_n == pytest.approx(
         1e6 * side_load(design.beam, design.handle_mm).deflection_mm[0], rel=1e-12
     )

@@ -203,7 +203,7 @@ def test_a_reference_body_that_moves_is_named(
 def test_the_motion_that_may_be_hidden_is_judged_in_seconds(
     tracked: Tracked, scatter: Scatter, recommended: Rig
 ) -> None:
-    """A hand trembles at its own rate, whatever the rate of the frames."""
+    """A hand trembles at its own rate, independent of the frame rate."""
     # Within two deviations an axis no frame is wild, so that all of them are judged.
     window = tracked(np.clip(scatter(np.random.default_rng(8), N), -2.0 * SIGMA_MM, 2.0 * SIGMA_MM))
     seconds = np.arange(N, dtype=np.float64) * 125e-6

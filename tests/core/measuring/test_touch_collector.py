@@ -105,7 +105,7 @@ def test_arm_takes_the_next_frame_once(tracked: Tracked) -> None:
     assert not collector.collecting
     assert not collector.feed(tracked(np.zeros((10, 3)), first=10))
     assert collector.collecting
-    # One touch gives one answer: pressing the key again while it is measured asks for nothing.
+    # One touch gives one answer: a repeated key press during it is ignored.
     collector.arm()
     touches = collector.feed(tracked(np.zeros((9000, 3)), first=20))
     assert [touch.first_frame for touch in touches] == [10]
@@ -164,7 +164,7 @@ def test_nothing_of_before_an_interruption_is_used(tracked: Tracked) -> None:
     press(after, 0, 500)
     press(after, 700, 800)
     (touch,) = touches_of(joined(before, after), [])
-    # The button went down while nobody looked: no trigger. Where the ball came from is not known.
+    # The button was pressed unseen: no trigger. The ball's path is undetermined.
     assert touch.first_frame == 20_700
     assert len(touch.trail_world) == 1
     assert approach_direction(touch.trail_world, np.zeros(3), 2.0) is None
@@ -218,13 +218,13 @@ def test_no_way_no_direction() -> None:
     assert approach_direction(np.empty((0, 3)), np.zeros(3), 2.0) is None
     near = np.array([[0.0, 0.0, 1.9], [0.0, 0.0, 1.0]])
     assert approach_direction(near, np.zeros(3), 2.0) is None
-    # The probe was hidden on its last way: that it came from the side is not known.
+    # The probe was hidden at the end of its path: the approach from the side was not seen.
     hidden = np.array([[50.0, 0.0, 0.0], [0.0, 0.0, 1.5], [0.0, 0.0, 1.0]])
     assert approach_direction(hidden, np.zeros(3), 2.0) is None
 
 
 def test_what_was_not_seen_just_before_the_contact_is_no_direction() -> None:
-    # Down beside a wall, then to it: hidden for the last 3.5 mm it seems to come from above.
+    # Down near a wall, then to it: hidden for the last 3.5 mm it seems to come from above.
     down = np.stack([np.full(13, 3.5), np.zeros(13), np.linspace(6.0, 0.0, 13)], axis=1)
     rest = np.array([[0.05, 0.0, 0.0]])
     assert approach_direction(np.concatenate([down[:6], rest]), np.zeros(3), 2.0) is None

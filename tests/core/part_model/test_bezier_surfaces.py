@@ -1,4 +1,4 @@
-"""Points of spline surfaces against what they are known to be."""
+"""Points of spline surfaces against exact values."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_slopes_are_those_of_small_steps() -> None:
     rng = np.random.default_rng(2)
     surface = bezier_surface(uneven(rng))
     uv = rng.uniform([0.05, 0.05], [0.95, 2.95], (300, 2))
-    # Not across a knot, where the second derivative jumps.
+    # Not across a knot, at which the second derivative jumps.
     uv = uv[(np.abs(uv[:, 1:] - [1.0, 2.0]) > 1e-3).all(axis=1)]
     found = derivatives_at(surface, uv)
     step = 1e-5

@@ -1,4 +1,4 @@
-"""A part as bytes: it comes back as it was, and whatever lies is refused by a sentence."""
+"""A part as bytes: read back unchanged, and every false file is refused with a sentence."""
 
 from __future__ import annotations
 

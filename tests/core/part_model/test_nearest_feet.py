@@ -1,4 +1,4 @@
-"""The nearest place of trimmed faces: right, complete, told where it is none to measure with."""
+"""The nearest place of trimmed faces: correct, complete, and reported if not measurable."""
 
 from __future__ import annotations
 

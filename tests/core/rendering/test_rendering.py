@@ -70,7 +70,7 @@ def painted(
 def met_by_ray(
     mesh: RenderMesh, view: tuple[Float, Float], x: float, y: float
 ) -> tuple[float, int]:
-    """Return depth and face of what is nearest to the eye, by barycentric coordinates."""
+    """Return depth and face nearest to the eye, by barycentric coordinates."""
     places = (mesh.vertices @ view[0] + view[1])[mesh.triangles]
     a, u, v = places[:, 0], places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
     with np.errstate(all="ignore"):
@@ -140,7 +140,7 @@ def test_edges_in_front_are_drawn_along_their_whole_length() -> None:
             place = np.array(start) + share * (np.array(end) - np.array(start))
             x, y, _ = place @ view[0] + view[1]
             near = canvas.image[int(y) - 1 : int(y) + 2, int(x) - 1 : int(x) + 2]
-            # The background is white: where there is an edge, green is low.
+            # The background is white: green is low at an edge.
             assert ((near >> 8) & 255).min() < 150
 
 
@@ -305,7 +305,7 @@ def test_a_view_from_very_near_or_very_far_paints_within_its_bounds(radius: floa
 
 
 def test_arrays_of_a_file_are_painted_by_what_the_set_up_compiled() -> None:
-    # The fixture of all tests finds what was compiled for arrays that nobody may write into.
+    # The fixture of all tests finds functions compiled for read-only arrays.
     read = model_from_bytes(model_to_bytes(block_part()), "block")
     canvas = painted(read, view_of(0.5, 0.6))
     assert (canvas.faces >= 0).any()
@@ -326,7 +326,7 @@ def _spread(image: NDArray[np.uint32]) -> int:
 
 
 def _eroded(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the mask without what is less than three pixels from its border."""
+    """Return the mask without pixels less than three from its border."""
     inner = mask.copy()
     for axis in (0, 1):
         for step in (-3, -2, -1, 1, 2, 3):

@@ -51,7 +51,7 @@ def test_a_field_is_between_its_points_and_no_more_than_they_are() -> None:
     for point, value in zip(points, values, strict=True):
         at = int(np.argmin(np.linalg.norm(found.mesh.vertices - point, axis=1)))
         away = float(np.linalg.norm(found.mesh.vertices[at] - point))
-        # One vertex beside it: the field is smooth, with a slope of at most its range a step.
+        # Its neighbour vertex: the field is smooth, with a slope of at most its range per step.
         assert abs(found.values[at] - value) < 3.5 * away / 2.0 + 0.02
 
 
@@ -87,7 +87,7 @@ def test_the_part_looks_the_same_with_smaller_triangles() -> None:
     assert 1000 < len(after.triangles) < 130_000
     np.testing.assert_allclose(after.normals, before.normals[found.parents], atol=1e-9)
     # Both sides of an edge are halved: between new triangles there is no gap, so that every edge
-    # inside the face is there twice, from one place to another.
+    # inside the face occurs twice, in opposite directions.
     places, place_of = np.unique(after.vertices, axis=0, return_inverse=True)
     rows = place_of.ravel()[after.triangles[after.triangle_faces == TOP]]
     edges = np.sort(np.concatenate([rows[:, [0, 1]], rows[:, [1, 2]], rows[:, [2, 0]]]), axis=1)

@@ -1,4 +1,4 @@
-"""The memory of the station: whole or reported, trusted only if nobody else can write it."""
+"""The memory of the station: complete or reported, trusted only if write-protected from others."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MakePoint = Callable[[int], MeasuredPoint]
 
 @pytest.fixture(autouse=True)
 def _own_station(tmp_path: Path) -> object:
-    """Be a station that was never told that its memory is missing."""
+    """Simulate a station never told of its missing memory."""
     with other_station(tmp_path / "home"):
         yield
 
@@ -123,7 +123,7 @@ def _golden(former: Path, there: Path) -> set[str]:
     for one in memory_folder().iterdir():
         text = one.read_text("utf-8")
         if '"name":"folder ' not in text:
-            # It was in the folder of the other one, and looked at last in 2026.
+            # It was in the folder of the other station, last read in 2026.
             text = text.replace(str(former), str(there))
             text = text.replace('"utc":""', '"utc":"2026-01-15T08:00:00+00:00"')
             (kept / one.name).write_text(text, "utf-8")
@@ -159,7 +159,7 @@ def test_a_key_without_its_memory_is_accepted_by_name_for_the_past_only(
     assert CalibrationStore(store.folder).status(NOW).state is State.VALID
     with JobFile.open(path) as job:
         job.append_point(make_point(1))
-    # What was signed later must be in the memory.
+    # Later signatures must be in the memory.
     for one in memory_folder().glob("*.json"):
         one.unlink()
     assert "memory of it is missing" in doubts(path)
@@ -191,7 +191,7 @@ def test_the_clock_is_one_for_the_station(store: CalibrationStore, tmp_path: Pat
         said = CalibrationStore(folder).status(NOW)
         assert said.state is State.EXPIRED
         assert "set back" in said.reason
-    # A measurement says what the time is.
+    # A measurement proves the time.
     again = CalibrationStore(second.folder)
     again.verify(make_verification(other), NOW)
     assert again.status(NOW).state is State.VALID

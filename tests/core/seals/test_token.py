@@ -43,7 +43,7 @@ _P256_ORDER = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551
 
 @dataclass(frozen=True)
 class Softhsm:
-    """A token in software, in a folder of its own."""
+    """A token in software, in a separate folder."""
 
     place: TokenPlace
     folder: Path
@@ -88,7 +88,7 @@ def test_a_key_moves_into_a_token_and_out_again(softhsm: Softhsm, keys: KeyFolde
     assert in_token.kept_in == f"token station ({softhsm.place.module})"
     assert keys.token_place() == softhsm.place
     signed.append(sign(keys.station_key(), Signed.JOB, b"before"))
-    # Nothing that could sign is left in the folder, and nobody else reads the PIN.
+    # The folder contains no private key, and the PIN is not readable by others.
     assert not (keys.folder / "station.key").exists()
     assert (keys.folder / "token.json").stat().st_mode & 0o777 == 0o600
     back = keys.replace("Ada", "the token is needed elsewhere", NOW)
@@ -149,7 +149,7 @@ def test_a_token_that_is_gone_signs_nothing_and_is_replaced(
     with pytest.raises(StorageError, match=r"token gone .*\(it is not there\)") as caught:
         gone.sign(b"job")
     assert caught.value.code == "key.token"
-    # What it signed is read without it, and the station goes on with another key.
+    # Its signatures can be verified without it, and the station continues with another key.
     assert judge_signature(keys, Signed.JOB, b"job", signature).sound
     assert keys.replace("Ada", "lost", NOW).sign(b"job")
     assert judge_signature(keys, Signed.JOB, b"job", signature).station == THIS_STATION
@@ -219,7 +219,7 @@ def _move_by_command(softhsm: Softhsm, tmp_path: Path) -> None:
     done = CliRunner().invoke(app, [*common, *place, "--pin-file", str(pin)])
     assert done.exit_code == 0, done.output
     assert "Kept in     token station" in done.output
-    # A new one is made where the old one was; the PIN is asked for where no file holds it.
+    # A new token replaces the old one; the PIN is requested if no file holds it.
     done = CliRunner().invoke(app, common)
     assert "Kept in     token station" in done.output
     done = CliRunner().invoke(app, [*common, *place], input="2468\n")

@@ -1,4 +1,4 @@
-"""Settings: whatever stands in the documents, the program starts, says it, and loses nothing."""
+"""Settings: with any content of the documents the program starts, reports it, and loses nothing."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_the_table_and_the_typed_settings_are_the_same() -> None:
         assert spec.label
         assert spec.tip
         assert (spec.kind is Kind.CHOICE) <= bool(spec.choices)
-        assert (spec.kind in (Kind.NUMBER, Kind.WHOLE)) == (spec.least < spec.most)
+        assert (spec.kind in (Kind.NUMBER, Kind.WHOLE)) == bool(spec.number)
         if spec.kind is not Kind.KEYS:
             assert value_of_text(spec, text_of(spec.default)) == spec.default
 
@@ -149,7 +149,7 @@ def test_a_folder_without_rights_is_told_and_the_station_falls_back_to_the_user(
     tmp_path: Path,
 ) -> None:
     store = _store(tmp_path)
-    # A file where the folder should be: no rights of root help.
+    # A file in place of the folder stops root as well.
     store.station.path.parent.write_text("")
     (note,) = store.change({"instrument.source": "ethercat:service"})
     assert "this user" in note.what
@@ -178,7 +178,7 @@ def test_a_default_of_the_user_wins_over_what_the_station_says(tmp_path: Path) -
     assert loaded.settings.window_theme == "dark"
     assert loaded.origins["window.theme"] is SettingOrigin.USER
     assert not loaded.differs("window.theme")
-    # Without a station that says otherwise a default stands in no document.
+    # Without a value of the station a default is in no document.
     store.change({"window.theme": None}, Scope.STATION)
     store.change({"window.theme": "dark", "window.volume": None})
     assert tomllib.loads(store.user.path.read_text()).get("window") is None
@@ -189,7 +189,7 @@ def test_what_cannot_be_taken_back_is_not_said_to_hold(tmp_path: Path) -> None:
     store = _store(tmp_path)
     store.change({"instrument.tip": "long"})
     text = store.station.path.read_text()
-    # A folder where no lock can be had: a file, as no rights keep root from writing.
+    # A folder without a lock: a file, because rights do not stop root from writing.
     locked = SettingsStore(_Unwritable(store.station.path), store.user)
     with pytest.raises(StorageError):
         locked.change({"instrument.tip": None})
@@ -201,7 +201,7 @@ def test_what_cannot_be_taken_back_is_not_said_to_hold(tmp_path: Path) -> None:
 
 
 class _Unwritable(SettingsFile):
-    """A document that can be read and not written, whoever tries; rights do not bind root."""
+    """A document that can be read but not written, even by root."""
 
     def change(self, *_: object, **__: object) -> tuple[Note, ...]:
         raise StorageError("settings.read_only", f"{self.path}: cannot be written.", "Ask.")
@@ -224,7 +224,7 @@ def test_temperatures_are_used_for_some_hours_only(tmp_path: Path) -> None:
     assert loaded.too_old == ("temperature.part_c",)
     # The time was edited by hand, so the first note is about the signature.
     assert "Part temperature" in loaded.notes[-1].what
-    # A clock that was set back: nobody knows how old it is.
+    # A clock that was set back: the age is undetermined.
     assert store.load(now - timedelta(days=1)).settings.temperature_probe_c is None
     # Typed into the file by hand, without a time.
     store.station.path.write_text(

@@ -145,7 +145,7 @@ def test_the_password_of_the_settings_is_for_the_login_of_the_settings(tmp_path:
 
 
 def test_a_password_without_a_login_goes_to_none(tmp_path: Path) -> None:
-    """As where a station that had a server keeps its jobs in a file since."""
+    """As on a station that had a server and now keeps its jobs in a file."""
     for own in ("local", "", str(tmp_path / "a.sqlite"), "off", "postgresql://station3@db.shop"):
         settings = replace(
             SettingsStore.of_this_user().load().settings,

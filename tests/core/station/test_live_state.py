@@ -1,4 +1,4 @@
-"""What is seen last is shown only as long as it is what is seen now."""
+"""Old views are shown only while they are current."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class _Eye:
         return block
 
     def now(self, acquisition: AcquisitionStatus = RUNNING) -> LiveView:
-        """Return what is said now."""
+        """Return the present view."""
         return self.live.view(acquisition, "")
 
 

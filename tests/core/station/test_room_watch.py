@@ -66,7 +66,7 @@ def test_station_logs_readings_and_their_loss(
         noted = noted_rooms(job.events())
     assert (noted[0].room, noted[0].who) == ("20.44 ± 0.20", "hall, serial 4711")
     assert any(one.doubt and not one.room for one in noted)
-    # It samples at each interval, and reports only what it has stored.
+    # It samples at each interval, and reports only stored samples.
     assert len(reported) == len(noted)
 
 
@@ -89,7 +89,7 @@ def test_a_silent_thermometer_delays_neither_start_nor_end() -> None:
     source = TemperatureSource(kind="file", address="x", unit="°C", scale=1.0)
     log = ThermometerLog([("hall", "hall", 0.2, source)], read)
     faults = StationFaults(threading.Event(), _NoJob())
-    watch = RoomWatch(log, never, never, faults)  # type: ignore[arg-type] # there is no job
+    watch = RoomWatch(log, never, never, faults)  # type: ignore[arg-type] # no job is open
     watch.start()
     assert asked.wait(HANG_S)
     watch.close()

@@ -1,4 +1,4 @@
-"""Every source of frames says all that commands, calibrations and documentation ask of it."""
+"""Every source of frames provides all fields for commands, calibrations and documentation."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from ocmm_sim.sources import VirtualSite
 _RIG = load_rig(RECOMMENDED_RIG)
 _PLAN = load_plan(DEMO_PLAN)
 _VALUES = {Origin.CAMERAS: "lo", Origin.RECORDING: "frames.rec", Origin.VIRTUAL: "1"}
-"""What follows a prefix here: an interface that every computer has, a recording, a number."""
+"""Values after a prefix: an interface of every computer, a recording, a number."""
 
 
 def named(spec: SourceSpec) -> str:

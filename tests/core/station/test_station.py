@@ -57,7 +57,7 @@ def test_the_script_is_measured_and_told_by_signals(build: Callable[..., BuiltSt
     status = station.looks.acquisition()
     assert status.elapsed == status.good + status.late + status.lost + status.bad
     assert (status.frames_lost, status.overrun) == (0, 0)
-    # The source has ended: what it showed last is not on the screen as if it were seen.
+    # The source has ended: its last view is not shown as current.
     ended = station.looks.live()
     assert ended.frames_per_second == 0.0
     assert not np.isfinite(ended.spots).any()

@@ -62,7 +62,7 @@ STEPS = (
     "ocmm_core.inspection.session._header.Conditions.note_limits",
     "ocmm_core.station._job_change.drop_if_empty",
     "ocmm_core.station._frame_loop.FrameLoop.exclusive",
-    "ocmm_core.station._jobs.header_text",
+    "ocmm_core.station._job.header_text",
 )
 
 
@@ -109,7 +109,7 @@ def test_a_change_that_fails_changes_nothing(
     assert (station.job.path, station.job.view()) == (path, view)
     assert sorted(tmp_path.glob("*.ocmm")) == files
     with JobFile.open(older):
-        # Nobody holds it any more.
+        # No reference remains.
         pass
     assert station.faults.measuring is None
     if verb == "next_part":

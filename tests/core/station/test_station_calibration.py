@@ -1,4 +1,4 @@
-"""The station with a calibration from the store: gates, warnings, and what the job file keeps."""
+"""The station with a calibration from the store: gates, warnings, and content of the job file."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_an_unverified_calibration_takes_no_points(build: Build, tmp_path: Path)
     assert "length bar" in refused[0].remedy
     assert "not been verified" in station.looks.live().reason
     assert station.looks.live().tip_world is None
-    # Nor has the coach beside the readout a number, or a turn that would better it.
+    # The coach next to the readout shows neither a number nor a turn.
     assert station.looks.probe_now() is None
     assert all(not feature.points for feature in station.job.view().features)
 
@@ -134,7 +134,7 @@ def test_who_insists_gets_points_that_prove_nothing_for_good(build: Build, tmp_p
     names = [path.name for path in station.reports.export(tmp_path / "report")]
     assert names[3] == "QUICK-001_SIMULATED_UNCALIBRATED_report.csv"
     station.close()
-    # Opened again, by a program that knows nothing of that day, it proves nothing either.
+    # Reopened by an independent program, it still proves nothing.
     with JobFile.open(built.job_path) as job:
         again = InspectionSession(
             station.job.plan,

@@ -1,4 +1,4 @@
-"""A camera that is pushed while a job is measured: the doubt, the words, the points held back."""
+"""A camera pushed during a job: the suspicion, the sentences, the held-back points."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_a_pushed_camera_puts_the_calibration_in_doubt_and_points_are_held_back(
     touched = {point.feature for point in held}
     resting = [item for item in job.characteristics if touched & set(item.features)]
     assert resting
-    # What is still being probed has no verdict yet, whatever is held back.
+    # An unfinished feature has no verdict yet, independent of held-back points.
     undecided = (Verdict.NOT_PROVEN, Verdict.NOT_MEASURED, Verdict.PROVISIONAL)
     assert all(item.verdict in undecided for item in resting)
     for feature in job.features:
@@ -91,7 +91,7 @@ def test_a_pushed_camera_puts_the_calibration_in_doubt_and_points_are_held_back(
         assert ("held back" in feature.note) == noted
 
     store.verify(make_verification(record), datetime.now(UTC))
-    # The camera was verified where it stands now: the points count again.
+    # The camera was verified at its present place: the points count again.
     wait_until(lambda: station.job.view().held == ())
     station.close()
     with JobFile.open(built.job_path, read_only=True) as job_file:

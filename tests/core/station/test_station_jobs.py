@@ -78,8 +78,8 @@ def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on
     first = station.job.path
     other = tmp_path / "plans" / "two.toml"
     other.parent.mkdir()
-    # With a feature that is touched last, and one that nobody can touch on this part: what is
-    # touched for the plan before gives no point.
+    # With a feature that is touched last, and one that cannot be touched on this part: a touch
+    # meant for the previous plan gives no point.
     plan = load_plan(resource("plans", "demo.toml"))
     ball = msgspec.structs.replace(plan.feature("SPHERE"), points=4)
     x, y, z = ball.point

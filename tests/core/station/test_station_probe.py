@@ -1,4 +1,4 @@
-"""The station with records of the tip: gates, what forces a check, what the job file keeps."""
+"""The station with records of the tip: gates, reasons for a check, content of the job file."""
 
 from __future__ import annotations
 
@@ -142,12 +142,12 @@ def test_a_blow_stops_points_until_the_tip_is_checked(build: Build, tmp_path: Pa
     assert live.status is StatusWord.NOT_READY
     assert live.reason.startswith("Probe shock detected at 20")
     assert len(taken) == 4
-    # What was touched before the blow was touched with a good tip.
+    # Points before the blow were touched with a good tip.
     assert station.job.view().held == ()
     tips.store.refresh()
     last = tips.store.events[-1]
     assert (last.kind, last.who, last.tip) == (TipEventKind.DOUBTED, "monitor", TIP)
-    # The doubt is not forgotten by starting again.
+    # A restart does not remove the suspicion.
     assert build().station.instruments.probe().word is CalibrationStatus.SUSPECT
     tips.check()
     station.maintenance.probe_records_changed()
@@ -209,7 +209,7 @@ def test_another_tip_in_the_menu_ends_the_job(build: Build, tmp_path: Path) -> N
     points = sum(len(one.points) for one in station.job.view().features)
     station.maintenance.mount_tip(TIP)
     assert station.instruments.probe().word is CalibrationStatus.SUSPECT
-    # Nobody knows when it was unscrewed: the points count again when it was checked.
+    # The time of the unscrewing is unknown: the points count again after a check.
     assert len(station.job.view().held) == points
     tips.check()
     station.maintenance.probe_records_changed()
@@ -288,7 +288,7 @@ def test_a_pause_within_a_job_and_blows_one_after_the_other(tmp_path: Path) -> N
         assert not watch.feed(no_frames(0, 0))
         since = datetime.fromisoformat(watch.view().since_utc)
         assert now[0] - since == timedelta(hours=9)
-        # One blow is reported for a second; two of them are two.
+        # One blow is reported for a second; two blows count as two.
         shock = int(FrameFlag.DROPPED)
         before = len(tips.store.events)
         assert watch.feed(no_frames(0, shock, shock))

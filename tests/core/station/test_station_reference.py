@@ -63,13 +63,13 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
     step = next(item for item in job.characteristics if item.name == "Block step")
     assert step.measured is not None
     assert step.uncertainty is not None
-    # Twice U: 1 in 16,000 seeds would fail, and a step without reference body is 0.5 mm off. At
-    # 500 Hz a part of U is what the ball may drift unnoticed.
+    # Twice U: 1 in 16,000 seeds would fail, and a step without reference body is 0.5 mm off. At 500
+    # Hz a part of U is the undetectable drift of the ball.
     assert abs(step.measured - true_step) < 2.0 * step.uncertainty < 0.025
     live = station.looks.live()
     assert live.reference is not None
     assert live.reference.name == "plate"
-    # Nothing is seen once no frames come any more.
+    # Without frames nothing is visible.
     assert live.reference.seen == 0
     # 1.04 mm of the origin, and 1 mrad at the 100 mm or so of the reference body.
     assert live.reference.moved_mm == pytest.approx(1.04, abs=0.25)
@@ -126,7 +126,8 @@ def test_one_pushed_camera_is_noticed_as_without_a_reference_body(build: Build) 
     refusals: list[Refusal] = []
     station.events.point_refused.connect(refusals.append)
     station.start()
-    # The operator goes on touching: the first touch after the alarm says why it gives no point.
+    # The operator goes on touching: the first touch after the alarm gives the reason in place of a
+    # point.
     wait_until(lambda: len(refusals) > 0)
     assert station.job.view().held != ()
     assert {refusal.code for refusal in refusals} == {RefusalCode.CALIBRATION}

@@ -1,4 +1,4 @@
-"""The live stream over a real socket: no point is lost, and nobody hears it who may not."""
+"""The live stream over a real socket: no point is lost, and strangers receive nothing."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Client:
         if found["type"] == "status":
             self.states.append((found["status"], found["reason"]))
         elif found["type"] == "pose":
-            # Whatever a pose says about the state was told before.
+            # The state in a pose was reported before.
             assert (found["status"], found["reason"]) == self.states[-1]
         return found
 
@@ -107,8 +107,8 @@ def test_every_point_of_a_job_arrives_in_order_and_exactly(station: MeasuringSta
     with server:
         address = server.address
         with (
-            # This one reads nothing until all is over, and what the system takes for it is full
-            # soon. Nobody waits for it.
+            # This one reads nothing until the end, and its buffers in the system are full soon. No
+            # other client waits for it.
             closing(Client(address, "", receive=2048)) as sleeper,
             closing(Client(address, '{"poses": false}')) as client,
         ):
@@ -137,7 +137,7 @@ def test_every_point_of_a_job_arrives_in_order_and_exactly(station: MeasuringSta
             assert all(0.0 < seconds < 1.0 for seconds in held)
             assert server.close()
             assert "closed" in client.until("bye")["why"]
-            # Every change of the state was told once.
+            # Every change of the state was reported once.
             assert client.states[0][0] == "NOT READY"
             assert all(before != after for before, after in pairwise(client.states))
             assert {status for status, _ in client.states} & {"READY", "MEASURING"}
@@ -237,14 +237,14 @@ def test_a_pose_is_given_where_it_can_be_trusted_and_else_null(station: Measurin
 def test_a_client_resumes_after_the_last_number_it_has(station: MeasuringStation) -> None:
     station.start()
     assert station.wait_finished(TIMEOUT_S)
-    # This server begins when all is over: it knows the points from the job file, and no button.
+    # This server begins at the end: it reads the points from the job file, and has no button.
     with StreamServer(station, StreamOptions()) as server:
         with closing(Client(server.address, '{"poses": false}')) as first:
             first.steps(5)
         with closing(Client(server.address, '{"resume": 5, "poses": false}')) as second:
             numbers = [line["seq"] for line in second.steps(POINTS - 5)]
             assert numbers == list(range(6, POINTS + 1))
-            # What is taken back is told, as what is turned round.
+            # Undo is reported like a reversal.
             station.job.change(lambda session: session.steps.undo())
             gone = {"seq": POINTS + 1, "job": JOB, "number": POINTS}
             assert second.steps(1) == [{"v": 1, "type": "annulled"} | gone]
@@ -254,7 +254,7 @@ def test_a_client_resumes_after_the_last_number_it_has(station: MeasuringStation
             assert (new["type"], new["approach"]) == ("point", "flipped")
         with closing(Client(server.address, '{"resume": 99}')) as stranger:
             assert "resume from 0" in stranger.until("bye")["why"]
-    # A server that begins later tells the whole story of the job, as its file has it.
+    # A server that begins later reports the whole history of the job from its file.
     with (
         StreamServer(station, StreamOptions()) as server,
         closing(Client(server.address, '{"poses": false}')) as late,
@@ -403,7 +403,7 @@ def test_a_client_that_says_nothing_is_told_why_it_ends(
 def test_nine_clients_are_one_too_many(station: MeasuringStation) -> None:
     with StreamServer(station, StreamOptions()) as server:
         clients = [Client(server.address) for _ in range(8)]
-        # Who has not said what he wants takes nobody's place, and he may not have it then.
+        # A client without a request takes no place, and may get none later.
         for client in clients:
             client.until("status")
         ninth = Client(server.address, "")

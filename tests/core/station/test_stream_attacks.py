@@ -1,4 +1,4 @@
-"""Whoever has no token costs the stream some places, bytes and seconds; nobody else notices."""
+"""Clients without a token cost the stream some places, bytes and seconds, and disturb no other."""
 
 from __future__ import annotations
 
@@ -123,8 +123,8 @@ def test_who_talks_too_much_is_cut_off(station: MeasuringStation) -> None:
         with closing(connect(server.address)) as client:
             client.sendall(b"\n")
             ended = False
-            # It has to be cut off while it talks: whoever waits for a station at rest to say
-            # something would wait until the connection gives up.
+            # It must be cut off while it sends: a resting station sends nothing for which a client
+            # could wait.
             client.settimeout(0.05)
             until = time.monotonic() + HANG_S
             while not ended and time.monotonic() < until:

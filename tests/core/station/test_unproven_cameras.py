@@ -1,4 +1,4 @@
-"""Cameras that cannot prove the age of their data: refused, or measured knowingly and said so."""
+"""Cameras that cannot prove the age of their data: refused, or used with a reservation."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def test_measured_knowingly_job_and_report_say_it_and_it_costs_u(tmp_path: Path)
         assert job.view.camera_doubts == view.camera_doubts
     assert told.getvalue().count(LINE) == 1
     assert view.camera_doubts == DOUBTS
-    # The same touches: what differs is the doubt of time, uniform within 1 µm along each axis.
+    # The same touches: they differ in the uncertainty of time, uniform within 1 µm along each axis.
     cost = resting_doubt_mm(load_device("plain-spots"))
     assert cost == pytest.approx(0.001)
     for ours, theirs in zip(*covariances, strict=True):

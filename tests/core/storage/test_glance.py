@@ -1,4 +1,4 @@
-"""Closed job files are listed in place, open ones are not; nothing beside them is touched."""
+"""Closed job files are listed in place, open ones are not; side files stay untouched."""
 
 from __future__ import annotations
 

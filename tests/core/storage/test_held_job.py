@@ -41,10 +41,10 @@ def test_who_holds_a_job_is_said_and_nobody_else(tmp_path: Path, head: JobHead) 
         other.stdin.flush()
     assert raised.value.code == "job.locked"
     if held:
-        # Where the system says nothing (another name space), the sentence ends before it.
+        # Without an answer of the system (another name space) the sentence ends before it.
         assert f"process {other.pid}" in held
         assert held in raised.value.what
     assert HOST.holder_of(path) == ""
-    # A program is not told that it holds its own job.
+    # A program gets no warning about its own job.
     with JobFile.open(path):
         assert HOST.holder_of(path) == ""

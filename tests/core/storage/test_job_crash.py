@@ -122,7 +122,7 @@ print(made, none, wrong)
 
 
 def child(make_point: MakePoint, work: str) -> list[str]:
-    """Return the command that does ``work`` in a program of its own."""
+    """Return the command that does ``work`` in a separate program."""
     return [sys.executable, "-c", _CHILD_IMPORTS + inspect.getsource(make_point) + work]
 
 
@@ -151,8 +151,8 @@ def test_every_acknowledged_point_survives_a_kill(
         ) as program:
             assert program.stdout is not None
             heard = [int(program.stdout.readline()) for _ in range(rng.randint(1, 12))]
-            # A commit takes a fraction of a millisecond: this ends anywhere within a few of them.
-            # A longer time ends within later ones, and nothing rests on how many there are.
+            # A commit takes a fraction of a millisecond: the kill comes anywhere within a few of
+            # them. A longer delay reaches later ones, and the test does not depend on their number.
             time.sleep(rng.uniform(0.0, 0.004))
             program.kill()
             rest = program.stdout.read().split(b"\n")[:-1]

@@ -1,4 +1,4 @@
-"""A job file gives back what was stored, bit for bit, and lets nobody change it."""
+"""A job file returns its content bit for bit, and cannot be changed unnoticed."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def stored(path: Path, head: JobHead, points: list[MeasuredPoint]) -> None:
 
 
 def tamper(path: Path, *statements: str) -> None:
-    """Change a closed job file as somebody would who knows SQLite."""
+    """Change a closed job file as an expert in SQLite could."""
     db = sqlite3.connect(path)
     for statement in statements:
         db.execute(statement)

@@ -1,4 +1,4 @@
-"""Jobs that somebody forged: refused in one sentence, whatever stands in them, and soon."""
+"""Forged jobs: refused quickly and in one sentence, with any content."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ SCHEMAS = [kind for kind in job_kinds() if not any(mark in kind.name for mark in
 def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with a closed job of three points, one of them annulled.
 
-    Beside it lies what the station that made it remembers of it.
+    The memory of the station that made it is next to it.
     """
     folder = tmp_path_factory.mktemp("good")
     forget_histories()
@@ -62,9 +62,9 @@ def good(made_once: Path, tmp_path: Path) -> Path:
 
 
 def told(path: Path) -> str:
-    """Read all of a job, and what is seen of it at a glance; return why it is refused, or nothing.
+    """Read all of a job, and its glance; return the reason of a refusal, or nothing.
 
-    Anything but a StorageError with one short sentence about this file fails the test.
+    Anything except a StorageError with one short sentence about this file fails the test.
     """
     if path.is_file():
         os.utime(path, (1e9, 1e9))
@@ -122,7 +122,7 @@ def test_a_forged_job_of_good_content_is_read(good: Path, tmp_path: Path) -> Non
 
 
 def test_a_statement_without_end_is_ended(good: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # A tenth of what a file may really take.
+    # A tenth of the limit for a file.
     assert BASE_S < LONGEST_S
     monkeypatch.setattr("ocmm_core.storage._guard.BASE_S", 0.1 * BASE_S)
     with connection_in_memory(good, good.read_bytes()) as db, contextlib.closing(db):

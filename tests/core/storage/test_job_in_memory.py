@@ -1,4 +1,4 @@
-"""A job is looked at by its bytes as it is by its file; nothing comes near a disk."""
+"""A job is viewed by its bytes as by its file, without any access to a disk."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_the_bytes_say_what_the_file_says(content: tuple[Path, bytes]) -> None:
             assert (one.time_s, one.first_frame, one.last_frame) == (
                 point.time_s, point.first_frame, point.last_frame,
             )  # fmt: skip
-        # What is added is added to nothing.
+        # Additions are discarded.
         job.append_event("note", "seen")
     assert path.read_bytes() == bytes_
 

@@ -113,7 +113,7 @@ def test_a_moved_job_keeps_its_points_as_well(
     job.close()
     with JobFile.open(there) as moved:
         assert len(moved.points()) == N
-        # It is no older copy: the saved job has the same points.
+        # It is not an older copy: the saved job has the same points.
         assert moved.verify() == []
 
 

@@ -1,4 +1,4 @@
-"""A job file knows the reference body of its points, and older files learn to."""
+"""A job file stores the reference body of its points, and older files are migrated."""
 
 from __future__ import annotations
 

@@ -125,7 +125,8 @@ def test_an_end_that_was_removed_shows_here_and_on_paper_elsewhere(
     ]
     keys = KeyFolder()
     with other_station(tmp_path / "home"):
-        # An auditor trusts the key of the station and has seen nothing; paper says it.
+        # An auditor trusts the key of the station and has no memory of its jobs; the report states
+        # that.
         KeyFolder().trust(keys.station_key().public, "Cell 1", "Ada", "compared", NOW)
         assert doubts(path) == []
         with (

@@ -114,7 +114,7 @@ class Reader:
         self.judged: dict[bytes, int] = {}
 
     def read(self) -> tuple[int, str]:
-        """Return the number of points, all of them whole, and what was left out."""
+        """Return the number of points, all of them whole, and the omissions."""
         content = read_job(self.path)
         key = hashlib.sha256(content.file).digest()
         if key not in self.judged:

@@ -1,4 +1,4 @@
-"""A support bundle: planted secrets never get in, names go where asked, and the list is true."""
+"""A support bundle: planted secrets stay out, names are replaced on request, the list is true."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def site(tmp_path: Path) -> SupportSite:
         ("password", PLANTED["password file"]),
     ):
         (tmp_path / name).write_text(content, encoding="utf-8")
-    # Settings refuse it; whoever writes the file by hand is only told.
+    # Settings refuse it; a hand-written file causes a warning.
     (tmp_path / "station.toml").write_text(
         'schema = "ocmm.settings/1"\n[archive]\n'
         f'address = "postgresql://ocmm:{PLANTED["address"]}@server/shop"\n',
@@ -163,7 +163,7 @@ def test_no_planted_secret_is_in_any_file_or_name(site: SupportSite, mask: bool)
     for place, secret in PLANTED.items():
         assert secret not in text, place
         assert secret.encode().decode("latin1") not in everything, place
-    # What is no secret is still there.
+    # Public content stays.
     assert "the identity of the rig is 0123abcd" in text
     assert "endless.log" in everything
     assert "elsewhere.log" not in everything

@@ -109,7 +109,7 @@ def _dialect(rng: np.random.Generator) -> _Dialect:
     }.get(extra, lambda: lines)()
     code = one(("utf-8", "utf-8-sig", "utf-16"))
     text = one(("\n", "\r\n")).join([*lines, ""])
-    # Nobody can separate 1,5,2,5: such a file is no legitimate one.
+    # 1,5,2,5 cannot be separated: such a file is invalid.
     legitimate = not (comma and sep.strip() == ",")
     return _Dialect(
         text.encode(code), points, legitimate, f"{unit} {place} {heading} {sep!r} {extra}"

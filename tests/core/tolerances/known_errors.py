@@ -1,4 +1,4 @@
-"""The part with known errors that every kind of characteristic is tested on."""
+"""The part with exact errors for tests of every kind of characteristic."""
 
 from __future__ import annotations
 

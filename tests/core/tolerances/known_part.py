@@ -1,4 +1,4 @@
-"""A part with known errors of form, direction and place: touches without noise, nominals."""
+"""A part with exact errors of form, direction and place: touches without noise, nominals."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PLACES = (
     RigidTransform(rotation_from_vector(np.array([0.4, -0.7, 1.1])), np.array([120.0, -80.0, 950])),
     RigidTransform(rotation_from_vector(np.array([-1.9, 0.3, 0.5])), np.array([-700.0, 40.0, 80])),
 )
-"""Where the part stands in the world."""
+"""The place of the part in the world."""
 
 TURN = np.deg2rad(30.0) * np.arange(12)
 
@@ -68,7 +68,7 @@ def edge(T: RigidTransform, heights: Sequence[float], length: float) -> tuple[Fl
 
 
 class KnownPart:
-    """Features by name: what the plan says, and the points that are touched."""
+    """Features by name: their plan, and the touched points."""
 
     def __init__(self, place: RigidTransform = PLACES[0]) -> None:
         self.place = place

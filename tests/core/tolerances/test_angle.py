@@ -1,4 +1,4 @@
-"""Angles of axes through a right angle, near none, and what has no side to be on."""
+"""Angles of axes through a right angle, near zero, and cases without a side."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ RULES = (DATUMS, DatumAlignment(primary="top", secondary=("left",), origin="up")
 
 @lru_cache(maxsize=8)
 def part(off_deg: float) -> KnownPart:
-    """Return a part whose bores lean by so much: one along the top, one beside an upright one."""
+    """Return a part with bores tilted by this angle: one along the top, one near an upright one."""
     lean = np.deg2rad(off_deg)
     made = KnownPart()
     made.add("top", Shape.PLANE, face(motion(0, 0, 0)))
@@ -124,7 +124,7 @@ def test_u_holds_the_angle_at_and_through_the_places_without_a_side() -> None:
             assert result.uncertainty is not None
             held[place] += abs(result.measured - truth) <= result.uncertainty
             beyond += place == 0 and result.measured > 90.0
-    # Three standard errors of 60 at 95 %: 8.5 %; and as many are above as below.
+    # Three standard errors of 60 at 95 %: 8.5 %; and an equal number above and below.
     assert min(held) / 60 > 0.95 - 0.085
     assert 0.5 - 0.2 < beyond / 60 < 0.5 + 0.2
 
@@ -159,7 +159,7 @@ def test_directions_of_the_plan_that_do_not_mean_the_angle_are_left_aside() -> N
     made = part(0.05)
     actual = made.actual()
     rule = bound(DATUMS, actual)
-    # The plan writes both bores as upright, or as another angle: nothing is told by that.
+    # The plan states both bores as upright, or as another angle: that decides nothing.
     wrong = replace(rule, nominals={**rule.nominals, "along": rule.nominals["up"]})
     item = asked("angle", "up,along", nominal=90.0, lower=-0.1)
     assert evaluate(item, actual, wrong).value == pytest.approx(89.95, abs=1e-9)

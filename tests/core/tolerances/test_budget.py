@@ -1,4 +1,4 @@
-"""Budgets add up to the uncertainty of the result, whatever the value is like; form counts."""
+"""Budgets add up to the uncertainty of the result for all kinds of values; form counts."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_the_squares_add_up(item: Characteristic, noise: float) -> None:
 
 
 def test_a_surface_that_scatters_more_than_its_points_do_counts() -> None:
-    # The points were taken with 0.010 mm of scatter: known noise of 0.001 leaves it to the form.
+    # The points have 0.010 mm of scatter: stated noise of 0.001 leaves it to the form.
     bore = ASKED[0]
     rough, _ = budget(bore, 0.001)
     by_name = {row.name: row for row in rough.rows}
@@ -132,7 +132,7 @@ def test_what_is_known_from_few_points_is_widened_as_student_says(degrees: int, 
     assert 2.0 * np.sqrt(alone.covariance[0, 0]) == pytest.approx(t * 0.01, rel=1e-3)
     assert alone.degrees == pytest.approx(degrees, rel=1e-6)
     assert alone.of_form["f"][0, 0] == pytest.approx(alone.covariance[0, 0], rel=1e-6)
-    # Beside something that is known well and far greater it hardly counts.
+    # Added to a far greater well-determined variance it hardly counts.
     beside = widened(gradients, factors_of_matrix(0.1**2 * np.eye(4)), [sample])
     assert beside.covariance[0, 0] == pytest.approx(0.1**2 + 0.01**2, rel=0.01)
 
@@ -147,7 +147,7 @@ def test_forms_add_up_before_they_are_held_against_zero() -> None:
     rough, smooth = sample("rough", 0, 5e-5), sample("smooth", 1, -2e-5)
     alone = widened(gradients, factors, [rough])
     both = widened(gradients, factors, [rough, smooth])
-    # What is less than the noise explains takes from what is more, before the widening.
+    # Noise below the stated one is subtracted from the excess, before the widening.
     total, doubt = 2e-4 + 5e-5 - 2e-5, 2.0 * 0.01**4 / 5
     assert both.degrees == pytest.approx(total**2 / doubt)
     assert alone.degrees == pytest.approx((2e-4 + 5e-5) ** 2 / (doubt / 2.0))

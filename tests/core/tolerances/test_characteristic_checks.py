@@ -1,4 +1,4 @@
-"""What a plan may not ask for: each refusal names the field."""
+"""Impossible requests of a plan: each refusal names the field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the values of characteristics are told with, and what is refused."""
+"""Statements that accompany the values of characteristics, and refusals."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def test_values_without_a_sense_are_refused() -> None:
 
 
 def level() -> dict[str, ActualFeature]:
-    """Return the features with the bent pin beside the straight one."""
+    """Return the features with the bent pin next to the straight one."""
     actual = dict(measured())
     actual["bent"] = actual["pin"]
     return actual

@@ -1,4 +1,4 @@
-"""Every kind of characteristic on a part with known errors."""
+"""Every kind of characteristic on a part with exact errors."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ INDICES = range(len(KNOWN))
 
 
 VECTORS = {name for name, spec in KINDS.items() if spec.monte_carlo is MonteCarlo.VECTOR}
-"""Kinds whose value is the length of a vector where it is of a centre or an axis."""
+"""Kinds whose value is the length of a vector for a centre or an axis."""
 
 
 def name_at(index: int) -> str:
@@ -208,7 +208,7 @@ def test_roundness_in_the_plane_of_a_face_follows_that_face(association: str) ->
     part.add("bore", Shape.CIRCLE, (deep, normals), diameter=24.0, side="inner", projection="top")
     rng = np.random.default_rng(8)
     noise = rng.normal(0.0, 0.01, (len(part.points), 3))
-    # The face turns, and so does what is seen of touches at many depths.
+    # The face turns, and with it the apparent places of touches at many depths.
     lever = np.array([point.tip_world for point in part.points[:9]])
     lever = lever - lever.mean(axis=0)
     shift = np.zeros_like(noise)

@@ -159,13 +159,13 @@ def test_a_two_point_size_is_not_uncertain_by_the_form_that_belongs_to_it() -> N
     assert sigma("two-point maximum") == pytest.approx(0.002 * np.sqrt(2.0), rel=0.02)
     assert sigma("two-point minimum") == pytest.approx(0.002 * np.sqrt(2.0), rel=0.02)
     assert sigma("two-point mean") < 0.002
-    # The fitted diameter does depend on where the form was touched.
+    # The fitted diameter does depend on the touched places of the form.
     assert sigma("least squares") > 0.004
 
 
 def test_only_what_cannot_be_negative_has_a_wider_interval() -> None:
     assert expanded(Normal(0.0, 1.0), 0.0) == 2.0
-    # Nothing off: what is measured is noise alone, and the interval reaches down to zero.
+    # Zero deviation: the measured value is noise alone, and the interval reaches down to zero.
     near = Length(np.array([2.3, 0.0]), np.eye(2))
     assert expanded(near, near.value) == pytest.approx(2.3)
     far = Length(np.array([20.0, 0.0]), np.eye(2))

@@ -1,4 +1,4 @@
-"""Verdicts at and beside the limits of ISO 14253-1, and what is refused."""
+"""Verdicts at and near the limits of ISO 14253-1, and refusals."""
 
 from __future__ import annotations
 

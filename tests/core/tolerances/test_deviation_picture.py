@@ -1,4 +1,4 @@
-"""Whiskers of touched places: where they end, what their class says, and never greener than all."""
+"""Whiskers of touched places: their ends, their classes, and never greener than the verdict."""
 
 from __future__ import annotations
 

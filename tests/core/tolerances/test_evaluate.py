@@ -1,4 +1,4 @@
-"""Values and gradients of characteristics of a part with known geometry."""
+"""Values and gradients of characteristics of a part with exact geometry."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def test_exact_touches_give_the_true_value(characteristic: Characteristic, truth
 
 @pytest.fixture(scope="module")
 def differences() -> Float:
-    """Return d(value of every known characteristic) / d(all coordinates, tip radius)."""
+    """Return d(value of every exact characteristic) / d(all coordinates, tip radius)."""
     step = 1e-4
     columns = []
     whole = _actual(POINTS)
@@ -129,7 +129,7 @@ def differences() -> Float:
         sides = []
         touched = FEATURES
         if i < 3 * len(POINTS):
-            # A point moves its own feature, and what is projected onto it.
+            # A point moves its own feature, and features projected onto it.
             own = POINTS[i // 3].feature
             moves = [item for item in FEATURES if own in (item.name, item.projection)]
             names = {item.name for item in moves} | {item.projection for item in moves}
@@ -256,8 +256,9 @@ def test_what_cannot_be_stated_says_why() -> None:
     assert "not a finite number" in only(size, np.full((n, n), np.nan))[1]
     assert "not a finite number" in only(size, -np.eye(n))[1]
     assert "uncertainty is zero" in only(size, np.zeros((n, n)))[1]
-    actual["b"] = FitError("feature.too_few_points", "b has 2 of at least 3 points.", "Go on.")
-    assert only(height, np.eye(n))[1] == "b has 2 of at least 3 points."
+    few = "b needs at least 3 points (2 taken)."
+    actual["b"] = FitError("feature.too_few_points", few, "Go on.")
+    assert only(height, np.eye(n))[1] == few
     actual = actual_features(FEATURES, POINTS)
     del actual["top"]
     assert "needs top, which is not measured" in only(height, np.eye(n))[1]

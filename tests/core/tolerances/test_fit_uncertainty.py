@@ -32,7 +32,7 @@ def test_few_points_have_the_factor_of_student() -> None:
         assert found is not None
         assert found.radius is not None
         assert found.radius.degrees == pytest.approx(n - 4)
-        # The second-order term of a whole sphere is nothing beside it.
+        # The second-order term of a whole sphere is negligible.
         factor = float(student.ppf(0.5 + 0.5 * TWO_SIDED, n - 4))
         assert found.radius.k == pytest.approx(factor, rel=0.02)
 
@@ -102,7 +102,7 @@ def test_a_job_and_the_command_state_the_same_u() -> None:
     part = _noisy(Shape.SPHERE, 7, 2.0 * np.pi, 6)
     tips = np.array([point.tip_world for point in part.points])
     found = fit_uncertainty(fit_shape(Shape.SPHERE, tips), tips)
-    # Points without noise of their own: all scatter is form, as the command takes it.
+    # Points without noise of their own: all scatter is form, as in the command.
     factors = factors_of_matrix(1e-20 * np.eye(tips.size + 1))
     item = asked("diameter", "it", lower=-0.1)
     (result,) = evaluate_all([item], None, part.actual(), factors, "iso14253-1")

@@ -14,7 +14,7 @@ from tests.core.tolerances.known_part import KnownPart, asked, motion, ring
 def test_the_end_that_is_off_the_most_decides_however_far_it_is_along_the_datum() -> None:
     part = KnownPart()
     part.add("pin", Shape.CYLINDER, ring(motion(0, 0, 0), 10.0, (-5, 0, 5)), diameter=20.0)
-    # Its axis is 0.2 mm off beside the pin and 0.05 mm off a hundred further on.
+    # Its axis is 0.2 mm off at the pin and 0.05 mm off a hundred further on.
     off = motion(0.125, 0, 50, 0, -np.arctan(0.15 / 100.0), 0)
     part.add("neck", Shape.CYLINDER, ring(off, 7.0, (-50, 0, 50)), diameter=14.0, length=100.0)
     actual = part.actual()

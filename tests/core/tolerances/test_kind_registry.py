@@ -1,4 +1,4 @@
-"""One entry says all about a kind: none lacks a field, and no list of kinds stands elsewhere."""
+"""One entry defines a kind: none lacks a field, and no other file lists kinds."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_an_entry_says_what_belongs_together(spec: KindSpec) -> None:
     assert len(set(spec.shapes)) == len(spec.shapes)
     assert 1 <= spec.features[0] <= spec.features[1]
     assert 0 <= spec.datums[0] <= spec.datums[1]
-    # What has no datums says nothing of their shapes.
+    # An entry without datums states no shapes for them.
     assert spec.datums[1] or spec.datum_shapes == tuple(Shape)
     # The width of a zone takes points; all else follows from geometry, and is simulated so.
     assert spec.one_sided == (spec.geometry is None)
@@ -134,7 +134,7 @@ def test_form_is_called_after_its_shape() -> None:
 
 
 def test_no_file_outside_asks_for_the_name_of_a_kind() -> None:
-    """A comparison with a name is where the next kind would fall through silently."""
+    """A comparison with a name would silently miss the next kind."""
     own = Path("ocmm_core", "tolerances", "kinds")
     root = Path(ocmm_core.__path__[0]).parent
     found = [

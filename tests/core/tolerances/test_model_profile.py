@@ -80,7 +80,7 @@ def test_it_is_twice_the_greatest_deviation_from_the_model(name: str, place: int
     form = form_of(2)
     part = part_of(name, form, place=place)
     found = evaluate(profile(name), part.actual(), None)
-    # The datums are touched where they are.
+    # The datums are touched at their true places.
     assert found.value == pytest.approx(2.0 * np.abs(form).max(), abs=1e-8)
     assert found.association == "all points"
     assert found.frame == "base|left|front"

@@ -181,7 +181,7 @@ def test_small_noise_gives_what_linear_propagation_says() -> None:
 
 
 def test_a_length_near_zero_is_not_normal_and_the_report_says_so() -> None:
-    # The position of a centre that is where it should be, in noise: 2 |e|, never negative.
+    # The position of a centre at its nominal place, in noise: 2 |e|, never negative.
     place = _asked("place", "position", ["ball"])
     options = MonteCarloOptions(max_trials=20_000, batch=2_000, digits=1)
     report = simulate(_task([place], sigma=0.05), options)
@@ -198,7 +198,7 @@ def test_it_ends_when_the_tolerance_is_met_and_needs_more_for_two_digits() -> No
     two = simulate(task, replace(options, digits=2)).values[0]
     assert 20_000 <= one.trials < two.trials
     assert one.settled
-    # JCGM 101 (7.9.2), example: 0.035 to two digits is known to 0.0005.
+    # JCGM 101 (7.9.2), example: 0.035 to two digits has a tolerance of 0.0005.
     assert tolerance_of(0.035, 2) == pytest.approx(0.0005)
     assert tolerance_of(0.035, 1) == pytest.approx(0.005)
 

@@ -19,7 +19,7 @@ from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import KnownPart, asked, face, motion, ring
 
 OUTSIDE = 0.01
-"""mm: how far every surface lies outside its nominal."""
+"""mm: distance of every surface outside its nominal."""
 
 TURN = 2.0 * np.pi * np.arange(24) / 24
 
@@ -94,7 +94,7 @@ def test_profile_of_a_surface_that_lies_outside(shape: Shape) -> None:
     offset = evaluate(asked(kind, "it", "top,left,front", offset=OUTSIDE), actual, None)
     assert offset.value == pytest.approx(0.0, abs=1e-6)
     free = evaluate(asked(kind, "it"), actual, None)
-    # A plane and a cone move to where they fit; what is closed cannot.
+    # A plane and a cone move to their best fit; closed shapes cannot.
     fits = shape in (Shape.PLANE, Shape.CONE)
     assert free.value == pytest.approx(0.0 if fits else 2.0 * OUTSIDE, abs=1e-6)
 
@@ -116,7 +116,7 @@ def test_profile_of_a_surface_that_lies_outside(shape: Shape) -> None:
 )
 def test_sizes_and_forms(shape: Shape, kind: str, truth: float) -> None:
     found = evaluate(asked(kind, "it"), part_of(shape).actual(), None)
-    # A curve parallel to an ellipse is none: it is off by 3 % of the offset.
+    # A curve parallel to an ellipse is not an ellipse: it is off by 3 % of the offset.
     tolerance = 0.04 * OUTSIDE if shape is Shape.ELLIPSE else 1e-7
     assert found.value == pytest.approx(truth, abs=tolerance)
 

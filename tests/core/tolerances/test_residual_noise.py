@@ -1,4 +1,4 @@
-"""What noise does to residuals, summed up over what they share, against their whole derivative."""
+"""Effect of noise on residuals, summed by shared terms, against the whole derivative."""
 
 from __future__ import annotations
 

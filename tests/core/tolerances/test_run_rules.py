@@ -1,4 +1,4 @@
-"""Run rules of a control chart: each told once, by its own pattern, with the name of its rule."""
+"""Run rules of a control chart: each reported once, for its own pattern, with its name."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ def test_every_signal_names_its_rule() -> None:
 
 @pytest.mark.statistics
 def test_chance_alone_hardly_speaks() -> None:
-    # Of values of chance about their true centre, each rule alone is known to answer to: 2 of 3
-    # beyond two sigma 0.3 %, 4 of 5 beyond one sigma 0.5 %, eight on a side 0.4 to 0.8 %, six in a
-    # row rising or falling 0.3 %; none of them in more than one of a hundred values.
+    # Random values about their true centre trigger each rule alone at these rates: 2 of 3 beyond
+    # two sigma 0.3 %, 4 of 5 beyond one sigma 0.5 %, eight on a side 0.4 to 0.8 %, six in a row
+    # rising or falling 0.3 %; none of them in more than one of a hundred values.
     rng = np.random.default_rng(20261125)
     counts = dict.fromkeys(Signal, 0)
     total = 200_000

@@ -113,7 +113,7 @@ def test_nothing_is_proven_in_a_frame_of_unknown_uncertainty() -> None:
     known = factors_of_matrix(OWN + _by_frame(rule))
     for result in evaluate_all(wide, rule, ball, known, "iso14253-1"):
         assert result.verdict is Verdict.CONFORM
-    # A fit that starts at it knows it, too.
+    # A fit that starts at it also reports it.
     assert doubt_of(BestFit(points=("a", "b"), locked=("z",), start=rule)) is not None
     assert FRAME.name == "Saved frame"
 

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.numerics
 
 PLACES = np.array([-12.0, -6.0, 0.0, 6.0, 12.0])
 BARREL = np.array([0.0, 0.01, 0.02, 0.01, 0.0])
-"""mm: how much wider the slots are there, on each side."""
+"""mm: excess width of the slots at these places, on each side."""
 
 SLOT = {"length": 50.0, "width": 16.0, "side": "inner", "point": (0.0, 0.0, 0.0)}
 
@@ -87,8 +87,8 @@ def test_length_between_straight_ends() -> None:
 def test_distance_of_two_opposite_faces(rank: Rank, height: float) -> None:
     item = asked("distance", "upper,under", association=f"two-point {rank}")
     found = evaluate(item, part().actual(), None)
-    # The upper face bulges by 0.01 mm at both ends of x and rises by 0.01 mm at 20 mm of y; what is
-    # opposite is 1 mm aside: 0.0005 mm.
+    # The upper face bulges by 0.01 mm at both ends of x and rises by 0.01 mm at 20 mm of y;
+    # opposite points are 1 mm aside: 0.0005 mm.
     assert found.value == pytest.approx(height, abs=1e-3)
     turned = asked("distance", "under,upper", association=f"two-point {rank}")
     assert evaluate(turned, part().actual(), None).value == pytest.approx(found.value, abs=1e-9)

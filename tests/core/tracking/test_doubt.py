@@ -1,4 +1,4 @@
-"""What a single false LED could have done to a pose: an LED that nobody sees does not change it."""
+"""Possible effect of a single false LED on a pose: a hidden LED does not change it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ORIGIN = np.array([-50.0, -50.0, 0.0])
 
 
 def _camera(x_mm: float) -> Float:
-    """Return a camera 1 m in front of the world that looks at it from the side, packed."""
+    """Return a camera 1 m in front of the world with a view from the side, packed."""
     angle = np.arctan(x_mm / 1000.0)
     c, s = np.cos(angle), np.sin(angle)
     R_camera_from_world = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
@@ -57,7 +57,7 @@ def test_a_hidden_led_counts_as_if_the_body_had_none(hidden: int, seed: int) -> 
     assert cholesky(h)
     forward(h, g)
     backward(h, g)
-    # The turn of some 1e-5 rad is left as it is: both are asked at the same pose.
+    # The turn of about 1e-5 rad stays: both are evaluated at the same pose.
     origin += g[3:]
     there = np.arange(6) != hidden
     expected = ambiguity_score(

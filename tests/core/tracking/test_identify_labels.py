@@ -25,7 +25,7 @@ SIGMA = 0.0316
 OPTIONS = IdentifyOptions(sigma_px=SIGMA)
 PROBES = tuple(sorted(path.stem for path in resource("probes").glob("*.toml")))
 TILT = (35.0, 35.0, 30.0)
-"""Within what the orientation rules of the thesis probe promise, with room."""
+"""Within the orientation rules of the thesis probe, with a margin."""
 
 Draw = Callable[..., tuple[Float, Float]]
 Look = Callable[..., Float]
@@ -62,8 +62,7 @@ def test_every_shipped_probe_is_named_in_every_pose(
         assert not found.reason
         named += four
     assert wanted > 60
-    # One frame in twenty has an LED that stands a little off and speaks for too much of the pose:
-    # the next frame decides.
+    # One frame in twenty has a displaced LED that dominates the pose: the next frame decides.
     assert named > 0.92 * wanted
 
 
@@ -234,8 +233,8 @@ def test_nearest_slots_are_mutual_and_within_the_gate(
 
 
 def test_chi2_limit_is_the_quantile() -> None:
-    # What a normal variable exceeds by five sigmas, by scipy. So far out the approximation of
-    # Wilson and Hilferty is 4 % too wide for six degrees of freedom and better for more.
+    # Five sigmas of a normal variable, by scipy. So far out the approximation of Wilson and
+    # Hilferty is 4 % too wide for six degrees of freedom and better for more.
     from scipy.stats import chi2, norm
 
     dof = np.array([6, 10, 18, 26])

@@ -54,7 +54,7 @@ def test_two_bodies_are_named_in_one_frame() -> None:
 
 def test_no_slot_is_given_to_two_bodies() -> None:
     rig, probe = shipped_rig("recommended", 2), load_probe(STANDARD4).led_body
-    # The same four LEDs again: whichever they are called, they are two bodies in one place.
+    # The same four LEDs again: under any names they are two bodies in one place.
     twin = replace(probe, name="twin")
     with pytest.raises(InputError) as caught:
         check_distinct((probe, twin))

@@ -170,7 +170,7 @@ def test_the_rectangle_is_named_by_its_code_and_measured_in_every_frame(
 def test_an_exchange_is_seen_by_the_code(
     coded: ProbeBody, recommended: Rig, demo_part: Part
 ) -> None:
-    """Half a turn of the rectangle fits as well: only the frames in which LEDs are dark tell."""
+    """Half a turn of the rectangle fits as well: only frames with dark LEDs distinguish them."""
     virtual = virtual_rig(recommended, coded, demo_part)
     block = virtual.frames(0, 1600)
     slots = virtual.truth.slots

@@ -22,7 +22,7 @@ WORST_SQUARE = 36.0
 frames. The documents of the rig are true here, so that nothing else is to blame."""
 
 SEARCHED_AGAIN = 41
-"""Frames until labels that went wrong are thrown away and found anew."""
+"""Frames until wrong labels are discarded and found again."""
 
 Make = Callable[..., VirtualRig]
 
@@ -70,7 +70,7 @@ def followed(
 
 
 def delay(tracked: TrackBlock, since: int) -> int:
-    """Return after how many frames from ``since`` on every frame is OK."""
+    """Return the number of frames after ``since`` until every frame is OK."""
     bad = np.flatnonzero(tracked.status[since:] != FrameStatus.OK)
     return int(bad[-1]) + 1 if len(bad) else 0
 
@@ -80,7 +80,7 @@ def free_slot(virtual: VirtualRig, camera: int) -> int:
 
 
 def shown(virtual: VirtualRig, points: Float) -> Float:
-    """Return where the cameras see points (n, 3), mm, with noise: (n, C, 2), px."""
+    """Return the spots of points (n, 3), mm, with noise: (n, C, 2), px."""
     uv = np.stack([project(camera, points) for camera in virtual.truth.cameras], axis=1)
     noisy: Float = uv + 0.03 * np.random.default_rng(5).standard_normal(uv.shape)
     return noisy
@@ -94,7 +94,7 @@ def leds_world(virtual: VirtualRig, led: int) -> Float:
 
 
 def test_ghosts_come_and_go(make: Make, record_property: Callable[[str, object], None]) -> None:
-    """One stands still, one is the image of LED 0 in the table, which moves with the probe."""
+    """One is at rest, one is the reflection of LED 0 in the table, which moves with the probe."""
     virtual = make()
     block = virtual.frames(0, FRAMES)
     still = shown(virtual, np.tile(leds_world(virtual, 1)[700] + [4.0, 0.0, 3.0], (FRAMES, 1)))
@@ -187,7 +187,7 @@ def test_slots_that_exchange_their_leds_while_both_are_hidden(
 def test_leds_that_die_one_after_the_other(
     make: Make, record_property: Callable[[str, object], None]
 ) -> None:
-    """Three LEDs are still measured once they are known; two are not."""
+    """Three LEDs are still measured once labelled; two are not."""
     dying = [
         ScriptedOcclusion(camera=-1, leds=(led,), first_frame=begin, last_frame=FRAMES)
         for led, begin in ((5, 400), (1, 800), (3, 1200), (0, 1600))
@@ -203,7 +203,7 @@ def test_leds_that_die_one_after_the_other(
 def test_everything_at_once(
     seed: int, make: Make, record_property: Callable[[str, object], None]
 ) -> None:
-    """Slots are drawn anew, ghosts come and go, spots are hidden, every few milliseconds."""
+    """Slots are drawn again, ghosts come and go, spots are hidden, every few milliseconds."""
     rng = np.random.default_rng(seed)
     hidden = [
         ScriptedOcclusion(

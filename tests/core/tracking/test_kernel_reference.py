@@ -26,10 +26,10 @@ METHODS: tuple[Method, Method] = ("gauss-newton", "thesis")
 
 
 def lost_digits(body: ProbeBody, uv: Float) -> tuple[Float, Float]:
-    """Return how much rounding of the LEDs grows to at any point within reach (n,), and per mm.
+    """Return the amplified rounding of the LEDs at any point within reach (n,), and per mm.
 
-    LEDs that stand nearly in one line hold the turn about it by their small distance from it: by
-    that the error of an LED is divided, and times the arm it is at the tip.
+    LEDs nearly on one line determine the turn about it by their small distance from it: the error
+    of an LED is divided by that distance and multiplied by the arm of the tip.
     """
     located = np.isfinite(uv).all(axis=3).sum(axis=1) >= 2
     per_mm = np.full(len(uv), np.inf)
@@ -77,7 +77,7 @@ def test_kernel_is_the_reference(
     rig = rig_of(n_cameras)
     body = body_of(n_leds, planar=planar, tip=np.array([3.0, 20.0, -5.0]))
     uv = look(rig, body, *draw_poses(rng, 40), SIGMA, rng)
-    # Whole spots are missing, single coordinates too, and infinity is no spot either.
+    # Whole spots are missing, single coordinates as well, and infinity is no spot either.
     uv[rng.random(uv.shape[:3]) < 0.15] = np.nan
     uv[rng.random(uv.shape) < 0.01] = np.nan
     uv[rng.random(uv.shape) < 0.005] = np.inf
@@ -85,7 +85,7 @@ def test_kernel_is_the_reference(
     assert_same(kernel, solve_reference(uv, rig, body, SIGMA, method), body, uv)
     located = (np.isfinite(uv).all(axis=3).sum(axis=1) >= 2).sum(axis=1)
     assert (kernel.status[located < 3] == LOST).all()
-    # What is not lost for want of LEDs is so only near a line, which these probes seldom are.
+    # Losses without a lack of LEDs occur only near a line, which is rare for these probes.
     assert np.mean(kernel.status[located >= 3] == OK) > 0.9
     assert np.count_nonzero(kernel.status == OK) >= 5
 
@@ -114,7 +114,7 @@ def test_leds_on_one_line_are_lost(
     bend_mm: float,
     thesis_rig: Rig, body_of: Callable[..., ProbeBody], draw_poses: Draw, look: Look,
 ) -> None:  # fmt: skip
-    """The turn about the line is open, and with it a tip that is 20 mm beside it."""
+    """The turn about the line is open, and with it a tip 20 mm off the line."""
     rng = np.random.default_rng(2)
     body = body_of(3, tip=np.array([20.0, 0.0, 0.0]))
     body.leds_probe[:] = [[0.0, 0.0, 118.0], [bend_mm, 0.0, 160.0], [0.0, 0.0, 228.0]]
@@ -129,7 +129,7 @@ def test_leds_near_a_line_are_lost_or_honest(
     bend_mm: float,
     thesis_rig: Rig, body_of: Callable[..., ProbeBody], draw_poses: Draw, look: Look,
 ) -> None:  # fmt: skip
-    """Where the turn is known only roughly, a first-order covariance would be too small."""
+    """If the turn is only roughly determined, a first-order covariance would be too small."""
     rng = np.random.default_rng(7)
     body = body_of(3, tip=np.array([20.0, 0.0, 0.0]))
     body.leds_probe[:] = [[0.0, 0.0, 118.0], [bend_mm, 0.0, 160.0], [0.0, 0.0, 228.0]]

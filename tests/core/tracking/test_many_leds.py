@@ -1,4 +1,4 @@
-"""Rigs of up to sixteen cameras and bodies of up to 64 LEDs: names, tips, and what is refused."""
+"""Rigs of up to sixteen cameras and bodies of up to 64 LEDs: names, tips, and refusals."""
 
 from __future__ import annotations
 
@@ -82,8 +82,8 @@ def test_no_led_is_misnamed(
     )  # fmt: skip
     record_property("named", f"{found.sum()} of {frames} frames")
     record_property("spots", int(np.count_nonzero(named >= 0)))
-    # A reflection beside a hidden LED may be taken for it (docs/technician/identification.md: 17 in
-    # a million frames); it lies where the LED would be, so that no tip is wrong.
+    # A reflection near a hidden LED may be mistaken for it (docs/technician/identification.md: 17
+    # in a million frames); it is at the place of the LED, so that no tip is wrong.
     assert np.count_nonzero(wrong.any(axis=(1, 2))) <= 1
     assert squares(rig, body, part, named).max() < WRONG
     # Frames in which most LEDs are hidden or out of sight may be refused.
@@ -141,8 +141,7 @@ def test_a_stream_of_sixteen_cameras_and_64_leds_is_followed(tmp_path: Path) -> 
     track = TrackingPipeline(rig, body).process(block)
     good = track.status == FrameStatus.OK
     assert good.mean() > 0.95
-    # Every bit of the number that says what was seen has its LED; the last one is the sign of a
-    # signed number.
+    # Every bit of the visibility mask has its LED; the last one is the sign bit of a signed number.
     assert np.bitwise_count(track.seen[good]).max() == MAX_LEDS
     error = track.tip_world[good] - body.tip_probe
     square = np.einsum("ni,nij,nj->n", error, np.linalg.inv(track.tip_covariance[good]), error)

@@ -66,7 +66,7 @@ def test_nearest_ambiguity_is_the_least_of_all_permutations(name: str, leds_of: 
     assert worst is not None
     assert worst.residual_mm == pytest.approx(least, abs=1e-9)
     if name == "standard":
-        assert worst.residual_mm > 20.0  # the probe document says 25
+        assert worst.residual_mm > 20.0  # the probe document states 25
 
 
 def test_a_square_is_ambiguous_and_says_by_how_much(tmp_path: Path) -> None:
@@ -136,7 +136,7 @@ def test_leds_that_cannot_be_tracked_are_refused(
 
 
 def test_four_of_five_leds_that_look_alike_are_refused(tmp_path: Path) -> None:
-    """The fifth LED tells the corners of the rectangle apart, until it is hidden."""
+    """The fifth LED distinguishes the corners of the rectangle, until it is hidden."""
     corners = [(-50.0, 0.0, 118.0), (-50.0, 0.0, 228.0), (50.0, 0.0, 118.0), (50.0, 0.0, 228.0)]
     error = refused(document(tmp_path, [*corners, (20.0, 25.0, 150.0)]), "probe.ambiguous")
     assert "with one LED hidden" in error.what

@@ -34,7 +34,7 @@ from ocmm_sim.scene import ScriptedNudge, ScriptedOcclusion, VirtualRig, WorldOp
 
 NUDGE = ScriptedNudge(4000, 0, (0.6e-3, -0.6e-3, 0.6e-3), (0.6, -0.6, 0.6))
 HOME = round(HOME_NS * 8000 / 1e9) + 1
-"""Frames until the first place is known, at 8 kHz."""
+"""Frames until the first place is determined, at 8 kHz."""
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def test_a_nudge_does_not_move_the_tip(bench: Bench) -> None:
     assert np.isnan(tracked.tip_world[:HOME]).all()
     after = slice(HOME, None)
     assert (tracked.status[after] == FrameStatus.OK).all()
-    # What is left are the Gauss-Newton step and the filter on numbers without noise.
+    # The rest is the Gauss-Newton step and the filter on noise-free numbers.
     assert np.abs(tracked.tip_world[after] - PLACE).max() < 2e-4
     assert np.abs(simultaneous(tracked).tip_world[after] - PLACE).max() < 2e-4
     # Attitude and origin of the probe are in the same world.
@@ -89,7 +89,7 @@ def test_a_nudge_does_not_move_the_tip(bench: Bench) -> None:
         + tracked.origin_world[after]
     )
     assert np.allclose(tips, tracked.tip_world[after], atol=1e-9)
-    # The cameras saw it move by a millimetre, and are asked for the measuring volume.
+    # The cameras saw a movement of a millimetre, and determine the measuring volume.
     moved = in_rig(tracked).tip_world[-1] - PLACE
     assert 0.8 < np.linalg.norm(moved) < 1.4
 

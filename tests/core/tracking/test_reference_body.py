@@ -1,4 +1,4 @@
-"""Documents of reference bodies: what is taken, and what is refused in words."""
+"""Documents of reference bodies: accepted ones, and refusals with sentences."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_a_large_reference_body_with_four_leds_of_the_probe_is_refused(
 
 def test_a_reference_body_that_looks_like_the_probe_is_refused(write: Write) -> None:
     probe = load_probe(resource("probes", "standard4.toml"))
-    # Three LEDs stand to each other as three of the probe do, the fourth does not.
+    # Three LEDs have the distances of three of the probe's, the fourth does not.
     alike = (*(tuple(led) for led in probe.leds_probe[:3].tolist()), (10.0, 90.0, 20.0))
     reference: ReferenceBody = load_reference(write(alike))
     with pytest.raises(InputError) as caught:

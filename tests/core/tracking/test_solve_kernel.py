@@ -24,7 +24,7 @@ Look = Callable[..., Float]
 def test_a_frame_does_not_know_its_neighbours(
     thesis_rig: Rig, standard_probe: ProbeBody, draw_poses: Draw, look: Look
 ) -> None:
-    """However many come together, and whatever the others show: the same to the last bit."""
+    """The same to the last bit for any number and content of neighbours."""
     rng = np.random.default_rng(11)
     uv = look(thesis_rig, standard_probe, *draw_poses(rng, 8), SIGMA, rng)
     # Spots of other LEDs, which no pose explains: their fit takes many more Newton steps.
@@ -44,7 +44,7 @@ PARTS = ("status", "tip_world", "tip_covariance", "rotation_world_from_probe", "
 def test_the_covariance_before_the_last_step_is_that_after_it(
     thesis_rig: Rig, standard_probe: ProbeBody, draw_poses: Draw, look: Look
 ) -> None:
-    """One step more forms it where the first one ended."""
+    """One more step forms it at the end of the first one."""
     rng = np.random.default_rng(12)
     uv = look(thesis_rig, standard_probe, *draw_poses(rng, 500), SIGMA, rng)
     found = []
@@ -56,8 +56,8 @@ def test_the_covariance_before_the_last_step_is_that_after_it(
         )  # fmt: skip
         assert (outputs[0] == OK).all()
         found.append(np.sqrt(np.trace(outputs[2], axis1=1, axis2=2)))
-    # The first step turns by the noise of the rigid fit, mrad at most: that much of the uncertainty
-    # may be wrong, which itself is known to per cent.
+    # The first step turns by the noise of the rigid fit, mrad at most: the uncertainty may be wrong
+    # by that share, and it is determined only to per cent.
     assert np.abs(found[0] / found[1] - 1.0).max() < 5e-3
     assert np.abs(found[0] / found[1] - 1.0).max() > 0.0
 
@@ -65,7 +65,7 @@ def test_the_covariance_before_the_last_step_is_that_after_it(
 def test_a_light_behind_a_camera_is_lost(
     thesis_rig: Rig, standard_probe: ProbeBody, draw_poses: Draw, look: Look
 ) -> None:
-    """Its pinhole equations hold behind the camera, too: spots alone do not tell."""
+    """Its pinhole equations also hold behind the camera: spots alone do not decide."""
     rng = np.random.default_rng(13)
     # A camera turned by half a turn about its x axis looks the other way: everything is behind it.
     cameras = []

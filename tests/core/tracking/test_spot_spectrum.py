@@ -60,7 +60,7 @@ class Bench:
         )
 
     def refused(self, count: int, seed: int, drift_mm: float) -> tuple[int, int]:
-        """Return how many touches of a session are refused: frames independent, noise learnt."""
+        """Return the refused touches of a session: independent frames, learnt noise."""
         rng, noise = np.random.default_rng(seed), TouchNoise(self.rig, self.body)
         plain = learnt = 0
         frames = np.arange(FRAMES)

@@ -1,8 +1,8 @@
-"""Whether a ball rested: what is told, what is not, and what U then holds.
+"""Stillness of a ball: detected motion, undetected motion, and the U that includes it.
 
-Noise as the shipped rig has it at one metre, 5, 15 and 28 um a frame at 8 kHz along its own axes,
-which lie askew in the world; to save time one frame stands for five. Shares of some hundred
-windows; `benchmarks.stillness` has the great numbers.
+Noise as on the shipped rig at one metre, 5, 15 and 28 um a frame at 8 kHz along its own axes, which
+are oblique in the world; to save time one frame represents five. Shares of some hundred windows;
+`benchmarks.stillness` has the great numbers.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def test_the_words_and_the_size_are_those_of_the_motion() -> None:
 
 
 def test_what_cannot_be_told_is_in_the_uncertainty() -> None:
-    """With a tenth of the frames 15 um along the depth are often not told."""
+    """A tenth of the frames often cannot reveal 15 um along the depth."""
     rng = np.random.default_rng(5)
     shift = 0.015 * AXES[:, 2]
     told, ratios = 0, []
@@ -117,7 +117,7 @@ def test_what_cannot_be_told_is_in_the_uncertainty() -> None:
             told += 1
             continue
         own = SIGMA_MM[2] ** 2 / len(times) + AXES[:, 2] @ still.covariance @ AXES[:, 2]
-        # From where the ball was at the beginning.
+        # Relative to the ball's place at the beginning.
         ratios.append(AXES[:, 2] @ places.mean(axis=0) / np.sqrt(own))
     assert 10 < told < 290
     # 95 % but for the choice: accepted are those whose noise makes the drift look smaller.
@@ -136,7 +136,7 @@ def test_a_ball_at_rest_is_not_made_much_more_uncertain() -> None:
 
 
 def test_noise_beyond_the_document_is_believed() -> None:
-    """A rig with twice the noise that its document says is no ball that moves."""
+    """Twice the documented noise of a rig is not a motion of the ball."""
     rng = np.random.default_rng(7)
     refused = 0
     for _ in range(200):

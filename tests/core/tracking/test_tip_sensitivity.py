@@ -43,7 +43,7 @@ def scene(
     rotations, tips = draw_poses(np.random.default_rng(1), 1, (30.0, 30.0, 10.0))
 
     def see(rig: Rig = recommended, body: ProbeBody = standard_probe) -> Float:
-        # The pose of the body stays; only what it consists of changes.
+        # The pose of the body stays; only its composition changes.
         origin = tips - rotations @ standard_probe.tip_probe
         at_tip = origin + rotations @ body.tip_probe
         spots: Float = look(rig, body, rotations, at_tip, 0.0, np.random.default_rng(0))[0]
@@ -162,7 +162,7 @@ def test_spots_that_determine_nothing_are_refused(
 
 
 def plain(spots: Float, rig: Rig, body: ProbeBody) -> TipSensitivity:
-    """Return what the kernel computes, in plain numpy and camera by camera."""
+    """Return the result of the kernel, in plain numpy and camera by camera."""
     positions = triangulate(rig, spots)
     located = np.isfinite(positions).all(axis=1)
     rotation, origin = rigid_fit(body.leds_probe[located], positions[located])
@@ -218,7 +218,7 @@ def test_many_points_at_once_are_those_of_plain_numpy(
         for name in ("by_spots", "by_geometry"):
             a, b = getattr(one, name), getattr(told, name)
             assert np.abs(a - b).max() < PLAIN * np.abs(b).max(), name
-        # The parameters have units of their own: each has its own greatest entry.
+        # The parameters have different units: each has its own greatest entry.
         apart = np.abs(one.by_cameras - told.by_cameras).max(axis=0)
         assert np.all(apart < 100.0 * PLAIN * np.abs(told.by_cameras).max(axis=0))
         alone = tip_sensitivity(seen, recommended, body)

@@ -186,7 +186,7 @@ def test_any_exchange_of_two_leds_is_noticed(cameras: tuple[int, ...], make: Mak
 def test_a_symmetric_exchange_breaks_the_rules_of_the_rectangle(
     thesis_rig: Rig, thesis_probe: ProbeBody, draw_poses: Draw, look: Look
 ) -> None:
-    """After lost frames every slot may follow another LED; chi-square cannot tell a rectangle."""
+    """After lost frames every slot may follow another LED; chi-square cannot detect that."""
     rng = np.random.default_rng(7)
     body = replace(thesis_probe, tip_probe=np.array([0.0, 0.0, 0.0]))
     rotations, tips = draw_poses(rng, 1, (10.0, 10.0, 5.0))
@@ -222,7 +222,7 @@ def test_an_led_that_comes_late_is_taken_in(make: Make) -> None:
 
 
 def test_a_ghost_is_never_taken_for_a_late_led(make: Make) -> None:
-    """A spot 1 px from where the hidden LED would be is near enough to be offered, but no fit."""
+    """A spot 1 px from the place of the hidden LED is a candidate, but does not fit."""
     virtual = make(9, WorldOptions.ideal())
     block = virtual.frames(0, 900)
     slot = virtual.truth.slots[0, 2]

@@ -1,4 +1,4 @@
-"""What the core says is recognised and shown in another language, or stays as it was said."""
+"""Sentences of the core are recognised and shown in another language, or stay unchanged."""
 
 from __future__ import annotations
 
@@ -63,13 +63,13 @@ def _by_places(said: str, told: str) -> str:
 
 
 def test_sentences_that_differ_by_their_names_alone_are_translated_alike() -> None:
-    """Nobody could tell which of the two was said, and neither would be shown."""
+    """The two could not be distinguished, and neither would be shown."""
     stored, shown = json.loads((TEXTS / "core.json").read_text("utf-8")), load_shown("de")
     alike: dict[tuple[str, ...], list[str]] = {}
     for said in shown.sentences:
         alike.setdefault(Pattern.of(said).literals, []).append(said)
     for group in alike.values():
-        # The code of an error tells them apart.
+        # The code of an error distinguishes them.
         uncoded = [said for said in group if not stored["sentences"][said]]
         told = {_by_places(said, shown.sentences[said]) for said in uncoded}
         assert len(told) <= 1, uncoded
@@ -160,7 +160,7 @@ def _values(pattern: Pattern, rng: np.random.Generator, hostile: tuple[str, ...]
 
 
 def _expected(said: Pattern, shown: Pattern, values: dict[str, str]) -> str:
-    """Return the German sentence with what was filled in, its words and sentences translated."""
+    """Return the German sentence with its values, their words and sentences translated."""
     words = {}
     for name, mark in zip(said.names, said.marks, strict=True):
         value = values[name]
@@ -199,7 +199,7 @@ _HOSTILE = (
 
 
 def test_hostile_names_change_no_number_and_make_no_other_sentence(texts: Texts) -> None:
-    """What is filled in is copied; where it makes another sentence of it, its numbers still are."""
+    """Values are copied; if they turn it into another sentence, its numbers stay the same."""
     rng = np.random.default_rng(8292)
     shown = load_shown("de").sentences
     strange = []
@@ -258,7 +258,7 @@ _LEFT = re.compile(r"\{\w+(?::n)?\} ((?:\w+ )?)(\w{3,}?)s (?:\w+ )*?(?:to go|mis
 
 
 def test_what_is_still_to_do_has_a_sentence_for_one(texts: Texts) -> None:
-    """What is counted down comes to one at last."""
+    """A countdown reaches one in the end."""
     counted = [(one, found) for one in texts.sentences if (found := _LEFT.search(one))]
     assert len(counted) > 8
     alone = [

@@ -1,6 +1,6 @@
-"""Sentences of every procedure in German: no English word is left in them.
+"""Sentences of every procedure in German, without English words.
 
-An English word is one that the English catalogue has and the German catalogue has not.
+An English word is in the English catalogue and not in the German one.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One German word for one thing: in the window, in what the core says and in the manual."""
+"""One German word for one thing: in the window, in the sentences of the core and in the manual."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _NOT_SAID = {
     r"\bpart\b": r"\b[Dd]as Teil\b|virtuelles Teil\b",
     r"\brig\b": r"\bAufbau\b",
 }
-"""What an English word means, and the German that says another word for it than all others do:
-Lichtpunkt, Auftrag, Prüfkörper, Schwenken, Werkstück, Kamerasystem."""
+"""Meanings of English words, and German words that deviate from all other texts: Lichtpunkt,
+Auftrag, Prüfkörper, Schwenken, Werkstück, Kamerasystem."""
 
 
 def _window() -> list[tuple[str, str]]:

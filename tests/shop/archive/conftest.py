@@ -31,7 +31,7 @@ TABLES = (
 
 @dataclass(frozen=True, slots=True)
 class Server:
-    """A PostgreSQL cluster of the tests, on a socket that nobody else knows."""
+    """A PostgreSQL cluster of the tests, on a private socket."""
 
     socket: Path
     tools: Path
@@ -94,7 +94,7 @@ def _cluster() -> Iterator[Server | None]:
 
 @pytest.fixture
 def server(_cluster: Server | None) -> Server:
-    """Return the cluster; NOT RUN where the host has none."""
+    """Return the cluster; NOT RUN if the host has none."""
     needs_postgresql()
     needs_package("psycopg", "extra `shop`")
     assert _cluster is not None
@@ -115,7 +115,7 @@ class Place:
 
 
 def by_hand(archive: SqlArchive, sql: str, content: bytes | None = None) -> None:
-    """Do what somebody with the rights of a connection could do beside the program."""
+    """Execute SQL with the rights of a connection, outside the program."""
     values = None if content is None else {"c": content}
     if sql.startswith("PRAGMA"):
         archive._run(sql)  # noqa: SLF001 - as a person with a tool of the store
@@ -126,7 +126,7 @@ def by_hand(archive: SqlArchive, sql: str, content: bytes | None = None) -> None
 
 @pytest.fixture(params=["sqlite", "postgresql"])
 def place(request: pytest.FixtureRequest, tmp_path: Path) -> Place:
-    """Return an empty archive; every test that asks for it runs on both stores."""
+    """Return an empty archive; every test with this fixture runs on both stores."""
     if request.param == "sqlite":
         address = str(tmp_path / "archive.sqlite")
         with open_archive(address):

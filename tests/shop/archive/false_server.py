@@ -1,4 +1,4 @@
-"""A server that speaks as PostgreSQL does and says whatever a test wants it to say.
+"""A server with the protocol of PostgreSQL and arbitrary answers.
 
 Messages and their order: PostgreSQL 15, chapter 55 (frontend/backend protocol).
 """
@@ -26,7 +26,7 @@ _WORDS = {
 
 Pieces = Iterator[bytes]
 Lie = Callable[[str], Pieces | None]
-"""Gives what is sent as the answer to a statement; None: what an empty archive answers."""
+"""Returns the pieces sent as the answer to a statement; None: the answer of an empty archive."""
 
 
 def message(kind: bytes, content: bytes = b"") -> bytes:
@@ -72,7 +72,7 @@ class FalseServer:
     folder
         Short, and empty.
     lie
-        What it says.
+        Its answers.
     pause_s
         Between any two bytes.
     """
@@ -175,7 +175,7 @@ class FalseServer:
 
 
 def honest(sql: str, word: str, *, binary: bool) -> Pieces:
-    """Give what an archive says in which nothing is."""
+    """Return the answers of an empty archive."""
     if "to_regclass" in sql:
         return answer([BOOL], [b"t"], binary=False)
     if "max(version)" in sql:

@@ -1,4 +1,4 @@
-"""A cable between a station and the real server, at whose end somebody pulls, or holds it."""
+"""A cable between a station and the real server, which can be pulled or held."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class FlakyCable:
     def __init__(self, folder: Path, server: Path) -> None:
         self._target = str(server / ".s.PGSQL.5432")
         self.held = threading.Event()
-        """While it is set nothing is passed on, and nothing is said of it."""
+        """While it is set nothing is passed on, without a message."""
         self._pairs: list[socket.socket] = []
         self._threads: list[threading.Thread] = []
         self._listener = socket.socket(socket.AF_UNIX)
@@ -35,7 +35,7 @@ class FlakyCable:
         self._begin(self._accept)
 
     def pull(self) -> None:
-        """Cut all connections; nobody gets another one."""
+        """Cut all connections and refuse new ones."""
         with contextlib.suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()

@@ -33,7 +33,7 @@ def made_sender(station: str = "Station 1", number: int = 1) -> Sender:
 def made_record(
     seed: int, station: str = "Station 1", *, content: bytes = b"", results: int = 3
 ) -> JobRecord:
-    """Return rows of a job that nobody measured; the same seed gives the same ones."""
+    """Return rows of an invented job; the same seed gives the same ones."""
     rng = np.random.default_rng(seed)
     created = utc_text((START + timedelta(minutes=7 * seed)).isoformat())
     content = content or content_of(seed)

@@ -1,7 +1,7 @@
 """Kills and disconnections at random moments while jobs are put in and handed over.
 
-A child puts jobs in, says so through a pipe, and hands over; it is killed at a random moment, again
-and again. Whatever it said must be in the archive in the end, once.
+A child puts jobs in, confirms each through a pipe, and hands over; it is killed at random moments,
+repeatedly. Every confirmed job must be in the archive in the end, once.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def run(
 
 
 def finish(folder: Path, connect: Callable[[], SqlArchive]) -> None:
-    """Hand over what is left."""
+    """Hand over the rest."""
     with contextlib.closing(Courier(outbox := Outbox(folder), connect, "S", quick_extract)) as one:
         for _ in range(20):
             if one.send_waiting().error is None:
@@ -127,7 +127,7 @@ def _live(folder: Path, connect: Callable[[], SqlArchive], number: int, write: i
 
 
 def count(archive: SqlArchive) -> tuple[set[int], int, int, int]:
-    """Return the numbers that arrived, and how many jobs, results and files there are."""
+    """Return the arrived numbers, and the numbers of jobs, results and files."""
     files = archive.ask("SELECT content FROM file").rows
     numbers = {int(row[0]) for row in files if isinstance(row[0], bytes)}
     jobs, results = (

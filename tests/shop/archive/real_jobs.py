@@ -13,14 +13,14 @@ from tests.core.inspection.conftest import Bench
 
 @dataclass(frozen=True, slots=True)
 class RealJobs:
-    """Files in a folder of their own.
+    """Files in a separate folder.
 
     Attributes
     ----------
     finished, went_on
         Job files; the latter was paused and then finished.
     paused_content
-        It, as it was in its pause.
+        Its content during the pause.
     """
 
     bench: Bench

@@ -58,7 +58,7 @@ TAKEN = (
     "job_uuid", "head", "sha256", "station", "serial", "part", "key", "signature", "signer",
     "created_utc", "changed_utc", "steps", "calibration", "outbox", "sequence", "machine",
 )  # fmt: skip
-"""What the attacker reads of another station and writes as its own."""
+"""Columns that the attacker copies from another station."""
 KINDS = (*TEXTS, *NUMBERS, *(("taken", name) for name in TAKEN))
 
 
@@ -112,7 +112,7 @@ class Shop:
         self.taken |= {"outbox": row[0], "sequence": row[1], "machine": machine}
 
     def send(self, box: str, address: str, station: str, path: Path) -> str:
-        """Hand a file over as a computer does; return what stood in the way."""
+        """Hand a file over as a computer does; return the obstacle."""
         with Outbox(self._folder / box) as outbox:
             outbox.put(path)
             with contextlib.closing(
@@ -149,7 +149,7 @@ class Shop:
 
 
 def answers(archive: SqlArchive) -> tuple[object, ...]:
-    """Return what is asked of an archive most, without remarks."""
+    """Return the most frequent answers of an archive, without remarks."""
     found: list[object] = []
     lists = today(archive, Query(first=date(1971, 1, 1), last=date(8000, 1, 1), most=10**6))
     found.append(sorted(map(repr, (row[:8] for row in lists.rows))))
@@ -172,7 +172,7 @@ def victims(archive: SqlArchive) -> Counter[str]:
     """Return the lines of the attacked station in lists, and what there is of its jobs."""
     lists = today(archive, Query(first=date(1971, 1, 1), last=date(8000, 1, 1), most=10**6))
     found = Counter(repr(row[1:8]) for row in lists.rows if row[1] == "Station 1")
-    # By SQL as well, as a dashboard asks.
+    # By SQL as well, as a dashboard queries.
     table = archive.ask(
         "SELECT job_uuid, station, steps, serial, verdict, fault FROM archived_job"
         " WHERE job_uuid IN (SELECT job_uuid FROM job WHERE role = 'station1')"
@@ -183,9 +183,9 @@ def victims(archive: SqlArchive) -> Counter[str]:
 def attack(
     shop: Shop, rng: random.Random, many: int, told: Callable[[str], None], first: int = 0
 ) -> AttackCounts:
-    """Send so many hostile rows, each judged by itself and taken away again.
+    """Send hostile rows, each judged alone and removed afterwards.
 
-    `first`: Number of the first one, which chooses its column.
+    `first`: Number of the first one, which selects its column.
     """
     outcome = AttackCounts()
     assert shop.send("attacker", shop.attacker, "Station 2", shop.theirs) == ""
@@ -224,7 +224,7 @@ def hostile(
     where: tuple[str, str, str],
     value: object,
 ) -> bool:
-    """Write one hostile value, in an otherwise good delivery where it belongs to one."""
+    """Write one hostile value, within an otherwise good delivery if it belongs to one."""
     how, table, column = where
     try:
         with station._transaction():  # noqa: SLF001 - as a person with a tool of the server
@@ -270,7 +270,7 @@ def insert(table: str, cells: Mapping[str, Any], back: str = "1") -> tuple[str, 
 
 
 def judge(shop: Shop, what: str, outcome: AttackCounts) -> None:
-    """Note what an attack changed that nobody is told of, and take it away again."""
+    """Count unreported changes of an attack, and revert it."""
     outcome.allowed += 1
     shop.count += 1
     with open_archive(shop.owner) as archive:

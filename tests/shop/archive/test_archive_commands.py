@@ -138,7 +138,7 @@ def test_questions_answer_and_export(filled: Place, tmp_path: Path) -> None:
     assert refused("trend", "--part", "NONE", "--characteristic", "D1", *archive).code == (
         "archive.part"
     )
-    # Every part was measured once by a serial number of its own: there is no study.
+    # Every part was measured once, with a unique serial number: there is no study.
     assert refused("rr", *part, *archive).code == "archive.rr"
 
 

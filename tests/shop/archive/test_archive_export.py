@@ -1,4 +1,4 @@
-"""Tables as files: what is read back is what was answered."""
+"""Tables as files: reading them returns the answers."""
 
 from __future__ import annotations
 

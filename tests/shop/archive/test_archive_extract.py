@@ -38,7 +38,7 @@ def test_rows_say_what_the_job_says(real_jobs: RealJobs) -> None:
 def test_the_same_file_gives_the_same_rows_also_after_the_job_went_on(real_jobs: RealJobs) -> None:
     paused = real_jobs.paused_content
     first = extract_job(paused, "job.ocmm", "Station 1")
-    # This computer has seen the job go on: the paused version is no older copy to be doubted.
+    # This computer has read the later job: the paused version is not a suspect older copy.
     reopen_job(real_jobs.went_on)
     again = extract_job(paused, "other name.ocmm", "Station 1")
     assert first.record == again.record

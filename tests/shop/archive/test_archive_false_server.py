@@ -38,15 +38,15 @@ from tests.shop.archive.false_server import (
 from tests.shop.archive.outbox_campaign import quick_extract
 
 LIMIT_MS, LIMIT_BYTES = 1500, 300_000_000
-"""What the product takes 30 s and 2 GB for."""
+"""The product's limits are 30 s and 2 GB."""
 LONGEST_S = 30.0
 """Far above the limit and its five seconds of grace, for a computer that does other work."""
 MOST_BYTES = 4 * LIMIT_BYTES
-"""An answer is looked at ten times a second: what comes between two looks is above the limit."""
+"""An answer is checked ten times a second: data between two checks exceed the limit."""
 
 
 def at(word: str, lie: Callable[[], Pieces]) -> Lie:
-    """Return a server that lies where a statement has a word in it."""
+    """Return a server that lies about statements with a given word."""
     return lambda sql: lie() if word in sql else None
 
 
@@ -89,7 +89,7 @@ def negative_cell() -> Pieces:
 
 @dataclass(frozen=True)
 class Lying:
-    """A lie, and what is said of it."""
+    """A lie, and the resulting message."""
 
     lie: Lie
     codes: tuple[str, ...]
@@ -208,7 +208,7 @@ def test_a_lie_has_its_sentence_and_its_end_and_the_job_waits(
 
 
 def peak() -> int:
-    """Return how much this process ever had, bytes."""
+    """Return the peak memory of this process, bytes."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
@@ -289,7 +289,7 @@ def test_a_question_shows_nothing_of_an_answer_that_is_none(folder: Path, questi
             try:
                 with pytest.raises(OcmmError) as caught:
                     one.ask(archive, asked)
-                # Where nothing is known of a part there is no answer either.
+                # Without data about a part there is no answer either.
                 assert caught.value.code in ("archive.not_understood", "archive.part")
             finally:
                 archive.close()

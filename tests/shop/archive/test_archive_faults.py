@@ -104,7 +104,7 @@ def gone(bench: Bench) -> Handed:
 
 
 def silent(bench: Bench) -> Handed:
-    """Hold the cable: the server keeps the connection and says nothing."""
+    """Hold the cable: the server keeps the connection and stays silent."""
     bench.put(1)
     assert bench.courier.send_waiting().sent == 1
     bench.put(2)
@@ -113,7 +113,7 @@ def silent(bench: Bench) -> Handed:
 
 
 def slow(bench: Bench) -> Handed:
-    """Let somebody lock a table for longer than a station waits."""
+    """Lock a table for longer than a station waits."""
     import psycopg
 
     bench.put(1)
@@ -125,7 +125,7 @@ def slow(bench: Bench) -> Handed:
 
 
 def full(bench: Bench) -> Handed:
-    """Let the server say what it says when its disk is full (SQLSTATE 53100)."""
+    """Return the server's error for a full disk (SQLSTATE 53100)."""
     bench.sql(
         "CREATE FUNCTION ocmm.full_disk() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN RAISE"
         " 'could not extend file: No space left on device' USING ERRCODE = '53100'; END $$",
@@ -170,7 +170,7 @@ def no_login(bench: Bench) -> Handed:
 
 
 def triggered(bench: Bench, table: str, body: str, when: str = "BEFORE INSERT") -> Handed:
-    """Let a trigger that somebody made do something with each row of a table."""
+    """Install a trigger that acts on each row of a table."""
     kind = "CONSTRAINT TRIGGER" if "DEFERRED" in when else "TRIGGER"
     name = when.partition(" DEFERRED")[0]
     bench.sql(
@@ -206,7 +206,7 @@ def changing_late(bench: Bench) -> Handed:
 
 @dataclass(frozen=True)
 class Said:
-    """What a fault is called: its code, and how the line about it begins."""
+    """A fault's name: its code, and the beginning of its line."""
 
     provoke: Callable[[Bench], Handed]
     code: str
@@ -265,7 +265,7 @@ FAULTS = {
         "Use a login of the right role",
     ),
 }  # fmt: skip
-"""Fault: how it is provoked, and what is said."""
+"""Fault: its cause, and its message."""
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -286,7 +286,7 @@ def test_what_waited_is_sent_once_when_the_server_is_back(bench: Bench) -> None:
     handed = silent(bench)
     assert handed.error is not None
     bench.cable.held.clear()
-    # Pauses grow up to five minutes; here nobody waits for one.
+    # Pauses grow up to five minutes; this test skips them.
     assert bench.courier.send_waiting().error is None
     assert bench.numbers() == {1, 2}
     with bench.place.open() as archive:

@@ -83,7 +83,7 @@ def test_a_second_computer_knows_the_ends_of_jobs_by_the_archive(tmp_path: Path)
         exchange_heads(archive, "Station 2")
         assert "missing at the end" in doubts(older)
         assert doubts(path) == ""
-        # What another station says of a job that was written here does not count.
+        # Another station's statements about a job written here do not count.
         with JobFile.create(tmp_path / "b.ocmm", made_head()) as own:
             own.append_event("note", "one")
         seen = recall(f"job {own.head.job_uuid}")
@@ -158,9 +158,78 @@ def test_lists_leave_no_end_out(
         assert sum(learn_heads(text, "archive", KeyFolder()) for text in lists) == len(names)
         assert all(recall(name) is not None for name in names)
         # Nothing new, no further list; the new end alone otherwise.
-        assert make(KeyFolder(), lists) == []
+        assert make(KeyFolder(), lists[::-1]) == []
         remember(KnownEnd(name=f"{prefix}new", count=1, link="a", first="b"), sync=False)
-        assert len(make(KeyFolder(), lists)) <= len(lists)
+        assert len(make(KeyFolder(), lists[::-1])) <= len(lists)
+
+
+def test_no_number_of_lists_hides_an_older_one(tmp_path: Path) -> None:
+    place = tmp_path / "archive.sqlite"
+    with other_station(tmp_path / "first"):
+        older = calibrated(tmp_path)
+        public = KeyFolder().station_key().public
+        archive = open_archive(str(place), set_up=True)
+        exchange_heads(archive, "Station 1")
+        [text] = [one.document for one in archive.findings()]
+    utc = NOW.isoformat()
+    # Copies with a broken signature, text of no list, bytes, and text that is not UTF-8.
+    flood = [text.replace('"count":3', f'"count":{number}') for number in range(4, 300)]
+    for junk in (*flood, *(["{}", "", '{"content":{"jobs":['] * 100)):
+        archive.add_finding(HEADS, "Station 1", junk, "Station 1", utc)
+    archive.close()
+    with contextlib.closing(sqlite3.connect(place)) as db:
+        db.execute(
+            "INSERT INTO finding (kind, subject, document, who, utc)"
+            " VALUES ('heads', '', ?, '', ''), ('heads', '', CAST(x'ff' AS TEXT), '', '')",
+            (b"bytes",),
+        )
+        db.commit()
+    archive = open_archive(str(place))
+    with other_station(tmp_path / "second"):
+        exchange_heads(archive, "Station 2")
+        KeyFolder().trust(public, "Station 1", "Ada", "compared", NOW)
+        assert CalibrationStore(older).status(NOW).state is State.VALID
+        exchange_heads(archive, "Station 2")
+        assert CalibrationStore(older).status(NOW).state is State.SUSPECT
+    with other_station(tmp_path / "first"):
+        before = archive.ask("SELECT count(*) FROM finding").rows
+        exchange_heads(archive, "Station 1")
+        # The own list is found behind all of them, and not stored again.
+        assert archive.ask("SELECT count(*) FROM finding").rows == before
+    archive.close()
+
+
+def test_lists_are_read_once_and_again_after_a_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ocmm_shop.archive.outbox._courier._SETTLED", timedelta(hours=-1))
+    read: list[str] = []
+    monkeypatch.setattr(
+        "ocmm_shop.archive.outbox._courier.learn_heads", lambda text, *_: read.append(text)
+    )
+    place = tmp_path / "archive.sqlite"
+    archive = open_archive(str(place), set_up=True)
+    for number in range(120):
+        archive.add_finding(HEADS, "Station 1", str(number), "Station 1", NOW.isoformat())
+    with other_station(tmp_path / "home"):
+        exchange_heads(archive, "Station 2")
+        assert read == [str(number) for number in range(120)][::-1]
+        exchange_heads(archive, "Station 2")
+        archive.add_finding(HEADS, "Station 1", "new", "Station 1", NOW.isoformat())
+        exchange_heads(archive, "Station 2")
+        assert read[120:] == ["new"]
+        # A restored archive: the same number means another list.
+        archive.close()
+        with contextlib.closing(sqlite3.connect(place)) as db:
+            db.execute("UPDATE finding SET document = 'other' WHERE document = 'new'")
+            db.commit()
+        archive = open_archive(str(place))
+        exchange_heads(archive, "Station 2")
+        assert len(read) == 242
+        KeyFolder().trust(b"k" * 32, "Station 1", "Ada", "compared", NOW)
+        exchange_heads(archive, "Station 2")
+        assert len(read) == 363
+    archive.close()
 
 
 def test_a_lost_archive_is_reported_until_it_is_set_up_again(tmp_path: Path) -> None:

@@ -80,7 +80,7 @@ def test_malformed_messages_have_no_effect(
             except OcmmError:
                 refused += 1
             else:
-                # What was drawn happened to be allowed there: it is kept as it was given.
+                # The drawn value happened to be valid there: it is stored unchanged.
                 kept += 1
                 if receipt.answer is Answer.STORED:
                     assert archive.record(receipt.job) == message.record

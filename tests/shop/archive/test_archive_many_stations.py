@@ -1,4 +1,4 @@
-"""Many stations at once, each a process of its own: nothing lost, nothing doubled."""
+"""Many simultaneous stations, each a separate process: nothing lost, nothing doubled."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.shop.archive.conftest import Place
 from tests.shop.archive.outbox_campaign import count, quick_extract
 
 STATIONS = amount(12, 100)
-"""A server lets some 97 in; of 100 some are told to come again."""
+"""A server admits about 97; some of 100 must retry."""
 
 
 def number_of(station: int, job: int) -> int:
@@ -34,7 +34,7 @@ def at_once(
     folder: Path, place: Place, stations: Sequence[int], named: Callable[[int], str],
     tries: int = 1000,
 ) -> list[dict[str, object]]:  # fmt: skip
-    """Let each station hand over what waits, all beginning at one moment; return what each says."""
+    """Let each station hand over its queue, all at one moment; return the message of each."""
     go_read, go_write = os.pipe()
     lines = []
     children = []
@@ -63,7 +63,7 @@ def _hand_over(
     """Wait for the moment, hand over until nothing waits, and say how it went; never returns."""
     try:
         with Outbox(folder) as outbox:
-            # Each is a computer of its own.
+            # Each is a separate computer.
             outbox.machine = f"machine of {folder.name}"
             one = Courier(outbox, place.open, name, quick_extract)
             with os.fdopen(go, "rb") as stream:

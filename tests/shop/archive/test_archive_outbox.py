@@ -1,4 +1,4 @@
-"""The outbox: durable, in order, once; and what it says of an archive that does not answer."""
+"""The outbox: durable, in order, once; and its messages about an archive that does not answer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Questions go along an index: how long they take does not follow how many jobs there are."""
+"""Queries use an index: their time does not depend on the number of jobs."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ def test_a_question_reads_no_table_from_end_to_end(place: Place, question: str) 
             assert len(used(explained, asked).rows) == JOBS  # type: ignore[arg-type]
     text = "\n".join(explained.steps)
     assert "index" in text.lower()
-    # The steps of `archive_characteristic` are rows of its own, not of a table; a key (k) is a row
-    # for each station.
+    # The steps of `archive_characteristic` are its own rows, not a table's; a key (k) is a row for
+    # each station.
     whole = [
         step
         for step in explained.steps

@@ -1,4 +1,4 @@
-"""Questions on both stores: the answers, what does not count, and what is exported."""
+"""Queries on both stores: the answers, exclusions, and exports."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def test_the_job_files_of_a_folder_make_it_again(
         done = rebuild(new, files_of([folder], unread.append), stations_of(archive))
         assert done.kept == 2
         assert len(unread) == 1
-        # Only the version of the pause is no file any more.
+        # Only the version of the pause is no longer a file.
         told = differences(archive, new)
         assert len(told) == 1
         assert "is only in" in told[0]

@@ -1,4 +1,4 @@
-"""What a login tries on the server beside the program, by its own hands: nothing has an effect."""
+"""Attempts of a login on the server, outside the program: none has an effect."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def state(place: Place) -> str:
 
 
 def tried(db: psycopg.Connection[tuple[Any, ...]], attack: str) -> list[Any] | None:
-    """Return what an attack was answered; None where it was refused."""
+    """Return the answer to an attack; None if it was refused."""
     import psycopg
 
     db.execute("DISCARD ALL")
@@ -214,8 +214,8 @@ def test_what_a_login_tries_by_hand_changes_nothing(
 
 
 _ALLOWED = 12
-"""Some are carried out and do nothing: a setting of the connection, a notice that nobody hears, a
-VACUUM that leaves out what is not its own, and what quality may read."""
+"""Some are executed without effect: a setting of the connection, a notice without listeners, a
+VACUUM that skips foreign tables, and reads permitted to quality."""
 
 
 def test_a_state_that_is_changed_is_seen(shop: Place) -> None:
@@ -257,7 +257,7 @@ def test_a_reader_that_holds_what_it_can_holds_up_no_station(shop: Place) -> Non
 
 
 def hold(place: Place, until: threading.Event) -> None:
-    """Ask without end, until told."""
+    """Query repeatedly until the event."""
     import psycopg
 
     with connected(place, "looker") as db:

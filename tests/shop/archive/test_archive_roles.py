@@ -148,7 +148,7 @@ def test_a_login_sends_as_a_station_only_when_quality_has_admitted_it(shop: Plac
         with pytest.raises(StorageError, match="is not admitted as this station") as caught:
             archive.put(made_delivery(1, new))
         assert "ocmm archive admit LOGIN STATION" in caught.value.remedy
-        # It reserves no name, and admits nobody.
+        # It reserves no name, and admits no login.
         assert archive.ask("SELECT count(*) FROM station").rows == ((0,),)
         with pytest.raises(StorageError, match="may not do that"):
             archive.admit("station2", "Station 9")
@@ -163,7 +163,7 @@ def test_a_login_sends_as_a_station_only_when_quality_has_admitted_it(shop: Plac
 def test_a_number_of_an_outbox_belongs_to_its_login(shop: Place) -> None:
     ours, theirs = made_sender("Station 1", 1), made_sender("Station 2", 1)
     with as_user(shop, "station2") as archive:
-        # The attacker knows the identity of the other outbox, and uses up its numbers first.
+        # The attacker has the identity of the other outbox, and uses up its numbers first.
         for number in range(1, 6):
             archive.put(made_delivery(50 + number, theirs, sequence=number))
     with as_user(shop, "station1") as archive:

@@ -60,7 +60,7 @@ def measure(bench: Bench, path: Path, serial: str, pause: Path | None = None) ->
 def jobs(
     quick_touches: tuple[Touch, ...], tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, Path]:
-    """Return files of the attacked station, and one of the attacker with a key of its own."""
+    """Return files of the attacked station, and one of the attacker with its own key."""
     folder = tmp_path_factory.mktemp("attacked")
     bench = Bench(load_plan(PLAN), load_rig(RIG), load_probe(PROBE), quick_touches, folder)
     found = {"paused": folder / "paused.ocmm", "attacker": folder / "attacker"}
@@ -160,12 +160,12 @@ def test_a_job_sent_again_by_three_computers_stays_where_it_is(
         with place.open() as archive:
             assert lists(archive) == before, f"{kind} {computer}"
             found = verify_archive(archive)
-            # Only an altered copy is one that must be named, and it stays in the archive.
+            # Only an altered copy must be named, and it stays in the archive.
             sent_bad = archive.ask("SELECT count(*) FROM job WHERE sound = 0").rows[0][0]
             assert any("damaged" in why for _, why in found.faults) == bool(sent_bad)
             assert found.suspect == frozenset()
             named += bool(sent_bad)
-            # Whoever marks what is wrong takes no good job out of statistics.
+            # Marking altered copies removes no good job from statistics.
             assert mark_altered(archive, found, "Anna") == 0
     record_property(place.store, f"{RESENDS} resends from 3 computers, {named} named, 0 displaced")
 
@@ -189,7 +189,7 @@ def test_a_key_that_is_unknown_here_is_shown_as_such(
             assert words in {str(row[9]) for row in answer.rows}
             assert answer.trends[0].values.size == 0
             assert passed(archive, Query()).rows == ()
-            # What is unknown to a reader is nothing that somebody altered.
+            # An unknown key is not an alteration.
             assert verify_archive(archive).faults == ()
 
 
@@ -221,7 +221,7 @@ def test_an_invented_version_with_more_steps_hides_nothing(
 def test_a_signature_of_another_station_on_invented_rows_counts_nowhere(
     place: Place, jobs: dict[str, Path], tmp_path: Path
 ) -> None:
-    """One station writes rows of its own beside the file and the signature of another one."""
+    """One station writes invented rows with the file and the signature of another one."""
     assert sent_from(place, tmp_path, "a", "Station 1", jobs["one"], "station1") == ""
     with place.open() as archive:
         before, real = lists(archive), archive.record(1)
@@ -255,7 +255,7 @@ def test_a_job_that_was_continued_at_another_station_is_one_job(
     later = tmp_path / "later.ocmm"
     later.write_bytes(jobs["paused"].read_bytes())
     own = KeyFolder().station_key().public
-    # With the key of the other station, and without what it remembers of the other store.
+    # With the key of the other station, and without its memory of the other store.
     shutil.copytree(jobs["attacker"] / "xdg_data_home", tmp_path / "b" / "xdg_data_home")
     with other_station(tmp_path / "b"):
         KeyFolder().trust(own, "Station 1", "Anna", "of the shop", datetime.now(UTC))
@@ -299,7 +299,7 @@ def test_verify_names_what_rows_repeat_of_their_job(
         before = lists(archive)
         by_hand(archive, f"UPDATE {table} SET {column} = '{value}'")  # noqa: S608 - names above
         assert any("of another job" in why for _, why in verify_archive(archive).faults)
-        # Values are those of the part that the job is of, whatever is written beside them.
+        # Values belong to the part of the job, independent of the row's other columns.
         if table == "result":
             assert lists(archive)[0] == before[0]
             assert archive.ask("SELECT DISTINCT part FROM archived_result").rows == (("P",),)

@@ -115,7 +115,7 @@ def test_text_of_a_row_reaches_no_terminal_and_no_file(
     with place.open() as archive:
         for seed in range(6):
             archive.put(made_delivery(seed))
-        # As somebody with a tool of the store wrote it.
+        # As written with a tool of the store.
         sql = "UPDATE job SET {0} = :c" if place.store == "sqlite" else "UPDATE job SET {0} = "
         for column, text in (("serial", HOSTILE), ("operator", f"=HYPERLINK({HOSTILE})")):
             quoted = "'" + text.replace("'", "''") + "'"

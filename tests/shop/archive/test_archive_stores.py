@@ -1,4 +1,4 @@
-"""The same tests on both stores: what is kept, once, and as it was."""
+"""The same tests on both stores: storage is complete, unique and unchanged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two stations and one server: a later finding at one of them is held back by whoever shows it."""
+"""Two stations and one server: a later finding at one of them is held back at every display."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests.shop.archive.conftest import Place
 
 
 class Station:
-    """A station with data folder, jobs, outbox and login of its own."""
+    """A station with its own data folder, jobs, outbox and login."""
 
     def __init__(
         self, folder: Path, name: str, address: str, base: Sequence[MeasuredPoint], seed: int
@@ -42,13 +42,13 @@ class Station:
 
     @contextlib.contextmanager
     def at_home(self) -> Iterator[None]:
-        """Be at this station: what it learned is in its own data folder."""
+        """Work at this station: its memory is in its own data folder."""
         with pytest.MonkeyPatch.context() as environment:
             environment.setenv("XDG_DATA_HOME", str(self.data))
             yield
 
     def hand_over(self) -> int:
-        """Send what waits and learn what is known, as this station's process does."""
+        """Send the queue and receive the findings, as this station's process does."""
         if not self.data.exists():
             # With the key that signed its jobs.
             shutil.copytree(platformdirs.user_data_path("ocmm"), self.data / "ocmm")
@@ -92,7 +92,7 @@ def test_a_finding_at_one_station_is_held_back_by_it_and_not_by_the_other(
     sound = two.measure("sound", TruePart())
     assert one.hand_over() == 2
     assert two.hand_over() == 1
-    # What is found later.
+    # A later finding.
     one.world.verify(passed=False)
     one.world.calibrate()
     quality = shop.server.address(shop.database, "anna")
@@ -105,7 +105,7 @@ def test_a_finding_at_one_station_is_held_back_by_it_and_not_by_the_other(
     }  # fmt: skip
     with open_archive(quality) as archive:
         decide_archived(archive, record, "Anna", now + timedelta(seconds=1))
-    # Nothing is known at a station before its next hand-over, which needs no job.
+    # A station learns of it at its next hand-over, which needs no job.
     assert one.held_back(wrong) == ""
     assert one.hand_over() == two.hand_over() == 0
     assert "Recall: CHANGES." in one.held_back(wrong)

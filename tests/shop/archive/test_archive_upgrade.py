@@ -97,7 +97,7 @@ def old_file(path: Path, delivery: Delivery) -> None:
 
 
 def old_server(server: Server, name: str, delivery: Delivery) -> str:
-    """Make the archive with a station that had a login of its own."""
+    """Make the archive with a station that had its own login."""
     import psycopg
 
     server.sql("postgres", f"CREATE DATABASE {name}")
@@ -119,7 +119,7 @@ def old_server(server: Server, name: str, delivery: Delivery) -> str:
 
 
 def check(archive: SqlArchive, delivery: Delivery) -> None:
-    """Raise where the job is not the one that was sent before the upgrade."""
+    """Raise if the job differs from the one sent before the upgrade."""
     assert archive.record(1) == delivery.record
     assert verify_archive(archive).faults == ()
     (row,) = today(archive, Query(first=day_of(delivery.record.job))).rows
@@ -142,7 +142,7 @@ def test_a_file_of_the_former_version_is_brought_up_to_date(
     with open_archive(str(path), read_only=True) as archive:
         check(archive, delivery)
     with open_archive(str(path)) as archive:
-        # What was delivered before keeps its number, and a new one is counted on.
+        # Earlier deliveries keep their numbers, and new ones continue the count.
         assert archive.last_sequence(delivery.sender.outbox) == 7
         assert archive.put(delivery).job == 1
         archive.put(made_delivery(3, delivery.sender, sequence=8))

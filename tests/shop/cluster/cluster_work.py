@@ -1,4 +1,4 @@
-"""What the workers of the tests do; they import it by its full name."""
+"""Functions for the workers of the tests; they import it by its full name."""
 
 from __future__ import annotations
 

@@ -217,7 +217,7 @@ def test_processes_of_dask_on_this_computer(tmp_path: Path) -> None:
 
 @pytest.fixture
 def bundles(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int, int]]:
-    """Return, task by task, how many things and bytes went together, and how many were open."""
+    """Return, for each task, the numbers of joined items and bytes, and of open tasks."""
     found: list[tuple[int, int, int]] = []
     futures: list[Future] = []
     submit = Client.submit
@@ -248,7 +248,7 @@ def test_short_tasks_go_together_and_one_that_kills_is_found_among_them(
     assert found[120].code == "cluster.died"
     sizes = [things for things, _, _ in bundles]
     assert max(sizes) > 1
-    # All of them once; what was with the one that kills, together or waiting, once more alone.
+    # All of them once; items joined with the killing one, or queued with it, once more alone.
     assert 200 < sum(sizes) <= 200 + 6 * 8
 
 
@@ -306,7 +306,7 @@ def test_a_client_that_no_longer_hears_its_scheduler_ends_all_the_same(
 
     client.sync(hears_nothing)
     end_client(client, 5.0)
-    # What is closed says nothing more when it is collected.
+    # A closed client stays silent when it is collected.
     assert client.status == "closed"
 
 

@@ -26,9 +26,9 @@ def test_malformed_and_foreign_messages_have_no_effect(
     attack(own_cluster, attacker, MESSAGES, effects.append)
     assert {one.kind: one.found for one in effects} == dict.fromkeys(KINDS, ())
     assert sum(one.messages for one in effects) == MESSAGES
-    # Sizes that were only said are not taken; a process at its first task grows by its libraries.
+    # Announced sizes are not allocated; a process at its first task grows by its libraries.
     assert max(one.grown_mb for one in effects[1:]) < 300.0
     record_property("messages", f"{MESSAGES}, 0 effects")
-    # The same request by somebody who has the rights: what was sent could have had an effect.
+    # The same request by an authorised client: it could have had an effect.
     attacker.run_program(own_cluster.port, "scheduler")
     assert attacker.markers == ["scheduler"]

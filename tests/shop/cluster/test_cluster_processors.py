@@ -88,14 +88,14 @@ def test_who_lacks_instructions_cannot_compute_as_one_that_has_them() -> None:
         "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4", "OPENBLAS_CORETYPE": "Nehalem",
         "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "",
     }  # fmt: skip
-    # Of a BLAS that cannot be asked nobody knows what it would have to be told.
+    # A BLAS without a query function gives no hint of its settings.
     assert new.environment_of(replace(old, blas=())) is None
     error = other_processor("W", str(old), str(new), None, None)
     assert error.remedy.startswith("Stop that worker, or leave out")
 
 
 def told_environment(text: str) -> dict[str, str]:
-    """Return what a remedy tells to set, read as a shell reads it."""
+    """Return the environment of a remedy, parsed as by a shell."""
     _, _, told = " ".join(text.split()).partition(
         "worker with " if "Start" in text else "again with "
     )

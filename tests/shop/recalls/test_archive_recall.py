@@ -1,4 +1,4 @@
-"""A finding over archived jobs of two stations; stations hold back what it does not let go."""
+"""A finding over archived jobs of two stations; stations hold back unreleased jobs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tests.core.inspection.test_recall import LARGE, SHIFT, TURN
 
 @pytest.fixture
 def now() -> datetime:
-    """Return the time of the test, which is after what its jobs and histories tell."""
+    """Return the time of the test, which is after its jobs and histories."""
     return datetime.now(UTC)
 
 
@@ -80,7 +80,7 @@ def test_jobs_of_all_stations_are_recalled_and_held_back(
     own = recall(KeptPlaces((jobs / "before.ocmm", jobs / "large.ocmm"), world.calibrations), now)
     assert [job.characteristics for job in own.jobs] == [job.characteristics for job in record.jobs]
     assert seal(recall_archive(places, now, site=Site(workers=2))) == seal(record)
-    # Where a history is not here, its jobs are named.
+    # Jobs without an available history are named.
     partly = recall_archive(ShopPlaces(places.address, places.calibrations[1:]), now)
     assert partly.jobs == ()
     assert "2 jobs of station Station 1: the history of their calibration" in partly.unread[0]

@@ -123,7 +123,7 @@ def test_type_one_comes_out_to_the_printed_digits() -> None:
     assert not study.biased
     assert study.capable
     assert study.least_tolerance / study.scatter == pytest.approx(39.9, abs=0.01)
-    # n = 25 knows s to -22 / +39 %.
+    # n = 25 determines s to -22 / +39 %.
     assert study.cg_low / study.cg == pytest.approx(1 / 1.391, abs=2e-3)
     assert study.cg_high / study.cg == pytest.approx(1 / 0.781, abs=2e-3)
 

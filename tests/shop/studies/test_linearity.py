@@ -37,7 +37,7 @@ def trend_of(values: dict[str, Float]) -> Trend:
 def good() -> dict[str, Float]:
     rng = np.random.default_rng(7)
     noise = 0.002 * rng.standard_normal((5, 12))
-    # Without a mean of its own: one study in twenty of a good gauge is called not linear.
+    # Without its mean: otherwise one study in twenty of a good gauge is judged not linear.
     noise -= noise.mean(axis=1, keepdims=True)
     return {name: ref + one for (name, ref), one in zip(REFERENCES.items(), noise, strict=True)}
 

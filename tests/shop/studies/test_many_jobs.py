@@ -1,4 +1,4 @@
-"""Studies of many real job files: each is opened, checked and computed anew, once."""
+"""Studies of many real job files: each is opened, checked and computed once."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_a_study_of_many_jobs_counts_each_once(study: tuple[StudyPlan, Path]) ->
     report = study_jobs(plan, folder, progress=lambda _what, share: told.append(share))
     assert (report.measured, report.left_out) == (_RUNS, ())
     assert all(one.study is not None for one in report.characteristics)
-    # Every job is told of, once, and the share only grows.
+    # Every job is reported once, and the share only grows.
     assert told[-1] == 1.0
     assert told == sorted(told)
     assert len(set(told)) == _RUNS + 1

@@ -1,4 +1,4 @@
-"""U from a calibrated part is used where the part is alike, and refused elsewhere."""
+"""U from a calibrated part is used for similar parts, and refused for others."""
 
 from __future__ import annotations
 

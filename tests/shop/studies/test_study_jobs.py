@@ -35,7 +35,7 @@ def test_a_plan_is_balanced_blind_and_drawn_anew_for_every_operator_and_trial(
     blocks = [plan.runs[i : i + 10] for i in range(0, 90, 10)]
     assert all(len({one.operator for one in block}) == 1 for block in blocks)
     assert len({tuple(one.part for one in block) for block in blocks}) == 9
-    # The code says nothing of part, operator or order.
+    # The code reveals neither part nor operator nor order.
     codes = [int(one.code.split("-")[1]) for one in plan.runs]
     assert abs(np.corrcoef(codes, range(90))[0, 1]) < 0.3
     path = tmp_path / "study.toml"

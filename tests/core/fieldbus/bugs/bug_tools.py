@@ -1,7 +1,7 @@
-"""Bugs that firmware could have, planted into the software camera: how they get there.
+"""Firmware bugs, planted into the software camera.
 
-A bug reaches into the camera as no other code may, for that is what a bug does; so a camera is
-`Any` here. Each names the rule that must find it; there is none that the good camera breaks.
+A bug reaches into the camera's internals, which other code must not do; so a camera is `Any` here.
+Each bug names the rule that must find it; the good camera breaks no rule.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ BUGS: list[Bug] = []
 
 @dataclass(frozen=True, slots=True)
 class Bug:
-    """One bug: what it is, which rule must find it, and how it gets into a camera."""
+    """One bug: its nature, the rule that must find it, and its plant in a camera."""
 
     name: str
     rule: str
@@ -134,7 +134,7 @@ def crc(work_out: Callable[[bytes, int], int]) -> Plant:
 
 
 def refusal(change: Callable[[int, int, int], int]) -> Plant:
-    """Change what the controller says to a request: of the code, the state and the request."""
+    """Change the controller's answer to a request, from the code, the state and the request."""
 
     def plant(camera: Any) -> None:
         before = camera.esc._refusal

@@ -89,7 +89,7 @@ add("eeprom.alias", "EEPROM refuses to be written", _refuses_writing)
 
 
 class _Stubborn(bytearray):
-    """Memory that keeps what it has."""
+    """Memory that keeps its content."""
 
     def __setitem__(self, _place: object, _value: object) -> None:
         """Keep nothing."""

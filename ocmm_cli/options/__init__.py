@@ -1,0 +1,29 @@
+"""The table of options of all commands, and the commands made from it.
+
+In: commands as typed functions. Out: the same with names, texts, defaults and ranges of options.
+
+Read `_describe` (how a command gets its options), `_shared` (options of several groups; those of
+settings and of the window are in `ocmm_core.options`), then the tables `_jobs`, `_instrument`,
+`_serve` and `_tests`.
+An option that is not in the table is refused when its command is built, with KeyError.
+"""
+
+from ocmm_core.door import TYPE_CHECKING, door
+
+if TYPE_CHECKING:
+    from ocmm_cli.options._describe import (
+        OPTIONS,
+        ComputingSite,
+        describe,
+        described,
+        option_of,
+        read_typed_numbers,
+    )
+    from ocmm_cli.options._jobs import FORMAT_WORDS, PROFILED_WORDS
+else:
+    __getattr__ = door(__name__)
+
+__all__ = [
+    "FORMAT_WORDS", "OPTIONS", "PROFILED_WORDS", "ComputingSite", "describe", "described",
+    "option_of", "read_typed_numbers",
+]  # fmt: skip

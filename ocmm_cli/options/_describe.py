@@ -1,0 +1,153 @@
+"""Commands from the table: names, texts, defaults and ranges of their options.
+
+A command states the types that it takes; a dataclass stands for the options of its fields.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import partial
+from typing import Annotated, Any, Literal, get_type_hints
+
+import typer
+from typer.main import get_command_name
+
+from ocmm_cli.options import _instrument, _jobs, _serve, _shared, _tests
+from ocmm_cli.terminal import say
+from ocmm_core.cluster import Site
+from ocmm_core.errors import InputError
+from ocmm_core.options import Option
+from ocmm_core.typed_numbers import NumberField
+
+OPTIONS = {
+    (command.strip(), option.name): option
+    for table in (_shared.TABLE, _jobs.TABLE, _instrument.TABLE, _serve.TABLE, _tests.TABLE)
+    for commands, options in table.items()
+    for command in commands.split(",")
+    for option in options
+}
+"""The table by command or group, and by name of the parameter."""
+
+
+@dataclass(frozen=True, slots=True)
+class ComputingSite(Site):
+    """Site that a command computes at, from its options."""
+
+    dask: bool = True
+
+
+def option_of(command: str, name: str) -> Option | None:
+    """Return the entry of a command, else of its group, else of all; None if not listed.
+
+    An empty text or number is that of the entry for more commands.
+    """
+    words = command.split()
+    places = (" ".join(words[:count]) for count in range(len(words), -1, -1))
+    found = [OPTIONS[place, name] for place in places if (place, name) in OPTIONS]
+    if not found:
+        return None
+    own, wider = found[0], found[-1]
+    if own.text or own is wider:
+        return own
+    return replace(wider, default=own.default, number=own.number or wider.number)
+
+
+def describe(app: typer.Typer, path: str = "") -> None:
+    """Give all commands of an application their options; KeyError for one not in the table."""
+    for group in app.registered_groups:
+        inner = group.typer_instance
+        if inner is not None:
+            name = group.name if isinstance(group.name, str) else inner.info.name
+            describe(inner, f"{path} {name}".strip())
+    for one in app.registered_commands:
+        if one.callback is not None:
+            name = one.name or get_command_name(one.callback.__name__)
+            one.callback = described(one.callback, f"{path} {name}".strip())
+
+
+def described(command: Callable[..., Any], path: str) -> Callable[..., Any]:
+    """Return a command with the options of the table."""
+    own = inspect.signature(command, eval_str=True)
+    parameters: list[inspect.Parameter] = []
+    structs: dict[str, tuple[Any, list[str]]] = {}
+    for one in own.parameters.values():
+        if not is_dataclass(one.annotation):
+            parameters.append(_parameter(one, path))
+            continue
+        types = get_type_hints(one.annotation)
+        mine = [one.replace(name=f"{one.name}_{field.name}", annotation=types[field.name])
+                for field in fields(one.annotation)]  # fmt: skip
+        mine = [_parameter(field, path) for field in mine if option_of(path, field.name)]
+        structs[one.name] = one.annotation, [field.name for field in mine]
+        parameters += mine
+
+    @functools.wraps(command)
+    def run(**given: Any) -> Any:
+        for name, (struct, names) in structs.items():
+            given[name] = struct(**{one[len(name) + 1 :]: given.pop(one) for one in names})
+            given[name].check()
+        return command(**given)
+
+    run.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    return run
+
+
+def _parameter(one: inspect.Parameter, path: str) -> inspect.Parameter:
+    """Return a parameter with its option; the command may add how the value is read."""
+    one = one.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+    if one.annotation is typer.Context:
+        return one
+    option = option_of(path, one.name)
+    info = next(iter(getattr(one.annotation, "__metadata__", ())), None)
+    if option is None:
+        if info is None:
+            raise KeyError(f"{path} {one.name}")
+        # A command of another package, which describes its own.
+        return one
+    kind = one.annotation if info is None else one.annotation.__origin__
+    info = copy(info or (typer.Argument() if option.is_argument else typer.Option()))
+    info.help, info.metavar = option.text or None, info.metavar or option.metavar
+    info.param_decls = () if option.is_argument else option.typed
+    if option.choices:
+        chosen: Any = Literal.__getitem__(option.choices)
+        kind = chosen if kind is str else chosen | None
+    default = one.empty if option.default is ... else option.default
+    return one.replace(default=default, annotation=Annotated[kind, info])
+
+
+def read_typed_numbers(command: Any, path: str) -> None:
+    """Make a command and its subcommands read numbers as the fields of the window do."""
+    for below, one in getattr(command, "commands", {}).items():
+        read_typed_numbers(one, f"{path} {below}")
+    for parameter in command.params:
+        option = option_of(path, parameter.name)
+        field = None if option is None else option.field
+        if field is None:
+            continue
+        number = int if field.whole else float
+        parameter.min, parameter.max = number(field.quantity.least), number(field.quantity.most)
+        parameter.process_value = partial(_read, parameter, field, parameter.process_value)
+
+
+def _read(
+    option: Any, field: NumberField, process: Callable[..., Any], context: Any, value: Any
+) -> Any:
+    """Return the value of an option; typed texts are read by its field."""
+
+    def number(text: Any) -> Any:
+        if not isinstance(text, str):
+            return text
+        try:
+            return int(field.read(text)) if field.whole else field.read(text)
+        except InputError as error:
+            what = f"{say(error.what)} {say(error.remedy)}"
+            raise typer.BadParameter(what, ctx=context, param=option) from error
+
+    if isinstance(value, (list, tuple)):
+        value = type(value)(map(number, value))
+    return process(context, number(value))
