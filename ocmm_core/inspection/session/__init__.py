@@ -14,9 +14,8 @@ It must not know threads or clocks: one lock guards it, and `station` calls it.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.door import CLIENT_EVENT
     from ocmm_core.inspection.session._header import (
-        HEADER_EVENT, NOT_GIVEN, check_header, header_of, header_text, is_simulated,
+        CLIENT_EVENT, HEADER_EVENT, NOT_GIVEN, check_header, header_of, header_text, is_simulated,
     )  # fmt: skip
     from ocmm_core.inspection.session._job_points import ReferenceUse
     from ocmm_core.inspection.session._session import InspectionSession
