@@ -120,7 +120,7 @@ SHARED = (
     Option("serial", DEFAULT_SERIAL, "Serial number of the part."),
     Option("force", False, "Use a network interface although the computer itself uses it."),
     Option("uncalibrated", False, "Measure although the calibration or tip records are missing or "
-           "not valid: every verdict is NOT PROVEN, and the report says so."),
+           "not valid: every verdict is NOT PROVEN, also in the report."),
 )  # fmt: skip
 """Options of a job, never stored."""
 
@@ -131,7 +131,7 @@ WINDOW = (
     *OF_SETTINGS,
     *SHARED,
     replace(SPEED, default=1.0),
-    argument("job", None, "Job file to look at, read-only."),
+    argument("job", None, "Job file to open, read-only."),
     Option("start", False, "Without a job: open the Start page instead of measuring at once."),
     Option("size", None, "Of the window, e.g. 1280x720; default: maximised."),
     Option("quit_after", 0.0, "Close automatically after this time.", "seconds-of-a-doctor",
@@ -146,14 +146,14 @@ VARIABLES = (
     Option("OCMM_INTERFACE", "", "Network adapter of the cameras, for the service of their bus."),
     Option("OCMM_USER", "", "User whose key signs for the station, when the package is installed."),
     Option("OCMM_WINDOW", "--start", "Arguments of the window that a station starts."),
-    Option("LC_ALL LC_MESSAGES LANG", "", "Language of the system, where no other is chosen."),
+    Option("LC_ALL LC_MESSAGES LANG", "", "Language of the system, if no other is selected."),
     Option("DISPLAY WAYLAND_DISPLAY XDG_RUNTIME_DIR", "", "The screen of the window."),
     Option("QT_QPA_PLATFORM", "", "How Qt shows the window; offscreen for pictures and reports."),
     Option("QT_SCALE_FACTOR", "", "Zoom of the window; it wins over the setting."),
     Option("NUMBA_CPU_NAME", "", "Kind of processor that loops are compiled for."),
     Option("OPENBLAS_NUM_THREADS", "1", "Threads of linear algebra, for the same digits anywhere."),
     Option("PYTHONSAFEPATH", "1", "Set for child processes: no modules of the working folder."),
-    Option("PATH", "", "Where the programs ip and unshare of the virtual wire are found."),
+    Option("PATH", "", "Folders of the programs ip and unshare of the virtual wire."),
     Option("SUDO_USER USER", "", "User that the doctor checks the rights of."),
     Option("TZ", "", "Time zone that the doctor compares with that of the computer."),
 )  # fmt: skip

@@ -10,7 +10,7 @@ from ocmm_core.composition import StationRequest
 
 @dataclass(frozen=True, slots=True)
 class ServedAddress:
-    """Where a server listens, and to which clients."""
+    """Address of a server, and its permitted clients."""
 
     host: str
     port: int | None

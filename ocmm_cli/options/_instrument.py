@@ -118,10 +118,10 @@ TABLE = {
     ),
     "calibrate relocate": (
         Option("bar", resource("artefacts", "bar.toml"), "Document of the length bar."),
-        Option("world", "cameras", "World frame: kept by the cameras, by known control points, or "
+        Option("world", "cameras", "World frame: kept by the cameras, by control points, or "
                "defined by three."),
-        Option("control", None, "List of known control points (CSV)."),
-        Option("lens", "prior", "Lenses: kept, refined from known values, or free."),
+        Option("control", None, "List of control points (CSV)."),
+        Option("lens", "prior", "Lenses: kept, refined from earlier values, or free."),
         Option("geometry", "uncertain", "Source of the LED positions."),
         Option("poses", relocation.POSES_WANTED, "At least.", "poses"),
         Option("placements", relocation.BARS_WANTED, "Least number of bar placements.",
@@ -241,7 +241,7 @@ TABLE = {
         Option("seconds", 60.0, "How long wake-up jitter is measured, and a bus on a virtual cable "
                "(10 s at most); 0 leaves both out.", "seconds-of-a-doctor"),
         Option("as_json", False, "Print JSON instead (docs/doctor.schema.json).", flags="--json"),
-        Option("fix", False, "Put right what can be without any risk; shows it and asks before. "
+        Option("fix", False, "Mend faults without risk; lists them and asks before. "
                "Needs root."),
         Option("yes", False, "With --fix: do not ask."),
         Option("take_back", False, "Take back all that --fix changed. Needs root.", flags="--undo"),

@@ -32,7 +32,7 @@ TABLE = {
         argument("jobs", ..., "Job files of one plan, in any order.", metavar="JOB..."),
         Option("probes", None, "Probe record folder. Default: that of this user."),
         Option("calibrations", None, "Calibration folder. Default: that of this user."),
-        Option("feature", "", "Only what is about this feature."),
+        Option("feature", "", "Only results of this feature."),
         Option("table", None, "CSV file with every value, its signals and all indices."),
         Option("pages", None, "PDF file: table, charts and signals, on your template."),
     ),
@@ -65,14 +65,14 @@ TABLE = {
                "signatures. Default: that of this station, else plain. Copy "
                "resources/reports/standard.toml."),
         Option("remember", False, "Use --template for every report from now on, also of ocmm "
-               "measure and of the window; keep what is given here with the jobs."),
+               "measure and of the window; keep these entries with the jobs."),
         Option("number", "", "Report number. Default: made from the job."),
-        Option("customer_address", "", "Where the customer is."),
+        Option("customer_address", "", "Address of the customer."),
         Option("order", "", "Default: that of the job."),
         Option("drawing", "", "Drawing of the part."),
         Option("revision", "", "Of the drawing."),
         Option("machine", "", "Machine that made the part, for statistics."),
-        Option("place", "", "Where it was measured. Default: of the template."),
+        Option("place", "", "Place of measurement. Default: of the template."),
         Option("received", "", "When the item came, in which condition."),
         Option("deviation", None, "Deviation from the plan; can be repeated."),
         Option("remark", None, "Statement; can be repeated."),
@@ -100,7 +100,7 @@ TABLE = {
         argument("folder", ..., "Folder with pairs NAME.ds and NAME.fit.", metavar="DIR"),
         Option("convention", "any", "Convention of the certified values: nist has diameters and "
                "circles in the plane of their points; ptb has radii, circles as one problem, and "
-               "cones' axes towards the smaller radius; any uses whichever agrees and reports it.",
+               "cones' axes towards the smaller radius; any uses the agreeing one and reports it.",
                choices=("nist", "ptb", "any")),
         Option("criterion", "least-squares", "Association criterion of the certified values.",
                choices=CRITERIA),
@@ -154,9 +154,9 @@ TABLE = {
         Option("rig", None, "Cameras that look on; without: the recommended rig."),
         Option("reach", True, "Leave out what stylus and body of the probe cannot reach.",
                flags="--reach/--no-reach"),
-        Option("sight", True, "Leave out where the cameras see fewer than four LEDs.",
+        Option("sight", True, "Omit targets at which the cameras see fewer than four LEDs.",
                flags="--sight/--no-sight"),
-        Option("only", None, "Of a model: this name (* and ? stand for others) or face number."),
+        Option("only", None, "Of a model: this name (with wildcards * and ?) or face number."),
         Option("without", None, "Of a model: not this name or face number."),
         Option("kind", None, "Of a model: Plane, Cylinder, Cone, 'free form' and so on."),
         Option("least", 0.0, "Smallest diameter, or longer side of a plane, mm.", "size"),
@@ -213,7 +213,7 @@ TABLE = {
     "archive send": (
         argument("jobs", None, "Job files, or folders of them, to be put in first."),
         Option("follow", False, "Go on until stopped, as a service does."),
-        Option("retry", False, "Try again what was set aside."),
+        Option("retry", False, "Try jobs that were set aside again."),
     ),
     "archive set-up": (
         Option("with_roles", True, "Make the three roles as well.", flags="--roles/--no-roles"),
@@ -255,7 +255,7 @@ TABLE = {
         argument("folders", None, "Job files or folders to hold against the archive."),
         Option("against", "", "Another archive that should hold the same rows."),
         Option("quick", False, "Only whether files are as they were stored."),
-        Option("mark", False, "Take what is wrong out of statistics; needs --by."),
+        Option("mark", False, "Exclude faulty rows from statistics; needs --by."),
         Option("who", "", "Name for the record.", flags="--by"),
     ),
     "archive recall": (
@@ -291,7 +291,7 @@ TABLE = {
     ),
     "key trust": (
         argument("public", ..., "Public key that `ocmm key show` prints on the other station."),
-        Option("name", ..., "What the other station is called."),
+        Option("name", ..., "Name of the other station."),
     ),
     "key": (
         Option("who", ..., "Name of the person who decides."),
@@ -299,7 +299,7 @@ TABLE = {
     "key replace": (
         Option("token", "", "Label of a PKCS #11 token or TPM that the key is made in."),
         Option("module", None, "PKCS #11 library of its maker, e.g. libtpm2_pkcs11.so."),
-        Option("pin_file", None, "File with the PIN of its user; else it is asked for."),
+        Option("pin_file", None, "File with the PIN of its user; otherwise it is requested."),
         Option("in_file", False, "Take the key out of use that is in a token."),
     ),
     "certificate make": (
@@ -313,20 +313,20 @@ TABLE = {
         Option("out", Path(), "Folder of the files."),
         Option("template", None, "Template of the report: letterhead, machine, place."),
         Option("customer", "", "Default: the laboratory itself."),
-        Option("place", "", "Where it was tested."),
-        Option("humidity", "", "Of the air, %, where no record has it."),
-        Option("pressure", "", "Of the air, hPa, where no record has it."),
+        Option("place", "", "Place of the test."),
+        Option("humidity", "", "Of the air, %, if no record has it."),
+        Option("pressure", "", "Of the air, hPa, if no record has it."),
         Option("pages", True, "Also write a PDF.", flags="--pages/--no-pages"),
     ),
     "certificate check, certificate artefact": (
         argument("file", ..., "Digital calibration certificate (XML)."),
     ),
     "certificate artefact": (
-        argument("kind", ..., "What it is about."),
+        argument("kind", ..., "Kind of artefact."),
         argument("out", ..., "Artefact document (TOML) to write."),
         Option("due", ..., "Holds until, YYYY-MM-DD: your own rule."),
-        Option("quantity", "", "Part of the name, where there are several lengths."),
-        Option("expansion", None, "1/K, where the certificate has none.", "expansion"),
+        Option("quantity", "", "Part of the name, if there are several lengths."),
+        Option("expansion", None, "1/K, if the certificate has none.", "expansion"),
         Option("expansion_sigma", None, "Its standard uncertainty, 1/K.", "expansion-sigma"),
     ),
     "certificate trust": (

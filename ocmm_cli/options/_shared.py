@@ -20,7 +20,7 @@ _ALL = (
     Option("customer", "", "For whom."),
     Option("json_file", None, "Write the recall to this file, sealed.", flags="--json"),
     Option("pdf_file", None, "Write the recall report to this file.", flags="--pdf"),
-    Option("unit", "", "Unit of the lengths in the file, instead of its own: inch."),
+    Option("unit", "", "Unit of the lengths in the file, in place of the stated one: inch."),
     Option("columns", "", "Meaning of each column, '-' for one that is not read: name,x,y,z,-."),
     Option("decimal", "", "Decimal sign of the file: point or comma."),
     Option("skip", "", "Lines that are not read: 3 for the first three, or 4-9,12-12."),

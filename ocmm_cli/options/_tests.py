@@ -11,9 +11,9 @@ TABLE = {
                "rig: shipped ones."),
     ),
     "acceptance run": (
-        Option("place", "", "Where the test is made."),
+        Option("place", "", "Place of the test."),
         Option("condition", "as found", "State of the machine: before or after an adjustment."),
-        Option("retest", True, "Repeat what may be repeated.", flags="--retest/--no-retest"),
+        Option("retest", True, "Repeat permitted positions.", flags="--retest/--no-retest"),
         Option("new", False, "Start again."),
         Option("record", None, "Keep the frames in this file."),
     ),
@@ -75,7 +75,7 @@ TABLE = {
     ),
     "msa run": (
         Option("out", ..., ""),
-        Option("most", 10000, "Stop after so many.", "measurements"),
+        Option("most", 10000, "Stop after this number.", "measurements"),
     ),
     "msa report": (
         Option("level", 0.25, "Interaction pooled above this p-value.", "level"),
@@ -97,13 +97,13 @@ TABLE = {
         Option("temperatures", None, "Lowest and highest; default: within 1 K.", "temperature"),
         Option("u_expansion", 0.0, "Standard uncertainty, 1/K.", "expansion-sigma"),
         Option("procedure", "PART-U", "PART-U, or a document of your own."),
-        Option("task", None, "What was measured and how (ocmm.part-task/1)."),
+        Option("task", None, "Measured part and method (ocmm.part-task/1)."),
         Option("out", None, "Keep the study in this folder; needs --task."),
         Option("certificate", "", "Number."),
     ),
     "msa part-use": (
         argument("study", ..., "Kept study (ocmm msa part --out)."),
-        Option("task", ..., "What is measured now, and how."),
+        Option("task", ..., "Part measured now, and method."),
     ),
     "selftest reliability": (
         Option("lane", None, "kills: kill -9 of a whole job at any moment; cuts: power cuts on a "

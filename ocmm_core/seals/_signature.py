@@ -167,7 +167,7 @@ class ReleaseState:
     release: Release | None = None
     changed: bool = False
     replaced: bool = False
-    """Whether this station knows a later release that replaced this one."""
+    """Whether a later release in the memory of this station replaced this one."""
 
     @property
     def released(self) -> bool:

@@ -139,7 +139,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     SettingSpec(
         "job.plans", Kind.FOLDER, None, _S, _NOW, later("Plan folder"),
-        later("Where plans are looked for; empty: recent places only")),
+        later("Folder searched for plans; empty: recent places only")),
     SettingSpec(
         "job.released_only", Kind.SWITCH, False, _S, _LATER, later("Released plans only"),
         later("Refuse plans that are not released, or were changed after the release")),
@@ -196,7 +196,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
         later("Two capital letters, for digital certificates")),
     SettingSpec(
         "report.place", Kind.TEXT, "", _S, _NOW, later("Place"),
-        later("Where it is measured, unless a job says otherwise")),
+        later("Place of measurement, unless a job states another")),
     SettingSpec(
         "report.machine", Kind.TEXT, "", _S, _NOW, later("Machine"),
         later("Name of the measuring machine")),
@@ -273,7 +273,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
         later("Buttons and rows of at least 15 mm on this screen")),
     SettingSpec(
         "window.ruler_mm", Kind.NUMBER, None, _S, _NOW, later("Length of the line below"),
-        later("By a ruler; empty: as the screen says"),
+        later("By a ruler; empty: as stated by the screen"),
         number="ruler"),
     SettingSpec(
         "window.sounds", Kind.SWITCH, True, _U, _NOW, later("Sounds"),

@@ -239,7 +239,7 @@ class CurrentJob:
         self.ended = False
 
     def what_is_safe(self) -> str:
-        """Return the sentence on what is not lost, empty without points."""
+        """Return the sentence on saved points, empty without points."""
         return saved_sentence(self.now.file.saved_in) if self.now.session.has_points else ""
 
 

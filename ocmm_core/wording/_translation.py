@@ -294,7 +294,7 @@ def with_comma(number: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Speech:
-    """What is written on a paper, in its language; English is what the sources say.
+    """Texts of a report, in its language; English is what the sources say.
 
     Names of people, parts and features go past it: only what the program says is translated.
     """

@@ -71,7 +71,7 @@ def end_session(state: DmeState, args: Args) -> None:
 
 @command("AbortE", "Server", "", "Aborts all pending commands.", fast=True, always=True)
 def abort(state: DmeState, args: Args) -> None:
-    # The session aborts what is pending.
+    # The session aborts pending transactions.
     state.locked = True
 
 
@@ -128,7 +128,7 @@ def get_xtd_err_status(state: DmeState, args: Args) -> list[str]:
     return lines
 
 
-@command("GetProp", "Server", "properties", "Values of properties, in the order asked.")
+@command("GetProp", "Server", "properties", "Values of properties, in the requested order.")
 def get_prop(state: DmeState, args: Args) -> list[str]:
     calls = [one for one in args if isinstance(one, Call)]
     if not calls or len(calls) != len(args):
@@ -245,7 +245,7 @@ def on_move_report(state: DmeState, args: Args) -> None:
         else:
             items.append(one)
     names = names_in(items, (*AXES, *ABSENT))
-    # The session knows the tag.
+    # The session has the tag.
     state.daemon = MoveDaemon("", limits["Time"], limits["Dis"], names, state.now())
 
 
@@ -353,7 +353,7 @@ def _ignore(state: DmeState, args: Args) -> None:
 _NO_SCAN = _refusing(2002, NO_SCAN)
 for _group, _names, _arguments, _about, _handler in (
     ("Cartesian", "GoTo", "any", "Not offered (0501): there are no drives.", _refusing(501)),
-    ("RotaryTable", "AlignPart", "any", "Not offered (0501): there is no table.", _refusing(501)),
+    ("RotaryTable", "AlignPart", "any", "Not offered (0501): no rotary table.", _refusing(501)),
     ("FormTester", "CenterPart TiltPart TiltCenterPart LockAxis LockPosition", "any",
      "Not offered (0501): there are no drives.", _refusing(501)),
     ("Scanning", "ScanOnCircle ScanOnLine ScanOnCurve ScanUnknown ScanInPlaneEndIsSphere "

@@ -17,7 +17,7 @@ Handler = Callable[[DmeState, tuple[Value, ...]], "list[str] | CommandedTouch | 
 
 @dataclass(frozen=True, slots=True)
 class CommandSpec:
-    """A command that the server knows."""
+    """A command in the table of the server."""
 
     name: str
     group: str

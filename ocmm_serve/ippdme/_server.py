@@ -1,4 +1,4 @@
-"""TCP server of the protocol: one client, known addresses, bounded buffers."""
+"""TCP server of the protocol: one client, listed addresses, bounded buffers."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ class CommandedTouch:
 
 
 class DmeMachine(Protocol):
-    """What a server needs of a measuring station. DmeError with the sentence for the operator."""
+    """Interface of a station for a server. DmeError with the sentence for the operator."""
 
     @property
     def simulated(self) -> bool: ...
@@ -74,7 +74,7 @@ class DmeMachine(Protocol):
         """Make a tip the active one; DmeError if it cannot be."""
 
     def trouble(self) -> DmeError | None:
-        """Return why no point can be recorded, wherever the operator touches."""
+        """Return why no point can be recorded at any place."""
 
     def require_qualified(self) -> None:
         """Raise DmeError unless the mounted tip is qualified."""
@@ -191,7 +191,7 @@ class DmeState:
         return clamped == value
 
     def require_ready(self) -> None:
-        """Raise DmeError if no point can be recorded, wherever the operator touches."""
+        """Raise DmeError if no point can be recorded at any place."""
         trouble = self.machine.trouble()
         if trouble is not None:
             # Its place is the command.

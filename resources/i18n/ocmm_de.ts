@@ -6784,10 +6784,6 @@ Startet: {source}</translation>
         <translation>fest mit den Kameras</translation>
     </message>
     <message>
-        <source>fixed by known control points</source>
-        <translation>fest durch bekannte Kontrollpunkte</translation>
-    </message>
-    <message>
         <source>redefined by three points</source>
         <translation>durch drei Punkte neu festgelegt</translation>
     </message>
@@ -6802,10 +6798,6 @@ Startet: {source}</translation>
     <message>
         <source>Lens parameters</source>
         <translation>Parameter der Objektive</translation>
-    </message>
-    <message>
-        <source>refined from known values</source>
-        <translation>aus bekannten Werten verfeinert</translation>
     </message>
     <message>
         <source>unchanged</source>
@@ -6994,6 +6986,14 @@ Startet: {source}</translation>
     <message>
         <source>Cone</source>
         <translation>Kegelsitz</translation>
+    </message>
+    <message>
+        <source>fixed by control points of a list</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>refined from earlier values</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Its marking; empty if none</source>
@@ -8436,10 +8436,6 @@ Startet: {source}</translation>
         <translation>Prüfplanordner</translation>
     </message>
     <message>
-        <source>Where plans are looked for; empty: recent places only</source>
-        <translation>Wo nach Plänen gesucht wird; leer: nur zuletzt benutzte Orte</translation>
-    </message>
-    <message>
         <source>Released plans only</source>
         <translation>Nur freigegebene Pläne</translation>
     </message>
@@ -8568,8 +8564,8 @@ Startet: {source}</translation>
         <translation>Zwei Großbuchstaben, für digitale Zertifikate</translation>
     </message>
     <message>
-        <source>Where it is measured, unless a job says otherwise</source>
-        <translation>Wo gemessen wird, wenn der Auftrag nichts anderes sagt</translation>
+        <source>By a ruler; empty: as stated by the screen</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Machine</source>
@@ -8800,6 +8796,14 @@ Startet: {source}</translation>
         <translation>Zoll</translation>
     </message>
     <message>
+        <source>Folder searched for plans; empty: recent places only</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Place of measurement, unless a job states another</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Place: local, off, a file, or a PostgreSQL database; without password</source>
         <translation>Ort: local, off, eine Datei oder eine PostgreSQL-Datenbank; ohne Passwort</translation>
     </message>
@@ -8838,10 +8842,6 @@ Startet: {source}</translation>
     <message>
         <source>Length of the line below</source>
         <translation>Länge der Linie darunter</translation>
-    </message>
-    <message>
-        <source>By a ruler; empty: as the screen says</source>
-        <translation>Mit Lineal; leer: laut Bildschirm</translation>
     </message>
     <message>
         <source>Sounds</source>

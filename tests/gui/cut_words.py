@@ -158,7 +158,7 @@ def _painted(window: QWidget) -> Iterator[str]:
 
 
 def painted_words(window: QWidget) -> Iterator[tuple[str, str]]:
-    """Give the words that widgets paint by themselves, with the name of their class."""
+    """Yield the words painted by widgets, with the name of their class."""
     for name, found in _repainted(window):
         yield from ((name, one.text) for one in found)
 

@@ -167,7 +167,7 @@ class DmeClient:
             self._handle(self.line())
 
     def poll(self, seconds: float) -> None:
-        """Read for a time, for messages that nobody asked for."""
+        """Read unsolicited messages for a time."""
         end = time.monotonic() + seconds
         patience = self._socket.gettimeout()
         try:

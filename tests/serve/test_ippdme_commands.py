@@ -65,7 +65,7 @@ def _recover(client: DmeClient, commands: Commands, rng: random.Random) -> list[
 
 
 def _abort(client: DmeClient, rng: random.Random) -> list[str]:
-    """Abort up to three measurements that wait; return what is wrong."""
+    """Abort up to three waiting measurements; return the faults."""
     waiting = []
     for _ in range(rng.randint(0, 3)):
         made = client.start("PtMeas(X(10), Y(20), Z(0), IJK(0, 0, 1))")

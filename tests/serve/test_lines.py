@@ -58,7 +58,7 @@ def lines_of(points: list[MeasuredPoint]) -> list[str]:
 
 
 def listening(server: StreamServer) -> int:
-    """Return how many programs get lines."""
+    """Return the number of programs that get lines."""
     # The thread of the server makes its reception.
     reception = getattr(server, "_reception", None)
     return 0 if reception is None else len(reception.listening)
@@ -164,7 +164,7 @@ def test_ends_clients_beyond_the_quota(station: MeasuringStation) -> None:
         wait_until(lambda: listening(server) == 8)
         with closing(socket.create_connection(server.address, HANG_S)) as ninth:
             assert ninth.recv(100) == b""
-        # What a client says has no effect, until it says too much.
+        # Data from a client have no effect, up to a limit of their size.
         clients[0].sendall(b"GET / HTTP/1.1\r\n\r\n")
         assert listening(server) == 8
         for client in clients:

@@ -61,7 +61,7 @@ class AuditedRecord:
     kind: type[Any]
     signed: Signed
     words: Callable[[Any], str]
-    """Returns what such a record says, in some words."""
+    """Returns a summary of such a record."""
 
 
 @dataclass(frozen=True, slots=True)
