@@ -176,7 +176,7 @@ def checks() -> str:
 
 def ippdme() -> str:
     """Return the table of the commands of I++ DME."""
-    every = supported(DmeDialect.V14) | supported(DmeDialect.V25)
+    every = {**supported(DmeDialect.V14), **supported(DmeDialect.V25)}
     # The public classes of the protocol; items are only arguments.
     rows = sorted(
         (one for one in every.values() if one.group != "items"), key=lambda one: one.group

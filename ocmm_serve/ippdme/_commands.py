@@ -12,8 +12,8 @@ from ocmm_serve.ippdme._points import ABSENT
 from ocmm_serve.ippdme._registry import NEWER, command, supported
 from ocmm_serve.ippdme._state import (
     AXES,
+    OF_TOOL,
     PARAMETERS,
-    PART_PARAMETERS,
     DmeState,
     MoveDaemon,
     names_in,
@@ -53,6 +53,10 @@ def start_session(state: DmeState, args: Args) -> None:
     state.reset()
     state.machine.keep({"dialect": state.dialect, **state.frames.note()})
     state.in_session = True
+    trouble = state.machine.trouble()
+    if trouble is not None:
+        # Known from the start: the first command that needs the machine fails by it.
+        state.active_errors[trouble.number] = trouble.detail
 
 
 @command("EndSession", "Server", "", "Ends the session and closes its job.", always=True)
@@ -78,8 +82,11 @@ def clear_all_errors(state: DmeState, args: Args) -> None:
 
 @command("StopDaemon", "Server", "tag", "Stops OnMoveReportE.")
 def stop_daemon(state: DmeState, args: Args) -> None:
-    tag = word_in(args)
-    if state.daemon is None or state.daemon.tag != tag:
+    running = "" if state.daemon is None else state.daemon.tag
+    # A command of the fast queue may have a tag of digits, which is a number here.
+    if running.isdigit() and args == (float(running),):
+        args = (BareWord(running),)
+    if word_in(args) != running:
         raise DmeError(513)
     state.daemon = None
 
@@ -106,10 +113,7 @@ def get_err_status(state: DmeState, args: Args) -> list[str]:
     return [f"ErrStatus({status})" if state.dialect is DmeDialect.V14 else status]
 
 
-@command(
-    "GetXtdErrStatus", "Server", "", "Homed, user enabled, and active errors with the sentence "
-    "that the operator reads.", always=True,
-)  # fmt: skip
+@command("GetXtdErrStatus", "Server", "", "State, and the operator's sentences.", always=True)
 def get_xtd_err_status(state: DmeState, args: Args) -> list[str]:
     lines = [f"IsHomed({state.homed:d})", f"IsUserEnabled({state.user_enabled:d})"]
     rows = ERRORS[state.dialect]
@@ -134,10 +138,7 @@ def get_prop(state: DmeState, args: Args) -> list[str]:
 command("GetPropE", "Server", "properties", "As GetProp, at once.", fast=True)(get_prop)
 
 
-@command(
-    "SetProp", "Server", "properties",
-    "Sets parameters within their limits; only PtMeasPar.Search has an effect.",
-)  # fmt: skip
+@command("SetProp", "Server", "properties", "Within limits; PtMeasPar.Search has an effect.")
 def set_prop(state: DmeState, args: Args) -> None:
     if not args:
         raise DmeError(502)
@@ -148,8 +149,10 @@ def set_prop(state: DmeState, args: Args) -> None:
         first, _, rest = one.name.partition(".")
         block, _, item = rest.partition(".") if first == "Tool" else (first, "", rest)
         name, _, kind = item.partition(".")
-        known = PART_PARAMETERS if block == "Part" else PARAMETERS.get(block, {})
-        if (block == "Part" and state.dialect is DmeDialect.V14) or name not in known:
+        own = first == "Part" and state.dialect is DmeDialect.V25
+        if not (own or (first == "Tool" and block in OF_TOOL)) or name not in PARAMETERS.get(
+            block, {}
+        ):
             raise DmeError(510)
         if kind not in ("", "Act"):
             raise DmeError(509)
@@ -227,10 +230,7 @@ def is_user_enabled(state: DmeState, args: Args) -> list[str]:
     return [f"IsUserEnabled({state.user_enabled:d})"]
 
 
-@command(
-    "OnMoveReportE", "Mover", "Time(s), Dis(d), X(), ...",
-    "Position of the ball after each time or distance, while the probe is seen.", fast=True,
-)  # fmt: skip
+@command("OnMoveReportE", "Mover", "Time(s), Dis(d), X(), ...", "While LEDs are seen.", fast=True)
 def on_move_report(state: DmeState, args: Args) -> None:
     if state.daemon is not None:
         raise DmeError(515)
@@ -263,10 +263,7 @@ def get_coord_system(state: DmeState, args: Args) -> list[str]:
     return [f"CoordSystem({active})" if state.dialect is DmeDialect.V14 else active]
 
 
-@command(
-    "SetCsyTransformation", "CartCMM", "name, X0, Y0, Z0, Theta, Psi, Phi",
-    "Transformation of a system; the sign of the shift is a setting of this server.",
-)  # fmt: skip
+@command("SetCsyTransformation", "CartCMM", "name, 6 numbers", "See the sign of the shift above.")
 def set_csy_transformation(state: DmeState, args: Args) -> None:
     name = word_in(args[:1])
     state.frames = state.frames.transformed(name, numbers_in(args[1:], 6))
@@ -289,18 +286,12 @@ def _transformation_text(state: DmeState, found: CsyTransformation) -> str:
     return list_text(call_text(name, value) for name, value in pairs)
 
 
-@command(
-    "SaveActiveCoordSystem", "CartCMM", "name", "Stores the part system under a name.",
-    dialects=NEWER,
-)  # fmt: skip
+@command("SaveActiveCoordSystem", "CartCMM", '"name"', "Stores that of the part.", dialects=NEWER)
 def save_active_coord_system(state: DmeState, args: Args) -> None:
     _store(state, text_in(args), state.frames.transformation(CHAIN[-1]))
 
 
-@command(
-    "SaveNamedCsyTransformation", "CartCMM", '"name", 6 numbers',
-    "Stores a transformation under a name.", dialects=NEWER,
-)  # fmt: skip
+@command("SaveNamedCsyTransformation", "CartCMM", '"name", 6 numbers', "Stores it.", dialects=NEWER)
 def save_named_csy_transformation(state: DmeState, args: Args) -> list[str]:
     _store(state, text_in(args[:1]), checked(numbers_in(args[1:], 6)))
     return []
@@ -316,10 +307,7 @@ def _store(state: DmeState, name: str, found: CsyTransformation) -> None:
     state.frames = replace(state.frames, named=named)
 
 
-@command(
-    "LoadCoordSystem", "CartCMM", '"name"', "Makes a stored transformation that of the part.",
-    dialects=NEWER,
-)  # fmt: skip
+@command("LoadCoordSystem", "CartCMM", '"name"', "Makes it that of the part.", dialects=NEWER)
 def load_coord_system(state: DmeState, args: Args) -> None:
     values = _named(state, args).values
     state.frames = state.frames.transformed(CHAIN[-1], values)
@@ -338,9 +326,7 @@ def enum_coord_systems(state: DmeState, args: Args) -> list[str]:
     return [quoted(name) for name in state.frames.named]
 
 
-@command(
-    "GetNamedCsyTransformation", "CartCMM", '"name"', "Numbers of a stored one.", dialects=NEWER
-)
+@command("GetNamedCsyTransformation", "CartCMM", '"name"', "Its six numbers.", dialects=NEWER)
 def get_named_csy_transformation(state: DmeState, args: Args) -> list[str]:
     return [_transformation_text(state, _named(state, args))]
 

@@ -104,8 +104,11 @@ class StationMachine:
     def mount(self, name: str) -> None:
         mounted, *_ = self.tools
         if name != mounted.name:
-            raise DmeError(1500, detail=f"Mount the tip {name}: stop this server, record the tip "
-                           "with ocmm calibrate mount-tip, and start it again.")  # fmt: skip
+            raise DmeError(
+                1500,
+                detail=f"Mount the tip {name}: stop this server, record and check the tip with "
+                "ocmm calibrate mount-tip and check-tip, and start it again.",
+            )
 
     def trouble(self) -> DmeError | None:
         fault = self._station.faults.measuring
@@ -132,7 +135,7 @@ class StationMachine:
         if live.tip_world is not None and rotation is not None:
             return BallPose(live.tip_world, rotation, self._box)
         number = {StatusWord.LOST: 1501, StatusWord.FAILED: 503}.get(live.status, 1000)
-        raise DmeError(number, "Tracking", detail=f"{live.status.value}: {live.reason}")
+        raise DmeError(number, detail=f"{live.status.value}: {live.reason}")
 
     def end(self) -> None:
         self.expect(None)

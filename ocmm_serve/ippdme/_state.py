@@ -117,15 +117,16 @@ PARAMETERS: Mapping[str, Mapping[str, ParLimits]] = {
         "Speed": _SPEED, "Accel": _ACCEL, "Approach": ParLimits(0.0, 50.0, 5.0),
         "Search": ParLimits(0.5, 50.0, 10.0), "Retract": ParLimits(-50.0, 50.0, 5.0),
     },
-    "ScanPar": {"Speed": _SPEED, "Accel": _ACCEL, "Retract": ParLimits(-50.0, 50.0, 5.0)},
+    "Part": {
+        "Temperature": ParLimits(-50.0, 150.0, 20.0),
+        "XpanCoefficient": ParLimits(-100.0, 1000.0, 0.0), "Approach": ParLimits(0.0, 50.0, 0.0),
+        "Search": ParLimits(0.0, 50.0, 0.0), "Retract": ParLimits(-50.0, 50.0, 0.0),
+    },
 }  # fmt: skip
-"""Parameters of a tool. Only Search has an effect: the operator moves the probe."""
+"""Parameters of a tool, and in 2.5 of the part. Only PtMeasPar.Search has an effect: the operator
+moves the probe."""
+OF_TOOL = ("GoToPar", "PtMeasPar")
 AXES = ("X", "Y", "Z")
-PART_PARAMETERS = {
-    "Temperature": ParLimits(-50.0, 150.0, 20.0), "XpanCoefficient": ParLimits(-100.0, 1000.0, 0.0),
-    "Approach": ParLimits(0.0, 50.0, 0.0), "Search": ParLimits(0.0, 50.0, 0.0),
-    "Retract": ParLimits(-50.0, 50.0, 0.0),
-}  # fmt: skip
 
 
 @dataclass(slots=True)
@@ -179,12 +180,11 @@ class DmeState:
             del self.acts[key]
 
     def parameter(self, block: str, name: str) -> float:
-        limits = PART_PARAMETERS if block == "Part" else PARAMETERS[block]
-        return self.acts.get((block, name), limits[name].default)
+        return self.acts.get((block, name), PARAMETERS[block][name].default)
 
     def set_parameter(self, block: str, name: str, value: float) -> bool:
         """Set a value within its limits; return whether it was inside."""
-        limits = (PART_PARAMETERS if block == "Part" else PARAMETERS[block])[name]
+        limits = PARAMETERS[block][name]
         clamped = min(max(value, limits.low), limits.high)
         self.acts[block, name] = clamped
         return clamped == value
@@ -193,7 +193,8 @@ class DmeState:
         """Raise DmeError if no point can be recorded, wherever the operator touches."""
         trouble = self.machine.trouble()
         if trouble is not None:
-            raise trouble
+            # Its place is the command.
+            raise DmeError(trouble.number, detail=trouble.detail)
 
     def changed_frames(self) -> None:
         """Show the active system, and let a running daemon report the virtual move."""
@@ -207,13 +208,11 @@ class DmeState:
             self.machine.lead(allowed=enabled)
 
 
-def names_in(
-    args: Sequence[Value], allowed: Sequence[str], *, empty: bool = False
-) -> tuple[str, ...]:
+def names_in(args: Sequence[Value], allowed: Sequence[str]) -> tuple[str, ...]:
     """Return the names of a set ``X(), Y()``; DmeError 0510 if empty, repeated or unknown."""
     names = tuple(one.name for one in args if isinstance(one, Call) and not one.args)
     wrong = len(names) != len(args) or len(set(names)) != len(names) or set(names) - set(allowed)
-    if wrong or (not names and not empty):
+    if wrong or not names:
         raise DmeError(510)
     return names
 
@@ -240,13 +239,13 @@ def properties(state: DmeState, call: Call) -> str:
     name = state.tool if block == "Tool" else state.found
     tool = state.tool_named(name) or DmeTool(name, name)
     par, _, item = rest.partition(".")
-    if par in PARAMETERS:
+    if par in OF_TOOL:
         return f"{call.name}({_limit(state, par, item)})"
-    newer = state.dialect is DmeDialect.V25
     if rest in ("Name", "Id"):
         return f"{call.name}({quoted(tool.name if rest == 'Name' else tool.id)})"
     if block == "Tool" and rest in ("Alignment", "CollisionVolume"):
         return f"{call.name}({_orientation(state, rest)})"
+    newer = state.dialect is DmeDialect.V25
     if newer and rest == "AvrRadius":
         return call_text(call.name, tool.radius)
     if newer and rest == "LastQualified":
@@ -256,7 +255,7 @@ def properties(state: DmeState, call: Call) -> str:
 
 def _limit(state: DmeState, block: str, item: str) -> str:
     name, _, kind = item.partition(".")
-    limits = (PART_PARAMETERS if block == "Part" else PARAMETERS[block]).get(name)
+    limits = PARAMETERS[block].get(name)
     if limits is None or kind not in ("", "Act", "Min", "Max", "Def"):
         raise DmeError(510)
     own = {"Min": limits.low, "Max": limits.high, "Def": limits.default}
@@ -285,17 +284,17 @@ def property_kinds(state: DmeState, call: Call) -> Iterator[tuple[str, str]]:
     if call.args or block not in ("Tool", "FoundTool", "Part"):
         raise DmeError(510)
     if block == "Part" and state.dialect is DmeDialect.V25 and not par:
-        yield from ((name, "Number") for name in PART_PARAMETERS)
+        yield from ((name, "Number") for name in PARAMETERS["Part"])
         return
-    if par in PARAMETERS:
+    if par in OF_TOOL and block != "Part":
         yield from ((name, "Number") for name in PARAMETERS[par])
         yield from ((name, "Property") for name in PARAMETERS[par])
         return
     limit, _, name = par.partition(".")
-    if name in PARAMETERS.get(limit, {}):
+    if limit in OF_TOOL and block != "Part" and name in PARAMETERS[limit]:
         yield from ((kind, "Number") for kind in ("Min", "Max", "Act", "Def"))
         return
     if par or block == "Part":
         raise DmeError(510)
     yield from (("Name", "String"), ("Id", "String"))
-    yield from ((name, "Property") for name in PARAMETERS)
+    yield from ((name, "Property") for name in OF_TOOL)

@@ -29,8 +29,8 @@ def on_pt_meas_report(state: DmeState, args: Args) -> None:
 
 
 @command(
-    "PtMeas", "TouchTrigger", "X(x), Y(y), Z(z), IJK(i, j, k)",
-    "Waits for the operator's touch near the nominal, and returns the point.", takes_user=True,
+    "PtMeas", "TouchTrigger", "X(x), Y(y), Z(z), IJK(i, j, k)", "Waits for a touch near the "
+    "nominal.", takes_user=True,
 )  # fmt: skip
 def pt_meas(state: DmeState, args: Args) -> CommandedTouch:
     if not args:
@@ -198,10 +198,7 @@ command("Tool", "Tool", "", "The active tool.")(_tool)
 command("FoundTool", "Tool", "", "The tool of FindTool.")(_found_tool)
 
 
-@command(
-    "ReQualify", "Tool", "",
-    "Succeeds if the qualification of the tip is in force; else 2000. It qualifies nothing.",
-)  # fmt: skip
+@command("ReQualify", "Tool", "", "Succeeds if the qualification of the tip is in force.")
 def re_qualify(state: DmeState, args: Args) -> None:
     state.machine.require_qualified()
 

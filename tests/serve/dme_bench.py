@@ -98,11 +98,11 @@ class DmeBench:
 @contextmanager
 def dme_bench(
     folder: Path, dialect: DmeDialect = DmeDialect.V14, sign: ShiftSign = ShiftSign.ORIGIN,
-    *, tries: int = 3, any_place: bool = False,
+    *, tries: int = 3, any_place: bool = False, probes: Path | None = None,
 ) -> Iterator[DmeBench]:  # fmt: skip
     request = StationRequest(
         plan=resource("plans", "points.toml"), out=folder, stay=True, idle=True,
-        frame_rate_hz=RATE_HZ,
+        frame_rate_hz=RATE_HZ, probes=probes,
     )  # fmt: skip
     built = build_station(request)
     told: list[str] = []
@@ -115,9 +115,10 @@ def dme_bench(
         machine.start(server.touched, server.refused)
         server.start()
         yield DmeBench(built, machine, state, session, server, told, failures)
-        assert server.close()
     finally:
+        ended = server.close()
         machine.close()
+    assert ended
     assert not failures
 
 

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from ocmm_core.calibration.records import ProbeStore, probe_store_folder
+from ocmm_core.composition import STANDARD_PROBE
 from ocmm_core.errors import StorageError
 from ocmm_core.storage import JobFile
+from ocmm_core.tracking import load_probe
 from ocmm_serve.ippdme import DmeDialect, ShiftSign
+from ocmm_sim.calibration_scenes import made_probe_record, made_tip_record
 from tests.host import amount
 from tests.serve.dme_bench import DmeBench, PlainClient, dme_bench, notes_of
 from tests.waiting import wait_until
@@ -146,6 +151,29 @@ def test_a_second_program_is_refused_in_a_sentence(bench: DmeBench) -> None:
         assert third.ask("00001 StartSession()") == ["00001 &", "00001 %"]
 
 
+def test_an_expired_tip_is_an_error_before_any_touch(tmp_path: Path) -> None:
+    body = load_probe(STANDARD_PROBE)
+    store = ProbeStore(probe_store_folder(tmp_path / "probes", body.name))
+    made = datetime.now(UTC) - timedelta(days=700)
+    record = made_probe_record(
+        made_utc=made.isoformat(), valid_until_utc=(made + timedelta(days=300)).isoformat()
+    )
+    store.calibrate(record, "technician", "first", made)
+    store.qualify(made_tip_record(record), made + timedelta(hours=1))
+    with dme_bench(tmp_path / "out", probes=tmp_path / "probes") as bench, bench.client() as client:
+        assert client.ask("00001 StartSession()") == ["00001 &", "00001 %"]
+        assert client.ask("00002 EnumTools()")[3] == '00002 # "6mm"'
+        found = client.ask("00003 Home()")
+        assert found[1] == '00003 ! Error(3, 2000, "Home", "Tool not calibrated")'
+        assert any("was valid until" in words for words in bench.told), bench.told
+        state = client.ask("00004 GetXtdErrStatus()")
+        assert any(one.startswith('00004 # "2000 ') for one in state), state
+        client.send("00005 ClearAllErrors()")
+        # The cause persists.
+        assert "00005 %" in client.until('E0000 ! Error(3, 2000, "Rig", "Tool not calibrated")')
+        assert "0514" in client.ask("00006 IsHomed()")[1]
+
+
 def test_a_lost_job_is_an_error_and_no_point(tmp_path: Path) -> None:
     with pytest.raises(StorageError, match="POINTS-001"), dme_bench(tmp_path) as bench:
         _measure_without_job(bench)
@@ -163,3 +191,37 @@ def _measure_without_job(bench: DmeBench) -> None:
         assert [one for one in found if "#" in one] == []
         assert any("0503" in one or "0514" in one for one in found), found
         assert any("POINTS-001" in words for words in bench.told)
+
+
+def test_edition_2_5_answers_in_its_own_form(bench: DmeBench) -> None:
+    bench.forget()
+    with bench.client() as client:
+        assert (
+            client.ask("00001 IsHomed()")[1]
+            == '00001 ! Error(3, 0008, "IsHomed", "Protocol error")'
+        )
+        client.ask("00002 StartSession()")
+        for line, *answers in (
+            ("GetDMEVersion()", 'DMEVersion("2.5")'),
+            ("GetErrStatusE()", "0"),
+            ("GetCoordSystem()", "MachineCsy"),
+            ("EnumTools()", "RefTool", "NoTool", "standard"),
+            ("Tool()", "NoTool"),
+            ("GetCsyTransformation(PartCsy)", "X0(0), Y0(0), Z0(0), Theta(0), Psi(0), Phi(0)"),
+            ("SetProp(Part.Temperature(21.5))",),
+            ("GetProp(Part.Temperature(), Part.XpanCoefficient())",
+             "Part.Temperature(21.5), Part.XpanCoefficient(0)"),
+            ('SaveNamedCsyTransformation("A", 1, 2, 3, 10, 20, 30)',),
+            ('LoadCoordSystem("A")',),
+            ('GetNamedCsyTransformation("A")',
+             "X0(1), Y0(2), Z0(3), Theta(10), Psi(20), Phi(30)"),
+            ("EnumCoordSystems()", '"A"'),
+            ('GetChangeToolAction("standard")', "Argument(MoveMan), X(0), Y(0), Z(0)"),
+            ("GetXtdErrStatus()", "IsHomed(0)", "IsUserEnabled(0)",
+             "ActiveError(8000), Severity(0)"),
+        ):  # fmt: skip
+            expected = ["00003 &", *(f"00003 # {one}" for one in answers), "00003 %"]
+            assert client.ask(f"00003 {line}") == expected
+        assert client.ask('00004 LoadCoordSystem("B")')[1] == (
+            '00004 ! Error(3, 1013, "LoadCoordSystem", "Coordinate system not found")'
+        )
