@@ -209,7 +209,9 @@ class Commands:
             ["GetDMEVersion", "GetDMEVersion(", "GetDMEVersion)", "GetDMEVersion()x", "()",
              "PtMeas(X(1)", "PtMeas(X(1)),Y(2))", "PtMeas(X(1),,Y(2))", 'FindTool("a)',
              "SetCsyTransformation(PartCsy,1 2)", "GetDMEVersion();", "Get DMEVersion()",
-             "GetDMEVersion(,)", "FindTool(\"a\"\"b\")", "1GetDMEVersion()", '"GetDMEVersion"()']
+             "GetDMEVersion(,)", "FindTool(\"a\"\"b\")", "1GetDMEVersion()", '"GetDMEVersion"()',
+             "GetProp(Tool.PtMeasPar.Search.())", "SetProp(Tool.PtMeasPar.Search.(5))",
+             "GetProp(Tool..Name())"]
         )  # fmt: skip
         return Case("", frozenset({8}), whole=f"{tag} {text}".encode(), why="not a command")
 
