@@ -1,4 +1,4 @@
-"""Client of an I++ DME server, written from the published protocol; it checks what it reads.
+"""Client of an I++ DME server, written from the published protocol; it checks all answers.
 
 Each answer is parsed strictly and must come in a legal order: `&` first and once, results in the
 order of the commands, nothing behind `%`. A violation is an `AssertionError` that shows the last
@@ -167,7 +167,7 @@ class DmeClient:
             self._handle(self.line())
 
     def poll(self, seconds: float) -> None:
-        """Read for a time, for messages that nobody asked for."""
+        """Read unsolicited messages for a time."""
         end = time.monotonic() + seconds
         patience = self._socket.gettimeout()
         try:

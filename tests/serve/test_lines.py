@@ -164,7 +164,7 @@ def test_ends_clients_beyond_the_quota(station: MeasuringStation) -> None:
         wait_until(lambda: listening(server) == 8)
         with closing(socket.create_connection(server.address, HANG_S)) as ninth:
             assert ninth.recv(100) == b""
-        # What a client says has no effect, until it says too much.
+        # Input of a client has no effect, within limits.
         clients[0].sendall(b"GET / HTTP/1.1\r\n\r\n")
         assert listening(server) == 8
         for client in clients:
@@ -178,7 +178,7 @@ def test_lets_known_addresses_in() -> None:
         check_stream(StreamOptions(allow=("192.168.1.300",)), by_address=True)
     listed = StreamOptions(host="0.0.0.0", allow=("192.168.1.20", "10.0.0.0/24"))  # noqa: S104 - as above
     check_stream(listed, by_address=True)
-    # The list is no substitute for the token of the JSON stream.
+    # The JSON stream still requires its token.
     with pytest.raises(InputError):
         check_stream(listed)
     for address, may in (
