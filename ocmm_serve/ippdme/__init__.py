@@ -3,8 +3,9 @@
 In: lines of a client over TCP, touches of a station. Out: answers, and a job next to each session.
 
 Read `_session` first (transactions, error state, touches), then `_registry` with `_commands` and
-`_touch_commands` (one handler a command) and `_state`. `_grammar`, `_dialect` and `_frames` are
-pure. `_machine` is a measuring station, `_server` the sockets, `_command` is `ocmm serve ippdme`.
+`_touch_commands` (one handler a command), `_state` and `_points`. `_grammar`, `_dialect` and
+`_frames` are pure. `_machine` is a measuring station, `_server` the sockets, `_command` is
+`ocmm serve ippdme`.
 Numbers come from the core; a point that it refuses is never answered.
 """
 

@@ -9,9 +9,10 @@ from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect
 from ocmm_serve.ippdme._frames import CHAIN, MACHINE, CsyTransformation, checked
 from ocmm_serve.ippdme._grammar import BareWord, Call, DmeError, Value, call_text, list_text, quoted
 from ocmm_serve.ippdme._points import ABSENT
-from ocmm_serve.ippdme._registry import NEWER, command, supported
+from ocmm_serve.ippdme._registry import NEWER, Handler, command, supported
 from ocmm_serve.ippdme._state import (
     AXES,
+    NO_SCAN,
     OF_TOOL,
     PARAMETERS,
     DmeState,
@@ -336,3 +337,34 @@ def _named(state: DmeState, args: Args) -> CsyTransformation:
     if found is None:
         raise DmeError(1013)
     return found
+
+
+def _refusing(number: int, detail: str = "") -> Handler:
+    def refuse(state: DmeState, args: Args) -> None:
+        raise DmeError(number, detail=detail)
+
+    return refuse
+
+
+def _ignore(state: DmeState, args: Args) -> None:
+    """Accept a command that has no effect here."""
+
+
+_NO_SCAN = _refusing(2002, NO_SCAN)
+for _group, _names, _arguments, _about, _handler in (
+    ("Cartesian", "GoTo", "any", "Not offered (0501): there are no drives.", _refusing(501)),
+    ("RotaryTable", "AlignPart", "any", "Not offered (0501): there is no table.", _refusing(501)),
+    ("FormTester", "CenterPart TiltPart TiltCenterPart LockAxis LockPosition", "any",
+     "Not offered (0501): there are no drives.", _refusing(501)),
+    ("Scanning", "ScanOnCircle ScanOnLine ScanOnCurve ScanUnknown ScanInPlaneEndIsSphere "
+     "ScanInPlaneEndIsPlane ScanInPlaneEndIsCyl ScanInCylEndIsSphere ScanInCylEndIsPlane "
+     "ScanOnHelix PtMeasSelfCenter PtMeasSelfCenterLocked", "any",
+     "Refused (2002): the probe does not scan.", _NO_SCAN),
+    ("Scanning", "ScanOnCircleHint ScanOnLineHint ScanOnCurveHint ScanOnCurveDensity "
+     "ScanUnknownHint ScanUnknownDensity", "any", "Accepted without effect.", _ignore),
+    ("Tool", "GoToPar PtMeasPar ScanPar", "", "A pointer; no answer.", _ignore),
+    ("items", " ".join((*AXES, *ABSENT, "IJK", "ER", "Q", "IJKAct", "Tool.Alignment")), "any",
+     "Only an argument (0508).", _refusing(508)),
+):  # fmt: skip
+    for _name in _names.split():
+        command(_name, _group, _arguments, _about, takes_user=_handler is _NO_SCAN)(_handler)

@@ -127,6 +127,7 @@ PARAMETERS: Mapping[str, Mapping[str, ParLimits]] = {
 moves the probe."""
 OF_TOOL = ("GoToPar", "PtMeasPar")
 AXES = ("X", "Y", "Z")
+NO_SCAN = "This machine does not scan. Use single points in the program."
 
 
 @dataclass(slots=True)
