@@ -3,8 +3,10 @@
 A forger has every file and no key of the station. Each trial edits one field of one file (all
 fields in turn, in a seeded order), recomputes every hash, and then keeps the signature, removes
 it, takes one of another file, or signs with a key of another station. Chains are also cut at the
-end, and files of one kind are put in place of another. A forgery passes if `export.audits` calls it
-intact, if a certificate is made of it, or if a test, a study or a release accepts it.
+end, and files of one kind are put in place of another. If a later version was made, the older one
+is put back with its good signature, in place or in another folder behind a link. A forgery passes
+if `export.audits` calls it intact, if a certificate is made of it, or if a test, a study or a
+release accepts it.
 The untouched files are audited between the trials and must stay intact.
 Run: ``python -m benchmarks.forged_records --n 5000``.
 """
@@ -12,26 +14,27 @@ Run: ``python -m benchmarks.forged_records --n 5000``.
 from __future__ import annotations
 
 import argparse
-import hashlib
-import re
 import shutil
 import sys
 import tempfile
-import tomllib
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
-from lxml import etree
-from signxml import methods
-from signxml.xades.xades import XAdESSigner
 from typer.testing import CliRunner
 
+from benchmarks.record_edits import (
+    Kind,
+    certificate_edit,
+    chain_edit,
+    record_edit,
+    released_edit,
+    settings_edit,
+)
 from ocmm_bench.campaign import other_station
 from ocmm_cli import app
 from ocmm_core.acceptance import (
@@ -49,29 +52,13 @@ from ocmm_core.export.certificate import certificate_of_folder, write_certificat
 from ocmm_core.export.template import load_paper, standard_template
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.inspection.plan import plan_release, release_plan
-from ocmm_core.seals import KeyFolder, Signed, document_key, release_file, sign
+from ocmm_core.seals import Signed, release_file
 from ocmm_core.settings import SettingsFile
 from ocmm_shop.studies import load_part_study, make_part_study, save_part_study
 
 TRIALS = 5_000
 NOW = datetime(2026, 11, 28, 8, 0, tzinfo=UTC)
 LATER = datetime(2036, 1, 1, tzinfo=UTC)
-Rng = np.random.Generator
-Edits = Iterator[bytes]
-SIGNATURES = ("kept", "removed", "of another", "foreign")
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A sealed file, with the forgeries of it."""
-
-    name: str
-    path: Path
-    signed: Signed
-    forge: Callable[[Kind, Rng, int], Mapping[Path, bytes | None]]
-    """Files of trial number n: their contents, or None for a removed one."""
-    accepted: Callable[[Path], bool] = lambda _path: False
-    """Whether another door than the audit accepts the file."""
 
 
 @dataclass(slots=True)
@@ -135,6 +122,19 @@ def make_site(folder: Path, test: str = "SPHERE-25") -> tuple[Kind, ...]:
     settings.change({"temperature.part_c": 21.0, "job.released_only": True}, stamp="2026-11-28")
     dcc = write_certificate(certificate_of_folder(record, paper), folder)
 
+    older = {
+        path: _files(path)
+        for path in (
+            plan,
+            template,
+            procedure,
+            settings.path,
+            register.path,
+            folder / "interim.chain",
+        )
+    }
+    _make_later(plan, (template, procedure), settings, register, interim)
+
     def certified(path: Path) -> bool:
         return bool(certificate_of_folder(path, paper))
 
@@ -142,19 +142,53 @@ def make_site(folder: Path, test: str = "SPHERE-25") -> tuple[Kind, ...]:
         found = ArtefactRegister(path.parent)
         return any(found.used(name).sizes for name in found.entries)
 
-    return (
-        Kind("acceptance record", record, Signed.ACCEPTANCE, _record, certified),
-        Kind("acceptance session", session, Signed.TEST, _chain),
-        Kind("study", study, Signed.STUDY, _record, lambda p: load_part_study(p).signer.sound),
-        Kind("recall", recall, Signed.RECALL, _record),
-        Kind("artefact register", register.path, Signed.ARTEFACTS, _chain, usable),
-        Kind("interim checks", folder / "interim.chain", Signed.INTERIM, _chain),
-        Kind("plan", plan, Signed.PLAN, _released, lambda p: plan_release(p).released),
-        Kind("template", template, Signed.TEMPLATE, _released),
-        Kind("procedure", procedure, Signed.DOCUMENT, _released),
-        Kind("settings", settings.path, Signed.SETTINGS, _settings),
-        Kind("certificate", dcc, Signed.CERTIFICATE, _certificate),
+    kinds = (
+        Kind("acceptance record", record, Signed.ACCEPTANCE, record_edit, certified),
+        Kind("acceptance session", session, Signed.TEST, chain_edit),
+        Kind("study", study, Signed.STUDY, record_edit, lambda p: load_part_study(p).signer.sound),
+        Kind("recall", recall, Signed.RECALL, record_edit),
+        Kind("artefact register", register.path, Signed.ARTEFACTS, chain_edit, usable),
+        Kind("interim checks", folder / "interim.chain", Signed.INTERIM, chain_edit),
+        Kind("plan", plan, Signed.PLAN, released_edit, lambda p: plan_release(p).released),
+        Kind("template", template, Signed.TEMPLATE, released_edit),
+        Kind("procedure", procedure, Signed.DOCUMENT, released_edit),
+        Kind("settings", settings.path, Signed.SETTINGS, settings_edit),
+        Kind("certificate", dcc, Signed.CERTIFICATE, certificate_edit),
     )
+    return tuple(replace(kind, older=older.get(kind.path, {})) for kind in kinds)
+
+
+def _files(path: Path) -> Mapping[Path, bytes]:
+    """Return a file and those next to it that bear its name."""
+    return {one: one.read_bytes() for one in path.parent.glob(f"{path.name}*")}
+
+
+def _make_later(
+    plan: Path,
+    documents: tuple[Path, ...],
+    settings: SettingsFile,
+    register: ArtefactRegister,
+    interim: InterimHistory,
+) -> None:
+    """Make a later version of every kind that has versions."""
+    for document in (plan, *documents):
+        document.write_text(document.read_text("utf-8") + "# later\n", "utf-8")
+        if document is not plan:
+            release_file(document, document_kind(document), "Grace")
+    release_plan(plan, "Grace", "revision D")
+    entry = load_artefact(resource("artefacts", "acceptance_sphere.toml"))
+    register.add(msgspec.structs.replace(entry, id="later"), "Ada", NOW)
+    interim.add(
+        InterimCheck(
+            utc="2026-11-27T08:00:00+00:00", calibration="c", artefact="s", tip="t",
+            error_mm=0.9, limit_mm=0.02,
+        )
+    )  # fmt: skip
+    # Settings note the second of their seal.
+    before = settings.read().entries["seal"]["utc"]
+    while settings.read().entries["seal"]["utc"] == before:
+        settings.change({"temperature.part_c": 22.0}, stamp="2026-11-28")
+        settings.change({"temperature.part_c": 21.0}, stamp="2026-11-28")
 
 
 def run(trials: int, seed: int, folder: Path, test: str = "SPHERE-25") -> Count:
@@ -167,6 +201,13 @@ def run(trials: int, seed: int, folder: Path, test: str = "SPHERE-25") -> Count:
         if number % 25 == 24:
             other = kinds[int(rng.integers(len(kinds)))]
             forged = {kind.path: other.path.read_bytes()} if other is not kind else forged
+        if number % 5 == 3 and kind.older:
+            forged = {**dict.fromkeys(_files(kind.path)), **kind.older}
+        if number % 10 == 8 and kind.older and kind.signed is not Signed.SETTINGS:
+            # Settings count in their place only.
+            count.done[kind.name] += 1
+            if passes := _passes(_behind_link(kind, folder), honest[kind.name]):
+                count.passed.append(f"trial {number}, {kind.name} elsewhere: {passes}")
         kept = {path: path.read_bytes() for path in forged if path.exists()}
         for path, content in forged.items():
             path.unlink(missing_ok=True)
@@ -186,6 +227,18 @@ def run(trials: int, seed: int, folder: Path, test: str = "SPHERE-25") -> Count:
     return count
 
 
+def _behind_link(kind: Kind, folder: Path) -> Kind:
+    """Return a kind whose older version is in another folder, behind a link."""
+    there, link = folder / "elsewhere", folder / "linked"
+    shutil.rmtree(there, ignore_errors=True)
+    there.mkdir()
+    for path, content in kind.older.items():
+        (there / path.name).write_bytes(content)
+    link.unlink(missing_ok=True)
+    link.symlink_to(there, target_is_directory=True)
+    return replace(kind, path=link / kind.path.name)
+
+
 def _passes(kind: Kind, honest: AuditedKind) -> str:
     """Return which door lets a forgery pass; empty if none does."""
     try:
@@ -199,170 +252,6 @@ def _passes(kind: Kind, honest: AuditedKind) -> str:
         return "another door" if kind.accepted(kind.path) else ""
     except OcmmError:
         return ""
-
-
-# Edits of one field.
-
-
-def _leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    items: Any = ()
-    if isinstance(value, dict):
-        items = value.items()
-    elif isinstance(value, list):
-        items = enumerate(value)
-    elif value is not None:
-        yield path
-    for key, item in items:
-        yield from _leaves(item, (*path, key))
-
-
-def _edited(content: Any, rng: Rng, number: int) -> Any:
-    """Return a content with one field changed: each field in turn, the fields that lie first."""
-    leaves = sorted(_leaves(content), key=lambda path: (len(path), str(path)))
-    *steps, last = leaves[number % len(leaves)]
-    place = content
-    for step in steps:
-        place = place[step]
-    old = place[last]
-    if isinstance(old, bool):
-        place[last] = not old
-    elif isinstance(old, int | float):
-        place[last] = old + type(old)(1 + rng.integers(9)) * (1 if isinstance(old, int) else 0.001)
-    else:
-        place[last] = "Mallory" if old != "Mallory" else ""
-    return content
-
-
-def _signature(kind: Kind, how: str, content: bytes, kept: Any, other: Any) -> Any:
-    if how == "foreign":
-        with other_station(kind.path.parent / "stranger"):
-            return msgspec.to_builtins(sign(KeyFolder().station_key(), kind.signed, content))
-    return {"kept": kept, "removed": None, "of another": other}[how]
-
-
-def _record(kind: Kind, rng: Rng, number: int) -> Mapping[Path, bytes | None]:
-    file = msgspec.json.decode(kind.path.read_bytes())
-    content = _edited(file["content"], rng, number)
-    raw = msgspec.json.encode(content, order="sorted")
-    how = SIGNATURES[int(rng.integers(len(SIGNATURES)))]
-    stolen = sign(KeyFolder().station_key(), Signed.REPORT, raw)
-    signature = _signature(kind, how, raw, file["signature"], msgspec.to_builtins(stolen))
-    end = b"" if signature is None else b',"signature":' + msgspec.json.encode(signature)
-    digest = hashlib.sha256(raw).hexdigest().encode()
-    return {kind.path: b'{"content":' + raw + b',"sha256":"' + digest + b'"' + end + b"}"}
-
-
-def _chain(kind: Kind, rng: Rng, number: int) -> Mapping[Path, bytes | None]:
-    lines = [msgspec.json.decode(line) for line in kind.path.read_bytes().splitlines()]
-    how = (*SIGNATURES, "cut", "line out")[int(rng.integers(6))]
-    if how == "cut":
-        lines = lines[: int(rng.integers(1, len(lines)))]
-        return {kind.path: b"".join(msgspec.json.encode(one) + b"\n" for one in lines)}
-    if how == "line out":
-        del lines[int(rng.integers(len(lines)))]
-    else:
-        at = int(rng.integers(len(lines)))
-        lines[at]["item"] = _edited(lines[at]["item"], rng, number)
-    end, made = "0" * 64, []
-    for place, line in enumerate(lines, start=1):
-        item = msgspec.json.encode(line["item"])
-        link = hashlib.sha256(b"%d %s " % (place, end.encode()) + item).hexdigest()
-        other = lines[place % len(lines)].get("signature")
-        signature = _signature(
-            kind, "kept" if how == "line out" else how, link.encode(), line["signature"], other
-        )
-        text = b'{"number":%d,"previous":"%s","item":%s,"sha256":"%s"' % (
-            place, end.encode(), item, link.encode()
-        )  # fmt: skip
-        end = link
-        if signature is not None:
-            text += b',"signature":' + msgspec.json.encode(signature)
-            end = hashlib.sha256(f"{link} {signature['value']}".encode()).hexdigest()
-        made.append(text + b"}\n")
-    return {kind.path: b"".join(made)}
-
-
-def _digit(text: str, rng: Rng) -> str:
-    """Return a document with one digit, or one letter of a value, changed."""
-    places = [found.start() for found in re.finditer(r"(?<==)[^\n#]*?([0-9A-Za-z])", text)]
-    at = places[int(rng.integers(len(places)))]
-    signs = [i for i in range(at, text.find("\n", at)) if text[i].isalnum()]
-    chosen = signs[int(rng.integers(len(signs)))]
-    new = "7" if text[chosen] != "7" else "1"
-    return text[:chosen] + new + text[chosen + 1 :]
-
-
-def _released(kind: Kind, rng: Rng, number: int) -> Mapping[Path, bytes | None]:
-    beside = kind.path.with_name(kind.path.name + ".release.json")
-    text, release = kind.path.read_text("utf-8"), msgspec.json.decode(beside.read_bytes())
-    how = (*SIGNATURES, "release edited", "of another file")[int(rng.integers(6))]
-    if how == "of another file":
-        others = [p for p in kind.path.parent.glob("*.release.json") if p != beside]
-        return {beside: others[number % len(others)].read_bytes()}
-    if how == "release edited":
-        return {beside: msgspec.json.encode(_edited(release, rng, number))}
-    changed = _digit(text, rng).encode()
-    release["sha256"] = hashlib.sha256(changed).hexdigest()
-    signature = release["signature"]
-    content = msgspec.json.encode({**release, "signature": None}, order="sorted")
-    release["signature"] = _signature(kind, how, content, signature, signature)
-    gone = how == "removed" and bool(rng.integers(2))
-    return {kind.path: changed, beside: None if gone else msgspec.json.encode(release)}
-
-
-def _settings(kind: Kind, rng: Rng, number: int) -> Mapping[Path, bytes | None]:
-    text = kind.path.read_text("utf-8")
-    head, _, seal = text.partition("[seal]")
-    how = SIGNATURES[int(rng.integers(len(SIGNATURES)))]
-    body = head.replace("part_c = 21.0", f"part_c = {22 + number % 30}.0")
-    if number % 3 == 0:
-        body = head.replace("released_only = true", "released_only = false")
-    if number % 5 == 0:
-        body += "\n[instrument]\ncheck_after_h = 99.0\n"
-    if how == "removed":
-        return {kind.path: body.encode()}
-    table = tomllib.loads(f"[seal]{seal}")["seal"]
-    if how == "foreign":
-        entries = tomllib.loads(body)
-        values = {
-            f"{section}.{name}": value
-            for section, items in entries.items()
-            if isinstance(items, dict)
-            for name, value in items.items()
-        }
-        content = {"settings": values, "who": table["who"], "utc": table["utc"]}
-        made = _signature(kind, how, msgspec.json.encode(content, order="sorted"), None, None)
-        table = {**table, **made}
-    if how == "of another":
-        body, table = head, {**table, "who": "Mallory"}
-    lines = "\n".join(f'{name} = "{value}"' for name, value in table.items())
-    return {kind.path: f"{body}\n[seal]\n{lines}\n".encode()}
-
-
-def _certificate(kind: Kind, rng: Rng, number: int) -> Mapping[Path, bytes | None]:
-    beside = kind.path.with_name(kind.path.name + ".sig.json")
-    text, signed, end = kind.path.read_text("utf-8").partition("<ds:Signature ")
-    places = [found.start() + 1 for found in re.finditer(r">[^<>\s]", text)]
-    at = places[number % len(places)]
-    text = text[:at] + ("7" if text[at] != "7" else "1") + text[at + 1 :]
-    how = SIGNATURES[int(rng.integers(len(SIGNATURES)))]
-    if how == "kept":
-        return {kind.path: f"{text}{signed}{end}".encode()}
-    bare = f"{text}</dcc:digitalCalibrationCertificate>".encode()
-    if how == "removed":
-        return {kind.path: bare}
-    if how == "foreign":
-        with other_station(kind.path.parent / "stranger"):
-            key = document_key(KeyFolder().station_key(), "forged")
-        maker = XAdESSigner(method=methods.enveloped, signature_algorithm="ecdsa-sha256")
-        made = maker.sign(etree.fromstring(bare), key=key.private, cert=list(key.chain))
-        return {kind.path: etree.tostring(made)}
-    # A detached signature, as versions before 2026-11-28 wrote it.
-    file = {
-        "schema": "ocmm.certificate-seal/1", "number": "V-1",
-        "signature": msgspec.to_builtins(sign(KeyFolder().station_key(), Signed.JOB, bare)),
-    }  # fmt: skip
-    return {kind.path: bare, beside: msgspec.json.encode(file)}
 
 
 def main(arguments: list[str] | None = None) -> int:

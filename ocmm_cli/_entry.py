@@ -10,6 +10,7 @@ import sys
 from typing import NoReturn, TextIO
 
 from ocmm_cli.terminal import say
+from ocmm_core import failure
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import InputError, InternalError, OcmmError, StorageError
@@ -32,7 +33,7 @@ NOBODY_READS = 141
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG, errno.EBADF)
 
 _SAFE = "All points taken are saved in the job file."
-_INTERRUPTED = 130
+_INTERRUPTED = failure.INTERRUPTED
 _MEASURING = ("measure", "demo")
 """Commands that record points in a job file."""
 

@@ -43,6 +43,7 @@ from ocmm_core.side_files import open_guarded
 
 T = TypeVar("T", bound=msgspec.Struct)
 
+USE_ITS_OWN = "Use the command for files of its kind, or the version that wrote it."
 _FIRST_LINK = "0" * 64
 _PATIENCE_S = 4.0
 
@@ -110,13 +111,20 @@ class ChainFile(Generic[T]):
         for number, text in enumerate(lines, start=len(links) + 1):
             try:
                 line = msgspec.json.decode(text, type=_Line)
-                item = msgspec.json.decode(line.item, type=kind)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
                 raise _broken(path, number) from error
-            signature = None if signed is None else line.signature
             # Compare bytes: a line of an earlier version lacks newer fields of the item.
+            signature = None if signed is None else line.signature
             if text != _encode(_line(number, self._end, bytes(line.item), signature)):
                 raise _broken(path, number)
+            try:
+                item = msgspec.json.decode(line.item, type=kind)
+            except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+                raise StorageError(
+                    "chain.kind",
+                    f"{path}: line {number} is of another kind of file, or of a later version.",
+                    USE_ITS_OWN,
+                ) from error
             self._end = _end_of(line)
             signatures.append(signature)
             links.append(line.sha256)

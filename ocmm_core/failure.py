@@ -60,6 +60,8 @@ def _sign(one: str) -> str:
 
 EXIT_INTERNAL = 3
 """Exit code of every command that met the unexpected."""
+INTERRUPTED = 130
+"""Exit code after Ctrl-C: 128 + SIGINT."""
 
 CODE = "internal.failure"
 REOPEN = "Open the job again."

@@ -17,12 +17,8 @@ if TYPE_CHECKING:
     from ocmm_bench.campaign._faults import serve_faults
     from ocmm_bench.campaign._hostile import given, good_files, hostile_groups, usual_of
     from ocmm_bench.campaign._hostile_documents import (
-        document_kinds,
-        leaf_kinds,
-        points_kinds,
-        recording_kinds,
-        table_kinds,
-    )
+        document_kinds, leaf_kinds, points_kinds, recording_kinds, table_kinds,
+    )  # fmt: skip
     from ocmm_bench.campaign._hostile_forge import Forgery, forged
     from ocmm_bench.campaign._hostile_jobs import damaged_kinds, job_kinds
     from ocmm_bench.campaign._hostile_runs import REFUSED

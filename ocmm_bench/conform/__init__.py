@@ -17,18 +17,11 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_bench.conform._command import conform_camera
     from ocmm_bench.conform._conform_process import (
-        ConformConfig,
-        ConformNews,
-        conform_command,
-        conform_virtual,
-    )
+        ConformConfig, ConformNews, conform_command, conform_virtual,
+    )  # fmt: skip
     from ocmm_bench.conform._findings import (
-        CameraOutcome,
-        ConformanceReport,
-        RuleResult,
-        RuleVerdict,
-        TimingSheet,
-    )
+        CameraOutcome, ConformanceReport, RuleResult, RuleVerdict, TimingSheet,
+    )  # fmt: skip
     from ocmm_bench.conform._mail_line import ConformLine, WireLine
     from ocmm_bench.conform._page import conformance_page, conformance_text
     from ocmm_bench.conform._run import RULES, conform, find_place
@@ -36,21 +29,7 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "RULES",
-    "CameraOutcome",
-    "ConformConfig",
-    "ConformLine",
-    "ConformNews",
-    "ConformanceReport",
-    "RuleResult",
-    "RuleVerdict",
-    "TimingSheet",
-    "WireLine",
-    "conform",
-    "conform_camera",
-    "conform_command",
-    "conform_virtual",
-    "conformance_page",
-    "conformance_text",
-    "find_place",
+    "RULES", "CameraOutcome", "ConformConfig", "ConformLine", "ConformNews", "ConformanceReport",
+    "RuleResult", "RuleVerdict", "TimingSheet", "WireLine", "conform", "conform_camera",
+    "conform_command", "conform_virtual", "conformance_page", "conformance_text", "find_place",
 ]  # fmt: skip

@@ -14,14 +14,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cad.pmi._items import (
-        Annotation,
-        Datum,
-        DatumReference,
-        DatumTarget,
-        Dimension,
-        Pmi,
-        Tolerance,
-    )
+        Annotation, Datum, DatumReference, DatumTarget, Dimension, Pmi, Tolerance,
+    )  # fmt: skip
     from ocmm_cad.pmi._part21 import BadEntityError, Part21, Typed, plain, refs
     from ocmm_cad.pmi._picked import picked_entities, units_fault
     from ocmm_cad.pmi._read import FaceText, may_say_tolerances, read_pmi

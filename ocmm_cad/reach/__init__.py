@@ -12,25 +12,13 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cad.reach._reach import (
-        LEAST_LEDS,
-        Obstacle,
-        Reach,
-        Reached,
-        SurfaceTargets,
-        make_obstacle,
-    )
+        LEAST_LEDS, Obstacle, Reach, Reached, SurfaceTargets, make_obstacle,
+    )  # fmt: skip
     from ocmm_cad.reach._setting import TILT_DEG, Setting, solid_of
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "LEAST_LEDS",
-    "TILT_DEG",
-    "Obstacle",
-    "Reach",
-    "Reached",
-    "Setting",
-    "SurfaceTargets",
-    "make_obstacle",
-    "solid_of",
+    "LEAST_LEDS", "TILT_DEG", "Obstacle", "Reach", "Reached", "Setting", "SurfaceTargets",
+    "make_obstacle", "solid_of",
 ]  # fmt: skip

@@ -17,23 +17,12 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_cad.step._asking import READER_MODULES, STEP_SETUP, STEP_SIZE_MB, has_step
     from ocmm_cad.step._choice import (
-        FREE_FORM,
-        Choice,
-        FacesAccount,
-        Offer,
-        chosen,
-        faces_account,
-        offers_of,
-    )
+        FREE_FORM, Choice, FacesAccount, Offer, chosen, faces_account, offers_of,
+    )  # fmt: skip
     from ocmm_cad.step._chosen_reach import ChosenReach, ask_for_chosen
     from ocmm_cad.step._model import (
-        USUAL_BALL_MM,
-        LeftOut,
-        ReachableTargets,
-        StepModel,
-        read_model,
-        read_part,
-    )
+        USUAL_BALL_MM, LeftOut, ReachableTargets, StepModel, read_model, read_part,
+    )  # fmt: skip
     from ocmm_cad.step._model_files import ModelFiles, model_files
     from ocmm_cad.step._plugin import STEP
     from ocmm_cad.step._profiled import NOT_EXACT, FreeForm

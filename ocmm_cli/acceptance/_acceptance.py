@@ -200,7 +200,7 @@ def status(*, folder: Path | None) -> None:
         console.print(
             f"{lead('Left out ')}{say(fault.what)}", style="red", highlight=False, markup=False
         )
-    for path in (path for path in files if path.suffix == ".chain"):
+    for path in (path for path in files if path.match("sessions/*.chain")):
         try:
             view = AcceptanceSession.resume(path).view
         except OcmmError as error:

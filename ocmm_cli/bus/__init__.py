@@ -21,6 +21,6 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "bus_app", "bus_to_scan", "camera_app", "follow_errand", "open_bus", "rig_app",
-    "segment_for", "write_bytes",
+    "bus_app", "bus_to_scan", "camera_app", "follow_errand", "open_bus", "rig_app", "segment_for",
+    "write_bytes",
 ]  # fmt: skip

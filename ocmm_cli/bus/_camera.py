@@ -20,6 +20,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from ocmm_cli.terminal import heads, make_console, print_grid, say
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.failure import INTERRUPTED
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.device import Window
@@ -49,8 +50,6 @@ black_app = typer.Typer(
 intrinsics_app = typer.Typer(
     no_args_is_help=True, help="The intrinsics that a camera stores: its lens and sensor."
 )
-
-_INTERRUPTED = 130
 
 
 def snapshot(
@@ -243,7 +242,7 @@ def interruptible(console: Console) -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         console.print(say("Stopped; the camera was notified."))
-        raise typer.Exit(_INTERRUPTED) from None
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def _window(text: str | None) -> Window | None:

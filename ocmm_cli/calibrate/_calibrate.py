@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from ocmm_cli.calibrate._feed_options import FeedOptions
 from ocmm_cli.calibrate._relocate import relocate
 from ocmm_cli.calibrate._verify import verify
 from ocmm_cli.terminal import make_console, print_table_account
@@ -16,7 +17,8 @@ from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
-    from ocmm_sim.calibration_scenes import CalibratingScript
+    from ocmm_sim.calibration_scenes import Scene
+    from ocmm_sim.sources import VirtualSite
 
 
 calibrate_app = typer.Typer(
@@ -31,11 +33,10 @@ calibrate_app = typer.Typer(
 
 @calibrate_app.command()
 def cameras(
-    *, points: Path, spots: Path | None, spot_columns: str, spot_decimal: str, spot_skip: str,
-    evaluation: int | None, unit: str, columns: str, decimal: str, skip: str, source: str,
+    *, points: Path, spots: Path | None, spot: TableOptions,
+    evaluation: int | None, layout: TableOptions, source: str,
     rig: Path, calibrations: Path | None, who: str, temperature: float | None, temperature_u: str,
-    decision: bool | None, overrule: str, new: bool, seed: int, move: int | None, speed: float,
-    record: Path | None, force: bool,
+    decision: bool | None, overrule: str, new: bool, feed: FeedOptions,
 ) -> None:  # fmt: skip
     """Calibrate all cameras from known points: a target is brought to every position of a list.
 
@@ -61,7 +62,7 @@ def cameras(
     from ocmm_core.calibration.guided import ProcedureKind
 
     console, site = make_console(), open_site(rig, calibrations)
-    read = read_reference_points(points, TableOptions(unit, columns, decimal, skip))
+    read = read_reference_points(points, layout)
     print_table_account(read.account)
     listed = read.points
     warm = read_temperature(temperature, temperature_u, now())
@@ -80,27 +81,25 @@ def cameras(
         )  # fmt: skip
     _require_same_list(procedure, listed)
     if spots is not None:
-        options = TableOptions("", spot_columns, spot_decimal, spot_skip)
-        table = load_spots(spots, listed, options)
+        table = load_spots(spots, listed, spot)
         if table.account is not None:
             print_table_account(table.account)
         procedure.take_table(table, now())
         require_end(procedure)
     elif is_lacking(procedure):
 
-        def script() -> CalibratingScript:
-            from ocmm_sim.sources import VirtualSite, scenes_of_known_points
+        def scenes(virtual: VirtualSite) -> tuple[Scene, ...]:
+            from ocmm_sim.sources import scenes_of_known_points
 
-            virtual = VirtualSite(rig, STANDARD_PROBE, seed, move)
-            return virtual.script(scenes_of_known_points(virtual, procedure.view, procedure.points))
+            return scenes_of_known_points(virtual, procedure.view, procedure.points)
 
-        collect_from(procedure, site, rig, source, script, speed, record, force, console)
+        collect_from(procedure, site, source, STANDARD_PROBE, scenes, feed, console)
     compute(procedure, overrule)
     outcome = procedure.view.outcome
     if outcome is not None:
         print_calibration(console, outcome)
     finish(procedure, site, decision, "calibrated from known points", console)
-    store_in_cameras(site, source, rig, force, console)
+    store_in_cameras(site, source, rig, feed.force, console)
 
 
 calibrate_app.command()(relocate)

@@ -44,12 +44,11 @@ class _Run:
 
 
 def probe_command(
-    *, tip: str, tip_unknown: bool, sweeps: Path | None, spot_columns: str, spot_decimal: str,
-    spot_skip: str, poses: int, slack: float, limit: float, because: str, valid_days: int,
-    again: bool, scene: str, source: str, rig: Path, probe: Path, calibrations: Path | None,
-    probes: Path | None, who: str, temperature: float | None, temperature_u: str,
-    decision: bool | None, overrule: str, new: bool, anew: bool, seed: int, speed: float,
-    record: Path | None, uncalibrated: bool, force: bool,
+    *, tip: str, tip_unknown: bool, sweeps: Path | None, spot: TableOptions, poses: int,
+    slack: float, limit: float, because: str, valid_days: int, again: bool, scene: str, source: str,
+    rig: Path, probe: Path, calibrations: Path | None, probes: Path | None, who: str,
+    temperature: float | None, temperature_u: str, decision: bool | None, overrule: str, new: bool,
+    anew: bool, seed: int, speed: float, record: Path | None, uncalibrated: bool, force: bool,
 ) -> None:  # fmt: skip
     """Calibrate a probe: its ball rests in a cone and it is swept about it, in two places.
 
@@ -92,8 +91,7 @@ def probe_command(
     if overrule and procedure.base.decision is ProcedureDecision.OPEN:
         procedure.force(now(), overrule)
     if sweeps is not None:
-        options = TableOptions("", spot_columns, spot_decimal, spot_skip)
-        table = load_sweeps(sweeps, site.rig, body.n_leds, options)
+        table = load_sweeps(sweeps, site.rig, body.n_leds, spot)
         print_table_account(table.account)
         _take_recorded(procedure, table.sweeps)
     elif is_lacking(procedure):

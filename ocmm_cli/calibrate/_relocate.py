@@ -6,24 +6,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from ocmm_cli.calibrate._feed_options import FeedOptions
 from ocmm_cli.terminal import make_console, print_table_account
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided import Shot
-    from ocmm_sim.calibration_scenes import CalibratingScript
+    from ocmm_sim.calibration_scenes import Scene
+    from ocmm_sim.sources import VirtualSite
 
 
 def relocate(
-    *, bar: Path, shots: Path | None, spot_columns: str, spot_decimal: str, spot_skip: str,
-    world: Literal["cameras", "points", "set"], control: Path | None, unit: str, columns: str,
-    decimal: str, skip: str, lens: Literal["fixed", "prior", "free"],
-    geometry: Literal["known", "uncertain", "unknown"], poses: int, placements: int, limit: float,
-    seats: bool, source: str, rig: Path, probe: Path, probes: Path | None, tip: str | None,
-    calibrations: Path | None, who: str, temperature: float | None, temperature_u: str,
-    decision: bool | None, overrule: str, new: bool, seed: int, move: int | None, speed: float,
-    record: Path | None, force: bool,
+    *, bar: Path, shots: Path | None, spot: TableOptions,
+    world: Literal["cameras", "points", "set"], control: Path | None, layout: TableOptions,
+    lens: Literal["fixed", "prior", "free"], geometry: Literal["known", "uncertain", "unknown"],
+    poses: int, placements: int, limit: float, seats: bool, source: str, rig: Path, probe: Path,
+    probes: Path | None, tip: str | None, calibrations: Path | None, who: str,
+    temperature: float | None, temperature_u: str, decision: bool | None, overrule: str, new: bool,
+    feed: FeedOptions,
 ) -> None:  # fmt: skip
     """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar.
 
@@ -51,7 +52,7 @@ def relocate(
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     known = None
     if control is not None:
-        read = read_reference_points(control, TableOptions(unit, columns, decimal, skip))
+        read = read_reference_points(control, layout)
         print_table_account(read.account)
         known = read.points
     warm = read_temperature(temperature, temperature_u, now())
@@ -65,8 +66,7 @@ def relocate(
     )
     recorded: tuple[Shot, ...] = ()
     if shots is not None:
-        options = TableOptions("", spot_columns, spot_decimal, spot_skip)
-        table = load_shots(shots, site.rig, body.n_leds, options)
+        table = load_shots(shots, site.rig, body.n_leds, spot)
         print_table_account(table.account)
         recorded = table.shots
     if procedure is None:
@@ -81,23 +81,20 @@ def relocate(
         require_end(procedure)
     elif is_lacking(procedure):
 
-        def script() -> CalibratingScript:
-            from ocmm_sim.sources import VirtualSite, scenes_of_relocation
+        def scenes(virtual: VirtualSite) -> tuple[Scene, ...]:
+            from ocmm_sim.sources import scenes_of_relocation
 
-            virtual = VirtualSite(rig, probe, seed, move)
-            return virtual.script(
-                scenes_of_relocation(
-                    virtual, site.design, procedure.view, procedure.bar, procedure.control
-                )
+            return scenes_of_relocation(
+                virtual, site.design, procedure.view, procedure.bar, procedure.control
             )
 
-        collect_from(procedure, site, rig, source, script, speed, record, force, console)
+        collect_from(procedure, site, source, probe, scenes, feed, console)
     compute(procedure, overrule)
     outcome = procedure.view.outcome
     if outcome is not None:
         print_calibration(console, outcome)
     finish(procedure, site, decision, "relocated", console)
-    store_in_cameras(site, source, rig, force, console)
+    store_in_cameras(site, source, rig, feed.force, console)
 
 
 def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:

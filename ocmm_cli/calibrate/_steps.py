@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 from rich.console import Console
 
+from ocmm_cli.calibrate._feed_options import FeedOptions
 from ocmm_cli.calibrate._report import print_status
 from ocmm_cli.calibrate._run import (
     TerminalSite,
@@ -29,7 +30,8 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody
 
 if TYPE_CHECKING:
-    from ocmm_sim.calibration_scenes import CalibratingScript
+    from ocmm_sim.calibration_scenes import Scene
+    from ocmm_sim.sources import VirtualSite
 
 
 def is_lacking(procedure: Procedure) -> bool:
@@ -47,23 +49,24 @@ def require_end(procedure: Procedure) -> None:
 def collect_from(
     procedure: Procedure,
     site: TerminalSite,
-    rig: Path,
     source: str,
-    script: Callable[[], CalibratingScript],
-    speed: float,
-    record: Path | None,
-    force: bool,
+    probe: Path,
+    scenes: Callable[[VirtualSite], tuple[Scene, ...]],
+    options: FeedOptions,
     console: Console,
 ) -> None:
-    """Record from a source, a virtual one by its script; with ``record`` keep its frames also."""
+    """Record from a source, a virtual one by its scenes, and keep its frames if wanted."""
     frames = None
     if origin_of(source) is Origin.VIRTUAL:
-        scenes = script()
-        frames = scenes.build().n_frames
-        feed = virtual_feed(scenes, source, speed)
+        from ocmm_sim.sources import VirtualSite
+
+        virtual = VirtualSite(site.document, probe, options.seed, options.move)
+        script = virtual.script(scenes(virtual))
+        frames = script.build().n_frames
+        feed = virtual_feed(script, source, options.speed)
     else:
-        feed = real_feed(rig, site.design, source, force=force)
-    collect(procedure, feed, frames, console, make_recorder(feed, record, site.design))
+        feed = real_feed(site.document, site.design, source, force=options.force)
+    collect(procedure, feed, frames, console, make_recorder(feed, options.record, site.design))
 
 
 def compute(procedure: KnownPointsProcedure | RelocationProcedure, overrule: str) -> None:

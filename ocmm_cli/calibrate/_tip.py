@@ -34,7 +34,7 @@ _FAULTS: dict[str, dict[str, float]] = {
 
 def tip_command(
     *, tip: str | None, sphere: Path, cone: str, diameter: float | None, valid_days: int,
-    shots: Path | None, spot_columns: str, spot_decimal: str, spot_skip: str, scene: str,
+    shots: Path | None, spot: TableOptions, scene: str,
     source: str, rig: Path, probe: Path, calibrations: Path | None, probes: Path | None, who: str,
     temperature: float | None, temperature_u: str, decision: bool | None, new: bool, seed: int,
     speed: float, record: Path | None, uncalibrated: bool, force: bool,
@@ -65,8 +65,7 @@ def tip_command(
             nominal_mm=diameter, valid_days=valid_days, cameras=place.site.store,
         )  # fmt: skip
     feed = _Source(source, rig, probe, scene, seed, speed, record, force)
-    options = TableOptions("", spot_columns, spot_decimal, spot_skip)
-    _take(procedure, place, shots, options, feed, console)
+    _take(procedure, place, shots, spot, feed, console)
     outcome = procedure.view.outcome
     if outcome is not None:
         print_qualification(console, outcome)
@@ -75,11 +74,10 @@ def tip_command(
 
 
 def check_tip_command(
-    *, tip: str | None, sphere: Path, cone: str, shots: Path | None, spot_columns: str,
-    spot_decimal: str, spot_skip: str, scene: str, source: str, rig: Path, probe: Path,
-    calibrations: Path | None, probes: Path | None, who: str, temperature: float | None,
-    temperature_u: str, decision: bool | None, new: bool, seed: int, speed: float,
-    record: Path | None, uncalibrated: bool, force: bool,
+    *, tip: str | None, sphere: Path, cone: str, shots: Path | None, spot: TableOptions, scene: str,
+    source: str, rig: Path, probe: Path, calibrations: Path | None, probes: Path | None, who: str,
+    temperature: float | None, temperature_u: str, decision: bool | None, new: bool, seed: int,
+    speed: float, record: Path | None, uncalibrated: bool, force: bool,
 ) -> None:  # fmt: skip
     """Check in a minute that the tip is still the qualified one: 13 points, five attitudes.
 
@@ -107,8 +105,7 @@ def check_tip_command(
             cameras=place.site.store,
         )  # fmt: skip
     feed = _Source(source, rig, probe, scene, seed, speed, record, force)
-    options = TableOptions("", spot_columns, spot_decimal, spot_skip)
-    _take(procedure, place, shots, options, feed, console)
+    _take(procedure, place, shots, spot, feed, console)
     outcome = procedure.view.outcome
     if outcome is not None:
         print_check(console, outcome)
@@ -175,7 +172,7 @@ def _take(
     procedure: TipQualificationProcedure | TipCheckProcedure,
     place: TerminalProbeSite,
     shots: Path | None,
-    options: TableOptions,
+    spot: TableOptions,
     source: _Source,
     console: Console,
 ) -> None:
@@ -188,7 +185,7 @@ def _take(
     from ocmm_core.composition import Origin, origin_of
 
     if shots is not None:
-        recorded = load_shots(shots, place.site.rig, place.body.n_leds, options)
+        recorded = load_shots(shots, place.site.rig, place.body.n_leds, spot)
         print_table_account(recorded.account)
         take_tip_shots(procedure, recorded.shots)
         require_end(procedure)

@@ -7,22 +7,23 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
+from ocmm_cli.calibrate._feed_options import FeedOptions
 from ocmm_cli.terminal import make_console, print_table_account
 from ocmm_core.calibration.verification import Limits
 from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
-    from ocmm_sim.calibration_scenes import CalibratingScript
+    from ocmm_sim.calibration_scenes import Scene
+    from ocmm_sim.sources import VirtualSite
 
 
 def verify(
     *, bar: Path, sphere: list[Path] | None, two_places: bool, excuse: list[str] | None,
-    shots: Path | None, spot_columns: str, spot_decimal: str, spot_skip: str, constant: float,
+    shots: Path | None, spot: TableOptions, constant: float,
     per_length: float, largest: float, diameter: float, form: float,
     rule: Literal["guarded", "simple"], source: str, rig: Path, probe: Path, probes: Path | None,
     tip: str | None, calibrations: Path | None, who: str, temperature: float | None,
-    temperature_u: str, decision: bool | None, new: bool, seed: int, move: int | None, speed: float,
-    record: Path | None, force: bool,
+    temperature_u: str, decision: bool | None, new: bool, feed: FeedOptions,
 ) -> None:  # fmt: skip
     """Verify the calibration in force with a bar along seven lines, and with spheres.
 
@@ -72,24 +73,20 @@ def verify(
         procedure.excuse_corner(corner, reason, now())
     retake_misplaced(procedure, console)
     if shots is not None:
-        options = TableOptions("", spot_columns, spot_decimal, spot_skip)
-        recorded = load_shots(shots, site.rig, body.n_leds, options)
+        recorded = load_shots(shots, site.rig, body.n_leds, spot)
         print_table_account(recorded.account)
         take_verification_shots(procedure, recorded.shots)
         require_end(procedure)
     elif is_lacking(procedure):
 
-        def script() -> CalibratingScript:
-            from ocmm_sim.sources import VirtualSite, scenes_of_verification
+        def scenes(virtual: VirtualSite) -> tuple[Scene, ...]:
+            from ocmm_sim.sources import scenes_of_verification
 
-            virtual = VirtualSite(rig, probe, seed, move)
-            return virtual.script(
-                scenes_of_verification(
-                    virtual, site.rig, procedure.view, procedure.bar, procedure.spheres
-                )
+            return scenes_of_verification(
+                virtual, site.rig, procedure.view, procedure.bar, procedure.spheres
             )
 
-        collect_from(procedure, site, rig, source, script, speed, record, force, console)
+        collect_from(procedure, site, source, probe, scenes, feed, console)
     procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:

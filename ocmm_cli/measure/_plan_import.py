@@ -25,7 +25,7 @@ def import_command(
     ball: float | None, probe: Path | None, rig: Path | None, up: str, turn: float, reach: bool,
     sight: bool, only: list[str] | None, without: list[str] | None, kind: list[str] | None,
     least: float, most: float, profile: float | None, as_list: bool, whole: bool, tolerances: bool,
-    general: str, keep_model: bool, as_json: bool, unit: str, columns: str, decimal: str, skip: str,
+    general: str, keep_model: bool, as_json: bool, layout: TableOptions,
 ) -> None:  # fmt: skip
     """Make a plan of the features of a table or of the surfaces of a model.
 
@@ -68,7 +68,7 @@ def import_command(
             raise InputError(
                 "plan.list", f"{file}: only a model offers surfaces.", "Give a STEP file."
             )
-        table = feature_table(file, TableOptions(unit, columns, decimal, skip))
+        table = feature_table(file, layout)
         if not as_json:
             print_table_account(table.account)
         plan = table.added_to(empty_plan(output, name, part))

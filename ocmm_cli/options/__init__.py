@@ -12,13 +12,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.options._describe import (
-        OPTIONS,
-        ComputingSite,
-        describe,
-        described,
-        option_of,
-        read_typed_numbers,
-    )
+        OPTIONS, ComputingSite, describe, described, option_of, read_typed_numbers,
+    )  # fmt: skip
     from ocmm_cli.options._jobs import FORMAT_WORDS, PROFILED_WORDS
 else:
     __getattr__ = door(__name__)

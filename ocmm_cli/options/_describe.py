@@ -35,9 +35,12 @@ OPTIONS = {
 
 @dataclass(frozen=True, slots=True)
 class ComputingSite(Site):
-    """Site that a command computes at, from its options."""
+    """Site that a command computes at, from its options; checked."""
 
     dask: bool = True
+
+    def __post_init__(self) -> None:
+        self.check()
 
 
 def option_of(command: str, name: str) -> Option | None:
@@ -73,23 +76,23 @@ def described(command: Callable[..., Any], path: str) -> Callable[..., Any]:
     """Return a command with the options of the table."""
     own = inspect.signature(command, eval_str=True)
     parameters: list[inspect.Parameter] = []
-    structs: dict[str, tuple[Any, list[str]]] = {}
+    structs: dict[str, tuple[Any, dict[str, str]]] = {}
     for one in own.parameters.values():
-        if not is_dataclass(one.annotation):
+        if is_dataclass(one.annotation):
+            names = _names_of_fields(one, path)
+            types = get_type_hints(one.annotation)
+            parameters += [
+                _parameter(one.replace(name=name, annotation=types[field]), path)
+                for field, name in names.items()
+            ]
+            structs[one.name] = one.annotation, names
+        else:
             parameters.append(_parameter(one, path))
-            continue
-        types = get_type_hints(one.annotation)
-        mine = [one.replace(name=f"{one.name}_{field.name}", annotation=types[field.name])
-                for field in fields(one.annotation)]  # fmt: skip
-        mine = [_parameter(field, path) for field in mine if option_of(path, field.name)]
-        structs[one.name] = one.annotation, [field.name for field in mine]
-        parameters += mine
 
     @functools.wraps(command)
     def run(**given: Any) -> Any:
         for name, (struct, names) in structs.items():
-            given[name] = struct(**{one[len(name) + 1 :]: given.pop(one) for one in names})
-            given[name].check()
+            given[name] = struct(**{field: given.pop(one) for field, one in names.items()})
         return command(**given)
 
     run.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
@@ -97,18 +100,25 @@ def described(command: Callable[..., Any], path: str) -> Callable[..., Any]:
     return run
 
 
+def _names_of_fields(one: inspect.Parameter, path: str) -> dict[str, str]:
+    """Return the parameters of fields: with the name of the struct before, else their own."""
+    names = [field.name for field in fields(one.annotation)]
+    own = {name: f"{one.name}_{name}" for name in names if option_of(path, f"{one.name}_{name}")}
+    return own or {name: name for name in names if option_of(path, name)}
+
+
 def _parameter(one: inspect.Parameter, path: str) -> inspect.Parameter:
     """Return a parameter with its option; the command may add how the value is read."""
     one = one.replace(kind=inspect.Parameter.KEYWORD_ONLY)
     if one.annotation is typer.Context:
         return one
-    option = option_of(path, one.name)
     info = next(iter(getattr(one.annotation, "__metadata__", ())), None)
-    if option is None:
-        if info is None:
-            raise KeyError(f"{path} {one.name}")
-        # A command of another package, which describes its own.
+    if info is not None and (info.help or info.param_decls or info.default is not ...):
+        # A command of another maker, which describes its own options.
         return one
+    option = option_of(path, one.name)
+    if option is None:
+        raise KeyError(f"{path} {one.name}")
     kind = one.annotation if info is None else one.annotation.__origin__
     info = copy(info or (typer.Argument() if option.is_argument else typer.Option()))
     info.help, info.metavar = option.text or None, info.metavar or option.metavar
@@ -126,9 +136,10 @@ def read_typed_numbers(command: Any, path: str) -> None:
         read_typed_numbers(one, f"{path} {below}")
     for parameter in command.params:
         option = option_of(path, parameter.name)
-        field = None if option is None else option.field
-        if field is None:
+        # The texts differ for a command of another maker, which has its own options.
+        if option is None or option.field is None or (parameter.help or "") != option.text:
             continue
+        field = option.field
         number = int if field.whole else float
         parameter.min, parameter.max = number(field.quantity.least), number(field.quantity.most)
         parameter.process_value = partial(_read, parameter, field, parameter.process_value)

@@ -13,20 +13,20 @@ _POINTS = (
     Option("decimal", "point", "Decimal sign."),
     Option("plan", None, "Plan that the touches belong to. Default: a list of points; for a "
            "virtual source the demonstration."),
-    Option("out", Path("ocmm-out"), ""),
     Option("speed", 1.0, ""),
 )  # fmt: skip
 """Of both faces that send points as text."""
 
 TABLE = {
     "serve": (
+        Option("operator", DEFAULT_OPERATOR, ""),
+        Option("out", Path("ocmm-out"), ""),
         Option("host", "127.0.0.1", "Address to listen on; others than local need --allow."),
         Option("allow", None, "Address or network of a client; can be repeated."),
         Option("certificate", None, "Certificate (PEM): the server speaks TLS.", flags="--cert"),
         Option("private_key", None, "Private key of the certificate (PEM).", flags="--key"),
     ),
     "serve ippdme": (
-        Option("operator", DEFAULT_OPERATOR, ""),
         Option("port", 1294, "TCP port; 0: any free port.", "port"),
         Option("dialect", "1.4", "Edition that the measuring program speaks."),
         Option("shift_sign", "origin", "Meaning of X0, Y0, Z0 in SetCsyTransformation: origin of "
@@ -35,7 +35,6 @@ TABLE = {
                "is aligned."),
         Option("patience", 600.0, "Longest wait for a touch, s.", "seconds"),
         Option("tries", 3, "Refused touches before the program gets an error.", "touches"),
-        Option("out", Path("ocmm-out"), ""),
     ),
     "serve lines": (
         *_POINTS,

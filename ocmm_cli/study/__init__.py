@@ -12,13 +12,9 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_cli.study._bench import BenchRow, measure_speed, print_run, run_bench, run_for
     from ocmm_cli.study._coverage import (
-        CoverageOutcome,
-        CoverageSetup,
-        coverage_table,
-        more_characteristics,
-        run_coverage,
+        CoverageOutcome, CoverageSetup, coverage_table, more_characteristics, run_coverage,
         touch_all,
-    )
+    )  # fmt: skip
     from ocmm_cli.study._fit import fit_command
     from ocmm_cli.study._probe import probe_app
     from ocmm_cli.study._study import probe_calibration, study_app

@@ -20,6 +20,7 @@ from ocmm_cli.terminal import (
 )
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.shapes import Shape
+from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_cli.study._fit_rows import FitRow
@@ -57,8 +58,7 @@ def fit_command(
     shape: Annotated[Shape, typer.Option(
         parser=_shape_of, metavar=f"<{'|'.join(SHAPES)}>", autocompletion=lambda: list(SHAPES)
     )],
-    criterion: str, free: bool, json: bool, unit: str, columns: str, decimal: str,
-    skip: str,
+    criterion: str, free: bool, json: bool, layout: TableOptions,
 ) -> None:  # fmt: skip
     """Fit one element to points and print it with its form, uncertainty and outliers.
 
@@ -72,7 +72,6 @@ def fit_command(
     from ocmm_cli.study._fit_rows import fit_json
     from ocmm_core.features.measured import commanding_rows, fit_shape
     from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, read_points_file
-    from ocmm_core.tables import TableOptions
     from ocmm_core.tolerances.uncertainty import fit_uncertainty
 
     if free and not shape.spec.may_be_free:
@@ -83,7 +82,7 @@ def fit_command(
         raise InputError(
             "fit.free", "--free goes with least-squares and minimum-zone only.", "Omit one."
         )
-    held = read_points_file(file, TableOptions(unit, columns, decimal, skip))
+    held = read_points_file(file, layout)
     points = held.points
     try:
         fit = fit_shape(shape, points, criterion=criterion_of(criterion), free=free)

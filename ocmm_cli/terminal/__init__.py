@@ -11,25 +11,14 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.terminal._console import (
-        PlainConsole,
-        make_console,
-        print_notes,
-        print_table_account,
-        progress_line,
-        shown,
-    )
+        PlainConsole, make_console, print_notes, print_table_account, progress_line, shown,
+    )  # fmt: skip
     from ocmm_cli.terminal._interrupt import DeferredInterrupt
     from ocmm_cli.terminal._pictures import encoder_for
     from ocmm_cli.terminal._speech import heads, language, lead, say, say_later, say_word, told
     from ocmm_cli.terminal._svg import (
-        bending,
-        histogram,
-        label,
-        nice_limit,
-        page,
-        points_in_space,
-        tip_map,
-    )
+        bending, histogram, label, nice_limit, page, points_in_space, tip_map,
+    )  # fmt: skip
     from ocmm_cli.terminal._table import print_grid
 else:
     __getattr__ = door(__name__)

@@ -130,8 +130,7 @@ def _print_blocks(
             if not cell.plain:
                 continue
             said = Text(f"  {shown(head)}")
-            widest = max(map(cell_len, cell.plain.split("\n")))
-            if label + widest <= console.width:
+            if "\n" not in cell.plain and label + cell_len(cell.plain) <= console.width:
                 said.pad_right(label - cell_len(said.plain))
                 console.print(said + cell, highlight=False)
                 continue

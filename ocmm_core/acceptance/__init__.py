@@ -16,130 +16,61 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.acceptance._guards import (
-        artefact_findings,
-        begin_findings,
-        climate_reasons,
-        reserved_spots,
-        spots_hash,
-    )
+        artefact_findings, begin_findings, climate_reasons, reserved_spots, spots_hash,
+    )  # fmt: skip
     from ocmm_core.acceptance._guided import AcceptanceProcedure
     from ocmm_core.acceptance._guided_view import (
-        AcceptanceOutcome,
-        GuidedAcceptanceView,
-        worst_value,
-    )
+        AcceptanceOutcome, GuidedAcceptanceView, worst_value,
+    )  # fmt: skip
     from ocmm_core.acceptance._interim import (
-        INTERIM,
-        ChartPoint,
-        InterimChart,
-        InterimCheck,
-        InterimHistory,
-        InterimWord,
-        check_of,
-        interim_chart,
-        note_check,
-    )
+        INTERIM, ChartPoint, InterimChart, InterimCheck, InterimHistory, InterimWord, check_of,
+        interim_chart, note_check,
+    )  # fmt: skip
     from ocmm_core.acceptance._kinds import KINDS, kind_of, plan_of, values_of
     from ocmm_core.acceptance._offers import (
-        RECORDS,
-        SESSIONS,
-        ArtefactOffer,
-        FinishedTest,
-        OpenTest,
-        ProcedureOffer,
-        finished_tests,
-        offered_artefacts,
-        offered_procedures,
-        open_tests,
-        typed_entry,
-    )
+        RECORDS, SESSIONS, ArtefactOffer, FinishedTest, OpenTest, ProcedureOffer, finished_tests,
+        offered_artefacts, offered_procedures, open_tests, typed_entry,
+    )  # fmt: skip
     from ocmm_core.acceptance._procedure import (
-        ClimateRule,
-        InterimTest,
-        Mpe,
-        PartTest,
-        ProcedureDocument,
-        find_procedure,
-        load_procedure,
+        ClimateRule, InterimTest, Mpe, PartTest, ProcedureDocument, find_procedure, load_procedure,
         procedure_files,
-    )
+    )  # fmt: skip
     from ocmm_core.acceptance._recompute import (
-        chain_history,
-        differences,
-        load_record,
-        load_signed_record,
-        recompute,
-        recompute_tips,
+        chain_history, differences, load_record, load_signed_record, recompute, recompute_tips,
         save_record,
-    )
+    )  # fmt: skip
     from ocmm_core.acceptance._register import (
-        ARTEFACT_KINDS,
-        ARTEFACT_SCHEMA,
-        NOT_SIGNED_REMEDY,
-        REGISTER,
-        ArtefactEntry,
-        ArtefactKind,
-        ArtefactRegister,
-        check_entry,
-        default_artefact_folder,
-        load_artefact,
-        load_used,
-        used_bar,
+        ARTEFACT_KINDS, ARTEFACT_SCHEMA, NOT_SIGNED_REMEDY, REGISTER, ArtefactEntry, ArtefactKind,
+        ArtefactRegister, check_entry, default_artefact_folder, load_artefact, load_used, used_bar,
         used_sphere,
-    )
+    )  # fmt: skip
     from ocmm_core.acceptance._result import (
-        RECORD_SCHEMA,
-        AcceptanceRecord,
-        AcceptanceVerdict,
-        ClimateReading,
-        InstrumentState,
-        JudgedValue,
-        Observation,
-        PlannedPosition,
-        QuantityResult,
-        RefusedPoint,
-        RoomAir,
+        RECORD_SCHEMA, AcceptanceRecord, AcceptanceVerdict, ClimateReading, InstrumentState,
+        JudgedValue, Observation, PlannedPosition, QuantityResult, RefusedPoint, RoomAir,
         UsedArtefact,
-    )
+    )  # fmt: skip
     from ocmm_core.acceptance._session import AcceptanceSession
     from ocmm_core.acceptance._session_state import AcceptanceView
     from ocmm_core.acceptance._situation import Situation, Stage, certified_at, judge
     from ocmm_core.acceptance._temperature_source import (
-        LoggedTemperature,
-        TemperatureSource,
-        ThermometerLog,
-    )
+        LoggedTemperature, TemperatureSource, ThermometerLog,
+    )  # fmt: skip
     from ocmm_core.acceptance._thermometers import read_temperature, thermometer_log
     from ocmm_core.acceptance._values import (
-        LEAST_RESULTS,
-        PartTask,
-        PartUncertainty,
-        SpatValues,
-        SphereValues,
-        VolumetricValues,
-        block_length,
-        dissimilar,
-        faces_normal,
-        location_value,
-        nest_lengths,
-        part_uncertainty,
-        repeat_ranges,
-        smallest_ball,
-        spat_values,
-        sphere_values,
-        thickness,
-        volumetric_values,
-    )
+        LEAST_RESULTS, PartTask, PartUncertainty, SpatValues, SphereValues, VolumetricValues,
+        block_length, dissimilar, faces_normal, location_value, nest_lengths, part_uncertainty,
+        repeat_ranges, smallest_ball, spat_values, sphere_values, thickness, volumetric_values,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
     "ARTEFACT_KINDS", "ARTEFACT_SCHEMA", "INTERIM", "KINDS", "LEAST_RESULTS", "NOT_SIGNED_REMEDY",
     "RECORDS", "RECORD_SCHEMA", "REGISTER", "SESSIONS", "AcceptanceOutcome", "AcceptanceProcedure",
-    "AcceptanceRecord", "AcceptanceSession", "AcceptanceVerdict", "AcceptanceView",
-    "ArtefactEntry", "ArtefactKind", "ArtefactOffer", "ArtefactRegister", "ChartPoint",
-    "ClimateReading", "ClimateRule", "FinishedTest", "GuidedAcceptanceView", "InstrumentState",
-    "InterimChart", "InterimCheck", "InterimHistory", "InterimTest", "InterimWord", "JudgedValue",
+    "AcceptanceRecord", "AcceptanceSession", "AcceptanceVerdict", "AcceptanceView", "ArtefactEntry",
+    "ArtefactKind", "ArtefactOffer", "ArtefactRegister", "ChartPoint", "ClimateReading",
+    "ClimateRule", "FinishedTest", "GuidedAcceptanceView", "InstrumentState", "InterimChart",
+    "InterimCheck", "InterimHistory", "InterimTest", "InterimWord", "JudgedValue",
     "LoggedTemperature", "Mpe", "Observation", "OpenTest", "PartTask", "PartTest",
     "PartUncertainty", "PlannedPosition", "ProcedureDocument", "ProcedureOffer", "QuantityResult",
     "RefusedPoint", "RoomAir", "Situation", "SpatValues", "SphereValues", "Stage",

@@ -14,50 +14,25 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.alignment._best_fit import fit_points, fit_points_locked
     from ocmm_core.alignment._checks import (
-        AlignmentReport,
-        alignment_fault,
-        preview_alignment,
-        report_lines,
-    )
+        AlignmentReport, alignment_fault, preview_alignment, report_lines,
+    )  # fmt: skip
     from ocmm_core.alignment._datum_frame import MOST_DATUMS, datum_frame, freedoms_left
     from ocmm_core.alignment._datums import frame_of, nominal_frame, settled
     from ocmm_core.alignment._frame_document import (
-        content_hash,
-        doubt_of,
-        frame_document,
-        is_covariance,
-        load_frame,
-        relocation,
-        save_frame,
-        saved_frame,
-        saved_frame_in,
-        unknown_frame,
-    )
+        content_hash, doubt_of, frame_document, is_covariance, load_frame, relocation, save_frame,
+        saved_frame, saved_frame_in, unknown_frame,
+    )  # fmt: skip
     from ocmm_core.alignment._model_fit import ModelFit, fit_to_faces
     from ocmm_core.alignment._precedence import (
-        datums_in_precedence,
-        datums_refit_by,
-        in_precedence,
-        may_be_refit,
-        part_frame,
+        datums_in_precedence, datums_refit_by, in_precedence, may_be_refit, part_frame,
         refit_under_precedence,
-    )
+    )  # fmt: skip
     from ocmm_core.alignment._residuals import Residual, frame_jacobian
     from ocmm_core.alignment._rules import (
-        OLDEST,
-        Alignment,
-        AnyAlignment,
-        BestFit,
-        BoundAlignment,
-        DatumAlignment,
-        DatumReferenceFrame,
-        LockedMotion,
-        ModelBestFit,
-        Relocation,
-        SavedFrame,
-        frame_name,
+        OLDEST, Alignment, AnyAlignment, BestFit, BoundAlignment, DatumAlignment,
+        DatumReferenceFrame, LockedMotion, ModelBestFit, Relocation, SavedFrame, frame_name,
         simulated_frame,
-    )
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

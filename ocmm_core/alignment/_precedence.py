@@ -47,8 +47,7 @@ class ConstrainedAssociation:
     features: Mapping[str, ActualFeature]
     turned: Mapping[str, float]
     """mm, by name of the datum: additional rotation over its points, from end to end, compared with
-    the datum fitted alone. For a face out of square it depends on the touched places.
-    """
+    the datum fitted alone. For a face out of square it depends on the touched places."""
 
     @property
     def geometries(self) -> Mapping[str, Float]:

@@ -38,8 +38,7 @@ class DatumAlignment(
     """Plane with its normal, or line or axis with its direction, as z axis of the part frame."""
     secondary: tuple[str, ...]
     """Source of the x axis, projected along z: two features with centres, x points from the first
-    to the second; or one line, axis or plane, x along it or its normal.
-    """
+    to the second; or one line, axis or plane, x along it or its normal."""
     origin: str
     """Feature whose centre is the origin, projected onto the primary and a single secondary."""
     towards: str = ""

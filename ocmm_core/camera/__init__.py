@@ -19,33 +19,13 @@ if TYPE_CHECKING:
     from ocmm_core.camera._compiled import compiled
     from ocmm_core.camera._finder import NO_BLACK, FinderState, SpotFinder, measure_window
     from ocmm_core.camera._model import (
-        N_PARAMETERS,
-        PARAMETERS,
-        CameraModel,
-        distort,
-        distortion_jacobian,
-        from_pixels,
-        ideal_from_pixels,
-        on_sensor,
-        project,
-        projection_jacobians,
-        to_pixels,
-    )
+        N_PARAMETERS, PARAMETERS, CameraModel, distort, distortion_jacobian, from_pixels,
+        ideal_from_pixels, on_sensor, project, projection_jacobians, to_pixels,
+    )  # fmt: skip
     from ocmm_core.camera._rig import (
-        MAX_CAMERAS,
-        MAX_LEDS,
-        MAX_SLOTS,
-        USUAL_SLOTS,
-        CalibrationDesign,
-        CameraEntry,
-        Rig,
-        SpotNoise,
-        ThermalShare,
-        Vector3,
-        camera_of,
-        known_points_covariance,
-        load_rig,
-    )
+        MAX_CAMERAS, MAX_LEDS, MAX_SLOTS, USUAL_SLOTS, CalibrationDesign, CameraEntry, Rig,
+        SpotNoise, ThermalShare, Vector3, camera_of, known_points_covariance, load_rig,
+    )  # fmt: skip
     from ocmm_core.camera._spots import SpotBlock, SpotOptions, SpotStatus, Window
 else:
     __getattr__ = door(__name__)

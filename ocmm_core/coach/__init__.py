@@ -13,28 +13,13 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.coach._advice import (
-        LEAST_LEDS,
-        REAL_SHARE,
-        Advice,
-        Hint,
-        ProbeHelp,
-        SteadyHint,
-        advise,
-        help_when_lost,
+        LEAST_LEDS, REAL_SHARE, Advice, Hint, ProbeHelp, SteadyHint, advise, help_when_lost,
         uncertainty_of,
-    )
+    )  # fmt: skip
     from ocmm_core.coach._prediction import Held, Sensitivities, covariance_of
     from ocmm_core.coach._turns import (
-        TURNS,
-        Ellipsoid,
-        ProbePicture,
-        Stance,
-        Turn,
-        Way,
-        ellipsoid_of,
-        picture_of,
-        stance_at,
-    )
+        TURNS, Ellipsoid, ProbePicture, Stance, Turn, Way, ellipsoid_of, picture_of, stance_at,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -16,134 +16,47 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.composition._acceptance_bench import (
-        VIRTUAL_ROOM,
-        AcceptanceBench,
-        StatedConditions,
-        TestsMade,
-    )
+        VIRTUAL_ROOM, AcceptanceBench, StatedConditions, TestsMade,
+    )  # fmt: skip
     from ocmm_core.composition._acceptance_site import (
-        AcceptanceSite,
-        artefacts_used_before,
-        default_test_folder,
-        instrument_of,
-        named_artefact,
-        open_test_site,
-        recorded_feed,
-        require_recorded,
-        require_scenes,
-        tests_folder,
-    )
+        AcceptanceSite, artefacts_used_before, default_test_folder, instrument_of, named_artefact,
+        open_test_site, recorded_feed, require_recorded, require_scenes, tests_folder,
+    )  # fmt: skip
     from ocmm_core.composition._calibration_choice import (
-        checked_for_replay,
-        choose_calibration,
-        choose_probe,
-    )
+        checked_for_replay, choose_calibration, choose_probe,
+    )  # fmt: skip
     from ocmm_core.composition._climate import ClimateRequest, climate_in_use
     from ocmm_core.composition._compose import BuiltStation, build_station, calibration_of
     from ocmm_core.composition._defaults import (
-        DEFAULT_SEED,
-        DEFAULT_SOURCE,
-        DEMO_PART,
-        DEMO_PLAN,
-        IN_PROCESS,
-        REAL_WIRE,
-        RECOMMENDED_RIG,
-        SERVICE,
-        STANDARD_PROBE,
-        VIRTUAL_WIRE,
-    )
+        DEFAULT_SEED, DEFAULT_SOURCE, DEMO_PART, DEMO_PLAN, IN_PROCESS, REAL_WIRE, RECOMMENDED_RIG,
+        SERVICE, STANDARD_PROBE, VIRTUAL_WIRE,
+    )  # fmt: skip
     from ocmm_core.composition._feed_makers import (
-        bus_config,
-        bus_description,
-        described_cameras,
-        identities,
-        rate_of,
-    )
+        bus_config, bus_description, described_cameras, identities, rate_of,
+    )  # fmt: skip
     from ocmm_core.composition._feeds import (
-        Feed,
-        Remaining,
-        ScriptedOperator,
-        ScriptedRig,
-        StationRequest,
-    )
+        Feed, Remaining, ScriptedOperator, ScriptedRig, StationRequest,
+    )  # fmt: skip
     from ocmm_core.composition._from_settings import Errand, request_of_settings, stream_options
     from ocmm_core.composition._sources import (
-        NamedSource,
-        Origin,
-        SourceSpec,
-        late,
-        make_feed,
-        names_in_words,
-        origin_of,
-        source_help,
-        source_of,
-        sources,
-        virtual_names,
-    )
+        NamedSource, Origin, SourceSpec, late, make_feed, names_in_words, origin_of, source_help,
+        source_of, sources, virtual_names,
+    )  # fmt: skip
     from ocmm_core.composition._station_checks import measured_checks
     from ocmm_core.composition._station_state import StateLine, StationState, station_state
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "DEFAULT_SEED",
-    "DEFAULT_SOURCE",
-    "DEMO_PART",
-    "DEMO_PLAN",
-    "IN_PROCESS",
-    "REAL_WIRE",
-    "RECOMMENDED_RIG",
-    "SERVICE",
-    "STANDARD_PROBE",
-    "VIRTUAL_ROOM",
-    "VIRTUAL_WIRE",
-    "AcceptanceBench",
-    "AcceptanceSite",
-    "BuiltStation",
-    "ClimateRequest",
-    "Errand",
-    "Feed",
-    "NamedSource",
-    "Origin",
-    "Remaining",
-    "ScriptedOperator",
-    "ScriptedRig",
-    "SourceSpec",
-    "StateLine",
-    "StatedConditions",
-    "StationRequest",
-    "StationState",
-    "TestsMade",
-    "artefacts_used_before",
-    "build_station",
-    "bus_config",
-    "bus_description",
-    "calibration_of",
-    "checked_for_replay",
-    "choose_calibration",
-    "choose_probe",
-    "climate_in_use",
-    "default_test_folder",
-    "described_cameras",
-    "identities",
-    "instrument_of",
-    "late",
-    "make_feed",
-    "measured_checks",
-    "named_artefact",
-    "names_in_words",
-    "open_test_site",
-    "origin_of",
-    "rate_of",
-    "recorded_feed",
-    "request_of_settings",
-    "require_recorded",
-    "require_scenes",
-    "source_help",
-    "source_of",
-    "sources",
-    "station_state",
-    "stream_options",
-    "tests_folder",
-    "virtual_names",
+    "DEFAULT_SEED", "DEFAULT_SOURCE", "DEMO_PART", "DEMO_PLAN", "IN_PROCESS", "REAL_WIRE",
+    "RECOMMENDED_RIG", "SERVICE", "STANDARD_PROBE", "VIRTUAL_ROOM", "VIRTUAL_WIRE",
+    "AcceptanceBench", "AcceptanceSite", "BuiltStation", "ClimateRequest", "Errand", "Feed",
+    "NamedSource", "Origin", "Remaining", "ScriptedOperator", "ScriptedRig", "SourceSpec",
+    "StateLine", "StatedConditions", "StationRequest", "StationState", "TestsMade",
+    "artefacts_used_before", "build_station", "bus_config", "bus_description", "calibration_of",
+    "checked_for_replay", "choose_calibration", "choose_probe", "climate_in_use",
+    "default_test_folder", "described_cameras", "identities", "instrument_of", "late", "make_feed",
+    "measured_checks", "named_artefact", "names_in_words", "open_test_site", "origin_of", "rate_of",
+    "recorded_feed", "request_of_settings", "require_recorded", "require_scenes", "source_help",
+    "source_of", "sources", "station_state", "stream_options", "tests_folder", "virtual_names",
 ]  # fmt: skip

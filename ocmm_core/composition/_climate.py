@@ -23,6 +23,7 @@ from ocmm_core.calibration.records import ProbeRecord
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import MAX_EXPANSION_PPM, Plan, material_expansion
 from ocmm_core.measuring import Climate, PartTemperature, check_part
+from ocmm_core.tables import typed_number
 from ocmm_core.tracking import ProbeBody
 
 _PPM = 1e-6
@@ -48,7 +49,10 @@ class ClimateRequest:
     thermometer: str = _GIVEN
     """That both temperatures were read by."""
     stated_u: str = ""
-    """Instead of ``sigma_k``: U (k = 2) of the thermometer in kelvin, or its id in the register."""
+    """Instead of ``sigma_k``: U (k = 2) of the thermometer in kelvin, or its id in the register.
+
+    A part temperature that compensation needs and that is not typed is read by its source.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +124,11 @@ def _with_thermometer(request: ClimateRequest) -> ClimateRequest:
         if celsius is not None
     ]
     found = next((one for one in read if one is not None), None)
+    by_source = typed_number(request.stated_u, comma=False) is None
+    if request.part_c is None and request.compensate_part and by_source:
+        # As in a calibration without a typed temperature.
+        found = read_temperature(None, request.stated_u, datetime.now(UTC))
+        request = replace(request, part_c=None if found is None else found.celsius)
     if found is None:
         return request
     return replace(request, sigma_k=found.sigma_k, thermometer=found.origin or _GIVEN)

@@ -17,25 +17,13 @@ if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
     from ocmm_core.export._batch_table import BATCH_COLUMNS, batch_table
     from ocmm_core.export._files import (
-        ENDING,
-        ReportSealFound,
-        check_report_seal,
-        missing_of,
-        missing_words,
-        require_complete,
+        ENDING, ReportSealFound, check_report_seal, missing_of, missing_words, require_complete,
         write_together,
-    )
+    )  # fmt: skip
     from ocmm_core.export._registry import (
-        ALL,
-        DEFAULT_FORMAT,
-        EXPORTERS,
-        FORMATS,
-        PDF,
-        chosen_formats,
-        preview,
-        preview_text,
+        ALL, DEFAULT_FORMAT, EXPORTERS, FORMATS, PDF, chosen_formats, preview, preview_text,
         write_report,
-    )
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -14,17 +14,12 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.features.measured import ZoneProof, certificate, fit, fit_shape
     from ocmm_core.features.shapes import (
-        GEOMETRY_NAMES,
-        Criterion,
-        Fit,
-        PointsFile,
-        Shape,
-        read_points_file,
-    )
+        GEOMETRY_NAMES, Criterion, Fit, PointsFile, Shape, read_points_file,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "GEOMETRY_NAMES", "Criterion", "Fit", "PointsFile", "Shape", "ZoneProof", "certificate",
-    "fit", "fit_shape", "read_points_file",
+    "GEOMETRY_NAMES", "Criterion", "Fit", "PointsFile", "Shape", "ZoneProof", "certificate", "fit",
+    "fit_shape", "read_points_file",
 ]  # fmt: skip

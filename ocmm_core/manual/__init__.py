@@ -12,31 +12,15 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.manual._document import (
-        ENGLISH,
-        Chapter,
-        ManualPart,
-        ManualSection,
-        anchors_of,
-        mark_of,
-    )
+        ENGLISH, Chapter, ManualPart, ManualSection, anchors_of, mark_of,
+    )  # fmt: skip
     from ocmm_core.manual._manual import Manual, Place, changes_since, load_manual, manual_folder
     from ocmm_core.manual._search import ManualHit, search_words, word_fits
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "ENGLISH",
-    "Chapter",
-    "Manual",
-    "ManualHit",
-    "ManualPart",
-    "ManualSection",
-    "Place",
-    "anchors_of",
-    "changes_since",
-    "load_manual",
-    "manual_folder",
-    "mark_of",
-    "search_words",
+    "ENGLISH", "Chapter", "Manual", "ManualHit", "ManualPart", "ManualSection", "Place",
+    "anchors_of", "changes_since", "load_manual", "manual_folder", "mark_of", "search_words",
     "word_fits",
 ]  # fmt: skip

@@ -16,57 +16,27 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.measuring._compensation import METHODS, Side, side_of
     from ocmm_core.measuring._contributions import (
-        CAMERAS,
-        FRAME,
-        IMAGE_NOISE,
-        TIP_RADIUS,
-        Contribution,
-        FrameDoubt,
-        ProbeState,
-        contributions,
-        rigid_movement,
-    )
+        CAMERAS, FRAME, IMAGE_NOISE, TIP_RADIUS, Contribution, FrameDoubt, ProbeState,
+        contributions, rigid_movement,
+    )  # fmt: skip
     from ocmm_core.measuring._day_check import DayCheck, NoiseRatio, check_noise, touches_checked
     from ocmm_core.measuring._factors import (
-        COVERAGE_FACTOR,
-        PointFactors,
-        factors_of,
-        factors_of_matrix,
-        joined_factors,
-        joint_factors,
-        point_uncertainty,
-        root_of,
-        systematic_covariance,
-    )
+        COVERAGE_FACTOR, PointFactors, factors_of, factors_of_matrix, joined_factors, joint_factors,
+        point_uncertainty, root_of, systematic_covariance,
+    )  # fmt: skip
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
     from ocmm_core.measuring._probe_budget import BudgetTerm, colour_at, map_range
     from ocmm_core.measuring._probe_report import (
-        Examination,
-        Mechanics,
-        ProbeReport,
-        examine,
-        label_verdict,
-        label_words,
-        mechanics_words,
-    )
+        Examination, Mechanics, ProbeReport, examine, label_verdict, label_words, mechanics_words,
+    )  # fmt: skip
     from ocmm_core.measuring._rows import Rows
     from ocmm_core.measuring._stable_point import (
-        PointOptions,
-        StablePoint,
-        TouchNoise,
-        average,
-        explain,
-        explain_reference,
-    )
+        PointOptions, StablePoint, TouchNoise, average, explain, explain_reference,
+    )  # fmt: skip
     from ocmm_core.measuring._temperature import (
-        CLIMATE_EVENT,
-        Climate,
-        PartTemperature,
-        check_part,
-        climate_of_text,
-        record_text,
+        CLIMATE_EVENT, Climate, PartTemperature, check_part, climate_of_text, record_text,
         reported_points,
-    )
+    )  # fmt: skip
     from ocmm_core.measuring._trigger import Touch, TouchCollector, approach_direction
 else:
     __getattr__ = door(__name__)

@@ -45,8 +45,7 @@ class PatternField:
     """(N, S, 2): of each spot on its sensor, in pitches of the grid."""
     gain: Float
     """(N, S, 2, 3), mm: derivative of the point by a spot error along u and v of one standard
-    deviation of the pattern; zero for missing spots.
-    """
+    deviation of the pattern; zero for missing spots."""
 
     def kept(self, places: Int) -> PatternField:
         return PatternField(self.camera[places], self.place[places], self.gain[places])

@@ -29,8 +29,7 @@ class MeasuredPoint:
     random_covariance: Float
     """(3, 3), mm^2: of the average, from the scatter of the window, with correlated frames, and
     from ball motion indistinguishable from noise (`tracking.stillness`). Excludes calibration
-    errors, which are common to many points and propagated from ``spots`` (`_factors`).
-    """
+    errors, which are common to many points and propagated from ``spots`` (`_factors`)."""
     direction: Float
     """(3,), unit, world: from the material towards the probe."""
     tip_radius: float
@@ -43,12 +42,10 @@ class MeasuredPoint:
     """Mean over the window."""
     approach: str
     """Method of ``direction``: ``"trail"``, ``"pulled"``, ``"shank"``, ``"nominal"`` or
-    ``"flipped"``.
-    """
+    ``"flipped"``."""
     reference_spots: Float | None = None
     """(C, R, 2), px: mean spots of the reference body in the same frames; None without one. With
-    one, "world" is the world of the job (`tracking.reference`).
-    """
+    one, "world" is the world of the job (`tracking.reference`)."""
 
     @property
     def surface_world(self) -> Float:

@@ -73,8 +73,7 @@ class Mechanics:
     side_stiff_nm_per_n: float
     axial_nm_per_n: float
     """`side_nm_per_n`, `side_stiff_nm_per_n`, `axial_nm_per_n`: Deflection of the ball by a force
-    across the panel, along it, and along the probe.
-    """
+    across the panel, along it, and along the probe."""
     tip_nm_per_n: float
     """Tip error by a force across the panel."""
     upright_nm: float
@@ -83,8 +82,7 @@ class Mechanics:
     sag_line_nm: Float
     side_line_nm: Float
     """`x_mm`, `sag_line_nm`, `side_line_nm`: Positions along the probe, with sag and deflection by
-    1 N on the ball.
-    """
+    1 N on the ball."""
     handle_mm: float
     leds_mm: tuple[float, ...]
     """`handle_mm`, `leds_mm`: Positions of hand and LEDs along the probe."""

@@ -129,8 +129,7 @@ class PointOptions:
     """Averaging time from the trigger on."""
     still_mm: float = 0.01
     """Refuse a ball that moves this far during the window, if the motion is distinguishable from
-    noise; otherwise the motion enters the uncertainty of the point.
-    """
+    noise; otherwise the motion enters the uncertainty of the point."""
     min_share: float = 0.8
     """Share of the window's frames that must be present and good."""
     approach_mm: float = 2.0
@@ -140,8 +139,7 @@ class PointOptions:
     untimed_mm: float = 0.0
     """Largest error of a resting ball along each axis from uncertain exposure times
     (`fieldbus.described.resting_doubt_mm`); uniform, so a third of its square is added to each
-    variance.
-    """
+    variance."""
 
 
 @dataclass(frozen=True, slots=True)

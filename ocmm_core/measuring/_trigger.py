@@ -56,8 +56,7 @@ class TouchCollector:
     def __init__(self, frame_period_s: float, options: PointOptions) -> None:
         self.pulled = False
         """Complete a touch only when the ball is pulled away, or after 1.5 s; applies to windows
-        that end from now on.
-        """
+        that end from now on."""
         self._pull_mm = _APPROACH_REACH * options.approach_mm
         self._pull_frames = round(_PULL_WAIT_S / frame_period_s)
         self._held: Touch | None = None

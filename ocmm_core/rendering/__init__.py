@@ -17,14 +17,8 @@ if TYPE_CHECKING:
     from ocmm_core.rendering._field import ValueField, choose_side, value_field
     from ocmm_core.rendering._mesh import RenderMesh, coarser, face_colours, mesh_of, with_closed
     from ocmm_core.rendering._rendering import (
-        Bundle,
-        Rendering,
-        RenderMode,
-        RenderStyle,
-        blend_flat,
-        draw_bundles,
-        is_hidden,
-    )
+        Bundle, RenderMode, RenderStyle, Rendering, blend_flat, draw_bundles, is_hidden,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -14,57 +14,25 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.seals._anchor import (
-        learn_heads,
-        memory_loss,
-        memory_start,
-        signed_heads,
-        signed_job_heads,
-        start_memory,
-    )
+        learn_heads, memory_loss, memory_start, signed_heads, signed_job_heads, start_memory,
+    )  # fmt: skip
     from ocmm_core.seals._key import (
-        KEY_IN_FORCE,
-        THIS_STATION,
-        KeptKeys,
-        KeyFolder,
-        StationKey,
-        key_lost,
-    )
+        KEY_IN_FORCE, THIS_STATION, KeptKeys, KeyFolder, StationKey, key_lost,
+    )  # fmt: skip
     from ocmm_core.seals._memory import (
-        KnownEnd,
-        expect,
-        memory_file,
-        memory_folder,
-        recall,
-        remember,
-        set_station_clock,
+        KnownEnd, expect, memory_file, memory_folder, recall, remember, set_station_clock,
         station_clock,
-    )
+    )  # fmt: skip
     from ocmm_core.seals._public import KnownKey, public_from_text, public_text, shown_key
     from ocmm_core.seals._signature import (
-        NO_RELEASE,
-        NOT_SIGNED,
-        RELEASE_ENDING,
-        Release,
-        ReleaseState,
-        SealState,
-        SealWord,
-        Signature,
-        Signed,
-        judge_release,
-        judge_signature,
-        release_file,
-        release_path,
-        release_state,
-        sign,
-    )
+        NOT_SIGNED, NO_RELEASE, RELEASE_ENDING, Release, ReleaseState, SealState, SealWord,
+        Signature, Signed, judge_release, judge_signature, release_file, release_path,
+        release_state, sign,
+    )  # fmt: skip
     from ocmm_core.seals._tokens import TokenPlace
     from ocmm_core.seals._x509 import (
-        DocumentKey,
-        document_key,
-        station_certificate,
-        station_of,
-        write_station_certificate,
-    )
+        DocumentKey, document_key, station_certificate, station_of, write_station_certificate,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

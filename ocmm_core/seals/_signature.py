@@ -6,8 +6,9 @@ A release of a file by name, ``NAME.release.json``, contains hash, kind, who, wh
 from __future__ import annotations
 
 import base64
+import contextlib
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
@@ -17,6 +18,7 @@ import msgspec
 from ocmm_core.documents import read_bytes, write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals._key import KeyFolder, StationKey
+from ocmm_core.seals._memory import KnownEnd, recall, remember
 from ocmm_core.seals._public import (
     fingerprint_of,
     public_from_text,
@@ -164,11 +166,14 @@ class ReleaseState:
     signer: SealState
     release: Release | None = None
     changed: bool = False
+    replaced: bool = False
+    """Whether this station knows a later release that replaced this one."""
 
     @property
     def released(self) -> bool:
         """Return whether a trusted station released exactly this file."""
-        return self.release is not None and self.signer.sound and not self.changed
+        known = self.release is not None and self.signer.sound
+        return known and not (self.changed or self.replaced)
 
     @property
     def words(self) -> str:
@@ -182,6 +187,8 @@ class ReleaseState:
             return f"NOT released: changed after the release by {by}"
         if self.signer.word is SealWord.UNKNOWN_KEY:
             return f"NOT released: released with an unknown key by {by}"
+        if self.replaced:
+            return f"NOT released: replaced by a later release after that by {by}"
         return f"released by {by}"
 
 
@@ -211,6 +218,10 @@ def release_file(path: Path, kind: Signed, who: str, reason: str = "") -> Releas
     )  # fmt: skip
     signature = sign(KeyFolder().station_key(), kind, _content(made))
     made = msgspec.structs.replace(made, signature=signature)
+    here = f"released {kind.value} {path.absolute()}"
+    before = {getattr(recall(here), "link", "")}
+    with contextlib.suppress(InputError, ValueError, RecursionError):
+        before.add(_value_of(_release_at(path)))
     try:
         write_atomic(release_path(path), msgspec.json.format(msgspec.json.encode(made)) + b"\n")
     except OSError as error:
@@ -219,6 +230,15 @@ def release_file(path: Path, kind: Signed, who: str, reason: str = "") -> Releas
             f"{release_path(path)}: the release cannot be written ({error.strerror or error}).",
             "Free disk space or restore write permission, then repeat.",
         ) from error
+    remember(KnownEnd(name=here, count=1, link=signature.value))
+    for value in before - {"", signature.value}:
+        # With a first line, the archive anchors it, and other stations learn it.
+        remember(
+            KnownEnd(
+                name=f"release {value}", count=1, link=signature.value, first=value,
+                moment=made.utc, place=str(path),
+            )
+        )  # fmt: skip
     return made
 
 
@@ -236,13 +256,27 @@ def release_state(path: Path, kind: Signed) -> ReleaseState:
     """Return the state of the release next to a file; an unreadable release counts as forged."""
     digest = hashlib.sha256(read_bytes(path)).hexdigest()
     try:
-        found = msgspec.json.decode(read_bytes(release_path(path), _LARGEST), type=Release)
-    except (InputError, ValueError, RecursionError) as error:
-        if isinstance(error, InputError) and error.code == "document.missing":
-            return NO_RELEASE
+        found = _release_at(path)
+    except (InputError, ValueError, RecursionError):
         unread = Release(kind=kind, name=path.name, sha256="", who="", utc="")
         return ReleaseState(SealState(SealWord.FORGED), unread, changed=True)
-    return judge_release(found, kind, digest)
+    state = judge_release(found, kind, digest)
+    return replace(state, replaced=recall(f"release {_value_of(found)}") is not None)
+
+
+def _release_at(path: Path) -> Release | None:
+    """Return the release next to a file, or None; InputError, ValueError if unreadable."""
+    try:
+        return msgspec.json.decode(read_bytes(release_path(path), _LARGEST), type=Release)
+    except InputError as error:
+        if error.code == "document.missing":
+            return None
+        raise
+
+
+def _value_of(release: Release | None) -> str:
+    signature = None if release is None else release.signature
+    return "" if signature is None else signature.value
 
 
 def _content(release: Release) -> bytes:

@@ -18,27 +18,13 @@ if TYPE_CHECKING:
     from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile
     from ocmm_core.settings._recent import RecentPlaces, is_shipped
     from ocmm_core.settings._settings import (
-        SETTINGS_NAME,
-        LoadedSettings,
-        SettingOrigin,
-        Settings,
-        SettingsStore,
-        released_plans_only,
+        SETTINGS_NAME, LoadedSettings, SettingOrigin, Settings, SettingsStore, released_plans_only,
         temperatures_hold,
-    )
+    )  # fmt: skip
     from ocmm_core.settings._specs import (
-        DEFAULT_SOURCE,
-        RECOMMENDED_RIG,
-        SECTIONS,
-        SETTINGS,
-        STANDARD_PROBE,
-        Applies,
-        Kind,
-        Scope,
-        SettingSpec,
-        Value,
-        spec_of,
-    )
+        DEFAULT_SOURCE, RECOMMENDED_RIG, SECTIONS, SETTINGS, STANDARD_PROBE, Applies, Kind, Scope,
+        SettingSpec, Value, spec_of,
+    )  # fmt: skip
     from ocmm_core.settings._toml import toml_text
     from ocmm_core.settings._values import text_of, value_of_text
 else:
@@ -46,8 +32,8 @@ else:
 
 __all__ = [
     "DEFAULT_SOURCE", "RECOMMENDED_RIG", "SECTIONS", "SETTINGS", "SETTINGS_NAME", "SETTINGS_SCHEMA",
-    "STANDARD_PROBE", "Applies", "Kind", "LoadedSettings", "Note",
-    "RecentPlaces", "Scope", "SettingOrigin", "SettingSpec", "Settings", "SettingsFile",
-    "SettingsStore", "Value", "is_shipped", "released_plans_only", "spec_of", "temperatures_hold",
-    "text_of", "toml_text", "value_of_text",
+    "STANDARD_PROBE", "Applies", "Kind", "LoadedSettings", "Note", "RecentPlaces", "Scope",
+    "SettingOrigin", "SettingSpec", "Settings", "SettingsFile", "SettingsStore", "Value",
+    "is_shipped", "released_plans_only", "spec_of", "temperatures_hold", "text_of", "toml_text",
+    "value_of_text",
 ]  # fmt: skip

@@ -22,6 +22,7 @@ from ocmm_core.host import HOST
 from ocmm_core.settings._settings_seal import (
     SEAL,
     changes_verdict,
+    is_older,
     note_sealed,
     sealed_table,
     signer_of,
@@ -163,13 +164,23 @@ class SettingsFile:
                 table[spec.name + STAMP_END] = stamp
             if not table:
                 del entries[spec.section]
+        sealed = entries.get(SEAL)
         if any(map(changes_verdict, wanted)):
             notes += self._sealed(entries, now.entries)
         write_atomic(self.path, toml_text(entries).encode("utf-8"))
+        if entries.get(SEAL) != sealed:
+            note_sealed(self.path, entries)
         return notes
 
     def signer(self) -> SealState:
-        """Return the state of the signature; InputError if the document cannot be used."""
+        """Return the state of the signature; InputError if the document is unusable or older."""
+        entries = self._good_entries()
+        if is_older(self.path, entries):
+            note = self._older()
+            raise InputError("settings.older", note.what, note.remedy)
+        return signer_of(entries)
+
+    def _good_entries(self) -> Mapping[str, Any]:
         now = self.read()
         if now.state != "good":
             raise InputError(
@@ -177,25 +188,23 @@ class SettingsFile:
                 f"{self.path}: the settings cannot be used ({now.state}).",
                 "Correct the file, or change a setting.",
             )
-        return signer_of(now.entries)
+        return now.entries
 
     def confirm(self, who: str) -> None:
         """Sign the settings that change a verdict by name; errors as `signer` and `change`."""
         with _held(self.path.parent):
-            self.signer()
-            now = self.read()
-            entries = {**now.entries, SEAL: sealed_table(now.entries, who)}
-            note_sealed(self.path, entries)
+            found = self._good_entries()
+            entries = {**found, SEAL: sealed_table(found, who)}
             write_atomic(self.path, toml_text(entries).encode("utf-8"))
+            note_sealed(self.path, entries)
 
     def _sealed(self, entries: dict[str, Any], before: Mapping[str, Any]) -> tuple[Note, ...]:
         """Sign ``entries`` unless that would vouch for edits by other means."""
         lost = was_sealed(self.path, before)
         fresh = SEAL not in before and not verdict_entries(before) and not lost
         try:
-            if fresh or signer_of(before).sound:
+            if fresh or (signer_of(before).sound and not is_older(self.path, before)):
                 entries[SEAL] = sealed_table(entries)
-                note_sealed(self.path, entries)
                 return ()
         except StorageError as error:
             return (Note(f"The settings could not be signed. {error.what}", error.remedy),)
@@ -260,7 +269,15 @@ class SettingsFile:
                     _CONFIRM,
                 )
             )
+        elif is_older(self.path, data):
+            notes.append(self._older())
         return Contents(values, data, tuple(notes), stamps=stamps)
+
+    def _older(self) -> Note:
+        return Note(
+            f"{self.path}: these settings are older than the last ones that this station signed.",
+            _CONFIRM,
+        )
 
     def _unknown(self, key: str) -> Note:
         return Note(

@@ -136,11 +136,8 @@ class SettingsStore:
         """Return which document changes are written to, and whom they apply to."""
         folder = next(one for one in self.station.path.parents if one.exists())
         if os.access(folder, os.W_OK):
-            return (
-                f"Settings of the station are written to {self.station.path} and apply to all "
-                f"users of this computer. Personal ones are written to {self.user.path}."
-            )
-        return f"Changes apply to you only. They are written to {self.user.path}."
+            return f"Files: {self.station.path} for all users, {self.user.path} for you."
+        return f"File, for you only: {self.user.path}."
 
     def load(self, now: datetime | None = None) -> LoadedSettings:
         """Return the effective settings; never raises, unusable entries are in the notes."""

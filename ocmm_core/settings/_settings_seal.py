@@ -51,11 +51,21 @@ def sealed_table(entries: Mapping[str, Any], who: str = "") -> dict[str, str]:
 
 
 def note_sealed(path: Path, entries: Mapping[str, Any]) -> None:
-    """Make the station remember the seal of this document, and whether plans must be released."""
+    """Make the station remember the time of the seal, and whether plans must be released.
+
+    Call it after the document is written: a failed write must not make the former one an older one.
+    """
     from ocmm_core.seals import KnownEnd, remember
 
     link = _RELEASED if entries.get("job", {}).get("released_only") is True else ""
-    remember(KnownEnd(name=f"settings {path}", count=1, link=link), sync=False)
+    utc = str(entries[SEAL]["utc"])
+    remember(KnownEnd(name=f"settings {path}", count=1, link=link, moment=utc), sync=False)
+
+
+def is_older(path: Path, entries: Mapping[str, Any]) -> bool:
+    """Return whether a later document with a seal was here, e.g. before a backup was restored."""
+    seen = _remembered(path) if SEAL in entries else None
+    return seen is not None and _seal_of(entries).utc < seen.moment
 
 
 def remembers_released_only(path: Path) -> bool:
@@ -88,14 +98,16 @@ def signer_of(entries: Mapping[str, Any]) -> SealState:
     """Return the state of the signature; StorageError if the key ring cannot be read."""
     from ocmm_core.seals import KeyFolder, Signature, Signed, judge_signature
 
-    seal = SettingsSeal()
-    signature = None
-    if SEAL in entries:
-        with contextlib.suppress(msgspec.ValidationError):
-            seal = msgspec.convert(entries[SEAL], SettingsSeal)
-        signature = Signature(seal.key, seal.value)
+    seal = _seal_of(entries)
+    signature = Signature(seal.key, seal.value) if SEAL in entries else None
     content = _content(entries, seal.who, seal.utc)
     return judge_signature(KeyFolder(), Signed.SETTINGS, content, signature)
+
+
+def _seal_of(entries: Mapping[str, Any]) -> SettingsSeal:
+    with contextlib.suppress(msgspec.ValidationError):
+        return msgspec.convert(entries.get(SEAL, {}), SettingsSeal)
+    return SettingsSeal()
 
 
 def verdict_entries(entries: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,25 +16,14 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.station._bus_watch import (
-        NO_BUS,
-        NO_BUS_REMEDY,
-        NO_REPORT,
-        NO_REPORT_REMEDY,
-        TREND_S,
-        BusSample,
-        BusView,
-        BusWatch,
+        NO_BUS, NO_BUS_REMEDY, NO_REPORT, NO_REPORT_REMEDY, TREND_S, BusSample, BusView, BusWatch,
         bus_text,
-    )
+    )  # fmt: skip
     from ocmm_core.station._faults import StationEvents, StationFaults
     from ocmm_core.station._instruments import Instruments
     from ocmm_core.station._job import (
-        Reports,
-        StationJob,
-        drop_job_without_points,
-        free_path,
-        give_back,
-    )
+        Reports, StationJob, drop_job_without_points, free_path, give_back,
+    )  # fmt: skip
     from ocmm_core.station._job_change import JobChange
     from ocmm_core.station._looks import Looks
     from ocmm_core.station._maintenance import StationMaintenance

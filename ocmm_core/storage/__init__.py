@@ -18,25 +18,16 @@ if TYPE_CHECKING:
     from ocmm_core.storage._faults import damaged, no_job, not_writable, saved_sentence
     from ocmm_core.storage._guard import HeldConnection, database_content, open_in_place
     from ocmm_core.storage._held_jobs import (
-        HeldJobs,
-        held_jobs_file,
-        held_sentences,
-        read_held_jobs,
-        write_held_jobs,
-    )
+        HeldJobs, held_jobs_file, held_sentences, read_held_jobs, write_held_jobs,
+    )  # fmt: skip
     from ocmm_core.storage._job_content import JobContent, read_job
     from ocmm_core.storage._job_file import LEFT_OUT, JobFile
     from ocmm_core.storage._job_keeper import RESCUED
     from ocmm_core.storage._job_reader import NAMED, JobStep, JobSummary, read_summary
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
     from ocmm_core.storage._rows import (
-        JobEvent,
-        JobHead,
-        JobReference,
-        bad_event,
-        event_value,
-        make_head,
-    )
+        JobEvent, JobHead, JobReference, bad_event, event_value, make_head,
+    )  # fmt: skip
     from ocmm_core.storage._tables import CLOCK, Observed
 else:
     __getattr__ = door(__name__)

@@ -12,13 +12,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.support._bundle import (
-        MASKED,
-        BundleDraft,
-        BundleItem,
-        Cleaner,
-        draft_bundle,
-        write_bundle,
-    )
+        MASKED, BundleDraft, BundleItem, Cleaner, draft_bundle, write_bundle,
+    )  # fmt: skip
     from ocmm_core.support._parts import PARTS, PartSpec, SupportSite, site_of_this_user
 else:
     __getattr__ = door(__name__)

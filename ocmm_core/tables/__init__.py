@@ -13,20 +13,11 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tables._account import (
-        COUNT_OF_POINTS,
-        SKIPPED_BY_USER,
-        TableAccount,
-        TableColumn,
-        TableOptions,
-    )
+        COUNT_OF_POINTS, SKIPPED_BY_USER, TableAccount, TableColumn, TableOptions,
+    )  # fmt: skip
     from ocmm_core.tables._grid import (
-        AccountedTable,
-        PreviewRow,
-        TablePreview,
-        TableReader,
-        preview_table,
-        require_like_names,
-    )
+        AccountedTable, PreviewRow, TablePreview, TableReader, preview_table, require_like_names,
+    )  # fmt: skip
     from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
     from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
     from ocmm_core.tables._points import PixelTable, PointsFile, read_pixels, read_points_file
@@ -36,8 +27,8 @@ else:
 
 __all__ = [
     "COUNT_OF_POINTS", "NUMBER", "SKIPPED_BY_USER", "AccountedTable", "NamedColumns",
-    "NumberGrammar", "PixelTable",
-    "PointsFile", "PreviewRow", "TableAccount", "TableColumn", "TableOptions", "TablePreview",
-    "TableReader", "TextRow", "TextTable", "decoded", "preview_table", "read_pixels",
-    "read_points_file", "read_table", "require_like_names", "typed_number",
+    "NumberGrammar", "PixelTable", "PointsFile", "PreviewRow", "TableAccount", "TableColumn",
+    "TableOptions", "TablePreview", "TableReader", "TextRow", "TextTable", "decoded",
+    "preview_table", "read_pixels", "read_points_file", "read_table", "require_like_names",
+    "typed_number",
 ]  # fmt: skip

@@ -16,59 +16,28 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM, Ambiguity
     from ocmm_core.tracking._body import (
-        SCHEMA,
-        LedBody,
-        LedEntry,
-        OrientationRule,
-        ProbeBody,
-        ProbeDocument,
-        body_of,
-        check_labels,
-        load_probe,
-        nearest_ambiguity,
-        satisfies_rules,
-    )
+        SCHEMA, LedBody, LedEntry, OrientationRule, ProbeBody, ProbeDocument, body_of, check_labels,
+        load_probe, nearest_ambiguity, satisfies_rules,
+    )  # fmt: skip
     from ocmm_core.tracking._body_tracker import TrackingOptions, spot_sigma_px
     from ocmm_core.tracking._identify import IdentifyOptions, identify, identify_many, ordered_spots
     from ocmm_core.tracking._pipeline import TrackingPipeline
     from ocmm_core.tracking._pose import (
-        Method,
-        PoseBatch,
-        reprojection,
-        solve,
-        solve_leds,
-        triangulate,
-    )
+        Method, PoseBatch, reprojection, solve, solve_leds, triangulate,
+    )  # fmt: skip
     from ocmm_core.tracking._reference import (
-        home_of,
-        motion_to_world,
-        relative_sensitivities,
-        relative_sensitivity,
-        simultaneous,
-    )
+        home_of, motion_to_world, relative_sensitivities, relative_sensitivity, simultaneous,
+    )  # fmt: skip
     from ocmm_core.tracking._reference_body import ReferenceBody, check_together, load_reference
     from ocmm_core.tracking._result import (
-        ARRAYS,
-        FrameStatus,
-        ReferenceHome,
-        ReferenceTrack,
-        TrackBlock,
-        cut,
-        in_rig,
-        interruptions,
-        join,
-        pick,
-    )
+        ARRAYS, FrameStatus, ReferenceHome, ReferenceTrack, TrackBlock, cut, in_rig, interruptions,
+        join, pick,
+    )  # fmt: skip
     from ocmm_core.tracking._sensitivity import TipSensitivity, tip_sensitivities, tip_sensitivity
     from ocmm_core.tracking._spot_spectrum import SpotSpectrum, spot_course
     from ocmm_core.tracking._stillness import (
-        BallMotion,
-        HandDrift,
-        Stillness,
-        batch_labels,
-        judge_stillness,
-        wildness,
-    )
+        BallMotion, HandDrift, Stillness, batch_labels, judge_stillness, wildness,
+    )  # fmt: skip
     from ocmm_core.tracking._strobe import StrobeEntry, dark_bits
 else:
     __getattr__ = door(__name__)

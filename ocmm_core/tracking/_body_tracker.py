@@ -35,8 +35,7 @@ class TrackingOptions:
     retry_ns: int = 5_000_000
     retry_at_most_ns: int = 320_000_000
     """`retry_ns`, `retry_at_most_ns`: Bus time between two searches for labels without success. It
-    doubles with every failure, because a confusing scene takes longest to search.
-    """
+    doubles with every failure, because a confusing scene takes longest to search."""
     extend_ns: int = 50_000_000
     """Bus time between attempts to assign unclaimed spots to free LEDs."""
 

@@ -23,8 +23,7 @@ class PoseBatch:
     status: NDArray[np.uint8]
     """(n,) uint8: 0 solved, 1 lost (fewer than three LEDs seen by two cameras, LEDs so close to one
     line that spot noise alone moves the tip by `kernels.MAX_TIP_SIGMA`, or an LED behind a camera
-    that sees it).
-    """
+    that sees it)."""
     tip_world: Float
     """(n, 3), mm."""
     tip_covariance: Float

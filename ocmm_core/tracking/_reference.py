@@ -148,8 +148,7 @@ class ReferenceTracker:
         self.home = home
         self.motion: tuple[float, float] | None = None
         """Distance of the middle of its LEDs from home, mm, and rotation, rad; None until the mean
-        of the pose has settled.
-        """
+        of the pose has settled."""
         self._rig = rig
         self._reference = reference
         self._taker = HomeTaker(rig, reference)

@@ -69,8 +69,7 @@ class TrackBlock:
     """(n, C, L, 2), px: spots ordered by LED number, NaN if unseen."""
     reference: ReferenceTrack | None = None
     """View of the reference body, or None. With one, "world" is the calibration frame of the
-    cameras at their pose relative to the reference at the start of the job.
-    """
+    cameras at their pose relative to the reference at the start of the job."""
 
     def __len__(self) -> int:
         return len(self.counter)
@@ -84,8 +83,7 @@ class ReferenceTrack:
     """The probe without reference: its own status, poses in the rig frame."""
     body: TrackBlock
     """The reference body, tracked like a probe with the middle of its LEDs as ball; single-frame
-    poses.
-    """
+    poses."""
     covariance: Float
     """(n, 6, 6): of single-frame poses, for the increments of `pose.reprojection`, rig frame."""
     home: ReferenceHome | None

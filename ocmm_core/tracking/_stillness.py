@@ -93,8 +93,7 @@ class Stillness:
     """None if at rest within the noise."""
     covariance: Float
     """(3, 3), mm^2: possible distance of the mean from the ball's place due to an undetected
-    motion. The place is that at the start for a drift, and the one occupied longer for a slip.
-    """
+    motion. The place is that at the start for a drift, and the one occupied longer for a slip."""
     drift: Float
     variance: Float
     """`drift`, `variance`: (3,), mm and mm^2: uniform drift along the principal axes of the noise.
@@ -114,8 +113,7 @@ class HandDrift:
     weight: float = 3.0 / _HAND_MM2**2
     doubt: float = 0.0
     """`squares`, `weight`, `doubt`: sums over axes and touches of the weighted squares of drifts
-    less noise, of weights, and of the variances of the former; the default counts as one touch.
-    """
+    less noise, of weights, and of the variances of the former; the default counts as one touch."""
 
     @property
     def variance(self) -> float:

@@ -17,19 +17,11 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.units._statements import (
-        UnitStatement,
-        heading_unit,
-        unit_statement,
-        units_of_name,
-    )
+        UnitStatement, heading_unit, unit_statement, units_of_name,
+    )  # fmt: skip
     from ocmm_core.units._unit import (
-        Dimension,
-        MeasureUnit,
-        agreed_unit,
-        find_unit,
-        named_unit,
-        scaled,
-    )
+        Dimension, MeasureUnit, agreed_unit, find_unit, named_unit, scaled,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -4,8 +4,8 @@ In: a sentence as it was said, in English, and the language. Out: the sentence i
 as it was where it is not known without doubt.
 
 Read `_pattern` first: a sentence with names for what is filled in, and how it is recognised.
-`_translation` finds which sentence was said, and which language is wanted; `_speech` is
-what a paper needs of both.
+`_translation` finds which sentence was said, and which language is wanted, as a paper
+needs both.
 It must not know who says what: every other room may say something.
 """
 
@@ -13,16 +13,10 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.wording._pattern import Pattern
-    from ocmm_core.wording._speech import Speech
     from ocmm_core.wording._translation import (
-        ENGLISH,
-        LANGUAGES,
-        Translation,
-        in_language,
-        language_of,
-        load_translation,
+        ENGLISH, LANGUAGES, Speech, Translation, in_language, language_of, load_translation,
         with_comma,
-    )
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -15,13 +15,8 @@ if TYPE_CHECKING:
     from ocmm_gui.access._hands_and_eyes import TARGET_MM, HandsAndEyes, TouchTargets
     from ocmm_gui.access._screen import RULER_PX, RulerLine, screen_size
     from ocmm_gui.access._zoom import (
-        PageStack,
-        Zoom,
-        ZoomArea,
-        fitting_factor,
-        screen_factor,
-        zoom_before_start,
-    )
+        PageStack, Zoom, ZoomArea, fitting_factor, screen_factor, zoom_before_start,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

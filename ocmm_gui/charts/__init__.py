@@ -13,13 +13,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_gui.charts._bus_charts import Curve, HistogramChart, HistoryChart, RecentChart
     from ocmm_gui.charts._check_charts import (
-        ErrorChart,
-        InterimPlot,
-        check_words,
-        group_of,
-        is_amount,
-        session_of,
-    )
+        ErrorChart, InterimPlot, check_words, group_of, is_amount, session_of,
+    )  # fmt: skip
     from ocmm_gui.charts._design_plots import BendingPlot, MapPlot
     from ocmm_gui.charts._pivot_plots import SpotResiduals, TipCourse, Trail, TrailPlot
     from ocmm_gui.charts._plot import Plot

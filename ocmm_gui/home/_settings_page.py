@@ -72,8 +72,6 @@ class SettingsPage(Sheet):
         self.loaded = store.load()
         self.notes = sentence_label(tr("What was not used"), 15)
         self.notes.setProperty("role", "warn")
-        self.places = sentence_label(tr("Files of the settings"), 14)
-        self.places.setText(said(store.places()))
         self.rows: dict[str, SettingRow] = {}
         self.ruler = RulerLine()
         self.preview = TemplatePreview()
@@ -104,7 +102,7 @@ class SettingsPage(Sheet):
         row.setContentsMargins(0, 0, 0, 0)
         self._whole.addWidget(both)
         self._whole.addWidget(self.browser)
-        fill(self.body, self.places, self.notes, (self._whole, 1))
+        fill(self.body, self.notes, (self._whole, 1))
         self.use_keys({} if apply is None else {"apply": apply})
         for each in self.findChildren(QPushButton):
             if each.objectName().startswith("button_"):
@@ -244,10 +242,9 @@ class SettingsPage(Sheet):
             )
         else:
             count = sum(self.loaded.differs(spec.key) for spec in SETTINGS)
-            self.say(
-                tr(
-                    "%n settings differ from the default (●).",
-                    "1 setting differs from the default (●).",
-                    count,
-                )
+            differ = tr(
+                "%n settings differ from the default (●).",
+                "1 setting differs from the default (●).",
+                count,
             )
+            self.say(f"{differ} {said(self._store.places())}")

@@ -16,155 +16,50 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_gui.kit._actions import ACTIONS, FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, ActionInfo, Mode
     from ocmm_gui.kit._language import (
-        LANGUAGES,
-        chosen_language,
-        language_file,
-        language_in_use,
-        use_language,
-    )
+        LANGUAGES, chosen_language, language_file, language_in_use, use_language,
+    )  # fmt: skip
     from ocmm_gui.kit._layouts import dressed, fill, hbox, vbox
     from ocmm_gui.kit._marks import (
-        SCENE_LEAST,
-        SCENE_SIZE,
-        Mark,
-        PaintedWidget,
-        feature_mark,
-        ink,
-        mark_colour,
-        paint_mark,
-        status_mark,
-        verdict_mark,
-    )
+        SCENE_LEAST, SCENE_SIZE, Mark, PaintedWidget, feature_mark, ink, mark_colour, paint_mark,
+        status_mark, verdict_mark,
+    )  # fmt: skip
     from ocmm_gui.kit._messages import (
-        DASHES,
-        PAUSED,
-        active_feature,
-        approach_words,
-        basis_words,
-        characteristics_of,
-        counted_line,
-        distance_words,
-        feature_title,
-        form_words,
-        has_failed,
-        header_words,
-        is_held,
-        kind_value,
-        led_name,
-        limit_words,
-        millimetres,
-        mode_words,
-        named_quantity,
-        next_step,
-        outlier_count,
-        outlier_words,
-        progress_word,
-        quantity,
-        reference_led_name,
-        reference_words,
-        seen_cameras,
-        seen_targets,
-        shape_word,
-        slot_names,
-        step_text,
-        trouble,
-        verdict_line,
-    )
+        DASHES, PAUSED, active_feature, approach_words, basis_words, characteristics_of,
+        counted_line, distance_words, feature_title, form_words, has_failed, header_words, is_held,
+        kind_value, led_name, limit_words, millimetres, mode_words, named_quantity, next_step,
+        outlier_count, outlier_words, progress_word, quantity, reference_led_name, reference_words,
+        seen_cameras, seen_targets, shape_word, slot_names, step_text, trouble, verdict_line,
+    )  # fmt: skip
     from ocmm_gui.kit._narrow import FitText, HintField, NarrowButton, NarrowItems, fits, is_longer
     from ocmm_gui.kit._notify import (
-        PROCEDURE,
-        Banner,
-        ErrorHooks,
-        Level,
-        Notice,
-        NoticeCentre,
-        NoticeWindow,
-    )
+        PROCEDURE, Banner, ErrorHooks, Level, Notice, NoticeCentre, NoticeWindow,
+    )  # fmt: skip
     from ocmm_gui.kit._numbers import (
-        INCH_MM,
-        NumberStyle,
-        day_words,
-        field_length,
-        is_ambiguous,
-        length_number,
-        length_of_field,
-        length_words,
-        localised,
-        numbers_in_use,
-        plain_number,
-        read_number,
-        split_unit,
-        style_of,
-        time_words,
-        to_mm,
-        typed_value,
-        unit_word,
-        use_numbers,
-    )
+        INCH_MM, NumberStyle, day_words, field_length, is_ambiguous, length_number, length_of_field,
+        length_words, localised, numbers_in_use, plain_number, read_number, split_unit, style_of,
+        time_words, to_mm, typed_value, unit_word, use_numbers,
+    )  # fmt: skip
     from ocmm_gui.kit._panels import (
-        AnswerPanel,
-        OwnKeysField,
-        PathPanel,
-        ReasonPanel,
-        dropped_file,
-        list_step,
-    )
+        AnswerPanel, OwnKeysField, PathPanel, ReasonPanel, dropped_file, list_step,
+    )  # fmt: skip
     from ocmm_gui.kit._parts import (
-        ColouredRow,
-        DataTable,
-        NumberTable,
-        panel,
-        sentence_label,
-        stacked,
-        value_label,
-    )
+        ColouredRow, DataTable, NumberTable, panel, sentence_label, stacked, value_label,
+    )  # fmt: skip
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, LateParts, Sheet, caption, form_field
     from ocmm_gui.kit._shortcuts import (
-        DEBOUNCE_S,
-        SHORT,
-        DebouncedCommand,
-        bind_actions,
-        conflict_of,
-        key_words,
-        large_button,
-        make_actions,
-        make_button,
-        shortcuts_of,
-        show_mode,
-        usable_keys,
-        use_shortcuts,
-    )
+        DEBOUNCE_S, SHORT, DebouncedCommand, bind_actions, conflict_of, key_words, large_button,
+        make_actions, make_button, shortcuts_of, show_mode, usable_keys, use_shortcuts,
+    )  # fmt: skip
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._table_import import TableImport
     from ocmm_gui.kit._texts import (
-        PlainLabel,
-        later,
-        literal,
-        said,
-        said_word,
-        tr,
-        tr_all,
-        with_unit,
-    )
+        PlainLabel, later, literal, said, said_word, tr, tr_all, with_unit,
+    )  # fmt: skip
     from ocmm_gui.kit._theme import (
-        CAP_HEIGHT,
-        DEFAULT_THEME,
-        THEMES,
-        WRAPPED,
-        Theme,
-        ThemedWidget,
-        apply_theme,
-        digit_font,
-        dress,
-        dress_application,
-        far_type,
-        fitted,
-        status_colour,
-        text_font,
-        use_role,
-        verdict_colour,
-        wrapped_pixels,
-    )
+        CAP_HEIGHT, DEFAULT_THEME, THEMES, WRAPPED, Theme, ThemedWidget, apply_theme, digit_font,
+        dress, dress_application, far_type, fitted, status_colour, text_font, use_role,
+        verdict_colour, wrapped_pixels,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -17,13 +17,8 @@ if TYPE_CHECKING:
     from ocmm_gui.reports._preview import PagePreview
     from ocmm_gui.reports._recall import pdf_bytes
     from ocmm_gui.reports._side import (
-        CertificateTask,
-        FormatText,
-        PagePicture,
-        PreviewTask,
-        ReportTask,
-        template_page,
-    )
+        CertificateTask, FormatText, PagePicture, PreviewTask, ReportTask, template_page,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -12,13 +12,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_gui.scene._orbit_view import OrbitView
     from ocmm_gui.scene._part_scene import (
-        MOVING_TRIANGLES,
-        PartDrawing,
-        PartScene,
-        blended,
-        edge_colour,
-        part_colour,
-    )
+        MOVING_TRIANGLES, PartDrawing, PartScene, blended, edge_colour, part_colour,
+    )  # fmt: skip
     from ocmm_gui.scene._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
     from ocmm_gui.scene._scene_layer import SceneCache, SceneLayer, StillScene, painted_still
     from ocmm_gui.scene._scene_painter import ScenePainter, paint_scene

@@ -17,14 +17,9 @@ if TYPE_CHECKING:
     from ocmm_gui.views._camera_view import CameraViews
     from ocmm_gui.views._contents import job_items
     from ocmm_gui.views._deviations import (
-        SCALE_PX,
-        deviation_colour,
-        deviation_items,
-        deviation_part,
-        deviations_of,
-        paint_scale,
+        SCALE_PX, deviation_colour, deviation_items, deviation_part, deviations_of, paint_scale,
         scale_words,
-    )
+    )  # fmt: skip
     from ocmm_gui.views._part_picture import PartPicture, StepPicture, read_picture
     from ocmm_gui.views._placed import PartPlacement
     from ocmm_gui.views._point_view import PointView

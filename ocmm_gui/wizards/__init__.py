@@ -16,16 +16,9 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards._registry import WIZARDS
     from ocmm_gui.wizards._runner import GuidedStack, Runner
     from ocmm_gui.wizards._site import (
-        SESSIONS,
-        DirectCalculation,
-        PracticeRoom,
-        ProbeWizardSite,
-        Subject,
-        WizardSite,
-        practice_site,
-        site_of,
-        temperature,
-    )
+        SESSIONS, DirectCalculation, PracticeRoom, ProbeWizardSite, Subject, WizardSite,
+        practice_site, site_of, temperature,
+    )  # fmt: skip
     from ocmm_gui.wizards._wizard import Wizard
 else:
     __getattr__ = door(__name__)

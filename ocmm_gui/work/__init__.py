@@ -11,7 +11,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.work._side_process import SideProcess, Tell, Teller, Work
-    from ocmm_gui.work._worker import Failed, Worker, WorkLine, WorkSheet
+    from ocmm_gui.work._worker import Failed, WorkLine, WorkSheet, Worker
 else:
     __getattr__ = door(__name__)
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from pathlib import Path
+from dataclasses import replace
 
 import typer
 from rich.console import Console
 
 from ocmm_cli.terminal import lead, make_console, say, shown
-from ocmm_core.composition import StationRequest, build_station
+from ocmm_core.composition import build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.station.stream import StreamOptions
@@ -21,6 +21,7 @@ from ocmm_serve.ippdme._machine import StationMachine
 from ocmm_serve.ippdme._server import DmeServer
 from ocmm_serve.ippdme._session import OPERATOR, DmeSession
 from ocmm_serve.ippdme._state import DmeState
+from ocmm_serve.site import ServedAddress, ServedStation
 
 serve_app = typer.Typer(
     no_args_is_help=True, help="Serve points to measuring programs of other makers."
@@ -36,32 +37,13 @@ def _group() -> None:
 @serve_app.command("ippdme")
 def serve_ippdme(
     *,
-    host: str,
-    port: int,
-    allow: list[str] | None,
+    address: ServedAddress,
     dialect: DmeDialect,
     shift_sign: ShiftSign,
     any_place: bool,
     patience: float,
     tries: int,
-    certificate: Path | None,
-    private_key: Path | None,
-    out: Path,
-    source: str,
-    rig: Path,
-    probe: Path,
-    reference: Path | None,
-    seed: int,
-    speed: float,
-    operator: str,
-    serial: str,
-    calibrations: Path | None,
-    uncalibrated: bool,
-    probes: Path | None,
-    tip: str | None,
-    check_after: float,
-    force: bool,
-    bus_processor: int | None,
+    site: ServedStation,
 ) -> None:
     """Let a measuring program measure with this machine, by I++ DME (VDMA 8722).
 
@@ -70,15 +52,10 @@ def serve_ippdme(
     Ctrl-C.
     """
     console = make_console()
-    request = StationRequest(
-        plan=resource("plans", "points.toml"), out=out, source=source, rig=rig, probe=probe,
-        reference=reference, seed=seed, speed=speed, stay=True, idle=True, operator=operator,
-        serial=serial, calibrations=calibrations, uncalibrated=uncalibrated, probes=probes, tip=tip,
-        check_after_h=check_after, force=force, bus_processor=bus_processor,
-    )  # fmt: skip
     options = StreamOptions(
-        host, port, certificate=certificate, private_key=private_key, allow=tuple(allow or ())
-    )
+        address.host, address.port or 0, certificate=address.certificate,
+        private_key=address.private_key, allow=tuple(address.allow or ()),
+    )  # fmt: skip
     ended = threading.Event()
     failures: list[Exception] = []
 
@@ -89,8 +66,9 @@ def serve_ippdme(
         failures.append(error)
         tell(str(error))
 
-    built = build_station(request)
-    header = JobHeader(operator, built.station.job.plan.part, serial)
+    request = site.request(resource("plans", "points.toml"))
+    built = build_station(replace(request, stay=True, idle=True))
+    header = JobHeader(site.operator, built.station.job.plan.part, site.serial)
     machine = StationMachine(built, header, tell)
     try:
         state = DmeState(machine, dialect, CsyFrames(shift_sign), any_place=any_place)
@@ -99,8 +77,8 @@ def serve_ippdme(
             signal.signal(number, lambda *_: ended.set())
         machine.start(server.touched, server.refused)
         console.print(f"{lead('Source  ')}{built.description.name}")
-        address = "{}:{}".format(*server.start())
-        tell(f"I++ DME {dialect.version} on {address}. Ctrl-C ends.")
+        place = "{}:{}".format(*server.start())
+        tell(f"I++ DME {dialect.version} on {place}. Ctrl-C ends.")
         if sys.stdin is not None and sys.stdin.isatty():
             tell(f"Type {OPERATOR}.")
             threading.Thread(target=_read_keys, args=(server,), name="keys", daemon=True).start()

@@ -19,6 +19,7 @@ from ocmm_core.station.stream import PlainLines, StreamServer
 from ocmm_serve.lines._feed import LineFeed, SerialReceiver
 from ocmm_serve.lines._keyboard import KeyboardReceiver, find_tool
 from ocmm_serve.lines._template import DecimalSign, LengthUnit, LineTemplate, PointKind
+from ocmm_serve.site import ServedAddress, ServedStation
 
 POINTS = "points.toml"
 """List of points, without end."""
@@ -37,24 +38,11 @@ def serve_lines(
     point: PointKind,
     decimal: DecimalSign,
     end: str,
-    port: int | None,
-    host: str,
-    allow: list[str] | None,
-    certificate: Path | None,
-    private_key: Path | None,
+    address: ServedAddress,
     device: str,
     baud: int,
     plan: Path | None,
-    out: Path,
-    source: str,
-    rig: Path,
-    probe: Path,
-    reference: Path | None,
-    speed: float,
-    calibrations: Path | None,
-    uncalibrated: bool,
-    probes: Path | None,
-    tip: str | None,
+    site: ServedStation,
 ) -> None:
     """Send each accepted point as a line of text, over TCP or a serial line.
 
@@ -62,15 +50,17 @@ def serve_lines(
     line leaves. Each line is sent once, to the programs that are connected. Ends by Ctrl-C.
     """
     made = LineTemplate.of(template, unit, point, decimal)
-    if device and (port is not None or allow or host != "127.0.0.1"):
+    port, allow = address.port, tuple(address.allow or ())
+    if device and (port is not None or allow or address.host != "127.0.0.1"):
         raise InputError(
             "lines.two_ways",
             "--device is a serial line, but --port, --host or --allow ask for TCP.",
             "Give one of both.",
         )
     options = stream_options(
-        1390 if port is None else port, host, None, certificate, private_key, tuple(allow or ())
-    )
+        1390 if port is None else port, address.host, None, address.certificate,
+        address.private_key, allow,
+    )  # fmt: skip
     assert options is not None  # noqa: S101 - there is a port
 
     def face(station: MeasuringStation, plain: PlainLines, note: Note) -> LineFeed | StreamServer:
@@ -83,11 +73,7 @@ def serve_lines(
 
         return StreamServer(station, options, tell, plain)
 
-    request = StationRequest(
-        plan=_plan_for(plan, source), out=out, source=source, rig=rig, probe=probe,
-        reference=reference, speed=speed, calibrations=calibrations, uncalibrated=uncalibrated,
-        probes=probes, tip=tip,
-    )  # fmt: skip
+    request = site.request(_plan_for(plan, site.source))
     _run(request, made, _ENDS[end], face)
 
 
@@ -100,16 +86,7 @@ def serve_keyboard(
     end: str,
     window: str,
     plan: Path | None,
-    out: Path,
-    source: str,
-    rig: Path,
-    probe: Path,
-    reference: Path | None,
-    speed: float,
-    calibrations: Path | None,
-    uncalibrated: bool,
-    probes: Path | None,
-    tip: str | None,
+    site: ServedStation,
 ) -> None:
     """Type each accepted point into the program that has the keyboard focus.
 
@@ -119,11 +96,7 @@ def serve_keyboard(
     made = LineTemplate.of(template, unit, point, decimal)
     receiver = KeyboardReceiver(find_tool(), window)
 
-    request = StationRequest(
-        plan=_plan_for(plan, source), out=out, source=source, rig=rig, probe=probe,
-        reference=reference, speed=speed, calibrations=calibrations, uncalibrated=uncalibrated,
-        probes=probes, tip=tip,
-    )  # fmt: skip
+    request = site.request(_plan_for(plan, site.source))
     _run(
         request, made, _ENDS[end],
         lambda station, plain, note: LineFeed(station, plain, receiver, note),

@@ -11,12 +11,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.recalls._over_archive import (
-        ArchiveFinding,
-        ShopPlaces,
-        decide_archived,
-        marks_of,
-        recall_archive,
-    )
+        ArchiveFinding, ShopPlaces, decide_archived, marks_of, recall_archive,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

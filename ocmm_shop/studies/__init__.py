@@ -13,86 +13,31 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.studies._from_jobs import (
-        CharacteristicStudy,
-        LinearityReport,
-        StudyReport,
-        linearity_of,
-        open_runs,
-        study_jobs,
+        CharacteristicStudy, LinearityReport, StudyReport, linearity_of, open_runs, study_jobs,
         study_of,
-    )
+    )  # fmt: skip
     from ocmm_shop.studies._gauge_rr import AIAG_LEVEL, GaugeStudy, SourceRow, gauge_study
     from ocmm_shop.studies._part_study import (
-        AUDITED,
-        PartStudy,
-        load_part_study,
-        load_task,
-        make_part_study,
-        part_procedure,
-        save_part_study,
-        uncertainty_for,
-    )
+        AUDITED, PartStudy, load_part_study, load_task, make_part_study, part_procedure,
+        save_part_study, uncertainty_for,
+    )  # fmt: skip
     from ocmm_shop.studies._plan import (
-        STUDY_SCHEMA,
-        StudyPlan,
-        StudyRun,
-        load_study,
-        plan_study,
-        plan_text,
-        require_balanced,
+        STUDY_SCHEMA, StudyPlan, StudyRun, load_study, plan_study, plan_text, require_balanced,
         store_plan,
-    )
+    )  # fmt: skip
     from ocmm_shop.studies._single import (
-        LinearityStudy,
-        StatedScatter,
-        Suitability,
-        Type1Study,
-        compare_stated,
-        linearity_study,
-        process_uncertainty,
-        suitability,
-        system_uncertainty,
-        type1_study,
-    )
+        LinearityStudy, StatedScatter, Suitability, Type1Study, compare_stated, linearity_study,
+        process_uncertainty, suitability, system_uncertainty, type1_study,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "AIAG_LEVEL",
-    "AUDITED",
-    "STUDY_SCHEMA",
-    "CharacteristicStudy",
-    "GaugeStudy",
-    "LinearityReport",
-    "LinearityStudy",
-    "PartStudy",
-    "SourceRow",
-    "StatedScatter",
-    "StudyPlan",
-    "StudyReport",
-    "StudyRun",
-    "Suitability",
-    "Type1Study",
-    "compare_stated",
-    "gauge_study",
-    "linearity_of",
-    "linearity_study",
-    "load_part_study",
-    "load_study",
-    "load_task",
-    "make_part_study",
-    "open_runs",
-    "part_procedure",
-    "plan_study",
-    "plan_text",
-    "process_uncertainty",
-    "require_balanced",
-    "save_part_study",
-    "store_plan",
-    "study_jobs",
-    "study_of",
-    "suitability",
-    "system_uncertainty",
-    "type1_study",
-    "uncertainty_for",
+    "AIAG_LEVEL", "AUDITED", "STUDY_SCHEMA", "CharacteristicStudy", "GaugeStudy", "LinearityReport",
+    "LinearityStudy", "PartStudy", "SourceRow", "StatedScatter", "StudyPlan", "StudyReport",
+    "StudyRun", "Suitability", "Type1Study", "compare_stated", "gauge_study", "linearity_of",
+    "linearity_study", "load_part_study", "load_study", "load_task", "make_part_study", "open_runs",
+    "part_procedure", "plan_study", "plan_text", "process_uncertainty", "require_balanced",
+    "save_part_study", "store_plan", "study_jobs", "study_of", "suitability", "system_uncertainty",
+    "type1_study", "uncertainty_for",
 ]  # fmt: skip

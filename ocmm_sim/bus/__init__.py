@@ -17,21 +17,9 @@ if TYPE_CHECKING:
     from ocmm_sim.bus._chain import Chain, FaultCommands, Unit
     from ocmm_sim.bus._fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
     from ocmm_sim.bus._faults import (
-        COPIED,
-        CORRUPT_WITH_SUM,
-        EXCHANGED,
-        SHARED,
-        CameraDeed,
-        DeedAnswer,
-        FaultKind,
-        Faults,
-        FrameKind,
-        LineDirection,
-        LineLog,
-        LineOrder,
-        LineRule,
-        Trick,
-    )
+        COPIED, CORRUPT_WITH_SUM, EXCHANGED, SHARED, CameraDeed, DeedAnswer, FaultKind, Faults,
+        FrameKind, LineDirection, LineLog, LineOrder, LineRule, Trick,
+    )  # fmt: skip
     from ocmm_sim.bus._named_rig import RigStatus, rig_down, rig_status, rig_up
     from ocmm_sim.bus._proxy import LineTricks, ProxyConfig, kind_of
     from ocmm_sim.bus._virtual_bus import VirtualBus, errand_virtual, maintain_virtual, scan_virtual

@@ -13,39 +13,18 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.calibration_scenes._calibrating import (
-        CalibratingScript,
-        CalibratingSource,
-        CalibrationScenesRig,
-    )
+        CalibratingScript, CalibratingSource, CalibrationScenesRig,
+    )  # fmt: skip
     from ocmm_sim.calibration_scenes._made_records import (
-        RECORDS_MADE,
-        made_camera_record,
-        made_probe_record,
-        made_tip_record,
-        made_verification,
-    )
+        RECORDS_MADE, made_camera_record, made_probe_record, made_tip_record, made_verification,
+    )  # fmt: skip
     from ocmm_sim.calibration_scenes._motions import (
-        SEATS,
-        WAY_S,
-        Holds,
-        VirtualRests,
-        places_of_bar,
-        stand_of,
-    )
+        SEATS, WAY_S, Holds, VirtualRests, places_of_bar, stand_of,
+    )  # fmt: skip
     from ocmm_sim.calibration_scenes._scenes import (
-        FrameMove,
-        FreeMotionScene,
-        Scene,
-        ScriptedJump,
-        SeatFault,
-        ShowBar,
-        SweepProbe,
-        TargetScene,
-        TipFault,
-        TouchSeats,
-        TouchSphere,
-        TouchWithTip,
-    )
+        FrameMove, FreeMotionScene, Scene, ScriptedJump, SeatFault, ShowBar, SweepProbe,
+        TargetScene, TipFault, TouchSeats, TouchSphere, TouchWithTip,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

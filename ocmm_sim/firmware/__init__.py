@@ -10,13 +10,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.firmware._banks import (
-        FACTORY,
-        MAKER,
-        FirmwareBanks,
-        FoeServer,
-        PowerLossError,
-        maker_key,
-    )
+        FACTORY, MAKER, FirmwareBanks, FoeServer, PowerLossError, maker_key,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

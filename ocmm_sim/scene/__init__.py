@@ -16,14 +16,8 @@ if TYPE_CHECKING:
     from ocmm_sim.scene import _kernels as kernels
     from ocmm_sim.scene import _surfaces as surfaces
     from ocmm_sim.scene._artefacts import (
-        Part,
-        PartDocument,
-        PartPose,
-        TouchedEntry,
-        TrueFeature,
-        TrueTouch,
-        load_part,
-    )
+        Part, PartDocument, PartPose, TouchedEntry, TrueFeature, TrueTouch, load_part,
+    )  # fmt: skip
     from ocmm_sim.scene._hand import attitude_at, rotation_vector, steady_hand
     from ocmm_sim.scene._kernels import BUTTON_DOWN_S
     from ocmm_sim.scene._operator import REST_S, Missing, Motion
@@ -32,25 +26,14 @@ if TYPE_CHECKING:
     from ocmm_sim.scene._rig import CameraFrames, VirtualRig
     from ocmm_sim.scene._sensor import Sensor, SensorOptions, normal_table
     from ocmm_sim.scene._source import (
-        MOST_ROUNDS,
-        LedHand,
-        RigScript,
-        SimulatedSource,
-        decode_script,
-    )
+        MOST_ROUNDS, LedHand, RigScript, SimulatedSource, decode_script,
+    )  # fmt: skip
     from ocmm_sim.scene._spot_pattern import SpotPattern, draw_pattern
     from ocmm_sim.scene._touches import sample
     from ocmm_sim.scene._world import (
-        ScriptedBump,
-        ScriptedNudge,
-        ScriptedOcclusion,
-        World,
-        WorldOptions,
-        bumped,
-        draw_world,
-        nudged,
-        white_noise,
-    )
+        ScriptedBump, ScriptedNudge, ScriptedOcclusion, World, WorldOptions, bumped, draw_world,
+        nudged, white_noise,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -18,30 +18,13 @@ if TYPE_CHECKING:
     from ocmm_sim.slave._esc import Esc
     from ocmm_sim.slave._frame_buffer import CHUNK_FRAMES, FIFO_FRAMES, OVERRUN_FLAG, FrameBuffer
     from ocmm_sim.slave._pattern import (
-        CLOCK_MODULUS_US,
-        SENSOR_PX,
-        CameraFrames,
-        ClockPattern,
-        Frames,
-        SimpleSensor,
-        TestPattern,
+        CLOCK_MODULUS_US, SENSOR_PX, CameraFrames, ClockPattern, Frames, SimpleSensor, TestPattern,
         read_clock,
-    )
+    )  # fmt: skip
     from ocmm_sim.slave._registers import (
-        AL_STATUS,
-        AL_SYNC,
-        INIT,
-        OP,
-        PREOP,
-        SAFEOP,
-        STATION_ADDRESS,
-        STATION_ALIAS,
-        SYSTEM_TIME,
-        TIME_DIFFERENCE,
-        SlaveClock,
-        difference_register,
-        time_difference,
-    )
+        AL_STATUS, AL_SYNC, INIT, OP, PREOP, SAFEOP, STATION_ADDRESS, STATION_ALIAS, SYSTEM_TIME,
+        TIME_DIFFERENCE, SlaveClock, difference_register, time_difference,
+    )  # fmt: skip
     from ocmm_sim.slave._sdo_values import Abort, AbortError
     from ocmm_sim.slave._segment import ETHERTYPE, DatagramCommand, Segment
     from ocmm_sim.slave._sii import checksum_of_configuration, sii_image

@@ -12,15 +12,9 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.sources._calibrate_scenes import (
-        VirtualSite,
-        acceptance_feed,
-        relocation_by_step,
-        scene_of_tip,
-        scenes_of_known_points,
-        scenes_of_relocation,
-        scenes_of_verification,
-        verification_by_step,
-    )
+        VirtualSite, acceptance_feed, relocation_by_step, scene_of_tip, scenes_of_known_points,
+        scenes_of_relocation, scenes_of_verification, verification_by_step,
+    )  # fmt: skip
     from ocmm_sim.sources._feed_makers import script_of, segment_of
     from ocmm_sim.sources._model_part import part_as_planned, part_text
     from ocmm_sim.sources._specs import PIXELS, SIMULATED, WIRE
@@ -30,7 +24,6 @@ else:
 
 __all__ = [
     "PIXELS", "SIMULATED", "WIRE", "VirtualSite", "acceptance_feed", "part_as_planned", "part_text",
-    "relocation_by_step", "scene_of_tip", "scenes_of_known_points",
-    "scenes_of_relocation", "scenes_of_verification", "script_of", "segment_of", "true_values",
-    "verification_by_step",
+    "relocation_by_step", "scene_of_tip", "scenes_of_known_points", "scenes_of_relocation",
+    "scenes_of_verification", "script_of", "segment_of", "true_values", "verification_by_step",
 ]  # fmt: skip

@@ -1649,10 +1649,6 @@ Startet: {source}</translation>
         <translation>Was nicht genutzt wurde</translation>
     </message>
     <message>
-        <source>Files of the settings</source>
-        <translation>Dateien der Einstellungen</translation>
-    </message>
-    <message>
         <source>Test of sounds</source>
         <translation>Töne anhören</translation>
     </message>

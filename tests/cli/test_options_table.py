@@ -6,13 +6,13 @@ import ast
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pytest
 import typer
 
 from ocmm_cli._app import _BUILT, app
-from ocmm_cli.options import OPTIONS, described, option_of
+from ocmm_cli.options import OPTIONS, describe, described, option_of, read_typed_numbers
 from ocmm_core.composition import Errand, StationRequest, request_of_settings
 from ocmm_core.documents import resource
 from ocmm_core.options import DEFAULT_OPERATOR, DEFAULT_SERIAL, OF_SETTINGS, VARIABLES, WINDOW
@@ -76,6 +76,30 @@ def test_a_command_with_an_option_out_of_the_table_is_not_built() -> None:
 
     with pytest.raises(KeyError, match="measure colour"):
         described(command, "measure")
+
+
+def test_a_command_of_another_maker_describes_its_own_options(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A name of the table does not change it: neither text nor default nor range."""
+    added = typer.Typer()
+
+    def command(
+        seed: Annotated[int, typer.Option(help="Of my dice.")] = -1,
+        name: Annotated[str, typer.Argument(help="Of my camera.")] = "mine",
+    ) -> None:
+        typer.echo(f"{seed} {name}")
+
+    added.command(name="dice")(command)
+    describe(added)
+    built = typer.main.get_command(added)
+    read_typed_numbers(built, "dice")
+    texts = {one.name: getattr(one, "help", "") for one in built.params}
+    assert texts["seed"] == "Of my dice."
+    with pytest.raises(SystemExit) as ended:
+        built.main(["--seed", "-7"], prog_name="dice")
+    assert not ended.value.code
+    assert capsys.readouterr().out == "-7 mine\n"
 
 
 def test_only_the_table_makes_options() -> None:

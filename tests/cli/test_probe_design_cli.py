@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import re
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
-from ocmm_core.acceptance import ArtefactRegister
+from ocmm_core.acceptance import ArtefactRegister, TemperatureSource
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.composition import ClimateRequest, climate_in_use
 from ocmm_core.documents import resource
@@ -144,6 +145,29 @@ def test_a_job_names_its_thermometer_or_the_u_of_its_certificate() -> None:
         used = climate_in_use(request, load_plan(QUICK), load_probe(PROBE), None).climate
         assert used.part.now == Temperature(22.0, sigma, origin)
         assert used.probe.now == Temperature(21.0, sigma, origin)
+
+
+def test_a_part_temperature_that_is_not_typed_is_read_by_its_source(tmp_path: Path) -> None:
+    sensor = tmp_path / "temp1_input"
+    sensor.write_text("21750\n", "ascii")
+    reads = TemperatureSource(kind="file", address=str(sensor), unit="°C", scale=0.001)
+    register = ArtefactRegister()
+    register.add(thermometer(id="T-6", reads=reads), "Ann", datetime(2026, 11, 28, tzinfo=UTC))
+    asked = ClimateRequest(
+        stated_u="T-6", part_expansion_ppm=11.5, compensate_part=True, probe_c=20.0
+    )
+    plan, body = load_plan(QUICK), load_probe(PROBE)
+
+    part = climate_in_use(asked, plan, body, None).climate.part
+
+    assert part.now == Temperature(21.75, 0.1, "room thermometer, serial 4711")
+    assert part.scale == pytest.approx(1.0 - 1.75 * 11.5e-6, abs=1e-12)
+    # Without compensation nothing needs it, and no sensor is asked.
+    sensor.unlink()
+    silent = replace(asked, compensate_part=False)
+    assert climate_in_use(silent, plan, body, None).climate.part.now is None
+    with pytest.raises(InputError, match="cannot be read"):
+        climate_in_use(asked, plan, body, None)
 
 
 def test_the_material_of_the_plan_is_taken(tmp_path: Path) -> None:

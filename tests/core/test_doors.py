@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from grimp import ImportGraph
 
+from benchmarks.house_faces import written
 from benchmarks.house_tree import ROOTS
 from ocmm_core.door import door
 from tests.doors import entrances_from_outside, entrances_inside, room_of
@@ -74,6 +75,33 @@ def test_the_lists_of_a_face_agree_with_its_door_and_every_name_loads(room: str)
         assert set(names) == set(homes)
     for name in names:
         assert getattr(module, name) is not None
+
+
+@pytest.mark.parametrize("room", FACES)
+def test_the_lists_of_a_face_are_as_the_generator_writes_them(room: str) -> None:
+    text = FACES[room].read_text(encoding="utf-8")
+    assert text == written(text), "run: python -m benchmarks.house_faces"
+
+
+def test_the_generator_adds_a_name_to_both_lists_in_order() -> None:
+    head = '"""A room."""\n\nfrom ocmm_core.door import TYPE_CHECKING, door\n\nif TYPE_CHECKING:\n'
+    tail = "else:\n    __getattr__ = door(__name__)\n\n"
+    x, y, z, last = (f"function_with_a_long_name_{number}" for number in range(4))
+    added = "    from room._b import Ant, one, ZERO\n    from room import _a as a\n"
+    added += f"    from room._c import {last}, {x}, {y}, {z}\n"
+    face = written(f"{head}{added}{tail}__all__ = []\n")
+    assert face == (
+        f"{head}"
+        "    from room import _a as a\n"
+        "    from room._b import ZERO, Ant, one\n"
+        f"    from room._c import (\n        {x}, {y}, {z},\n        {last},\n    )  # fmt: skip\n"
+        f"{tail}"
+        "__all__ = [\n"
+        f'    "ZERO", "Ant", "a", "{x}", "{y}",\n'
+        f'    "{z}", "{last}", "one",\n'
+        "]  # fmt: skip\n"
+    )
+    assert written(face) == face
 
 
 @pytest.mark.parametrize("room", FACES)

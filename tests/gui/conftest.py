@@ -74,6 +74,7 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
             stay=stay,
             world=world or WorldOptions(),
             frame_rate_hz=800,
+            serial="1",
         )
         built = build_station(request)
         notices = NoticeCentre()

@@ -21,17 +21,9 @@ if TYPE_CHECKING:
     from ocmm_cad.step.brep._mesh_aside import MeshAside
     from ocmm_cad.step.brep._part import model_face, part_of
     from ocmm_cad.step.brep._raw_faces import (
-        ENDLESS,
-        FoundFaces,
-        RawFace,
-        Rim,
-        UnusableModelError,
-        as_numbers,
-        box_size,
-        faces_of,
-        faces_with_surface,
-        stretches_of,
-    )
+        ENDLESS, FoundFaces, RawFace, Rim, UnusableModelError, as_numbers, box_size, faces_of,
+        faces_with_surface, stretches_of,
+    )  # fmt: skip
     from ocmm_cad.step.brep._recognised import LESS, RECOGNISED_MM, StepFace, Triple, normals_of
 else:
     __getattr__ = door(__name__)

@@ -22,32 +22,17 @@ if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._errand import run_errand
     from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
     from ocmm_core.acquisition.bus_process._launch import (
-        RECIPE,
-        BusConfig,
-        bus_command,
-        read_config,
-    )
+        RECIPE, BusConfig, bus_command, read_config,
+    )  # fmt: skip
     from ocmm_core.acquisition.bus_process._maintenance_process import (
-        MaintenanceConfig,
-        MaintenanceNews,
-        maintenance_command,
-    )
+        MaintenanceConfig, MaintenanceNews, maintenance_command,
+    )  # fmt: skip
     from ocmm_core.acquisition.bus_process._record_process import RecordConfig, record_command
     from ocmm_core.acquisition.bus_process._remote_objects import RemoteObjects
     from ocmm_core.acquisition.bus_process._rights import (
-        BUS_PRIORITY,
-        CAMERA_PRIORITY,
-        NEEDED,
-        Capability,
-        ProcessRights,
-        allow_locked_memory,
-        give_up_all_but,
-        granted_by,
-        hold_nothing,
-        lock_memory,
-        rights_of,
-        take_priority,
-    )
+        BUS_PRIORITY, CAMERA_PRIORITY, NEEDED, Capability, ProcessRights, allow_locked_memory,
+        give_up_all_but, granted_by, hold_nothing, lock_memory, rights_of, take_priority,
+    )  # fmt: skip
     from ocmm_core.acquisition.bus_process._scan_process import ScanConfig, scan_command
     from ocmm_core.acquisition.bus_process._service_client import ServiceBus
     from ocmm_core.acquisition.bus_process._stepped_time import SteppedTime
@@ -55,11 +40,10 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "BUS_PRIORITY", "CAMERA_PRIORITY", "NEEDED", "RECIPE", "Acquisition", "BusConfig",
-    "BusProcess", "Capability", "ChildProcess", "EthercatSource", "MaintenanceConfig",
-    "MaintenanceNews", "ProcessRights", "RecordConfig", "RemoteObjects", "ScanConfig",
-    "ServiceBus", "SteppedTime", "allow_locked_memory", "bus_command", "give_up_all_but",
-    "granted_by", "hold_nothing", "lock_memory", "maintenance_command", "read_config",
-    "read_first_line", "record_command", "rights_of", "run_errand", "scan_command",
-    "take_priority",
+    "BUS_PRIORITY", "CAMERA_PRIORITY", "NEEDED", "RECIPE", "Acquisition", "BusConfig", "BusProcess",
+    "Capability", "ChildProcess", "EthercatSource", "MaintenanceConfig", "MaintenanceNews",
+    "ProcessRights", "RecordConfig", "RemoteObjects", "ScanConfig", "ServiceBus", "SteppedTime",
+    "allow_locked_memory", "bus_command", "give_up_all_but", "granted_by", "hold_nothing",
+    "lock_memory", "maintenance_command", "read_config", "read_first_line", "record_command",
+    "rights_of", "run_errand", "scan_command", "take_priority",
 ]  # fmt: skip

@@ -14,28 +14,15 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.acquisition.frames._frames import (
-        SUBPIXEL,
-        Cycle,
-        CycleVerdict,
-        FrameBlock,
-        FrameFlag,
-        FrameSource,
-        SourceDescription,
-        frame_dtype,
-        from_records,
-        quantise,
-        to_records,
-    )
+        SUBPIXEL, Cycle, CycleVerdict, FrameBlock, FrameFlag, FrameSource, SourceDescription,
+        frame_dtype, from_records, quantise, to_records,
+    )  # fmt: skip
     from ocmm_core.acquisition.frames._join import ExposureCount, FrameJoiner, Given
     from ocmm_core.acquisition.frames._ring import Books, FrameRing, RingHeaderField
     from ocmm_core.acquisition.frames._worker import (
-        AcquisitionState,
-        AcquisitionStatus,
-        AcquisitionWorker,
-        StopReason,
-        leave_error,
+        AcquisitionState, AcquisitionStatus, AcquisitionWorker, StopReason, leave_error,
         read_status,
-    )
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -17,20 +17,12 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.bundle._culprit import Culprit, CulpritVerdict, Suspect, examine, fit
     from ocmm_core.calibration.bundle._culprit_history import Block, restored
     from ocmm_core.calibration.bundle._culprit_messages import (
-        Names,
-        accuse,
-        explain_points,
-        scale_between,
-    )
+        Names, accuse, explain_points, scale_between,
+    )  # fmt: skip
     from ocmm_core.calibration.bundle._kernel import N_CAMERA, eliminate
     from ocmm_core.calibration.bundle._robust import (
-        RobustMinimum,
-        adjust_robustly,
-        solvable,
-        start_bars,
-        start_poses,
-        start_shape,
-    )
+        RobustMinimum, adjust_robustly, solvable, start_bars, start_poses, start_shape,
+    )  # fmt: skip
     from ocmm_core.calibration.bundle._state import BundleData, BundleState, Columns, Prior
 else:
     __getattr__ = door(__name__)

@@ -15,25 +15,17 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.cameras import _kernel as kernel
     from ocmm_core.calibration.cameras._dlt import cloud_of
     from ocmm_core.calibration.cameras._guards import (
-        CHI2_DEVIATION,
-        FLAT_REFUSED,
-        FLAT_WARNED,
-        FOCAL_SIGMA,
-        OUTLIERS_REFUSED,
-        RMS_FORCED,
+        CHI2_DEVIATION, FLAT_REFUSED, FLAT_WARNED, FOCAL_SIGMA, OUTLIERS_REFUSED, RMS_FORCED,
         RMS_REFUSED,
-    )
+    )  # fmt: skip
     from ocmm_core.calibration.cameras._kernel import empty_rows, spot_rows
     from ocmm_core.calibration.cameras._lens import LensCamera
     from ocmm_core.calibration.cameras._model_fit import OUTLIER_PROBABILITY, fit_camera
     from ocmm_core.calibration.cameras._network import calibrate_rig
     from ocmm_core.calibration.cameras._procedure_known_points import KnownPointsProcedure
     from ocmm_core.calibration.cameras._reference_points import (
-        KnownPoints,
-        SpotTable,
-        load_spots,
-        read_reference_points,
-    )
+        KnownPoints, SpotTable, load_spots, read_reference_points,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -14,135 +14,62 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided._articulation import (
-        ARTICULATION_CHANCE,
-        Articulation,
-        BallPlace,
-        RestingTouch,
-        articulate,
-        handle_axis,
-        joint_covariance,
-        place_of_ball,
-        range_limit,
-        shared_covariance,
-        tips_of,
-        touch_of,
-    )
+        ARTICULATION_CHANCE, Articulation, BallPlace, RestingTouch, articulate, handle_axis,
+        joint_covariance, place_of_ball, range_limit, shared_covariance, tips_of, touch_of,
+    )  # fmt: skip
     from ocmm_core.calibration.guided._collecting import (
-        AVERAGING,
-        PLACE_DONE,
-        STILL_FRAMES,
-        STRANGE,
-        WAVED_FRAMES,
-        Average,
-        ProbeSpotAverager,
-        StaticSpotAverager,
-        sigma_of_mean,
-    )
+        AVERAGING, PLACE_DONE, STILL_FRAMES, STRANGE, WAVED_FRAMES, Average, ProbeSpotAverager,
+        StaticSpotAverager, sigma_of_mean,
+    )  # fmt: skip
     from ocmm_core.calibration.guided._conclusion import (
-        CalibrationContext,
-        Findings,
-        build_outcome,
-        hash_of,
-        length_sigma,
-        location_gains,
+        CalibrationContext, Findings, build_outcome, hash_of, length_sigma, location_gains,
         random_lines,
-    )
+    )  # fmt: skip
     from ocmm_core.calibration.guided._procedure import (
-        OPEN,
-        CameraLive,
-        Gate,
-        Live,
-        Procedure,
-        ProcedureDecision,
-        ProcedureKind,
-        ProcedureView,
+        OPEN, CameraLive, Gate, Live, Procedure, ProcedureDecision, ProcedureKind, ProcedureView,
         Step,
-    )
+    )  # fmt: skip
     from ocmm_core.calibration.guided._procedure_views import (
-        CalibrationComparison,
-        CalibrationOutcome,
-        CameraChange,
-        CameraResiduals,
-        KnownPoint,
-        KnownPointsView,
-        LinePlan,
-        RelocationView,
-        Tilt,
-        VerificationOutcome,
-        VerificationView,
-        VolumeCoverage,
-        coverage,
-        viewer_axes,
-    )
+        CalibrationComparison, CalibrationOutcome, CameraChange, CameraResiduals, KnownPoint,
+        KnownPointsView, LinePlan, RelocationView, Tilt, VerificationOutcome, VerificationView,
+        VolumeCoverage, coverage, viewer_axes,
+    )  # fmt: skip
     from ocmm_core.calibration.guided._repeats import (
-        SEAT_MM,
-        SEATS,
-        JudgedRepeat,
-        Repeat,
-        RestingPosition,
-        SeatVisited,
-        again_gate,
-        again_instruction,
-        first_gate,
-        first_instruction,
-        judge_first_visit,
-        judge_repeats,
-        judge_visit_again,
-        repeat_finding,
-    )
+        SEATS, SEAT_MM, JudgedRepeat, Repeat, RestingPosition, SeatVisited, again_gate,
+        again_instruction, first_gate, first_instruction, judge_first_visit, judge_repeats,
+        judge_visit_again, repeat_finding,
+    )  # fmt: skip
     from ocmm_core.calibration.guided._session import (
-        CameraProcedure,
-        O,
-        ProbeProcedure,
-        require_fresh_temperature,
-    )
+        CameraProcedure, O, ProbeProcedure, require_fresh_temperature,
+    )  # fmt: skip
     from ocmm_core.calibration.guided._session_drift import (
-        Rest,
-        SessionChange,
-        TimeCourse,
-        change_findings,
-        rest_of,
-        session_changes,
-    )
+        Rest, SessionChange, TimeCourse, change_findings, rest_of, session_changes,
+    )  # fmt: skip
     from ocmm_core.calibration.guided._session_events import (
-        CommonEvent,
-        Decided,
-        Entered,
-        SessionEvent,
-        SessionFormat,
-        SessionHeader,
-        SessionLine,
-        ShockDetector,
-        Spots,
-        from_spots,
-        is_ended,
-        record_shock,
-        require_no_doubt_since,
-        require_probe,
-        sessions,
-        to_spots,
-        utc_text,
-    )
+        CommonEvent, Decided, Entered, SessionEvent, SessionFormat, SessionHeader, SessionLine,
+        ShockDetector, Spots, from_spots, is_ended, record_shock, require_no_doubt_since,
+        require_probe, sessions, to_spots, utc_text,
+    )  # fmt: skip
     from ocmm_core.calibration.guided._shot_table import Shot, load_shots
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM",
-    "STILL_FRAMES", "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace",
-    "CalibrationComparison", "CalibrationContext", "CalibrationOutcome", "CameraChange",
-    "CameraLive", "CameraProcedure", "CameraResiduals", "CommonEvent", "Decided", "Entered",
-    "Findings", "Gate", "JudgedRepeat", "KnownPoint", "KnownPointsView", "LinePlan", "Live", "O",
-    "ProbeProcedure", "ProbeSpotAverager", "Procedure", "ProcedureDecision", "ProcedureKind",
-    "ProcedureView", "RelocationView", "Repeat", "Rest", "RestingPosition", "RestingTouch",
-    "SeatVisited", "SessionChange", "SessionEvent", "SessionFormat", "SessionHeader",
-    "SessionLine", "ShockDetector", "Shot", "Spots", "StaticSpotAverager", "Step", "Tilt",
-    "TimeCourse", "VerificationOutcome", "VerificationView", "VolumeCoverage", "again_gate",
-    "again_instruction", "articulate", "build_outcome", "change_findings", "coverage",
-    "first_gate", "first_instruction", "from_spots", "handle_axis", "hash_of", "is_ended",
-    "joint_covariance", "judge_first_visit", "judge_repeats", "judge_visit_again", "length_sigma",
-    "load_shots", "location_gains", "place_of_ball", "random_lines", "range_limit", "record_shock",
-    "repeat_finding", "require_fresh_temperature", "require_no_doubt_since", "require_probe",
-    "rest_of", "session_changes", "sessions", "shared_covariance", "sigma_of_mean", "tips_of",
-    "to_spots", "touch_of", "utc_text", "viewer_axes",
+    "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM", "STILL_FRAMES",
+    "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace", "CalibrationComparison",
+    "CalibrationContext", "CalibrationOutcome", "CameraChange", "CameraLive", "CameraProcedure",
+    "CameraResiduals", "CommonEvent", "Decided", "Entered", "Findings", "Gate", "JudgedRepeat",
+    "KnownPoint", "KnownPointsView", "LinePlan", "Live", "O", "ProbeProcedure", "ProbeSpotAverager",
+    "Procedure", "ProcedureDecision", "ProcedureKind", "ProcedureView", "RelocationView", "Repeat",
+    "Rest", "RestingPosition", "RestingTouch", "SeatVisited", "SessionChange", "SessionEvent",
+    "SessionFormat", "SessionHeader", "SessionLine", "ShockDetector", "Shot", "Spots",
+    "StaticSpotAverager", "Step", "Tilt", "TimeCourse", "VerificationOutcome", "VerificationView",
+    "VolumeCoverage", "again_gate", "again_instruction", "articulate", "build_outcome",
+    "change_findings", "coverage", "first_gate", "first_instruction", "from_spots", "handle_axis",
+    "hash_of", "is_ended", "joint_covariance", "judge_first_visit", "judge_repeats",
+    "judge_visit_again", "length_sigma", "load_shots", "location_gains", "place_of_ball",
+    "random_lines", "range_limit", "record_shock", "repeat_finding", "require_fresh_temperature",
+    "require_no_doubt_since", "require_probe", "rest_of", "session_changes", "sessions",
+    "shared_covariance", "sigma_of_mean", "tips_of", "to_spots", "touch_of", "utc_text",
+    "viewer_axes",
 ]  # fmt: skip

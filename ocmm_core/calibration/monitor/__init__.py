@@ -15,16 +15,11 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.monitor._baseline import Baseline, learn_baseline
     from ocmm_core.calibration.monitor._drift_decision import ChangeCause, DriftReport
     from ocmm_core.calibration.monitor._monitor import (
-        CalibrationMonitor,
-        load_baseline,
-        save_baseline,
-    )
+        CalibrationMonitor, load_baseline, save_baseline,
+    )  # fmt: skip
     from ocmm_core.calibration.monitor._residual_samples import (
-        N_MOTIONS,
-        ResidualAccumulator,
-        ResidualSample,
-        camera_changes,
-    )
+        N_MOTIONS, ResidualAccumulator, ResidualSample, camera_changes,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

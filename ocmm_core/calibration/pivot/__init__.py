@@ -14,43 +14,23 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.calibration.pivot._bundle import PivotState, adjust_pivot
     from ocmm_core.calibration.pivot._centre import (
-        common_centre,
-        group_average,
-        moments_of,
-        sphere_centres,
-        thesis_pivot,
-    )
+        common_centre, group_average, moments_of, sphere_centres, thesis_pivot,
+    )  # fmt: skip
     from ocmm_core.calibration.pivot._covariance import preview_pivot
     from ocmm_core.calibration.pivot._data import (
-        PivotCalibration,
-        PivotLimits,
-        PivotOptions,
-        PivotSweep,
-        SweepCoverage,
-        load_sweeps,
-    )
+        PivotCalibration, PivotLimits, PivotOptions, PivotSweep, SweepCoverage, load_sweeps,
+    )  # fmt: skip
     from ocmm_core.calibration.pivot._guards import (
-        find_jump,
-        judge_jump,
-        judge_shape,
-        shared_part,
-        tips_by_cameras,
-    )
+        find_jump, judge_jump, judge_shape, shared_part, tips_by_cameras,
+    )  # fmt: skip
     from ocmm_core.calibration.pivot._pivot import LEAST_FRAMES, calibrate_probe
     from ocmm_core.calibration.pivot._robust import free_poses
     from ocmm_core.calibration.pivot._start import (
-        locate_targets,
-        mean_shape,
-        pivot_of_poses,
-        start_pivot,
-    )
+        locate_targets, mean_shape, pivot_of_poses, start_pivot,
+    )  # fmt: skip
     from ocmm_core.calibration.pivot._validation import (
-        OTHER_ATTITUDE,
-        OTHER_PLACE_MM,
-        PivotValidation,
-        attitude_between,
-        validate_pivot,
-    )
+        OTHER_ATTITUDE, OTHER_PLACE_MM, PivotValidation, attitude_between, validate_pivot,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -39,8 +39,7 @@ class CameraTips:
     """(m,): indices into the used frames, increasing."""
     shifts: Float
     """(m, 3, k), mm, world: by the cameras and by the noise of the arms; NaN for a frame without
-    pose.
-    """
+    pose."""
     by_pattern: Float
     """(m, 3, k), likewise: by waves of a sensor pattern; their mean square is its variance."""
 

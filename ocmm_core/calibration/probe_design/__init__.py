@@ -12,60 +12,24 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.probe_design._beam import (
-        HIGHEST_C,
-        LARGEST_U_K,
-        LOWEST_C,
-        REFERENCE_C,
-        UNMEASURED_K,
-        Bar,
-        MaterialExpansion,
-        Panel,
-        Temperature,
-        certified_at,
-        compression,
-        require_temperature,
-        sag,
-        side_load,
-        stated_temperature,
-        upright_shortening,
-    )
+        HIGHEST_C, LARGEST_U_K, LOWEST_C, REFERENCE_C, UNMEASURED_K, Bar, MaterialExpansion, Panel,
+        Temperature, certified_at, compression, require_temperature, sag, side_load,
+        stated_temperature, upright_shortening,
+    )  # fmt: skip
     from ocmm_core.calibration.probe_design._definition import (
-        DefinitionCheck,
-        definition_of,
-        examine,
-        probe_text,
-        read_definition,
-        save_definition,
-    )
+        DefinitionCheck, definition_of, examine, probe_text, read_definition, save_definition,
+    )  # fmt: skip
     from ocmm_core.calibration.probe_design._design import (
-        ProbeDesign,
-        leds_behind_body,
-        load_design,
-        shipped_design,
-    )
+        ProbeDesign, leds_behind_body, load_design, shipped_design,
+    )  # fmt: skip
     from ocmm_core.calibration.probe_design._layout import (
-        Postures,
-        TipMap,
-        TipNumber,
-        View,
-        WrongLabels,
-        tilt_map,
-        tip_number,
-        volume_map,
+        Postures, TipMap, TipNumber, View, WrongLabels, tilt_map, tip_number, volume_map,
         wrong_labels,
-    )
+    )  # fmt: skip
     from ocmm_core.calibration.probe_design._shape import (
-        ContactForce,
-        TemperatureState,
-        body_in_use,
-        bow_shape,
-        check_temperature,
-        contact_force,
-        force_shapes,
-        growth_shape,
-        sag_shape,
-        tip_shift,
-    )
+        ContactForce, TemperatureState, body_in_use, bow_shape, check_temperature, contact_force,
+        force_shapes, growth_shape, sag_shape, tip_shift,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 
@@ -73,8 +37,8 @@ __all__ = [
     "HIGHEST_C", "LARGEST_U_K", "LOWEST_C", "REFERENCE_C", "UNMEASURED_K", "Bar", "ContactForce",
     "DefinitionCheck", "MaterialExpansion", "Panel", "Postures", "ProbeDesign", "Temperature",
     "TemperatureState", "TipMap", "TipNumber", "View", "WrongLabels", "body_in_use", "bow_shape",
-    "certified_at", "check_temperature", "compression", "contact_force", "definition_of",
-    "examine", "force_shapes", "growth_shape", "leds_behind_body", "load_design", "probe_text",
+    "certified_at", "check_temperature", "compression", "contact_force", "definition_of", "examine",
+    "force_shapes", "growth_shape", "leds_behind_body", "load_design", "probe_text",
     "read_definition", "require_temperature", "sag", "sag_shape", "save_definition",
     "shipped_design", "side_load", "stated_temperature", "tilt_map", "tip_number", "tip_shift",
     "upright_shortening", "volume_map", "wrong_labels",

@@ -22,6 +22,7 @@ from typing import Generic, TypeVar
 
 import msgspec
 
+from ocmm_core.chain_file import USE_ITS_OWN
 from ocmm_core.documents import read_bytes, write_atomic
 from ocmm_core.errors import CalibrationError
 from ocmm_core.seals import KeyFolder, SealState, SealWord, Signature, Signed, judge_signature, sign
@@ -99,8 +100,17 @@ def unseal_signed(
 def _opened(path: Path, content: bytes, kind: type[R]) -> tuple[R, Signature | None]:
     try:
         sealed = msgspec.json.decode(content, type=_Sealed)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise _changed(path, f"it cannot be read ({error})") from error
+    try:
         record = msgspec.json.decode(sealed.content, type=kind)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        if is_sealed_as(content, sealed.sha256):
+            raise CalibrationError(
+                "record.kind",
+                f"{path}: this record is of another kind, or of a later version.",
+                USE_ITS_OWN,
+            ) from error
         raise _changed(path, f"it cannot be read ({error})") from error
     if _sealed(record, sealed.signature) != content:
         raise _changed(path, "its content does not match its hash")

@@ -13,16 +13,9 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._data import (
-        BarDistance,
-        GeometryMode,
-        KeptByCameras,
-        KeptByPoints,
-        LensMode,
-        Observations,
-        ProbeFrames,
-        RelocationOptions,
-        ShownBar,
-    )
+        BarDistance, GeometryMode, KeptByCameras, KeptByPoints, LensMode, Observations, ProbeFrames,
+        RelocationOptions, ShownBar,
+    )  # fmt: skip
     from ocmm_core.calibration.relocation._guards import judge_residuals
     from ocmm_core.calibration.relocation._problem import RelocationProblem, build
     from ocmm_core.calibration.relocation._procedure_relocation import RelocationProcedure
@@ -35,7 +28,7 @@ else:
 
 __all__ = [
     "BAR", "BARS_WANTED", "LENGTH_LIMIT_MM", "POSES_WANTED", "BarDistance", "GeometryMode",
-    "KeptByCameras", "KeptByPoints", "LensMode", "Observations", "ProbeFrames",
-    "RelocationOptions", "RelocationProblem", "RelocationProcedure", "ShownBar", "World", "build",
-    "judge_residuals", "relocate",
+    "KeptByCameras", "KeptByPoints", "LensMode", "Observations", "ProbeFrames", "RelocationOptions",
+    "RelocationProblem", "RelocationProcedure", "ShownBar", "World", "build", "judge_residuals",
+    "relocate",
 ]  # fmt: skip

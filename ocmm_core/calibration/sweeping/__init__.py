@@ -14,17 +14,9 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.sweeping._procedure_pivot import PivotProcedure
     from ocmm_core.calibration.sweeping._progress import CELL_RAD
     from ocmm_core.calibration.sweeping._views import (
-        AGAIN,
-        SECOND,
-        SWEEPS,
-        MapCell,
-        PivotChange,
-        PivotOutcome,
-        PivotView,
-        SweepPhase,
-        SweepView,
+        AGAIN, SECOND, SWEEPS, MapCell, PivotChange, PivotOutcome, PivotView, SweepPhase, SweepView,
         led_paths,
-    )
+    )  # fmt: skip
     from ocmm_core.calibration.sweeping._wanted import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
     from ocmm_core.calibration.sweeping._watch import BATCH, COUNTDOWN_S
 else:

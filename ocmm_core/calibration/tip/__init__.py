@@ -16,25 +16,14 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.tip._procedure_tip_check import TipCheckProcedure
     from ocmm_core.calibration.tip._qualification import TipLimits, conforms, qualification_checks
     from ocmm_core.calibration.tip._sphere_layout import (
-        CHECK_RINGS,
-        QUALIFICATION_RINGS,
-        frame_about,
-        sphere_layout,
-    )
+        CHECK_RINGS, QUALIFICATION_RINGS, frame_about, sphere_layout,
+    )  # fmt: skip
     from ocmm_core.calibration.tip._steps import CONE, SPHERE
     from ocmm_core.calibration.tip._touch_session import POLE
     from ocmm_core.calibration.tip._views import (
-        CheckVerdict,
-        ConeProgress,
-        Countdown,
-        Phase,
-        SphereProgress,
-        TipCheckOutcome,
-        TipCheckView,
-        TipOutcome,
-        TipView,
-        TouchView,
-    )
+        CheckVerdict, ConeProgress, Countdown, Phase, SphereProgress, TipCheckOutcome, TipCheckView,
+        TipOutcome, TipView, TouchView,
+    )  # fmt: skip
     from ocmm_core.calibration.tip._wanted import VALID_DAYS
 else:
     __getattr__ = door(__name__)

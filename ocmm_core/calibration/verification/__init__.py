@@ -13,21 +13,11 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.calibration.verification._limits import Limits
     from ocmm_core.calibration.verification._line_planning import (
-        CORNER_NAMES,
-        LinePlanning,
-        PlannedLine,
-        corner_distances,
-        corners_of,
-        plan_lines,
-    )
+        CORNER_NAMES, LinePlanning, PlannedLine, corner_distances, corners_of, plan_lines,
+    )  # fmt: skip
     from ocmm_core.calibration.verification._procedure_verification import (
-        LINES,
-        RESULT,
-        SEATS_AGAIN,
-        SEATS_FIRST,
-        SPHERES,
-        VerificationProcedure,
-    )
+        LINES, RESULT, SEATS_AGAIN, SEATS_FIRST, SPHERES, VerificationProcedure,
+    )  # fmt: skip
     from ocmm_core.calibration.verification._state import PLACES
     from ocmm_core.calibration.verification._verification import fit_sphere
 else:

@@ -11,14 +11,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.composition.hands._hand import (
-        BLOCK,
-        IDLE_S,
-        Hand,
-        RecordedHand,
-        TestHand,
-        VirtualHand,
-        Watcher,
-    )
+        BLOCK, IDLE_S, Hand, RecordedHand, TestHand, VirtualHand, Watcher,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -11,12 +11,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.export.audits._audit import audit, files_to_audit
     from ocmm_core.export.audits._audit_files import (
-        Audit,
-        AuditedKind,
-        AuditedRecord,
-        AuditRow,
-        document_kind,
-    )
+        Audit, AuditRow, AuditedKind, AuditedRecord, document_kind,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

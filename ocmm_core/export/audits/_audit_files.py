@@ -252,6 +252,8 @@ def _of_document(path: Path) -> Audit:
         return Audit(path, AuditedKind(kind.value), found.signer, ("Not released.",), ())
     if found.changed:
         fault = "The file was changed after its release."
+    elif found.replaced:
+        fault = "A later release replaced this one."
     step = AuditRow(row.utc, row.who, f"released. {row.reason}".strip())
     faults = (fault,) if fault else ()
     return Audit(path, AuditedKind(kind.value), found.signer, faults, (step,))

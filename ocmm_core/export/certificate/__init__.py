@@ -15,48 +15,26 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.export.certificate._artefact import (
-        Expansion,
-        artefact_fields,
-        artefact_text,
-        quantities_read,
-    )
+        Expansion, artefact_fields, artefact_text, quantities_read,
+    )  # fmt: skip
     from ocmm_core.export.certificate._content import (
-        SIMULATED_WORDS,
-        Certificate,
-        CertificateLine,
-        CertificateRun,
-        CertificateValue,
-        Conformity,
-        air_said,
-        certificate_facts,
-        certificate_title,
-        open_certificate_clauses,
-        rule_said,
-    )
+        SIMULATED_WORDS, Certificate, CertificateLine, CertificateRun, CertificateValue, Conformity,
+        air_said, certificate_facts, certificate_title, open_certificate_clauses, rule_said,
+    )  # fmt: skip
     from ocmm_core.export.certificate._dcc import dcc_bytes
     from ocmm_core.export.certificate._from_acceptance import certificate_of_acceptance
     from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
     from ocmm_core.export.certificate._from_records import (
-        certificate_of_cameras,
-        certificate_of_folder,
-        certificate_of_tip,
-    )
+        certificate_of_cameras, certificate_of_folder, certificate_of_tip,
+    )  # fmt: skip
     from ocmm_core.export.certificate._reader import Dcc, DccQuantity, read_dcc
     from ocmm_core.export.certificate._seal import (
-        CERTIFICATE_ENDING,
-        SEAL_SUFFIX,
-        check_dcc_seal,
-        signed_certificates,
-        write_certificate,
+        CERTIFICATE_ENDING, SEAL_SUFFIX, check_dcc_seal, signed_certificates, write_certificate,
         write_certificates,
-    )
+    )  # fmt: skip
     from ocmm_core.export.certificate._xml_signature import (
-        TrustedSigners,
-        XmlSignature,
-        XmlSignatureWord,
-        trust_laboratory,
-        trusted_signers,
-    )
+        TrustedSigners, XmlSignature, XmlSignatureWord, trust_laboratory, trusted_signers,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -15,101 +15,37 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.export.report._elements import Element
     from ocmm_core.export.report._exporter import (
-        Exporter,
-        Profile,
-        ReportFormat,
-        load_profile,
-        polyworks_profile,
-        same_number,
-    )
+        Exporter, Profile, ReportFormat, load_profile, polyworks_profile, same_number,
+    )  # fmt: skip
     from ocmm_core.export.report._first_article import AS9102, account_file, write_account
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import ReportFile, read_report
     from ocmm_core.export.report._names import (
-        check_file_stem,
-        check_name,
-        clean_text,
-        last_moment,
-        one_line,
-        spreadsheet_text,
-    )
+        check_file_stem, check_name, clean_text, last_moment, one_line, spreadsheet_text,
+    )  # fmt: skip
     from ocmm_core.export.report._paper_facts import (
-        CLAUSES,
-        NOT_STATED,
-        PaperFact,
-        open_clauses,
-        paper_facts,
-        plan_deviations,
-        report_number,
+        CLAUSES, NOT_STATED, PaperFact, open_clauses, paper_facts, plan_deviations, report_number,
         statements,
-    )
+    )  # fmt: skip
     from ocmm_core.export.report._polyworks import POLYWORKS
     from ocmm_core.export.report._report_data import (
-        Instrument,
-        ReportData,
-        ReportedFeature,
-        ReportedResult,
-        report_data,
-        report_of_job,
-    )
+        Instrument, ReportData, ReportedFeature, ReportedResult, report_data, report_of_job,
+    )  # fmt: skip
     from ocmm_core.export.report._specimen import specimen_report
     from ocmm_core.export.report._tables import (
-        Cell,
-        Number,
-        ReportTable,
-        Units,
-        features_table,
-        head_table,
-        points_table,
-        report_table,
-    )
+        Cell, Number, ReportTable, Units, features_table, head_table, points_table, report_table,
+    )  # fmt: skip
     from ocmm_core.export.report._xlsx import XLSX
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "AS9102",
-    "CLAUSES",
-    "JSON",
-    "NOT_STATED",
-    "POLYWORKS",
-    "XLSX",
-    "Cell",
-    "Element",
-    "Exporter",
-    "Instrument",
-    "Number",
-    "PaperFact",
-    "Profile",
-    "ReportData",
-    "ReportFile",
-    "ReportFormat",
-    "ReportTable",
-    "ReportedFeature",
-    "ReportedResult",
-    "Units",
-    "account_file",
-    "check_file_stem",
-    "check_name",
-    "clean_text",
-    "features_table",
-    "head_table",
-    "last_moment",
-    "load_profile",
-    "one_line",
-    "open_clauses",
-    "paper_facts",
-    "plan_deviations",
-    "points_table",
-    "polyworks_profile",
-    "read_report",
-    "report_data",
-    "report_number",
-    "report_of_job",
-    "report_table",
-    "same_number",
-    "specimen_report",
-    "spreadsheet_text",
-    "statements",
+    "AS9102", "CLAUSES", "JSON", "NOT_STATED", "POLYWORKS", "XLSX", "Cell", "Element", "Exporter",
+    "Instrument", "Number", "PaperFact", "Profile", "ReportData", "ReportFile", "ReportFormat",
+    "ReportTable", "ReportedFeature", "ReportedResult", "Units", "account_file", "check_file_stem",
+    "check_name", "clean_text", "features_table", "head_table", "last_moment", "load_profile",
+    "one_line", "open_clauses", "paper_facts", "plan_deviations", "points_table",
+    "polyworks_profile", "read_report", "report_data", "report_number", "report_of_job",
+    "report_table", "same_number", "specimen_report", "spreadsheet_text", "statements",
     "write_account",
 ]  # fmt: skip

@@ -12,29 +12,13 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.export.template._headed import (
-        given_with,
-        headed_paper,
-        keep_given,
-        keep_template,
-        paper_of,
-        station_template,
-        surroundings,
-        template_in_use,
-        use_head,
-    )
+        given_with, headed_paper, keep_given, keep_template, paper_of, station_template,
+        surroundings, template_in_use, use_head,
+    )  # fmt: skip
     from ocmm_core.export.template._template import (
-        RELATES_ONLY,
-        SECTIONS,
-        WHOLE_ONLY,
-        Paper,
-        PaperLengths,
-        Particulars,
-        ReportTemplate,
-        Section,
-        load_paper,
-        plain_paper,
-        standard_template,
-    )
+        RELATES_ONLY, SECTIONS, WHOLE_ONLY, Paper, PaperLengths, Particulars, ReportTemplate,
+        Section, load_paper, plain_paper, standard_template,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

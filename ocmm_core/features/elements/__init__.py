@@ -19,19 +19,12 @@ if TYPE_CHECKING:
     from ocmm_core.features.elements._ellipse import fit_ellipse, fit_ellipse_projected
     from ocmm_core.features.elements._flat import fit_circle, fit_circle_free, fit_circle_projected
     from ocmm_core.features.elements._oriented import (
-        fit_oriented,
-        fixed_direction,
-        turned_direction,
-    )
+        fit_oriented, fixed_direction, turned_direction,
+    )  # fmt: skip
     from ocmm_core.features.elements._plane import fit_line, fit_plane, fit_point, fit_sphere
     from ocmm_core.features.elements._registry import (
-        ELEMENTS,
-        ElementSpec,
-        FitPrior,
-        distance_derivatives,
-        nominal_distances,
-        surface_normals,
-    )
+        ELEMENTS, ElementSpec, FitPrior, distance_derivatives, nominal_distances, surface_normals,
+    )  # fmt: skip
     from ocmm_core.features.elements._slot import fit_slot, fit_slot_projected
     from ocmm_core.features.elements._torus import fit_torus
 else:

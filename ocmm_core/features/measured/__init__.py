@@ -15,70 +15,37 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.features.measured._actual import (
-        SAME_RADIUS,
-        ActualFeature,
-        ResidualSlopes,
-        Touches,
-        actual_features,
-    )
+        SAME_RADIUS, ActualFeature, ResidualSlopes, Touches, actual_features,
+    )  # fmt: skip
     from ocmm_core.features.measured._construct import (
-        AXIAL,
-        CENTRED,
-        LONG,
-        Bisector,
-        Construction,
-        FitThrough,
-        Intersection,
-        Midpoint,
-        Offset,
-        PartOf,
-        construction_fault,
-        in_order,
-        needed_features,
-        probed_features,
-        shapes_with,
-    )
+        AXIAL, CENTRED, LONG, Bisector, Construction, FitThrough, Intersection, Midpoint, Offset,
+        PartOf, construction_fault, in_order, needed_features, probed_features, shapes_with,
+    )  # fmt: skip
     from ocmm_core.features.measured._construct_geometry import gauge_point
     from ocmm_core.features.measured._constructed import constructed_features, nominal_geometries
     from ocmm_core.features.measured._each import (
-        Each,
-        Instead,
-        Orientation,
-        can_be_oriented,
-        geometries_of,
-        measured_of,
-        oriented_feature,
-    )
+        Each, Instead, Orientation, can_be_oriented, geometries_of, measured_of, oriented_feature,
+    )  # fmt: skip
     from ocmm_core.features.measured._fit import ZoneProof, certificate, fit, fit_shape, outliers
     from ocmm_core.features.measured._influence import (
-        CommandingPoints,
-        commanding_points,
-        commanding_rows,
-        commanding_touches,
-    )
+        CommandingPoints, commanding_points, commanding_rows, commanding_touches,
+    )  # fmt: skip
     from ocmm_core.features.measured._second_order import beyond_first_order, solver_start
     from ocmm_core.features.measured._verify import (
-        APEX_LIMIT,
-        DIRECTION_LIMIT,
-        POSITION_LIMIT,
-        SIZE_LIMIT,
-        Convention,
-        PairResult,
-        SetReport,
+        APEX_LIMIT, DIRECTION_LIMIT, POSITION_LIMIT, SIZE_LIMIT, Convention, PairResult, SetReport,
         verify_folder,
-    )
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
     "APEX_LIMIT", "AXIAL", "CENTRED", "DIRECTION_LIMIT", "LONG", "POSITION_LIMIT", "SAME_RADIUS",
-    "SIZE_LIMIT", "ActualFeature", "Bisector", "CommandingPoints", "Construction",
-    "Convention", "Each", "FitThrough", "Instead", "Intersection", "Midpoint", "Offset",
-    "Orientation", "PairResult", "PartOf", "ResidualSlopes", "SetReport", "Touches", "ZoneProof",
+    "SIZE_LIMIT", "ActualFeature", "Bisector", "CommandingPoints", "Construction", "Convention",
+    "Each", "FitThrough", "Instead", "Intersection", "Midpoint", "Offset", "Orientation",
+    "PairResult", "PartOf", "ResidualSlopes", "SetReport", "Touches", "ZoneProof",
     "actual_features", "beyond_first_order", "can_be_oriented", "certificate", "commanding_points",
-    "commanding_rows", "commanding_touches", "constructed_features", "construction_fault",
-    "fit", "fit_shape", "gauge_point", "geometries_of", "in_order", "measured_of",
-    "needed_features",
+    "commanding_rows", "commanding_touches", "constructed_features", "construction_fault", "fit",
+    "fit_shape", "gauge_point", "geometries_of", "in_order", "measured_of", "needed_features",
     "nominal_geometries", "oriented_feature", "outliers", "probed_features", "shapes_with",
     "solver_start", "verify_folder",
 ]  # fmt: skip

@@ -43,8 +43,7 @@ class Bisector(_Construction, frozen=True, kw_only=True, tag="bisector"):
     which: Literal["between", "across"] = "between"
     """Of planes: ``"between"`` halves the material between two faces, as those of a tongue, or the
     space between those of a groove; ``"across"`` is square to it, and the middle of two faces in
-    the same direction. Of lines: ``"between"`` halves the smaller angle.
-    """
+    the same direction. Of lines: ``"between"`` halves the smaller angle."""
 
 
 class Symmetry(_Construction, frozen=True, kw_only=True, tag="symmetry"):
@@ -62,8 +61,7 @@ class Offset(_Construction, frozen=True, kw_only=True, tag="offset"):
     """mm; negative for the opposite direction."""
     towards: str = ""
     """For a line or axis as second feature, which has no sense: a feature at the positive side,
-    seen from the first.
-    """
+    seen from the first."""
 
 
 class FitThrough(_Construction, frozen=True, kw_only=True, tag="best fit"):
@@ -72,8 +70,7 @@ class FitThrough(_Construction, frozen=True, kw_only=True, tag="best fit"):
     shape: Shape
     through: Literal["centres", "points"] = "centres"
     """``"centres"``: points and centres of the features; ``"points"``: their touches, each
-    compensated along the normal of its own feature.
-    """
+    compensated along the normal of its own feature."""
 
 
 class BoltCircle(_Construction, frozen=True, kw_only=True, tag="bolt circle"):

@@ -66,8 +66,7 @@ class PairResult:
     direction: float | None = None
     apex: float | None = None
     """`position`, `size`, `direction`, `apex`: mm, mm, rad, deg; None if the shape has none, or if
-    only residuals are comparable because several elements pass through so few points.
-    """
+    only residuals are comparable because several elements pass through so few points."""
     residual: float | None = None
     """mm: rms of the residuals if only they are compared, else None."""
     failure: str = ""

@@ -20,57 +20,22 @@ if TYPE_CHECKING:
     from ocmm_core.features.search import _newton_kernel as newton_kernel
     from ocmm_core.features.search._axis_kernel import CONE, CYLINDER, RING, TORUS, across
     from ocmm_core.features.search._common import (
-        FLAT,
-        across_axes,
-        centred,
-        centred_solid,
-        checked_points,
-        curved_patch,
-        degenerate,
-        few_axes,
-        many_axes,
-        oriented,
-        principal_axes,
-        quadric_axes,
-        refuse_masked,
-        trial_axes,
-    )
+        FLAT, across_axes, centred, centred_solid, checked_points, curved_patch, degenerate,
+        few_axes, many_axes, oriented, principal_axes, quadric_axes, refuse_masked, trial_axes,
+    )  # fmt: skip
     from ocmm_core.features.search._ellipse_kernel import conics, ellipse_foot, of_conic
     from ocmm_core.features.search._flat_kernel import BALL, DISC, ELLIPSE, ROUND_ENDS, SQUARE_ENDS
     from ocmm_core.features.search._newton_kernel import STEP_SIZE, move, solve_step, terms
     from ocmm_core.features.search._point_kernel import (
-        line_distances,
-        places,
-        spread,
-        spread_alike,
-        taubin,
-    )
+        line_distances, places, spread, spread_alike, taubin,
+    )  # fmt: skip
     from ocmm_core.features.search._search import (
-        Family,
-        best_ends,
-        is_open,
-        minima,
-        nearest_minimum,
-        planned,
-        sampled,
-    )
+        Family, best_ends, is_open, minima, nearest_minimum, planned, sampled,
+    )  # fmt: skip
     from ocmm_core.features.search._solver import (
-        COVERAGE,
-        NEAR,
-        Solution,
-        candidates,
-        covered,
-        decided,
-        derivatives,
-        gains,
-        minimise,
-        same,
-        sensitivity,
-        sizes_in_words,
-        unambiguous,
-        undecided,
-        with_rival,
-    )
+        COVERAGE, NEAR, Solution, candidates, covered, decided, derivatives, gains, minimise, same,
+        sensitivity, sizes_in_words, unambiguous, undecided, with_rival,
+    )  # fmt: skip
     from ocmm_core.features.search._starts_kernel import circles, flanks, quadric_feet, tubes
     from ocmm_core.features.search._tube_kernel import narrowest_tube
 else:

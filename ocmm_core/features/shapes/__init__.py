@@ -11,35 +11,17 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.features.shapes._nominal import (
-        CRITERIA,
-        NominalFeature,
-        nominal_geometry,
-        shape_fault,
-    )
+        CRITERIA, NominalFeature, nominal_geometry, shape_fault,
+    )  # fmt: skip
     from ocmm_core.features.shapes._points_file import PointsFile, read_points_file
     from ocmm_core.features.shapes._shape import Shape
     from ocmm_core.features.shapes._shape_spec import (
-        ACROSS,
-        DIRECTION,
-        GEOMETRY_SIZE,
-        HALF_ANGLE,
-        POINT,
-        RADIUS,
-        SECOND,
-        BallWay,
-        Criterion,
-        QifShape,
-        ShapeSpec,
-        Size,
-    )
+        ACROSS, DIRECTION, GEOMETRY_SIZE, HALF_ANGLE, POINT, RADIUS, SECOND, BallWay, Criterion,
+        QifShape, ShapeSpec, Size,
+    )  # fmt: skip
     from ocmm_core.features.shapes._shapes import (
-        GEOMETRY_NAMES,
-        MINIMUM_POINTS,
-        Fit,
-        element,
-        make_fit,
-        shapes_where,
-    )
+        GEOMETRY_NAMES, MINIMUM_POINTS, Fit, element, make_fit, shapes_where,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -23,25 +23,21 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     point: Vector3
     direction: Vector3 = (0.0, 0.0, 1.0)
     """`point`, `direction`: Nominal geometry in the part frame: centre or point on the element, and
-    its normal or axis. For planes and points the direction points out of the material.
-    """
+    its normal or axis. For planes and points the direction points out of the material."""
     diameter: float = 0.0
     """Nominal diameter of circle, sphere, cylinder, cone (square to its axis at ``point``) and
     torus (of its centre line); zero for other shapes."""
     side: Literal["outer", "inner"] = "outer"
     """``"outer"``: the probe is outside the material's curve (shaft, ball, face); ``"inner"``:
-    inside it (bore).
-    """
+    inside it (bore)."""
     projection: str = ""
     """Circle, ellipse, slot and rectangle: the plane feature whose normal the points are projected
-    along before the fit of the outline.
-    """
+    along before the fit of the outline."""
     length: float = 0.0
     width: float = 0.0
     """`length`, `width`: Overall length and width of slot and rectangle, axes of an ellipse, both;
     tube diameter of a torus is its width. Length of a cylinder, cone, line or plane along axis or
-    ``across`` if given in the plan, else zero.
-    """
+    ``across`` if given in the plan, else zero."""
     angle_deg: float = 0.0
     """Full apex angle of a cone."""
     across: Vector3 = (1.0, 0.0, 0.0)
@@ -59,8 +55,7 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """Method to find the material's side (`measuring.compensation.METHODS`); empty: the plan's."""
     targets: tuple[Vector3, ...] = ()
     """mm, part frame: touch targets on plane, cylinder, cone, sphere or torus, in order; empty:
-    spread over the shape by its sizes, ignoring holes.
-    """
+    spread over the shape by its sizes, ignoring holes."""
 
 
 CRITERIA = {

@@ -87,8 +87,7 @@ class QifShape:
     """Elements of its sizes, each with its field of `export.report.Element`."""
     extent: Literal["", "nominal", "definition", "cone", "flat"] = ""
     """Further bounds: ``nominal`` and ``definition`` have the length from the start; ``cone`` has
-    both ends along its axis, ``flat`` straight ends.
-    """
+    both ends along its axis, ``flat`` straight ends."""
     form: str = "OtherForm"
     """Prefix of its form characteristic, if ISO 1101 has no such kind."""
     before: int = 0
@@ -123,8 +122,7 @@ class ShapeSpec:
     """It has two straight sides with a middle plane."""
     is_curved: bool
     """The side in the plan, outer or inner, defines the side of the material. Other shapes are
-    linear in their points, except for the square of a small rotation.
-    """
+    linear in their points, except for the square of a small rotation."""
     has_normals: bool
     """Normals at its points follow from the element alone."""
     planned_direction: bool

@@ -41,12 +41,10 @@ class Fit:
     shape: Shape
     geometry: Float
     """(12,): see `element`. The point is the centre if the shape has one, else (line, plane,
-    cylinder, cone) the foot of the points' centroid on the element or its axis.
-    """
+    cylinder, cone) the foot of the points' centroid on the element or its axis."""
     jacobian: Float
     """(12, 3 n): d(geometry) / d(points), points row by row (x1 y1 z1 x2 ...). First order in the
-    residuals: exact for small residuals relative to the size of the feature.
-    """
+    residuals: exact for small residuals relative to the size of the feature."""
     residuals: Float
     """(n,), mm: signed orthogonal distance of each point from the element."""
     rms: float
@@ -62,8 +60,7 @@ class Fit:
     """Circle: in space, plane and circle as one problem."""
     rival: Fit | None = None
     """Another element of the same shape that the points do not exclude: noise of the observed size
-    may have made it the worse one. No result may depend on a fit with a rival.
-    """
+    may have made it the worse one. No result may depend on a fit with a rival."""
 
     @property
     def point(self) -> Float:

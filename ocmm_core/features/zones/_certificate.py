@@ -113,8 +113,7 @@ class Balance:
     """`forces`: (c,): nonnegative; `unbalanced`: Remaining sum of forces."""
     least_curvature: float
     """Least second derivative in directions left free by the contacts, relative to the greatest;
-    infinite without free directions, zero if negative without gain.
-    """
+    infinite without free directions, zero if negative without gain."""
     way: Float
     """(k,): the step of the free entries in that direction."""
 

@@ -52,8 +52,7 @@ class Zone:
     lower: float
     """`upper`, `lower`: Greatest and smallest distance (with the sign of the surface); ``lower`` is
     zero for zones without a lower bound and symmetric zones, whose ``upper`` is half the width.
-    Infinite if no such element exists.
-    """
+    Infinite if no such element exists."""
     settled: bool
     """Converged: no step improves the zone to first order."""
 

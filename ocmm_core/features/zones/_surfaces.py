@@ -56,8 +56,7 @@ class ElementFamily:
     """-1: distances are negated, so that the smallest is maximised."""
     even: bool = False
     """The zone is symmetric about the element: the greatest absolute distance is minimised. A
-    parallel curve of an ellipse is no ellipse, so its zone cannot be shifted to one side.
-    """
+    parallel curve of an ellipse is no ellipse, so its zone cannot be shifted to one side."""
 
     @property
     def outline(self) -> bool:
@@ -109,8 +108,7 @@ class ElementPose:
     sizes: Float = field(default_factory=lambda: np.zeros(3))
     """(3,): half apex angle of a cone, rad; radius of the centre line of a torus; half length and
     half width of an outline, and the offset of the points outside an ellipse, which no step
-    changes. Others are zero.
-    """
+    changes. Others are zero."""
 
     def local(self, points: Float) -> Float:
         """Return ``points`` (n, 3) in the frame of the element."""

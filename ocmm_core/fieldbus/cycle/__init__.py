@@ -4,9 +4,9 @@ In: answers of one cycle, and the clock.
 Out: new frames of each camera with a freshness verdict, counters in which every cycle is counted
 once, and the reaction to faults.
 
-Start with `_bus` (bring-up and cycles); then `_bringup`, `_health` (freshness and integrity) and
-`_clock` (pure arithmetic), `_accounts` (counters, events), `_supervisor` (wait, lift or restart: a
-pure state machine), `_watch` (camera states, port errors).
+Start with `_bus` (bring-up, cycles, bus clock); then `_bringup`, `_health` (freshness and
+integrity), `_accounts` (counters, events), `_supervisor` (wait, lift or restart: a pure state
+machine), `_watch` (camera states, port errors).
 
 It must not import the ring or its process.
 """
@@ -16,18 +16,10 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.cycle._accounts import ERROR_OVER, OPERATION, BusAccounts
     from ocmm_core.fieldbus.cycle._bringup import BusSettings
-    from ocmm_core.fieldbus.cycle._bus import CameraBus
-    from ocmm_core.fieldbus.cycle._clock import CyclePacer
+    from ocmm_core.fieldbus.cycle._bus import CameraBus, CyclePacer
     from ocmm_core.fieldbus.cycle._health import (
-        CameraPast,
-        CycleAnswer,
-        CycleFault,
-        Schedule,
-        Trouble,
-        advance,
-        first_frame,
-        judge,
-    )
+        CameraPast, CycleAnswer, CycleFault, Schedule, Trouble, advance, first_frame, judge,
+    )  # fmt: skip
     from ocmm_core.fieldbus.cycle._supervisor import Next, Supervisor
     from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 else:

@@ -16,40 +16,20 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.described._device_check import load_device
     from ocmm_core.fieldbus.described._device_file import (
-        Clock,
-        DeviceDescription,
-        Entry,
-        ProcessObject,
-        Role,
-        Sends,
-        StartUp,
-    )
+        Clock, DeviceDescription, Entry, ProcessObject, Role, Sends, StartUp,
+    )  # fmt: skip
     from ocmm_core.fieldbus.described._esi_conversion import (
-        EsiStatements,
-        describe_esi,
-        missing_statements,
-    )
+        EsiStatements, describe_esi, missing_statements,
+    )  # fmt: skip
     from ocmm_core.fieldbus.described._esi_reader import EsiDevice, choose_device
     from ocmm_core.fieldbus.described._process_image import ProcessImage
     from ocmm_core.fieldbus.described._proof import (
-        UNPROVEN_CAMERAS,
-        AllowedBy,
-        Doubt,
-        age_doubts,
-        doubt_line,
-        doubt_sentences,
-        doubts_by_name,
-        doubts_of,
-        refuse_coarse,
-        refuse_unproven,
-        resting_doubt_mm,
-    )
+        UNPROVEN_CAMERAS, AllowedBy, Doubt, age_doubts, doubt_line, doubt_sentences, doubts_by_name,
+        doubts_of, refuse_coarse, refuse_unproven, resting_doubt_mm,
+    )  # fmt: skip
     from ocmm_core.fieldbus.described._translator import (
-        InputTranslator,
-        Timing,
-        corrected_from_pixels,
-        pixels_from_corrected,
-    )
+        InputTranslator, Timing, corrected_from_pixels, pixels_from_corrected,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

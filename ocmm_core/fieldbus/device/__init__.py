@@ -16,116 +16,37 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.device._camera_objects import (
-        ERROR_REGISTER,
-        HISTORY,
-        HISTORY_FIRST,
-        HISTORY_MESSAGES,
-        IDENTITY,
-        IDENTITY_SERIAL,
-        INPUT_SYNC,
-        OUTPUT_SYNC,
-        SM_ASSIGNMENT,
-        SYNC_CYCLE,
-        SYNC_ERROR,
-        SYNC_EXCEEDED,
-        SYNC_MISSED,
-        SYNC_MODE,
-        TIMESTAMP,
-        ErrorCode,
-        ErrorRegister,
-        configuration_values,
-        object_dictionary,
-    )
+        ERROR_REGISTER, HISTORY, HISTORY_FIRST, HISTORY_MESSAGES, IDENTITY, IDENTITY_SERIAL,
+        INPUT_SYNC, OUTPUT_SYNC, SM_ASSIGNMENT, SYNC_CYCLE, SYNC_ERROR, SYNC_EXCEEDED, SYNC_MISSED,
+        SYNC_MODE, TIMESTAMP, ErrorCode, ErrorRegister, configuration_values, object_dictionary,
+    )  # fmt: skip
     from ocmm_core.fieldbus.device._camera_slave import (
-        COUNTER_MODULUS,
-        DEFAULT_FRAME_PERIOD_NS,
-        DEVICE_NAME,
-        FRAME_DTYPE,
-        FRAMES_PER_CYCLE,
-        HEADER_STRUCT,
-        INPUT_DTYPE,
-        INPUT_PDOS,
-        INPUT_START,
-        MAILBOX_BYTES,
-        MAILBOX_IN_START,
-        MAILBOX_OUT_START,
-        N_SLOTS,
-        OUTPUT_DTYPE,
-        OUTPUT_PDO,
-        OUTPUT_START,
-        OUTPUT_STRUCT,
-        PRODUCT_CODE,
-        REVISION,
-        SM_INPUTS,
-        SM_MAILBOX_IN,
-        SM_MAILBOX_OUT,
-        SM_OUTPUTS,
-        SUBPIXELS,
-        SYNC0_NS,
-        SYNC1_NS,
-        SYNC_MANAGERS,
-        VENDOR_ID,
-        VENDOR_NAME,
-        CameraConfig,
-        CameraMode,
-        CameraStatus,
-        Control,
-        DataType,
-        Pdo,
-        Window,
-        decode_spots,
-        encode_frames,
-        require_raw,
-    )
+        COUNTER_MODULUS, DEFAULT_FRAME_PERIOD_NS, DEVICE_NAME, FRAMES_PER_CYCLE, FRAME_DTYPE,
+        HEADER_STRUCT, INPUT_DTYPE, INPUT_PDOS, INPUT_START, MAILBOX_BYTES, MAILBOX_IN_START,
+        MAILBOX_OUT_START, N_SLOTS, OUTPUT_DTYPE, OUTPUT_PDO, OUTPUT_START, OUTPUT_STRUCT,
+        PRODUCT_CODE, REVISION, SM_INPUTS, SM_MAILBOX_IN, SM_MAILBOX_OUT, SM_OUTPUTS, SUBPIXELS,
+        SYNC0_NS, SYNC1_NS, SYNC_MANAGERS, VENDOR_ID, VENDOR_NAME, CameraConfig, CameraMode,
+        CameraStatus, Control, DataType, Pdo, Window, decode_spots, encode_frames, require_raw,
+    )  # fmt: skip
     from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
     from ocmm_core.fieldbus.device._esi import (
-        CLOCK_MODES,
-        CONTROLLERS,
-        DC_ACTIVATE,
-        DEVICE_GROUP,
-        MAILBOX_REPEATS,
-        MEMORY_END,
-        PHYSICAL_PORTS,
-        SII_BYTES,
-        SII_CONFIGURATION,
-        ClockMode,
-    )
+        CLOCK_MODES, CONTROLLERS, DC_ACTIVATE, DEVICE_GROUP, MAILBOX_REPEATS, MEMORY_END,
+        PHYSICAL_PORTS, SII_BYTES, SII_CONFIGURATION, ClockMode,
+    )  # fmt: skip
     from ocmm_core.fieldbus.device._firmware import BLOB_BYTES, Firmware, Intrinsics
     from ocmm_core.fieldbus.device._identity import (
-        CameraIdentity,
-        FoundDevice,
-        assign,
-        check_sensor,
-    )
+        CameraIdentity, FoundDevice, assign, check_sensor,
+    )  # fmt: skip
     from ocmm_core.fieldbus.device._input_layout import (
-        DATA_CRC,
-        DATA_CRC_AT,
-        INPUT_LAYOUTS,
-        NEWEST_LAYOUT,
-        NO_MARK,
-        Header,
-        InputLayout,
+        DATA_CRC, DATA_CRC_AT, INPUT_LAYOUTS, NEWEST_LAYOUT, NO_MARK, Header, InputLayout,
         data_mark,
-    )
+    )  # fmt: skip
     from ocmm_core.fieldbus.device._object_entries import Access, DictionaryObject, ObjectEntry
     from ocmm_core.fieldbus.device._profile_objects import (
-        BLACK_IMAGE,
-        CALIBRATION,
-        CHUNK_BYTES,
-        CONFIGURATION,
-        COUNTERS,
-        IDENTIFY,
-        INFORMATION,
-        MAX_BLACK_FRAMES,
-        NOTE_BYTES,
-        SNAPSHOT,
-        VERSIONS,
-        WINDOWS,
-        BlackCommand,
-        BlackImage,
-        SnapshotCommand,
-        Work,
-    )
+        BLACK_IMAGE, CALIBRATION, CHUNK_BYTES, CONFIGURATION, COUNTERS, IDENTIFY, INFORMATION,
+        MAX_BLACK_FRAMES, NOTE_BYTES, SNAPSHOT, VERSIONS, WINDOWS, BlackCommand, BlackImage,
+        SnapshotCommand, Work,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -13,48 +13,21 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.objects._camera_client import (
-        BlackImageState,
-        ObjectAccess,
-        Progress,
-        blink,
-        clear_black_image,
-        clear_error_history,
-        load_black_image,
-        measure_black_image,
-        read_black_image,
-        read_error_history,
-        read_intrinsics,
-        store_black_image,
-        take_snapshot,
-        write_intrinsics,
-    )
+        BlackImageState, ObjectAccess, Progress, blink, clear_black_image, clear_error_history,
+        load_black_image, measure_black_image, read_black_image, read_error_history,
+        read_intrinsics, store_black_image, take_snapshot, write_intrinsics,
+    )  # fmt: skip
     from ocmm_core.fieldbus.objects._mailbox_line import (
-        SYNC_MANAGER_BYTES,
-        SYNC_MANAGERS,
-        Emergency,
-        MailboxAreas,
-    )
+        SYNC_MANAGERS, SYNC_MANAGER_BYTES, Emergency, MailboxAreas,
+    )  # fmt: skip
     from ocmm_core.fieldbus.objects._maintenance import (
-        FIRMWARE_NAME,
-        FoeWrite,
-        find_camera,
-        update_firmware,
-        write_alias,
-    )
+        FIRMWARE_NAME, FoeWrite, find_camera, update_firmware, write_alias,
+    )  # fmt: skip
     from ocmm_core.fieldbus.objects._objects import ObjectService, RequestPort, Thermometer
     from ocmm_core.fieldbus.objects._requests import (
-        MAX_EEPROM_WORDS,
-        MAX_LINE_BYTES,
-        MAX_VALUE_BYTES,
-        CancelRequest,
-        EepromRequest,
-        ObjectReply,
-        ObjectRequest,
-        Request,
-        decode_reply,
-        decode_request,
-        encode_line,
-    )
+        MAX_EEPROM_WORDS, MAX_LINE_BYTES, MAX_VALUE_BYTES, CancelRequest, EepromRequest,
+        ObjectReply, ObjectRequest, Request, decode_reply, decode_request, encode_line,
+    )  # fmt: skip
     from ocmm_core.fieldbus.objects._sdo import SERVICE_SDO_RESPONSE, coe_content
 else:
     __getattr__ = door(__name__)

@@ -13,38 +13,16 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.report._alarms import (
-        Alarm,
-        AlarmResponse,
-        AlarmSpec,
-        alarm_of_code,
-        alarm_of_error,
-    )
+        Alarm, AlarmResponse, AlarmSpec, alarm_of_code, alarm_of_error,
+    )  # fmt: skip
     from ocmm_core.fieldbus.report._formatting import (
-        Link,
-        WirePicture,
-        is_present,
-        microseconds,
-        pace_words,
-        report_text,
-        shares,
-        statistics_csv,
-        statistics_json,
-        trouble_words,
-        unaccounted,
-        wire_picture,
-        within_us,
-    )
+        Link, WirePicture, is_present, microseconds, pace_words, report_text, shares,
+        statistics_csv, statistics_json, trouble_words, unaccounted, wire_picture, within_us,
+    )  # fmt: skip
     from ocmm_core.fieldbus.report._report import (
-        EDGES_US,
-        MAX_EVENTS,
-        BusEvent,
-        BusPhase,
-        BusReport,
-        CameraReport,
-        Histogram,
-        decode_report,
+        EDGES_US, MAX_EVENTS, BusEvent, BusPhase, BusReport, CameraReport, Histogram, decode_report,
         encode_report,
-    )
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

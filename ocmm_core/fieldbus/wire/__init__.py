@@ -15,45 +15,26 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.wire._datagrams import (
-        Command,
-        Datagram,
-        decode_frame,
-        encode_frame,
-        frame_index,
-        has_passed,
-    )
+        Command, Datagram, decode_frame, encode_frame, frame_index, has_passed,
+    )  # fmt: skip
     from ocmm_core.fieldbus.wire._interface import (
-        check_interface,
-        is_virtual_cable,
-        is_virtual_interface,
-    )
+        check_interface, is_virtual_cable, is_virtual_interface,
+    )  # fmt: skip
     from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
     from ocmm_core.fieldbus.wire._object_calls import check_mapping
     from ocmm_core.fieldbus.wire._other_masters import MasterWatch
     from ocmm_core.fieldbus.wire._port import HostTime, Passage, Port
     from ocmm_core.fieldbus.wire._scan import (
-        Exchange,
-        RawLine,
-        ScannedDevice,
-        decode_scan,
-        encode_scan,
-        read_words,
-        scan_devices,
+        Exchange, RawLine, ScannedDevice, decode_scan, encode_scan, read_words, scan_devices,
         write_word,
-    )
+    )  # fmt: skip
     from ocmm_core.fieldbus.wire._service import EepromRead, Job, ServiceChannel
     from ocmm_core.fieldbus.wire._sockets import LinkWatch
     from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
     from ocmm_core.fieldbus.wire._tap import Tap, TappedFrame, pcapng_end, pcapng_frame, pcapng_head
     from ocmm_core.fieldbus.wire._virtual_link import (
-        CAMERA_INTERFACE,
-        HOST_INTERFACE,
-        make_link,
-        namespace_command,
-        remove_link,
-        set_link,
-        tool,
-    )
+        CAMERA_INTERFACE, HOST_INTERFACE, make_link, namespace_command, remove_link, set_link, tool,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

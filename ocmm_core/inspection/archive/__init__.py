@@ -14,46 +14,25 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.inspection.archive import _reopen as reopen
     from ocmm_core.inspection.archive._batch import (
-        SUFFIX,
-        BatchPart,
-        LastJob,
-        last_jobs,
-        next_serial,
-        parts_of_batch,
-        previous_part_pose,
+        SUFFIX, BatchPart, LastJob, last_jobs, next_serial, parts_of_batch, previous_part_pose,
         require_new_serial,
-    )
+    )  # fmt: skip
     from ocmm_core.inspection.archive._camera_history import (
-        CameraHistory,
-        is_known,
-        points_in_doubt,
-        settle_cameras,
-    )
+        CameraHistory, is_known, points_in_doubt, settle_cameras,
+    )  # fmt: skip
     from ocmm_core.inspection.archive._compare import (
-        compare_files,
-        compare_folder,
-        compare_jobs,
-        why_not_counted,
-    )
+        compare_files, compare_folder, compare_jobs, why_not_counted,
+    )  # fmt: skip
     from ocmm_core.inspection.archive._comparison import Comparison, PartValue, Trend
     from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_here
     from ocmm_core.inspection.archive._points_in_doubt import first_stored, first_taken
     from ocmm_core.inspection.archive._recall_record import (
-        SCHEMA,
-        Outcome,
-        RecalledCharacteristic,
-        RecalledJob,
-        RecalledValue,
-        RecallRecord,
+        SCHEMA, Outcome, RecallRecord, RecalledCharacteristic, RecalledJob, RecalledValue,
         points_digest,
-    )
+    )  # fmt: skip
     from ocmm_core.inspection.archive._reopen import (
-        ReopenedJob,
-        Tell,
-        reopen_alone,
-        reopen_content,
-        reopen_job,
-    )
+        ReopenedJob, Tell, reopen_alone, reopen_content, reopen_job,
+    )  # fmt: skip
     from ocmm_core.inspection.archive._stored_documents import StoredDocuments
     from ocmm_core.inspection.archive._tip_history import ask_tip, last_good_utc, settle_tip
 else:

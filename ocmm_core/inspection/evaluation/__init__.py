@@ -16,90 +16,36 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.evaluation._cache import EvaluationCache
     from ocmm_core.inspection.evaluation._coverage import coverage_of
     from ocmm_core.inspection.evaluation._evaluation import (
-        JobResults,
-        JobStatus,
-        alignment_of_points,
-        checked_features,
-        evaluate_job,
-        frame_of,
+        JobResults, JobStatus, alignment_of_points, checked_features, evaluate_job, frame_of,
         measured_frame,
-    )
+    )  # fmt: skip
     from ocmm_core.inspection.evaluation._guidance import (
-        FAR_MM,
-        Whereabouts,
-        aligned_nominals,
-        cue,
-        nearness,
-        place_of_nominals,
-        places_of,
-        targets_of,
-        whereabouts,
-    )
+        FAR_MM, Whereabouts, aligned_nominals, cue, nearness, place_of_nominals, places_of,
+        targets_of, whereabouts,
+    )  # fmt: skip
     from ocmm_core.inspection.evaluation._job_messages import (
-        INCOMPLETE,
-        NO_REAL_PART,
-        NOISY_LINE,
-        PARTIAL_PLAN,
-        SIMULATED,
-        SIMULATED_LINE,
-        UNPROVEN_CAMERAS,
-        job_states,
-        part_line,
-        state_lines,
-    )
+        INCOMPLETE, NOISY_LINE, NO_REAL_PART, PARTIAL_PLAN, SIMULATED, SIMULATED_LINE,
+        UNPROVEN_CAMERAS, job_states, part_line, state_lines,
+    )  # fmt: skip
     from ocmm_core.inspection.evaluation._options import (
-        FOR_COMPARISON,
-        LIMITS_EVENT,
-        SessionOptions,
-        limits_text,
-        methods_used,
-        with_stored_limits,
-    )
+        FOR_COMPARISON, LIMITS_EVENT, SessionOptions, limits_text, methods_used, with_stored_limits,
+    )  # fmt: skip
     from ocmm_core.inspection.evaluation._progress import (
-        PAUSED,
-        RESUMED,
-        STANDING_EVENT,
-        Progress,
-        WrittenProgress,
-        open_plan,
-        progress_from,
+        PAUSED, RESUMED, STANDING_EVENT, Progress, WrittenProgress, open_plan, progress_from,
         progress_of,
-    )
+    )  # fmt: skip
     from ocmm_core.inspection.evaluation._quarantine import (
-        REMOVE,
-        HoldReason,
-        commanding,
-        event_text,
-        held_back,
-        held_below,
-        notes_of,
-        notes_on,
-        outliers,
-        withdrawn,
-    )
+        REMOVE, HoldReason, commanding, event_text, held_back, held_below, notes_of, notes_on,
+        outliers, withdrawn,
+    )  # fmt: skip
     from ocmm_core.inspection.evaluation._uncertainty import (
-        EvaluatedJob,
-        JobUncertainty,
-        evaluated_job,
-        frame_covariance,
-        job_uncertainty,
-        probe_state,
+        EvaluatedJob, JobUncertainty, evaluated_job, frame_covariance, job_uncertainty, probe_state,
         uncertainty_of,
-    )
+    )  # fmt: skip
     from ocmm_core.inspection.evaluation._view import (
-        Coverage,
-        DeletedPoint,
-        FeatureState,
-        FeatureView,
-        JobHeader,
-        JobView,
-        LiveView,
-        PlannedFeature,
-        Probing,
-        ReferenceView,
-        StatusWord,
-        Target,
-    )
+        Coverage, DeletedPoint, FeatureState, FeatureView, JobHeader, JobView, LiveView,
+        PlannedFeature, Probing, ReferenceView, StatusWord, Target,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -4,7 +4,7 @@ In: a TOML document, a table in text, or the measurement of a master part. Out: 
 TOML that reads back to the same plan.
 
 Read `_plan` (features and characteristics), `_file` (the document, released by name, in a folder or
-a job), `_step_checks` and `_findings` (contradictions), `_environment` (required and noted ambient
+a job), `_findings` (contradictions), `_environment` (required and noted ambient
 conditions), `_edit` (changes: a plan in, another one out; teaching), `_file_beside` (pictures, and
 the model of the part that is shown). Imports: `_csv` and `_surface_profile` (of faces of the
 model); `_requirements` keeps the account of imported files. It must not know points or sessions.
@@ -15,79 +15,33 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.inspection.plan._csv import FeatureTable, feature_table
     from ocmm_core.inspection.plan._edit import (
-        EDITED,
-        HEAD_FIELDS,
-        add_characteristic,
-        add_construction,
-        add_feature,
-        move_item,
-        new_plan,
-        remove_item,
-        replace_item,
-        taught_plan,
-        usual_points,
-        with_alignment,
-        with_head,
-    )
+        EDITED, HEAD_FIELDS, add_characteristic, add_construction, add_feature, move_item, new_plan,
+        remove_item, replace_item, taught_plan, usual_points, with_alignment, with_head,
+    )  # fmt: skip
     from ocmm_core.inspection.plan._environment import (
-        ENVIRONMENT_EVENT,
-        EnvironmentLimits,
-        NotedRoom,
-        environment_doubt,
-        environment_words,
-        note_room_in,
-        noted_rooms,
-    )
+        ENVIRONMENT_EVENT, EnvironmentLimits, NotedRoom, environment_doubt, environment_words,
+        note_room_in, noted_rooms,
+    )  # fmt: skip
     from ocmm_core.inspection.plan._file import (
-        RELEASE_EVENT,
-        PlanSummary,
-        list_plans,
-        note_release,
-        plan_card,
-        plan_release,
-        release_in_job,
-        release_plan,
-        require_released,
-        save_plan,
-        stored_plan,
-    )
+        RELEASE_EVENT, PlanSummary, list_plans, note_release, plan_card, plan_release,
+        release_in_job, release_plan, require_released, save_plan, stored_plan,
+    )  # fmt: skip
     from ocmm_core.inspection.plan._file_beside import (
-        PartOfPlan,
-        carry_model,
-        carry_pictures,
-        part_of_plan,
-        with_model,
-        with_picture,
-        without_file,
-        without_model,
-    )
+        PartOfPlan, carry_model, carry_pictures, part_of_plan, with_model, with_picture,
+        without_file, without_model,
+    )  # fmt: skip
     from ocmm_core.inspection.plan._findings import PlanFinding, plan_findings, require_consistent
     from ocmm_core.inspection.plan._plan import (
-        MAX_EXPANSION_PPM,
-        CadModel,
-        Material,
-        Plan,
-        check_plan,
-        climate_for,
-        load_plan,
-        material_expansion,
-    )
+        MAX_EXPANSION_PPM, CadModel, Material, Plan, check_plan, climate_for, load_plan,
+        material_expansion, step_fault,
+    )  # fmt: skip
     from ocmm_core.inspection.plan._requirements import (
-        PlanSource,
-        Requirement,
-        RequirementState,
-        requirement_count,
-        requirement_states,
-        source_of,
+        PlanSource, Requirement, RequirementState, requirement_count, requirement_states, source_of,
         with_requirements,
-    )
-    from ocmm_core.inspection.plan._step_checks import step_fault
+    )  # fmt: skip
     from ocmm_core.inspection.plan._surface_profile import (
-        USUAL_BALL_RADIUS,
-        surface_profile,
-        with_model_fit,
-        with_profiles,
-    )
+        USUAL_BALL_RADIUS, surface_profile, with_model_fit, with_profiles,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

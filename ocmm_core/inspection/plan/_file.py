@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -110,9 +110,10 @@ def _value(value: Any) -> str:
 RELEASE_EVENT = "plan release"
 
 
-class _Copy(msgspec.Struct, frozen=True):
+class _Copy(msgspec.Struct, frozen=True, omit_defaults=True):
     words: str
     release: Release
+    replaced: bool = False
 
 
 def release_plan(path: Path, who: str, reason: str = "") -> Release:
@@ -138,7 +139,7 @@ def require_released(path: Path, found: ReleaseState) -> None:
 def note_release(job: JobFile, found: ReleaseState) -> None:
     """Copy the release of the plan into a new job; StorageError if it cannot be stored."""
     if found.release is not None and found.release.signature is not None:
-        content = msgspec.json.encode(_Copy(found.words, found.release))
+        content = msgspec.json.encode(_Copy(found.words, found.release, found.replaced))
         job.append_event(RELEASE_EVENT, content.decode())
 
 
@@ -148,10 +149,11 @@ def release_in_job(head: JobHead, events: Iterable[JobEvent]) -> ReleaseState:
     if not texts:
         return NO_RELEASE
     try:
-        release = msgspec.json.decode(texts[-1], type=_Copy).release
+        copy = msgspec.json.decode(texts[-1], type=_Copy)
     except (ValueError, RecursionError):
-        release = None
-    return judge_release(release, Signed.PLAN, head.plan_identity)
+        return NO_RELEASE
+    state = judge_release(copy.release, Signed.PLAN, head.plan_identity)
+    return replace(state, replaced=copy.replaced)
 
 
 SUFFIX = ".toml"

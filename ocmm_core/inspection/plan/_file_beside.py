@@ -21,8 +21,7 @@ import platformdirs
 from ocmm_core.documents import may_be_there, read_bytes, write_atomic
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.inspection.plan._edit import replace_item
-from ocmm_core.inspection.plan._plan import CadModel, Plan
-from ocmm_core.inspection.plan._step_checks import PICTURES, file_fault
+from ocmm_core.inspection.plan._plan import PICTURES, CadModel, Plan, file_fault
 from ocmm_core.part_model import (
     MODEL_ENDING,
     FilesOfModel,

@@ -13,26 +13,14 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.recall._recall import (
-        Doubting,
-        KeptPlaces,
-        decide,
-        recall,
-        recall_doubted,
-    )
+        Doubting, KeptPlaces, decide, recall, recall_doubted,
+    )  # fmt: skip
     from ocmm_core.inspection.recall._recall_job import DoubtedJob
     from ocmm_core.inspection.recall._recall_judge import artefact_wrong
     from ocmm_core.inspection.recall._recall_messages import (
-        COLUMNS,
-        checked,
-        decided,
-        headline,
-        job_line,
-        not_judged,
-        rests_on,
-        row,
-        totals,
+        COLUMNS, checked, decided, headline, job_line, not_judged, rests_on, row, totals,
         worst_first,
-    )
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -6,8 +6,8 @@ Out: a job file, point by point, and views of the job; refusals with reason and 
 Read `_session`: the job and its parts. A touch goes through it (is the ball at rest),
 `_assignment` (which feature, and is it that face) with `_any_order`, then `_acceptance` (does it
 become a point). Decisions of the inspector: `_steps`, stored by `_step_log` (also undo, also after
-a restart), which is shared by all parts; `_header` and `_placed_part` are smaller parts;
-`_job_points` and `_job_view` are read by others.
+a restart), which is shared by all parts; `_header` is a smaller part; `_job_points` and
+`_job_view` (also the placed part) are read by others.
 It must not know threads or clocks: one lock guards it, and `station` calls it.
 """
 
@@ -15,14 +15,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.session._header import (
-        CLIENT_EVENT,
-        HEADER_EVENT,
-        NOT_GIVEN,
-        check_header,
-        header_of,
-        header_text,
-        is_simulated,
-    )
+        CLIENT_EVENT, HEADER_EVENT, NOT_GIVEN, check_header, header_of, header_text, is_simulated,
+    )  # fmt: skip
     from ocmm_core.inspection.session._job_points import ReferenceUse
     from ocmm_core.inspection.session._session import InspectionSession
     from ocmm_core.inspection.session._steps import JobSteps

@@ -27,8 +27,7 @@ from ocmm_core.inspection.session._acceptance import Acceptance
 from ocmm_core.inspection.session._assignment import TouchAssigner, awaits_pull, methods_of
 from ocmm_core.inspection.session._header import Conditions, header_of
 from ocmm_core.inspection.session._job_points import ReferenceUse
-from ocmm_core.inspection.session._job_view import JobState, view_of
-from ocmm_core.inspection.session._placed_part import PlacedNominal
+from ocmm_core.inspection.session._job_view import JobState, PlacedNominal, view_of
 from ocmm_core.inspection.session._step_log import JobLedger, UnderWay
 from ocmm_core.inspection.session._steps import JobSteps, Pausing, PointSteps
 from ocmm_core.measuring import (

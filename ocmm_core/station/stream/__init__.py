@@ -17,12 +17,8 @@ if TYPE_CHECKING:
     from ocmm_core.station.stream._plain_lines import PlainLines
     from ocmm_core.station.stream._probe_button import ButtonChange, ButtonWatch
     from ocmm_core.station.stream._reception import (
-        StreamOptions,
-        check_stream,
-        listen,
-        may_connect,
-        tls_context,
-    )
+        StreamOptions, check_stream, listen, may_connect, tls_context,
+    )  # fmt: skip
     from ocmm_core.station.stream._server import StreamServer
     from ocmm_core.station.stream._source import StepReader, StreamSource
 else:

@@ -49,8 +49,7 @@ class CharacteristicResult:
     """`measured`, `deviation`: None without a trustworthy value."""
     uncertainty: float | None
     """Expanded uncertainty U; None together with ``measured``. 2 u, or more for few points or
-    nonnegative values, so that value ± U covers the true value in 95 of 100 cases.
-    """
+    nonnegative values, so that value ± U covers the true value in 95 of 100 cases."""
     verdict: Verdict
     note: str = ""
     """Reason for a missing value, or a note on it; may be empty."""

@@ -15,13 +15,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.tolerances.kinds._checks import characteristic_fault
     from ocmm_core.tolerances.kinds._evaluate import (
-        drawn_value,
-        evaluate,
-        geometry_value,
-        involved_features,
-        needs_part_frame,
-        taken_again,
-    )
+        drawn_value, evaluate, geometry_value, involved_features, needs_part_frame, taken_again,
+    )  # fmt: skip
     from ocmm_core.tolerances.kinds._registry import KINDS, spec_for, spec_of, symbol_of
     from ocmm_core.tolerances.kinds._size import own_association
     from ocmm_core.tolerances.kinds._spec import KindSpec, MonteCarlo, Symbol

@@ -164,8 +164,7 @@ class KindSpec:
     """Permitted zones; empty without a choice."""
     zone_of: Callable[[Characteristic | None, Shape | None, tuple[Shape, ...]], Zone] | None = None
     """The applicable zone, from the characteristic of the plan, the shape of the first feature
-    (each None if unknown) and those of the datums; None if the kind has a single zone or none.
-    """
+    (each None if unknown) and those of the datums; None if the kind has a single zone or none."""
     association_fault: Check = no_association
     checks: tuple[Check, ...] = ()
     """Further checks, after those common to all kinds."""

@@ -13,11 +13,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.monte_carlo._monte_carlo import (
-        MonteCarloOptions,
-        MonteCarloReport,
-        MonteCarloValue,
-        simulate,
-    )
+        MonteCarloOptions, MonteCarloReport, MonteCarloValue, simulate,
+    )  # fmt: skip
     from ocmm_core.tolerances.monte_carlo._process import simulate_elsewhere
     from ocmm_core.tolerances.monte_carlo._trials import Task
 else:

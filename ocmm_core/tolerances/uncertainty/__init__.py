@@ -15,30 +15,17 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.uncertainty._budget import Budget, BudgetRow, budget_of
     from ocmm_core.tolerances.uncertainty._first_order import NOT_DETERMINED, WHAT_TO_DO
     from ocmm_core.tolerances.uncertainty._fit_uncertainty import (
-        FitUncertainty,
-        Stated,
-        fit_uncertainty,
-    )
+        FitUncertainty, Stated, fit_uncertainty,
+    )  # fmt: skip
     from ocmm_core.tolerances.uncertainty._interval import (
-        ONE_SIDED,
-        TWO_SIDED,
-        Normal,
-        Spread,
-        expanded,
-    )
+        ONE_SIDED, TWO_SIDED, Normal, Spread, expanded,
+    )  # fmt: skip
     from ocmm_core.tolerances.uncertainty._sampling import (
-        FormSample,
-        form_samples,
-        sample_of,
-        widened,
-    )
+        FormSample, form_samples, sample_of, widened,
+    )  # fmt: skip
     from ocmm_core.tolerances.uncertainty._spread import (
-        Spreads,
-        gradients_of,
-        noise_floor,
-        of_own_form,
-        spreads_of,
-    )
+        Spreads, gradients_of, noise_floor, of_own_form, spreads_of,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

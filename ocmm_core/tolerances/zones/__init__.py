@@ -13,57 +13,26 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.zones._characteristic import (
-        TWO_POINT,
-        Association,
-        Characteristic,
-        points_note,
-    )
+        TWO_POINT, Association, Characteristic, points_note,
+    )  # fmt: skip
     from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked, Seen
     from ocmm_core.tolerances.zones._frames import (
-        AXES,
-        CENTRES,
-        Frames,
-        HeldFrame,
-        Keep,
-        Section,
-        associated,
-        axis_sections,
-        derived_points,
-        few_in_a_section,
-        median_line,
-        no_part_frame,
-        section_circle,
-        sections,
-    )
+        AXES, CENTRES, Frames, HeldFrame, Keep, Section, associated, axis_sections, derived_points,
+        few_in_a_section, median_line, no_part_frame, section_circle, sections,
+    )  # fmt: skip
     from ocmm_core.tolerances.zones._surface import (
-        ModelSurface,
-        SurfacePoints,
-        kept_offset,
-        least_squares,
-        own_fit,
-        surface_points,
-    )
+        ModelSurface, SurfacePoints, kept_offset, least_squares, own_fit, surface_points,
+    )  # fmt: skip
     from ocmm_core.tolerances.zones._two_point import (
-        across_slot,
-        around,
-        between_faces,
-        slot_envelope,
-    )
+        across_slot, around, between_faces, slot_envelope,
+    )  # fmt: skip
     from ocmm_core.tolerances.zones._zone_frame import (
-        BEST_FIT,
-        ZoneFrame,
-        free_frame,
-        moved_geometry,
-    )
+        BEST_FIT, ZoneFrame, free_frame, moved_geometry,
+    )  # fmt: skip
     from ocmm_core.tolerances.zones._zones import (
-        DerivedPoint,
-        Surface,
-        SurfaceTouches,
-        derived_zone,
-        form_noise,
-        surface_zone,
+        DerivedPoint, Surface, SurfaceTouches, derived_zone, form_noise, surface_zone,
         vector_evaluation,
-    )
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

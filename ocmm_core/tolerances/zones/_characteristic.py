@@ -52,8 +52,7 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """Association of size or form with the points; empty is the feature's own criterion for sizes,
     minimum zone for form (ISO 1101). Letters of ISO 14405-1: GG least squares, GC minimum zone, GX
     inscribed, GN circumscribed, LP two-point. A distance of two opposite faces with it is a
-    two-point size.
-    """
+    two-point size."""
     zone: Literal["", "planes", "cylinder", "sphere"] = ""
     """Of position, orientation; "": planes for a face, sphere for a point, else cylinder."""
     modifier: Literal["", "maximum material", "least material"] = ""

@@ -62,15 +62,13 @@ class Evaluation:
     (position, coaxiality, orientation of an axis): ``value`` is the norm of ``components``. Near
     zero it has no linear uncertainty: noise of u in each component gives a value like u for a true
     zero. Its distribution follows from components + normal noise with the covariance of these rows.
-    None for a linear value.
-    """
+    None for a linear value."""
     association: str = ""
     frame: str = ""
     bonus: float = 0.0
     bonus_gradient: Rows | None = None
     """`bonus`, `bonus_gradient`: mm: addition of a material modifier to the upper limit, with its
-    gradient; the decision compares ``value - bonus`` with the limit. None without a bonus.
-    """
+    gradient; the decision compares ``value - bonus`` with the limit. None without a bonus."""
     noise: FormNoise | None = None
     """If the value is a range of many deviations, bounded below by `noise_floor`; else None."""
     ranked: Ranked | None = None

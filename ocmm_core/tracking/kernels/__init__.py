@@ -21,18 +21,11 @@ if TYPE_CHECKING:
     from ocmm_core.tracking.kernels._follow_kernel import extend_tracked, without_rivals
     from ocmm_core.tracking.kernels._kernel import LOST, MAX_TIP_SIGMA, OK
     from ocmm_core.tracking.kernels._sensitivity_kernel import (
-        ANSWERED,
-        N_LENS,
-        TOO_FEW,
-        answer_of_poses,
-    )
+        ANSWERED, N_LENS, TOO_FEW, answer_of_poses,
+    )  # fmt: skip
     from ocmm_core.tracking.kernels._small_algebra import (
-        backward,
-        best_turn,
-        cholesky,
-        forward,
-        turn,
-    )
+        backward, best_turn, cholesky, forward, turn,
+    )  # fmt: skip
     from ocmm_core.tracking.kernels._solve_kernel import allocate, solve_frames
 else:
     __getattr__ = door(__name__)

@@ -15,40 +15,20 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.pages._calculation import ProcessCalculation
     from ocmm_gui.wizards.pages._definition_page import DefinitionPage
     from ocmm_gui.wizards.pages._hands_pages import (
-        PreparePage,
-        ProbePreparePage,
-        StepPlan,
-        planned_lines,
-        planned_points,
-    )
+        PreparePage, ProbePreparePage, StepPlan, planned_lines, planned_points,
+    )  # fmt: skip
     from ocmm_gui.wizards.pages._pages import (
-        CollectPage,
-        KnownPointsPage,
-        LinesPage,
-        SeatsPage,
-        StepPage,
-    )
+        CollectPage, KnownPointsPage, LinesPage, SeatsPage, StepPage,
+    )  # fmt: skip
     from ocmm_gui.wizards.pages._picture import BarPlace, Contents, bars
     from ocmm_gui.wizards.pages._relocation_pages import BarPage, WavePage, WorldPage
     from ocmm_gui.wizards.pages._result_frame import PlotTabs, ResultFrame, ResultVerdict
     from ocmm_gui.wizards.pages._result_pages import PivotResultPage, ResultPage
     from ocmm_gui.wizards.pages._shown import (
-        CALIBRATION_ENDS,
-        TEMPERATURE,
-        THERMOMETER,
-        VERDICT_ENDS,
-        WHO,
-        Calculation,
-        Field,
-        StepProcedure,
-        StepSnapshot,
-        Tap,
-        TemperatureReadings,
-        WizardTexts,
-        gate_words,
-        is_unstored,
+        CALIBRATION_ENDS, TEMPERATURE, THERMOMETER, VERDICT_ENDS, WHO, Calculation, Field,
+        StepProcedure, StepSnapshot, Tap, TemperatureReadings, WizardTexts, gate_words, is_unstored,
         practice_title,
-    )
+    )  # fmt: skip
     from ocmm_gui.wizards.pages._sweep_page import FirstConePage, SpheresPage, SweepPage
     from ocmm_gui.wizards.pages._tip_result_page import TipCheckResultPage, TipResultPage
     from ocmm_gui.wizards.pages._touch_pages import ConePage, SpherePage

@@ -9,21 +9,11 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.checks._rebuild import (
-        Rebuilt,
-        files_in,
-        files_of,
-        key_and_name,
-        rebuild,
-        stations_of,
-    )
+        Rebuilt, files_in, files_of, key_and_name, rebuild, stations_of,
+    )  # fmt: skip
     from ocmm_shop.archive.checks._verify import (
-        Checked,
-        differences,
-        mark_altered,
-        records_of,
-        verify_archive,
-        verify_files,
-    )
+        Checked, differences, mark_altered, records_of, verify_archive, verify_files,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

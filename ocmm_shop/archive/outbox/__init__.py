@@ -13,31 +13,15 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.outbox._courier import (
-        BackOff,
-        Courier,
-        Handed,
-        exchange_heads,
-        learn_marks,
-        lost_deliveries,
-        sender_of,
-    )
+        BackOff, Courier, Handed, exchange_heads, learn_marks, lost_deliveries, sender_of,
+    )  # fmt: skip
     from ocmm_shop.archive.outbox._follow import (
-        ArchivePlace,
-        HandOverProcess,
-        JobNote,
-        follow,
-        has_points,
-        main,
-        only_one,
-        sweep,
-    )
+        ArchivePlace, HandOverProcess, JobNote, follow, has_points, main, only_one, sweep,
+    )  # fmt: skip
     from ocmm_shop.archive.outbox._outbox import HandOver, Outbox, default_outbox, hand_over
     from ocmm_shop.archive.outbox._outbox_file import (
-        ConnectionState,
-        Item,
-        ItemState,
-        machine_identity,
-    )
+        ConnectionState, Item, ItemState, machine_identity,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

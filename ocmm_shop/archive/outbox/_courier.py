@@ -89,8 +89,9 @@ def exchange_heads(archive: Archive, station: str) -> None:
     _learn_lists(archive, keys)
     for which, signed in (("<>", signed_heads), ("=", signed_job_heads)):
         own = _lists(
-            archive, f"subject = :who AND substr(document, 1, {len(_JOBS)}) {which} :jobs",
-            {"who": station, "jobs": _JOBS},
+            archive,
+            f"SELECT id FROM finding WHERE subject = :me AND substr(document, 1, :n) {which} :jobs",  # noqa: S608
+            {"me": station, "n": len(_JOBS), "jobs": _JOBS},
         )  # fmt: skip
         for text in signed(keys, (document for _, document, _ in own)):
             archive.add_finding(HEADS, station, text, station, datetime.now(UTC).isoformat())
@@ -102,12 +103,14 @@ def _learn_lists(archive: Archive, keys: KeyFolder) -> None:
     known = recall(name)
     after = 0
     if known is not None:
-        there = _lists(archive, "id = :id", {"id": known.count})
+        there = _lists(archive, "SELECT id FROM finding WHERE id = :id", {"id": known.count})
         if any(_digest(trusted, text) == known.link for _, text, _ in there):
             after = known.count
     settled = (archive.now() - _SETTLED).isoformat(timespec="milliseconds")
     last: KnownEnd | None = None
-    for number, text, received in _lists(archive, "id > :after", {"after": after}):
+    for number, text, received in _lists(
+        archive, "SELECT id FROM finding WHERE id > :after", {"after": after}
+    ):
         # Untrusted stations are ignored.
         with contextlib.suppress(StorageError):
             learn_heads(text, archive.place, keys)
@@ -118,13 +121,14 @@ def _learn_lists(archive: Archive, keys: KeyFolder) -> None:
 
 
 def _lists(
-    archive: Archive, condition: str, values: Mapping[str, Cell]
+    archive: Archive, chosen: str, values: Mapping[str, Cell]
 ) -> Iterator[tuple[int, str, str]]:
-    """Yield number, text and arrival of all lists of ends that meet a condition, newest first."""
+    """Yield number, text and arrival of all lists of ends in a selection, newest first."""
     before = (1 << 63) - 1
     while rows := archive.ask(
-        f"SELECT id, document, received_utc FROM finding WHERE kind = '{HEADS}' AND {condition}"  # noqa: S608 - constants
-        f" AND length(document) < {_LONGEST} AND id < :before ORDER BY id DESC LIMIT {_PAGE}",
+        f"SELECT id, document, received_utc FROM finding WHERE id IN ({chosen})"  # noqa: S608 - constants
+        f" AND kind = '{HEADS}' AND length(document) < {_LONGEST} AND id < :before"
+        f" ORDER BY id DESC LIMIT {_PAGE}",
         {"before": before, **values},
     ).rows:
         for number, text, received in rows:

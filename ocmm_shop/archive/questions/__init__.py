@@ -11,14 +11,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.questions._judge import (
-        ArchiveAnswer,
-        Query,
-        csv_of,
-        export_answer,
-        parquet_of,
-        parts,
-        shown_cell,
-    )
+        ArchiveAnswer, Query, csv_of, export_answer, parquet_of, parts, shown_cell,
+    )  # fmt: skip
     from ocmm_shop.archive.questions._lists import passed, today, used
     from ocmm_shop.archive.questions._registry import QUESTIONS, Question
     from ocmm_shop.archive.questions._statistics import cpk_by_month, rr, trend

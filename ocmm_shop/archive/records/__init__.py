@@ -10,32 +10,13 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.records._extract import (
-        Extract,
-        ExtractedJob,
-        extract_job,
-        signature_of,
-        snapshot,
-    )
+        Extract, ExtractedJob, extract_job, signature_of, snapshot,
+    )  # fmt: skip
     from ocmm_shop.archive.records._rows import (
-        FORGED,
-        LONGEST_SENTENCE,
-        NOT_SIGNED,
-        SIGNED,
-        USES,
-        Delivery,
-        JobRecord,
-        JobRow,
-        MarkRow,
-        ResultRow,
-        Sender,
-        UseRow,
-        check_delivery,
-        check_mark,
-        delivery_claim,
-        shown_text,
-        station_claim,
-        utc_text,
-    )
+        FORGED, LONGEST_SENTENCE, NOT_SIGNED, SIGNED, USES, Delivery, JobRecord, JobRow, MarkRow,
+        ResultRow, Sender, UseRow, check_delivery, check_mark, delivery_claim, shown_text,
+        station_claim, utc_text,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

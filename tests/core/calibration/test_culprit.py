@@ -13,6 +13,7 @@ from benchmarks.lie_scenes import (
     bent_led,
     drifting,
     honest,
+    honest_twin,
     moved_point,
     nudged,
     swapped_points,
@@ -162,3 +163,20 @@ def test_two_bent_leds_are_both_named() -> None:
     error = refusal(scene)
     assert "LED 1 " in error.what
     assert "LED 3 " in error.what
+
+
+def test_honest_twin_has_the_noise_of_the_session_and_true_documents() -> None:
+    scene = honest(277, POSES)
+    bent_led(scene)
+    noise = scene.rng.bit_generator.state
+    seen = scene.observed()
+    twin = honest_twin(scene, noise)
+
+    # Only the document was wrong, so that the cameras see the same.
+    np.testing.assert_array_equal(twin.observed().frames.uv, seen.frames.uv)
+    np.testing.assert_array_equal(twin.body.leds_probe, scene.leds)
+    wrong_bar(scene)
+    drifting(scene)
+    honest_again = honest_twin(scene, noise)
+    assert honest_again.bar.length == honest(277, POSES).bar.length
+    assert honest_again.moves(0.0) == scene.moves(1.0)

@@ -12,14 +12,14 @@ import msgspec
 import pytest
 
 from benchmarks.forged_records import Count, run
-from ocmm_core.acceptance import ArtefactRegister, finished_tests, load_artefact
+from ocmm_core.acceptance import ArtefactRegister, InterimHistory, finished_tests, load_artefact
 from ocmm_core.documents import resource
-from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export.audits import audit
-from ocmm_core.inspection.plan import plan_release, release_in_job, release_plan
-from ocmm_core.seals import KeyFolder, SealWord
-from ocmm_core.settings import Scope, SettingsStore
-from ocmm_core.storage import JobFile
+from ocmm_core.inspection.plan import note_release, plan_release, release_in_job, release_plan
+from ocmm_core.seals import KeyFolder, SealWord, release_path
+from ocmm_core.settings import Scope, SettingsFile, SettingsStore
+from ocmm_core.storage import JobFile, JobHead, make_head
 from tests.commands import Ocmm
 from tests.host import amount
 from tests.other_station import other_station
@@ -155,6 +155,39 @@ def test_an_edited_limit_voids_the_release(plan: Path, ocmm_here: Ocmm) -> None:
         assert "unknown key" in plan_release(plan).words
 
 
+@pytest.mark.parametrize("kept", [True, False], ids=["replaced", "removed before"])
+def test_an_older_release_put_back_is_none(plan: Path, tmp_path: Path, *, kept: bool) -> None:
+    release_plan(plan, "Grace Hopper", "rev. C")
+    beside = release_path(plan)
+    older = {path: path.read_bytes() for path in (plan, beside)}
+    if not kept:
+        # A forger who keeps the older release removes it before the later one is made.
+        beside.unlink()
+    edit_limit(plan)
+    release_plan(plan, "Grace Hopper", "rev. D")
+    # An honest move.
+    moved = plan.parent.rename(tmp_path.with_name(f"{tmp_path.name} moved"))
+    assert plan_release(moved / plan.name).words.startswith("released by Grace Hopper")
+    for path, content in older.items():
+        (moved / path.name).write_bytes(content)
+    put_back = moved / plan.name
+    state = plan_release(put_back)
+    assert not state.released
+    assert "replaced by a later release" in state.words
+    assert audit(put_back).faults == ("A later release replaced this one.",)
+    with JobFile.create(moved / "a.ocmm", made_head(put_back)) as job:
+        note_release(job, state)
+        assert release_in_job(job.head, job.events()) == state
+    # The person who wants it back releases it again.
+    release_plan(put_back, "Grace Hopper", "back to C")
+    assert audit(put_back).intact
+
+
+def made_head(plan: Path) -> JobHead:
+    rig, probe = resource("rigs", "recommended.toml"), resource("probes", "standard.toml")
+    return make_head(plan=plan, rig=rig, probe=probe, operator="me", part="P", serial="1")
+
+
 def test_a_station_measures_released_plans_only_and_jobs_state_the_release(
     plan: Path, tmp_path: Path, ocmm_here: Ocmm
 ) -> None:
@@ -221,6 +254,49 @@ def test_settings_edited_outside_need_a_name(tmp_path: Path, ocmm_here: Ocmm) ->
         assert audit(path).intact
     finally:
         path.unlink()
+
+
+def test_older_settings_put_back_need_a_name(tmp_path: Path) -> None:
+    file = SettingsFile(tmp_path / "settings.toml")
+    file.change({"temperature.sigma_k": 0.01})
+    older, first = file.path.read_bytes(), file.read().entries["seal"]["utc"]
+    # The seal has seconds.
+    while file.read().entries["seal"]["utc"] == first:
+        file.change({"temperature.sigma_k": 0.3})
+    assert audit(file.path).intact
+    file.path.write_bytes(older)
+    (note,) = file.read().notes
+    assert "older than the last ones that this station signed" in note.what
+    with pytest.raises(InputError, match="older than the last ones"):
+        audit(file.path)
+    # A change vouches for nothing that was put back.
+    file.change({"temperature.valid_h": 4.0})
+    with pytest.raises(InputError, match="older than the last ones"):
+        audit(file.path)
+    file.confirm("Ada")
+    assert audit(file.path).intact
+    assert file.read().notes == ()
+
+
+def test_files_of_another_kind_or_version_are_not_called_changed(
+    tmp_path: Path, ocmm_here: Ocmm
+) -> None:
+    entry = load_artefact(resource("artefacts", "acceptance_sphere.toml"))
+    register = ArtefactRegister(tmp_path / "register")
+    register.add(entry, "Ada", NOW)
+    shutil.copy(register.path, tmp_path / "interim.chain")
+    with pytest.raises(StorageError, match="line 1 is of another kind of file, or of a later"):
+        InterimHistory(tmp_path)
+    record = tmp_path / "records" / "later.json"
+    record.parent.mkdir()
+    content = msgspec.json.encode({"schema": "ocmm.acceptance/9", "added": 1}, order="sorted")
+    digest = hashlib.sha256(content).hexdigest().encode()
+    record.write_bytes(b'{"content":' + content + b',"sha256":"' + digest + b'"}')
+    told = ocmm_here("acceptance", "status", "--folder", tmp_path).stdout
+    assert "this record is of another kind, or of a later version" in " ".join(told.split())
+    # Checks and registers of the same folder are no tests.
+    assert ".chain" not in told
+    assert "changed" not in told
 
 
 def test_what_carries_no_signature_is_not_called_intact(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from ocmm_core.fieldbus.cycle import CyclePacer
-from ocmm_core.fieldbus.cycle._clock import BusClock
+from ocmm_core.fieldbus.cycle._bus import BusClock
 
 PERIOD = 1_000_000
 START_HOST, START_BUS = 5_000_000_000, 900_000_000_000

@@ -13,7 +13,7 @@ from ocmm_core.geometry import RigidTransform, rotation_from_vector
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import SessionOptions, Whereabouts
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.session._placed_part import placed
+from ocmm_core.inspection.session._job_view import placed
 from ocmm_core.storage import JobFile, digest_row
 from tests.core.inspection.conftest import Bench
 from tests.part_models import block_part

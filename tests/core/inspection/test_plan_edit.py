@@ -32,7 +32,7 @@ from ocmm_core.inspection.plan import (
 )
 from ocmm_core.inspection.plan._edit import rename_item
 from ocmm_core.inspection.plan._file import plan_text
-from ocmm_core.inspection.plan._step_checks import picture_fault
+from ocmm_core.inspection.plan._plan import picture_fault
 from ocmm_core.tolerances.zones import Characteristic
 from tests.core.inspection.test_guidance import BALL, point_at
 

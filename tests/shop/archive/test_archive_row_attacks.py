@@ -18,14 +18,14 @@ from ocmm_core.camera import load_rig
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import Touch
-from ocmm_core.seals import KeyFolder, shown_key
+from ocmm_core.seals import KeyFolder, KnownEnd, recall, remember, shown_key
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tracking import load_probe
 from ocmm_shop.archive.checks import mark_altered, verify_archive
-from ocmm_shop.archive.outbox import Courier, Outbox
+from ocmm_shop.archive.outbox import Courier, Outbox, exchange_heads
 from ocmm_shop.archive.questions import Query, parts, passed, today, trend
 from ocmm_shop.archive.records import Delivery, snapshot
-from ocmm_shop.archive.stores import SqlArchive, open_archive
+from ocmm_shop.archive.stores import HEADS, SqlArchive, open_archive
 from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench
 from tests.host import amount
 from tests.other_station import other_station
@@ -168,6 +168,29 @@ def test_a_job_sent_again_by_three_computers_stays_where_it_is(
             # Marking altered copies removes no good job from statistics.
             assert mark_altered(archive, found, "Anna") == 0
     record_property(place.store, f"{RESENDS} resends from 3 computers, {named} named, 0 displaced")
+
+
+def test_lists_of_another_station_hide_none_of_this_one(
+    place: Place, jobs: dict[str, Path], tmp_path: Path
+) -> None:
+    own, known = KeyFolder().station_key().public, KnownEnd(name="job 1", count=3, link="a" * 64)
+    remember(known)
+    assert sent_from(place, tmp_path, "a", "Station 1", jobs["one"], "station1") == ""
+    with open_archive(login_of(place, "station1")) as archive:
+        exchange_heads(archive, "Station 1")
+    with open_archive(login_of(place, "station2")) as archive:
+        for number in range(120):
+            archive.add_finding(HEADS, "Station 1", f'{{"{number}":1}}', "x", "2026-11-28")
+    with open_archive(login_of(place, "station1")) as archive:
+        count = len(archive.findings())
+        exchange_heads(archive, "Station 1")
+        assert len(archive.findings()) == count
+    with other_station(tmp_path / "third"), open_archive(login_of(place, "station2")) as archive:
+        KeyFolder().trust(own, "Station 1", "Anna", "of the shop", datetime.now(UTC))
+        exchange_heads(archive, "Station 3")
+        learned = recall(known.name)
+    assert learned is not None
+    assert (learned.count, learned.link) == (known.count, known.link)
 
 
 def test_a_key_that_is_unknown_here_is_shown_as_such(
