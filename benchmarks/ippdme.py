@@ -54,11 +54,17 @@ class FrameClock:
 
 def main(touches: int) -> None:
     """Print median, 99th percentile and maximum."""
-    waits = []
+    waits, own = [], []
     taken: list[MeasuredPoint] = []
+    durable_s: list[float] = []
+
+    def note(point: MeasuredPoint) -> None:
+        taken.append(point)
+        durable_s.append(time.monotonic())
+
     with tempfile.TemporaryDirectory() as folder, served_station(Path(folder), speed=1.0) as served:
         station = served.built.station
-        station.events.point_taken.connect(taken.append)
+        station.events.point_taken.connect(note)
         clock = FrameClock(lambda: station.looks.live().frame_counter)
         with clock, session(served.address) as client:
             client.good("Home()")
@@ -67,10 +73,16 @@ def main(touches: int) -> None:
                 x, y = (number % 9 - 4) * 5.0, (number // 9 % 9 - 4) * 5.0
                 done = client.good(f"PtMeas(X({x}), Y({y}), Z(0), IJK(0, 0, 1))")
                 waits.append(1000.0 * (done.answered_s - clock.time_of(taken[-1].last_frame)))
+                own.append(1000.0 * (done.answered_s - durable_s[-1]))
     median, p99, most = np.percentile(waits, [50, 99, 100])
     print(
         f"From stillness (last frame of the window) to the answer, N = {touches}: median "
         f"{median:.1f} ms, p99 {p99:.1f} ms, maximum {most:.1f} ms; promised p99 {PROMISED_MS:g} ms"
+    )
+    median, p99, most = np.percentile(own, [50, 99, 100])
+    print(
+        f"Of which from the durable point to the answer: median {median:.1f} ms, p99 {p99:.1f} ms, "
+        f"maximum {most:.1f} ms"
     )
 
 

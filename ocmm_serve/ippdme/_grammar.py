@@ -13,7 +13,7 @@ NO_TAG = "E0000"
 """Tag of server events, and of errors in lines without a usable tag."""
 
 _TAG = re.compile(r"E(?!0000)\d{4}|(?!00000)\d{5}")
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.]*")
+_NAME = re.compile(r"[A-Za-z]\w*(?:\.[A-Za-z]\w*)*", re.ASCII)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?(?![0-9A-Za-z_.])")
 _STRING = re.compile(r'"([^"]+)"')
 _MOST_DIGITS = 16

@@ -28,7 +28,7 @@ _ENDS = {"crlf": b"\r\n", "lf": b"\n", "cr": b"\r", "enter": b"\n", "tab": b"\t"
 
 Note = Callable[[str], None]
 Face = Callable[[MeasuringStation, PlainLines, Note], AbstractContextManager[object]]
-"""Connects the lines of a station to their destination, named by its text."""
+"""Connects the lines of a station to their destination; its text names that."""
 
 
 def serve_lines(

@@ -1,4 +1,4 @@
-"""Client of an I++ DME server, written from the published protocol; it checks what it reads.
+"""Client of an I++ DME server, written from the published protocol; it checks all answers.
 
 Each answer is parsed strictly and must come in a legal order: `&` first and once, results in the
 order of the commands, nothing behind `%`. A violation is an `AssertionError` that shows the last

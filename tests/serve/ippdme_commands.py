@@ -1,7 +1,7 @@
 """Commands for an I++ DME server, valid and broken, with the answers that the tables prescribe.
 
 `Commands` is a model of a session: tools, systems, daemons, user, error state. Each of its cases
-has the errors of which one must be answered; more than one where the published texts contradict
+has the errors of which one must be answered; several if the published texts contradict
 each other or leave the number open.
 """
 
@@ -29,7 +29,7 @@ class Case:
     may_pass: bool = False
     """Also without an error it conforms."""
     check: Check | None = None
-    """Of the data; None: there must be none."""
+    """Check of the data; None: no data may come."""
     whole: bytes | None = None
     """Line that is sent as it is; its tag may be unreadable."""
     why: str = ""
@@ -209,7 +209,9 @@ class Commands:
             ["GetDMEVersion", "GetDMEVersion(", "GetDMEVersion)", "GetDMEVersion()x", "()",
              "PtMeas(X(1)", "PtMeas(X(1)),Y(2))", "PtMeas(X(1),,Y(2))", 'FindTool("a)',
              "SetCsyTransformation(PartCsy,1 2)", "GetDMEVersion();", "Get DMEVersion()",
-             "GetDMEVersion(,)", "FindTool(\"a\"\"b\")", "1GetDMEVersion()", '"GetDMEVersion"()']
+             "GetDMEVersion(,)", "FindTool(\"a\"\"b\")", "1GetDMEVersion()", '"GetDMEVersion"()',
+             "GetProp(Tool.PtMeasPar.Search.())", "SetProp(Tool.PtMeasPar.Search.(5))",
+             "GetProp(Tool..Name())"]
         )  # fmt: skip
         return Case("", frozenset({8}), whole=f"{tag} {text}".encode(), why="not a command")
 

@@ -254,7 +254,7 @@ def _is_point(items: tuple[Item, ...], sizes: _Sizes, *, null: bool) -> bool:
 
 
 def _check_event(call: Item, dialect: Dialect) -> None:
-    """Check what a server sends unasked, with the tag E0000."""
+    """Check an event, a message with the tag E0000."""
     _require(isinstance(call, Call), call)
     assert isinstance(call, Call)
     match call.name:

@@ -20,7 +20,7 @@ class ServedProcess:
 
     def __init__(self, command: str, out: Path, *options: str) -> None:
         self.lines: list[str] = []
-        """Its output so far, errors included."""
+        """Printed lines, errors included."""
         self._process = subprocess.Popen(
             [sys.executable, "-m", "ocmm_cli", "serve", command, "--out", str(out), *options],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True,

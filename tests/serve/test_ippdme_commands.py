@@ -65,7 +65,7 @@ def _recover(client: DmeClient, commands: Commands, rng: random.Random) -> list[
 
 
 def _abort(client: DmeClient, rng: random.Random) -> list[str]:
-    """Abort up to three waiting measurements; return the faults."""
+    """Abort up to three measurements that wait; return the faults."""
     waiting = []
     for _ in range(rng.randint(0, 3)):
         made = client.start("PtMeas(X(10), Y(20), Z(0), IJK(0, 0, 1))")
@@ -117,7 +117,7 @@ def test_answers_commands_with_the_error_of_the_table(
 
 def test_requires_a_session(dialect: Dialect, server: ServedProcess) -> None:
     with DmeClient(server.address, dialect) as client:
-        # An end without a session is none.
+        # Without a session, it does nothing.
         assert client.call("EndSession()").numbers == []
         for text in ("GetDMEVersion()", "Get(X())", "GetErrStatusE()"):
             assert client.call(text).numbers == [507 if dialect == "1.4" else 8]

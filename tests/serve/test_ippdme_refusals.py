@@ -29,7 +29,7 @@ REFUSED = {1000, 1001, 1006, 1501}
 
 
 class Witness:
-    """What the measuring chain decided, by its own signals."""
+    """Decisions of the measuring chain, by its own signals."""
 
     def __init__(self, served: ServedStation) -> None:
         self.taken: list[MeasuredPoint] = []

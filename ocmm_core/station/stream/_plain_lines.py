@@ -1,7 +1,7 @@
 """Points as lines of a chosen format, for programs that only read.
 
-There is no acknowledgement in such a line and nothing to annul it by, so each point leaves once,
-when it is durable. Events that the receiving program cannot learn are reported to the operator.
+Receivers neither acknowledge such a line nor can annul it, so each point is sent once, when it is
+durable. The operator is informed of events that the receiving program cannot learn.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class PlainLines:
         return b""
 
     def note_sent(self, last: int, *, to_clients: int) -> None:
-        """Note that all lines up to a number leave now; without clients, tell the operator."""
+        """Note that all lines up to a number leave now; without clients, inform the operator."""
         lost = last - self.sent
         self.sent = last
         if lost and not to_clients:
