@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import itertools
+import math
 import re
 import string
 from collections.abc import Iterator, Sequence
@@ -108,9 +109,11 @@ class Reader:
     def spoken_words(self) -> Iterator[str]:
         """Return the words that a command prints in the language: heads, labels, verdicts."""
         for node in ast.walk(self._tree):
-            if not isinstance(node, ast.Call):
-                continue
-            if getattr(node.func, "id", "") not in {"say_word", "heads", "lead"}:
+            if not isinstance(node, ast.Call) or _name_of(node) not in (
+                "say_word",
+                "heads",
+                "lead",
+            ):
                 continue
             for value in node.args:
                 sides = [value.body, value.orelse] if isinstance(value, ast.IfExp) else [value]
@@ -171,10 +174,7 @@ class Reader:
     def _is_spoken(self, node: ast.AST) -> bool:
         """Return whether a command prints it in the language of the terminal."""
         parent = self._parents.get(node)
-        return isinstance(parent, ast.Call) and getattr(parent.func, "id", "") in {
-            "say",
-            "say_later",
-        }
+        return isinstance(parent, ast.Call) and _name_of(parent) in ("say", "say_later")
 
     def _is_silent(self, node: ast.AST) -> bool:
         """Return whether a text is a docstring, a key, a pattern, or for a log."""
@@ -227,7 +227,7 @@ class Reader:
     def _product(self, values: Sequence[ast.expr]) -> list[list[str | ast.FormattedValue]]:
         forms = [self._forms(value) for value in values]
         # The longest lists of alternatives are given up first.
-        while (count := _product_of(len(form) for form in forms)) > _MOST_FORMS and count > 1:
+        while (count := math.prod(len(form) for form in forms)) > _MOST_FORMS and count > 1:
             worst = max(range(len(forms)), key=lambda at: len(forms[at]))
             value = values[worst]
             forms[worst] = [
@@ -311,11 +311,9 @@ def _tied(values: Sequence[ast.expr]) -> list[list[ast.expr]]:
     return [tied for side in sides for tied in _tied(side)]
 
 
-def _product_of(counts: Iterator[int]) -> int:
-    total = 1
-    for count in counts:
-        total *= count
-    return total
+def _name_of(node: ast.Call) -> str:
+    """Return the name of a called function; empty for a method."""
+    return str(getattr(node.func, "id", ""))
 
 
 def _called(node: ast.Call) -> str:

@@ -79,7 +79,8 @@ COMPOSED = (
     "NOT CONFORM: {names}", "NOT PROVEN: {names}", "INCOMPLETE: {names}", "NOT MEASURED: {names}",
     "PARTIAL PLAN: {sentence:s}.",
     # Places of an acceptance test.
-    "sphere {number:n}", "along {axis}", "leaning {number:n}", "measurement {number:n}",
+    "sphere {number:n}", "repeat {number:n}", "across", "bed",
+    "along {axis}", "leaning {number:n}", "measurement {number:n}",
     "{sentence:s}, again", "5 attitudes, {depth_part:w}", "{count:n} placements",
     # Cells of the volume that lack poses.
     *(

@@ -23,6 +23,11 @@ _TITLES = {
     ManualPart.QUALITY: "Quality engineer", ManualPart.INTEGRATOR: "Integrator",
     ManualPart.DEVELOPER: "Developer", ManualPart.DECISIONS: "Decisions",
 }  # fmt: skip
+_GERMAN = {
+    ManualPart.INSPECTOR: "Bediener", ManualPart.TECHNICIAN: "Wartung",
+    ManualPart.QUALITY: "Qualität", ManualPart.INTEGRATOR: "Integration",
+    ManualPart.DEVELOPER: "Entwicklung", ManualPart.DECISIONS: "Entscheidungen",
+}  # fmt: skip
 _LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^):#]+)(#[^)]*)?\)")
 
 
@@ -38,9 +43,23 @@ def on_config(config: Any) -> Any:
             nav.append({_TITLES[part]: [one.name for one in chapters]})
     nav.append({"Python API": [{face: _api(face)} for face in FACES]})
     german = [one for one in load_manual(DOCS, "de").chapters if one.language == "de"]
-    nav.append({"Deutsch": [{one.title: f"de/{one.name}"} for one in german]})
+    nav.append(
+        {
+            "Deutsch": [
+                {_GERMAN[part]: [{one.title: f"de/{one.name}"} for one in chapters]}
+                for part, chapters in groupby(german, lambda one: one.part)
+                if part in _GERMAN
+            ]
+        }
+    )
     config.nav = nav
     return config
+
+
+def on_page_context(context: Any, *, page: Any, config: Any, **_others: Any) -> Any:
+    """Show the buttons and hints of the theme in the language of the page."""
+    config.theme["language"] = "de" if page.file.src_uri.startswith("de/") else "en"
+    return context
 
 
 def on_files(files: Any, config: Any) -> Any:

@@ -176,7 +176,7 @@ class AcceptanceDesk(GuidedStack):
         if chosen is not None and chosen.refusal:
             raise InputError("acceptance.artefact", chosen.refusal, "")
         warm = self._temperature()
-        used, now = () if chosen is None else (chosen.used,), self._clock()
+        used, now = start.used(offer.roles), self._clock()
         air = RoomAir.read(start.value("humidity"), start.value("pressure"))
         who, place, customer = (start.value(key) for key in ("who", "place", "customer"))
         condition = start.chosen_condition()

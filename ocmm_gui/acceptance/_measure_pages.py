@@ -24,7 +24,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.typed_numbers import TEMPERATURE
 from ocmm_gui.acceptance._touch_picture import TouchPicture, planned_places, position_contents
-from ocmm_gui.charts import ErrorChart, InterimPlot
+from ocmm_gui.charts import ErrorChart, InterimPlot, check_words
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -58,8 +58,9 @@ def checks_of(values: Sequence[JudgedValue]) -> tuple[Check, ...]:
     """Return values as checks; a chart groups them by the text before the comma."""
     return tuple(
         Check(
-            name=f"{one.position}, {one.quantity} {one.name}", measured_mm=one.error_mm,
-            certified_mm=0.0, expanded_mm=one.expanded_mm, limit_mm=one.limit_mm,
+            name=f"{said(one.position)}, {said_word(one.quantity)} {said(one.name)}",
+            measured_mm=one.certified_mm + one.error_mm,
+            certified_mm=one.certified_mm, expanded_mm=one.expanded_mm, limit_mm=one.limit_mm,
         )
         for one in values
     )  # fmt: skip
@@ -132,14 +133,15 @@ class MeasurePage(CollectPage):
             self.place.setText("")
             return
         plan = test.positions[test.current]
-        self.picture.show_contents(position_contents(test), plan.name)
+        name = said(plan.name)
+        self.picture.show_contents(position_contents(test), name)
         self.touches.setVisible(bool(plan.normals))
         if plan.normals:
-            self.touches.show_normals(np.array(plan.normals), test.next_item, plan.name)
+            self.touches.show_normals(np.array(plan.normals), test.next_item, name)
         used = view.artefact()
         what = "" if used is None else f"{used.use.name} ({used.use.serial})"
         text = tr("Position {number} of {count}: {name}").format(
-            number=test.current + 1, count=len(test.positions), name=plan.name
+            number=test.current + 1, count=len(test.positions), name=name
         )
         held = "" if used is None or not used.supports else f"\n{used.supports}"
         self.place.setText(f"{text}\n{what}{held}")
@@ -151,14 +153,10 @@ class MeasurePage(CollectPage):
             self._beyond = False
             return
         self.chart.show_checks(checks_of(values), worst_value(values))
-        worst = latest[worst_value(latest)]
+        worst = checks_of(latest)[worst_value(latest)]
         self._beyond = abs(worst.error_mm) > worst.limit_mm
-        self.last.setText(
-            tr("Last: {quantity} {error:+.1f} µm, limit ± {limit:.1f} µm\n{name}").format(
-                quantity=worst.quantity, error=1e3 * worst.error_mm, limit=1e3 * worst.limit_mm,
-                name=f"{worst.position}, {worst.name}",
-            )
-        )  # fmt: skip
+        last = tr("Last: {errors}\n{name}")
+        self.last.setText(last.format(errors=check_words(worst), name=worst.name))
 
     def _note_temperature(self) -> None:
         try:
@@ -229,6 +227,7 @@ class AcceptanceVerdictPage(ResultFrame):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
         self.values.right_heads((2, 3, 4))
+        self.values.setWordWrap(True)
         super().__init__(
             (
                 (tr("Errors and limits"), self.chart),
@@ -299,7 +298,7 @@ class AcceptanceVerdictPage(ResultFrame):
             (tr("Values"), str(len([one for one in values if not one.superseded]))),
             (tr("Retests left"), str(outcome.retests_left)),
             (tr("Method"), said(stage.procedure.wording)),
-            (tr("Rule"), said(stage.procedure.rule)),
+            (tr("Rule"), said_word(stage.procedure.rule)),
             (tr("Artefact"), used or tr("none")),
         ]
         if outcome.file is not None:

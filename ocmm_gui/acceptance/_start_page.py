@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer
+from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer, UsedArtefact
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -250,6 +250,14 @@ class AcceptanceStart(QWidget):
     def artefact(self) -> ArtefactOffer | None:
         row = self.artefacts.currentRow()
         return self._offers[row] if 0 <= row < len(self._offers) else None
+
+    def used(self, roles: Sequence[str]) -> tuple[UsedArtefact, ...]:
+        """Return the selected artefact, and the first usable one of each other role."""
+        first = self.artefact()
+        offers = (() if first is None else (first,)) + self._offers
+        usable = [one.used for one in offers if not one.refusal]
+        found = (next((one for one in usable if one.role == role), None) for role in roles)
+        return tuple(one for one in found if one is not None)
 
     def row(self) -> int:
         return self.table.currentRow()

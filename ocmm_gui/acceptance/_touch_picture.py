@@ -91,7 +91,7 @@ def planned_places(view: AcceptanceView) -> tuple[BarPlace, ...]:
         per = len(points)
         taken = done if done == per * one.repeats else done % per
         nests = per if done < per * one.repeats else done
-        found.append(BarPlace(one.name, ends, nests, taken, shares))
+        found.append(BarPlace(said(one.name), ends, nests, taken, shares))
     return tuple(found)
 
 

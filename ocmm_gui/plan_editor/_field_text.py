@@ -13,10 +13,12 @@ from ocmm_core.typed_numbers import COORDINATE
 from ocmm_gui.kit import (
     field_length,
     is_ambiguous,
+    later,
     localised,
     numbers_in_use,
     split_unit,
     to_mm,
+    tr,
     typed_value,
     unit_word,
 )
@@ -27,12 +29,12 @@ _YES, _NO = "yes", "no"
 FLAGS = (_NO, _YES)
 
 _WANTED: Mapping[FieldKind, str] = {
-    FieldKind.COUNT: "a whole number",
-    FieldKind.NUMBER: "a number",
-    FieldKind.VECTOR: "three numbers separated by spaces",
-    FieldKind.NUMBERS: "numbers separated by spaces",
-    FieldKind.SPAN: "two numbers, least and most",
-    FieldKind.PLACES: "one name and three numbers per line",
+    FieldKind.COUNT: later("a whole number"),
+    FieldKind.NUMBER: later("a number"),
+    FieldKind.VECTOR: later("three numbers separated by spaces"),
+    FieldKind.NUMBERS: later("numbers separated by spaces"),
+    FieldKind.SPAN: later("two numbers, least and most"),
+    FieldKind.PLACES: later("one name and three numbers per line"),
 }
 
 
@@ -150,13 +152,16 @@ def _fault(line: FormLine, text: str) -> InputError:
     if unclear:
         return InputError(
             f"plan.form.{line.key}",
-            f"{line.label} is {text!r}: {unclear!r} could be a number with thousands or with "
-            "decimals.",
-            "Write the number without a sign between thousands.",
+            tr("{label} is '{text}': '{part}' may have thousands or decimals.").format(
+                label=line.label, text=text, part=unclear
+            ),
+            tr("Write the number without a sign between thousands."),
         )
     return InputError(
         f"plan.form.{line.key}",
-        f"{line.label} is {text!r}, which is not {_WANTED[line.kind]}.",
+        tr("{label} is '{text}', which is not {wanted}.").format(
+            label=line.label, text=text, wanted=tr(_WANTED[line.kind])
+        ),
         f"{line.tip}.",
     )
 

@@ -366,12 +366,6 @@
         <translation>Noch keine Abweichungen: sie folgen mit jeder fertigen Position.</translation>
     </message>
     <message>
-        <source>Last: {quantity} {error:+.1f} µm, limit ± {limit:.1f} µm
-{name}</source>
-        <translation>Zuletzt: {quantity} {error:+.1f} µm, Grenze ± {limit:.1f} µm
-{name}</translation>
-    </message>
-    <message>
         <source>Procedure</source>
         <translation>Verfahren</translation>
     </message>
@@ -1017,6 +1011,12 @@
     <message>
         <source>{error:+.1f} µm, U {u:.1f} µm (k = 2), limit {limit:.1f} µm</source>
         <translation>{error:+.1f} µm, U {u:.1f} µm (k = 2), Grenze {limit:.1f} µm</translation>
+    </message>
+    <message>
+        <source>Last: {errors}
+{name}</source>
+        <translation>Zuletzt: {errors}
+{name}</translation>
     </message>
     <message>
         <source>Values</source>
@@ -9418,6 +9418,42 @@ Startet: {source}</translation>
     <message>
         <source>Nothing is heard: no program that plays sounds was found on this computer.</source>
         <translation>Nichts zu hören: Auf diesem Rechner fand sich kein Programm, das Töne spielt.</translation>
+    </message>
+    <message>
+        <source>a whole number</source>
+        <translation>eine ganze Zahl</translation>
+    </message>
+    <message>
+        <source>a number</source>
+        <translation>eine Zahl</translation>
+    </message>
+    <message>
+        <source>three numbers separated by spaces</source>
+        <translation>drei Zahlen mit Leerzeichen dazwischen</translation>
+    </message>
+    <message>
+        <source>numbers separated by spaces</source>
+        <translation>Zahlen mit Leerzeichen dazwischen</translation>
+    </message>
+    <message>
+        <source>two numbers, least and most</source>
+        <translation>zwei Zahlen, kleinste und größte</translation>
+    </message>
+    <message>
+        <source>one name and three numbers per line</source>
+        <translation>je Zeile ein Name und drei Zahlen</translation>
+    </message>
+    <message>
+        <source>{label} is &apos;{text}&apos;: &apos;{part}&apos; may have thousands or decimals.</source>
+        <translation>{label} ist „{text}“: „{part}“ kann Tausender oder Nachkommastellen haben.</translation>
+    </message>
+    <message>
+        <source>Write the number without a sign between thousands.</source>
+        <translation>Die Zahl ohne Tausenderzeichen schreiben.</translation>
+    </message>
+    <message>
+        <source>{label} is &apos;{text}&apos;, which is not {wanted}.</source>
+        <translation>{label} ist „{text}“; verlangt: {wanted}.</translation>
     </message>
 </context>
 </TS>

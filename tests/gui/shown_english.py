@@ -1,4 +1,4 @@
-"""Find English in a German window: words of English sentences that German ones never use."""
+"""Find the other language in a window: words of its sentences that the shown one never uses."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _NAMES = frozenset(
 _SETTINGS = frozenset({"window", "locale", "off"})
 """Values of settings, as in the settings file."""
 
-_PATH = re.compile(r"\S*/\S+|\bocmm [a-z]+( [a-z]+)?")
-"""Paths and commands."""
+_PATH = re.compile(r"\S*/\S+|\bocmm [a-z]+( [a-z]+)?|\b[A-Za-z]+_\w+|\bvirtual [a-z ]+\d")
+"""Paths, commands, symbols such as P_Form, and names of virtual artefacts."""
 
 
 @cache
-def english_words() -> frozenset[str]:
-    """Return the words of all English sentences that no German one has, in lower case."""
+def foreign_words(language: str) -> frozenset[str]:
+    """Return the words that only the sentences of the other language have, in lower case."""
     english, german = set[str](), set[str]()
     core = msgspec.json.decode(resource("i18n", "core_de.json").read_bytes())
     pairs = {key: text for part in core.values() for key, text in part.items()}
@@ -45,21 +45,28 @@ def english_words() -> frozenset[str]:
     for source, translation in pairs.items():
         english.update(_words(source))
         german.update(_words(translation))
-    return frozenset(english - german - _NAMES - _SETTINGS)
+    foreign = german - english if language == "en" else english - german
+    return frozenset(foreign - _NAMES - _SETTINGS)
 
 
 def english_in(widget: QWidget) -> Iterator[str]:
     """Yield every text of visible widgets with a word that is English only."""
+    yield from foreign_in(widget, "de")
+
+
+def foreign_in(widget: QWidget, language: str) -> Iterator[str]:
+    """Yield every text of visible widgets with a word of the other language than ``language``."""
+    foreign = foreign_words(language)
     for one in (widget, *widget.findChildren(QWidget)):
         if not one.isVisibleTo(widget):
             continue
         for attribute in _READ:
             read = getattr(one, attribute, None)
             text = read() if callable(read) else read
-            if isinstance(text, str) and english_words().intersection(_words(text)):
+            if isinstance(text, str) and foreign.intersection(_words(text)):
                 yield f"{type(one).__name__}.{attribute}: {text}"
     for name, text in painted_words(widget):
-        if english_words().intersection(_words(text)):
+        if foreign.intersection(_words(text)):
             yield f"painted by {name}: {text}"
 
 

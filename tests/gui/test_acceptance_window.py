@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -22,6 +23,7 @@ from ocmm_core.acceptance import (
     ProcedureOffer,
     differences,
     load_record,
+    procedure_files,
     recompute,
     typed_entry,
 )
@@ -30,10 +32,12 @@ from ocmm_core.composition.hands import VirtualHand
 from ocmm_core.documents import resource
 from ocmm_gui.acceptance._measure_pages import AcceptanceVerdictPage, MeasurePage
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import DEBOUNCE_S, THEMES, Notice, NoticeCentre, ThemedWidget
+from ocmm_gui.kit import DEBOUNCE_S, THEMES, Notice, NoticeCentre, ThemedWidget, use_language
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import Runner
-from tests.host import HANG_MS
+from tests.gui.shown_english import foreign_in
+from tests.gui.window_pages import faults
+from tests.host import HANG_MS, long_form
 from tests.slow_rig import CALM_HZ, slow_rig_in
 from tests.waiting import let_pass
 
@@ -127,15 +131,19 @@ class Desk:
 
 
 @pytest.fixture
-def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+def desk(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, request: pytest.FixtureRequest
+) -> Iterator[Desk]:
+    """Open a window in English, or in the language of the parameter."""
     qapp.setStyle("Fusion")
-    request = StationRequest(
+    use_language(qapp, getattr(request, "param", "en"))
+    wanted = StationRequest(
         plan=resource("plans", "quick.toml"), out=tmp_path / "job", speed=0.1, stay=True,
         frame_rate_hz=800, rig=slow_rig_in(tmp_path, CALM_HZ),
     )  # fmt: skip
-    built = build_station(request)
+    built = build_station(wanted)
     bench = AcceptanceBench(
-        replace(request, speed=0.0), folder=tmp_path / "tests", register=tmp_path / "artefacts"
+        replace(wanted, speed=0.0), folder=tmp_path / "tests", register=tmp_path / "artefacts"
     )
     bridge, centre = StationBridge(built.station), NoticeCentre()
     told: list[Notice] = []
@@ -151,6 +159,7 @@ def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
     window.deleteLater()
     bridge.deleteLater()
     centre.deleteLater()
+    use_language(qapp, "en")
 
 
 def _hand(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> list[VirtualHand]:
@@ -274,6 +283,51 @@ def test_the_interim_check_is_charted_and_points_are_taken_by_hand(desk: Desk) -
     desk.store()
     desk.until(lambda: page.interim.word().startswith("1 check,"))
     assert "learns" in page.sentence.text()
+
+
+_READ = [
+    (language, name)
+    for language in ("en", "de")
+    for name in (procedure_files() if long_form() else ())
+] or [("de", "EFFECTIVE-DIAMETER")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("desk", "name"), _READ, indirect=["desk"])
+def test_a_procedure_is_shown_in_one_language_to_its_end(
+    desk: Desk, name: str, request: pytest.FixtureRequest
+) -> None:
+    """Each sentence is read; in the long form of all procedures in both languages."""
+    language = request.node.callspec.params["desk"]
+    wrong, told = set[str](), set[str]()
+
+    def read() -> bool:
+        note = re.sub(
+            r"[-\d,.]+", "", f"{desk.view.base.step.instruction}{desk.runner.gate.text()}"
+        )
+        if note not in told:
+            told.add(note)
+            wrong.update(foreign_in(desk.window, language))
+        return desk.view.base.step.gate.open
+
+    desk.choose(name)
+    wrong.update(foreign_in(desk.window, language))
+    desk.begin()
+    desk.until(read)
+    desk.until(lambda: desk.runner.actions_by_key["next"].isEnabled())
+    let_pass(DEBOUNCE_S)
+    desk.key(Qt.Key.Key_Return)
+    page = desk.runner.pages["result"]
+    desk.until(lambda: desk.view.outcome is not None and page.isVisible())
+    desk.until(lambda: desk.runner.actions_by_key["accept"].isEnabled())
+    for key in (Qt.Key.Key_1, Qt.Key.Key_2):
+        desk.key(key)
+        QApplication.processEvents()
+        wrong.update(foreign_in(desk.window, language))
+    desk.store()
+    wrong.update(foreign_in(desk.window, language))
+    wrong.update(faults(desk.window))
+    assert not wrong, "\n".join(sorted(wrong))
 
 
 def test_a_refused_artefact_says_why_and_cannot_begin(desk: Desk) -> None:

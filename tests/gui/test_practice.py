@@ -23,7 +23,7 @@ from ocmm_gui.kit import DEBOUNCE_S, Mode, NoticeCentre, use_language
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import Runner
 from ocmm_sim.practice import Practice
-from tests.gui.shown_english import english_in
+from tests.gui.shown_english import foreign_in
 from tests.gui.window_pages import TURNS, faults
 from tests.host import HANG_MS, long_form
 from tests.slow_rig import CALM_HZ, slow_rig_in
@@ -174,8 +174,7 @@ def test_every_wizard_is_completed_and_signed_practice(
     wrong = set[str]()
 
     def read(bench: _Bench) -> None:
-        if language == "de":
-            wrong.update(english_in(bench.window))
+        wrong.update(foreign_in(bench.window, language))
 
     def rest(bench: _Bench) -> None:
         read(bench)
