@@ -87,11 +87,7 @@ def nearest_minimum(kind: int, points: Float, starts: Float, kept: int) -> Solut
     It may not be the global one: callers certify it, or search all `minima`.
     """
     sample = sampled(points, SAMPLE)
-    costs = np.empty(len(starts))
-    rank(kind, sample, starts, costs)
-    # NaN sorts last.
-    best = starts[np.argsort(costs)[:kept]]
-    best, costs = _descended(kind, sample, best, STEPS)
+    best, costs = _descended(kind, sample, _ranked(kind, points, starts)[:kept], STEPS)
     return minimise(kind, points, best[np.argmin(np.where(np.isfinite(costs), costs, np.inf))])
 
 
