@@ -4,7 +4,7 @@ Independent families of starts: for points that surround the axis, Taubin's circ
 trial axis gives the centre. A short piece of a torus is a bent tube: its tube comes from the
 curvatures of the patch, or from the nearest cylinders, and the axis is tried all around it, close
 for thick tubes and far for thin ones. The circle in the half plane of distance from the axis and
-height gives the rest (`axis_kernel.tubes`).
+height gives the rest (`tubes`).
 """
 
 from __future__ import annotations
