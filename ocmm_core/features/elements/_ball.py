@@ -23,6 +23,7 @@ from ocmm_core.features.search import (
     few_axes,
     gains,
     minimise,
+    sampled,
     taubin,
     undecided,
 )
@@ -121,9 +122,7 @@ def _minima(points: Float, first: Solution) -> list[Solution]:
     """Return ``first`` and the minima around ``points``, best first, without flat ones."""
     d = points.shape[1]
     kind = DISC if d == 2 else BALL
-    sample = points
-    if len(points) > SAMPLE:
-        sample = points[np.arange(SAMPLE) * (len(points) - 1) // (SAMPLE - 1)]
+    sample = sampled(points, SAMPLE)
     turns = np.arange(TURNS) * 2.0 * np.pi / TURNS
     ways = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     if d == 3:

@@ -4,7 +4,7 @@ Independent families of starts: for points that surround the axis, Taubin's circ
 trial axis gives the centre. A short piece of a torus is a bent tube: its tube comes from the
 curvatures of the patch, or from the nearest cylinders, and the axis is tried all around it, close
 for thick tubes and far for thin ones. The circle in the half plane of distance from the axis and
-height gives the rest (`axis_kernel.tubes`).
+height gives the rest (`tubes`).
 """
 
 from __future__ import annotations
@@ -84,14 +84,11 @@ def families(points: Float) -> tuple[Family, ...]:
 def ring_starts(points: Float, axes: Float) -> Float:
     """Return starts (m, 8) around trial ``axes`` (k, 3)."""
     sample = sampled(points, RANKING_POINTS)
-    round_axis = np.empty((len(axes), 8))
-    circles(sample, axes, round_axis)
     turns = np.arange(WAYS) * 2.0 * np.pi / WAYS
-    ways = np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    bent = (BENT[:, None, None] * ways).reshape(-1, 2)
-    starts = np.empty((1 + len(bent), *round_axis.shape))
-    starts[:] = round_axis
-    starts[1:, :, 0:3] = np.einsum("wk,kmx->wmx", bent, across_axes(axes))
+    bent = np.outer(BENT, np.stack([np.cos(turns), np.sin(turns)], axis=1)).reshape(-1, 2)
+    starts = np.zeros((1 + len(bent), len(axes), 8))
+    circles(sample, axes, starts[0])
+    starts[1:, :, 0:3], starts[1:, :, 3:6] = np.tensordot(bent, across_axes(axes), axes=1), axes
     flat: Float = starts.reshape(-1, 8)
     tubes(sample, flat)
     return flat

@@ -87,11 +87,7 @@ def nearest_minimum(kind: int, points: Float, starts: Float, kept: int) -> Solut
     It may not be the global one: callers certify it, or search all `minima`.
     """
     sample = sampled(points, SAMPLE)
-    costs = np.empty(len(starts))
-    rank(kind, sample, starts, costs)
-    # NaN sorts last.
-    best = starts[np.argsort(costs)[:kept]]
-    best, costs = _descended(kind, sample, best, STEPS)
+    best, costs = _descended(kind, sample, _ranked(kind, points, starts)[:kept], STEPS)
     return minimise(kind, points, best[np.argmin(np.where(np.isfinite(costs), costs, np.inf))])
 
 
@@ -129,7 +125,7 @@ def minima(
     for family in families:
         starts = _ranked(kind, points, family())
         first, costs = _descended(kind, sample, starts[:FIRST], STEPS)
-        asked.append((first, costs, starts[FIRST:MOST]))
+        asked.append((first, costs, starts[FIRST:]))
         ends = _ends(kind, sample, first, costs, QUICK)
         own = _refined(kind, points, ends, REFINED, possible)
         agreed = bool(own and found) and _one(kind, own[0], found[0])
@@ -153,11 +149,13 @@ def minima(
 
 
 def _ranked(kind: int, points: Float, starts: Float) -> Float:
-    """Return the finite ones among ``starts``, the most promising first."""
-    starts = np.ascontiguousarray(starts[np.isfinite(starts).all(axis=1)])
+    """Return the `MOST` most promising finite ones among ``starts``, best first."""
+    if not np.isfinite(starts).all():
+        starts = starts[np.isfinite(starts).all(axis=1)]
+    starts = np.ascontiguousarray(starts)
     costs = np.empty(len(starts))
     rank(kind, sampled(points, SAMPLE), starts, costs)
-    return starts[np.argsort(costs, kind="stable")]
+    return starts[np.argsort(costs, kind="stable")[:MOST]]
 
 
 def certain(kind: int, points: Float, found: Solution) -> bool:

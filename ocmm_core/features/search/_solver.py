@@ -22,7 +22,7 @@ import numpy as np
 from ocmm_core.errors import FitError
 from ocmm_core.features.search._axis_kernel import RING
 from ocmm_core.features.search._common import degenerate
-from ocmm_core.features.search._newton_kernel import STEP_SIZE, gain_of, move, newton, terms
+from ocmm_core.features.search._newton_kernel import STEP_SIZE, gain_of, newton, terms
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
@@ -70,13 +70,6 @@ def derivatives(kind: int, points: Float, parameters: Float) -> tuple[Float, Flo
     residuals, jacobian, curvature = np.empty(rows), np.empty((k, rows)).T, np.empty((k, k))
     terms(kind, points, parameters, residuals, jacobian, curvature)
     return residuals, jacobian, curvature
-
-
-def moved(kind: int, parameters: Float, step: Float) -> Float:
-    """Return the parameters (8,) after a step (k,); for tests."""
-    after = np.empty(8)
-    move(kind, parameters, step, after)
-    return after
 
 
 def gains(jacobian: Float) -> tuple[Float, Float, float]:

@@ -179,4 +179,5 @@ def test_honest_twin_has_the_noise_of_the_session_and_true_documents() -> None:
     drifting(scene)
     honest_again = honest_twin(scene, noise)
     assert honest_again.bar.length == honest(277, POSES).bar.length
-    assert honest_again.moves(0.0) == scene.moves(1.0)
+    for first, last in zip(honest_again.moves(0.0), scene.moves(1.0), strict=True):
+        np.testing.assert_array_equal(first.centre_world, last.centre_world)
