@@ -292,16 +292,12 @@ def status(*, folder: FolderOption = None) -> None:
     rows = []
     files, left_out = find_files(base)
     for fault in left_out:
-        console.print(
-            f"{lead('Left out ')}{say(fault.what)}", style="red", highlight=False, markup=False
-        )
+        console.print(f"{lead('Left out ')}{say(fault.what)}", style="red", highlight=False)
     for path in (path for path in files if path.suffix == ".chain"):
         try:
             view = AcceptanceSession.resume(path).view
         except OcmmError as error:
-            console.print(
-                f"{lead('Left out ')}{say(error.what)}", style="dim", highlight=False, markup=False
-            )
+            console.print(f"{lead('Left out ')}{say(error.what)}", style="dim", highlight=False)
             continue
         if not (view.finished or view.abandoned):
             wanted = sum(len(one.points_world) * one.repeats for one in view.positions)
@@ -311,9 +307,7 @@ def status(*, folder: FolderOption = None) -> None:
         try:
             loaded = load_signed_record(path)
         except OcmmError as error:
-            console.print(
-                f"{lead('Left out ')}{say(error.what)}", style="red", highlight=False, markup=False
-            )
+            console.print(f"{lead('Left out ')}{say(error.what)}", style="red", highlight=False)
             continue
         one = loaded.record
         states = FinishedTest(path, one, loaded.signer).states
