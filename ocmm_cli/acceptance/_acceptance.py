@@ -204,9 +204,7 @@ def status(*, folder: Path | None) -> None:
         try:
             view = AcceptanceSession.resume(path).view
         except OcmmError as error:
-            console.print(
-                f"{lead('Left out ')}{say(error.what)}", style="dim", highlight=False, markup=False
-            )
+            console.print(f"{lead('Left out ')}{say(error.what)}", style="dim", highlight=False)
             continue
         if not (view.finished or view.abandoned):
             wanted = sum(len(one.points_world) * one.repeats for one in view.positions)
@@ -216,9 +214,7 @@ def status(*, folder: Path | None) -> None:
         try:
             loaded = load_signed_record(path)
         except OcmmError as error:
-            console.print(
-                f"{lead('Left out ')}{say(error.what)}", style="red", highlight=False, markup=False
-            )
+            console.print(f"{lead('Left out ')}{say(error.what)}", style="red", highlight=False)
             continue
         one = loaded.record
         states = FinishedTest(path, one, loaded.signer).states

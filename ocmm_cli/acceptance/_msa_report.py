@@ -87,12 +87,7 @@ def print_linearity(console: Console, found: LinearityReport) -> None:
         highlight=False,
     )
     for sentence in found.left_out:
-        console.print(
-            f"{say_word('left out')}: {say(sentence)}",
-            style="yellow",
-            highlight=False,
-            markup=False,
-        )
+        console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow", highlight=False)
     console.print(f"{say_word(found.word)}: {say(found.reason)}", highlight=False)
 
 

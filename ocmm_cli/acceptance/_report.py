@@ -13,12 +13,7 @@ def print_record(console: Console, record: AcceptanceRecord) -> None:
     if record.instrument.simulated:
         console.print(say("SIMULATED: measured on the virtual rig"), style="yellow")
     for why in record.instrument.unproven:
-        console.print(
-            f"{say_word(UNPROVEN_CAMERAS)}: {say(why)}",
-            style="yellow",
-            highlight=False,
-            markup=False,
-        )
+        console.print(f"{say_word(UNPROVEN_CAMERAS)}: {say(why)}", style="yellow", highlight=False)
     rule = (
         say("U taken off the limit")
         if record.procedure.rule == "guarded"

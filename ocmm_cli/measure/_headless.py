@@ -181,11 +181,8 @@ def print_states(console: Console, view: JobView) -> None:
 def print_explanations(console: Console, explained: Sequence[Explanation]) -> None:
     """Print a line for every result that is not good: by how much, and the remedy."""
     for item in explained:
-        console.print(
-            f"{item.characteristic}: {say(item.why)} {say(item.suggestion)}",
-            highlight=False,
-            markup=False,
-        )
+        words = f"{item.characteristic}: {say(item.why)} {say(item.suggestion)}"
+        console.print(words, highlight=False)
 
 
 def print_counters(console: Console, status: AcquisitionStatus) -> None:

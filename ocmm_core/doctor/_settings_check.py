@@ -21,7 +21,7 @@ def settings(computer: Computer) -> Answer:
         own = _ROOT
     if not computer.has(_ROOT / SETTINGS_NAME):
         return green("Root has no settings of its own.")
-    # Raises if this user lacks access.
+    # NotAskedError if this user cannot read it.
     computer.text(_ROOT / SETTINGS_NAME)
     below, mine, of_root = (
         SettingsFile(computer.place(folder / SETTINGS_NAME)).read().values

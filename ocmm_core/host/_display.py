@@ -1,7 +1,7 @@
 """Whether a display answers and which libraries of the system are missing, without loading Qt.
 
 ``python -m ocmm_core.host._display xcb`` (or ``wayland``) exits with 0 if the display accepts this
-user. It is a process of its own: a display that hangs or a faulty library ends it.
+user. It runs in a child process, which a display that hangs or a faulty library can end.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from typing import ClassVar, Protocol
 
 from psygnal import EmitLoopError, Signal, SignalInstance
 
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import REOPEN, contained, described
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.station.stream import ButtonChange
@@ -38,6 +38,10 @@ class Kept(Protocol):
 
     def what_is_safe(self) -> str:
         """Return it in a sentence."""
+        ...
+
+    def has_points(self) -> bool:
+        """Return whether there are points to lose."""
         ...
 
 
@@ -79,7 +83,7 @@ class StationFaults:
         fault = self._measuring
         if fault is None:
             return ""
-        safe = self._kept.what_is_safe()
+        safe = self._safe(fault.error)
         return fault.error.what if safe in fault.error.what else f"{fault.error.what} {safe}"
 
     def fail(self, error: BaseException, part: str, *, tell: bool = True) -> OcmmError:
@@ -87,7 +91,7 @@ class StationFaults:
 
         `part`: begins a sentence. `tell`: False if the caller raises the result.
         """
-        safe = self._kept.what_is_safe()
+        safe = self._safe(error)
         with self._lock:
             known = fault = self._measuring
             if fault is None:
@@ -107,6 +111,11 @@ class StationFaults:
         if tell:
             self.tell(told)
         return told
+
+    def _safe(self, error: BaseException) -> str:
+        """Return what is not lost, empty where a source was refused before the first point."""
+        refused = isinstance(error, OcmmError) and not isinstance(error, InternalError)
+        return "" if refused and not self._kept.has_points() else self._kept.what_is_safe()
 
     def note(self, error: BaseException, part: str) -> None:
         """Store and report the fault of another part, once per part."""

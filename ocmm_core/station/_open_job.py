@@ -239,8 +239,11 @@ class CurrentJob:
         self.ended = False
 
     def what_is_safe(self) -> str:
-        """Return the sentence on saved points, empty without points."""
-        return saved_sentence(self.now.file.saved_in) if self.now.session.has_points else ""
+        """Return the sentence on saved points."""
+        return saved_sentence(self.now.file.saved_in)
+
+    def has_points(self) -> bool:
+        return self.now.session.has_points
 
 
 class PartLoader:

@@ -71,6 +71,9 @@ def test_station_logs_readings_and_their_loss(
 
 
 class _NoJob:
+    def has_points(self) -> bool:
+        return True
+
     def what_is_safe(self) -> str:
         return ""
 
