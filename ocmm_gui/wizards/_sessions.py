@@ -81,7 +81,7 @@ def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
             "world", later("World frame"), later("Reference of the coordinates afterwards"),
             choices=(
                 ("cameras", later("fixed to the cameras")),
-                ("points", later("fixed by control points of a list")),
+                ("points", later("fixed by known control points")),
                 ("set", later("redefined by three points")),
             ),
         ),
@@ -93,7 +93,7 @@ def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
         Field(
             "lens", later("Lenses"), later("Lens parameters"),
             choices=(
-                ("prior", later("refined from earlier values")),
+                ("prior", later("refined from known values")),
                 ("fixed", later("unchanged")),
                 ("free", later("found anew")),
             ),

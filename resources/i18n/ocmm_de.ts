@@ -6784,6 +6784,10 @@ Startet: {source}</translation>
         <translation>fest mit den Kameras</translation>
     </message>
     <message>
+        <source>fixed by known control points</source>
+        <translation>fest durch bekannte Kontrollpunkte</translation>
+    </message>
+    <message>
         <source>redefined by three points</source>
         <translation>durch drei Punkte neu festgelegt</translation>
     </message>
@@ -6798,6 +6802,10 @@ Startet: {source}</translation>
     <message>
         <source>Lens parameters</source>
         <translation>Parameter der Objektive</translation>
+    </message>
+    <message>
+        <source>refined from known values</source>
+        <translation>aus bekannten Werten verfeinert</translation>
     </message>
     <message>
         <source>unchanged</source>
@@ -6986,14 +6994,6 @@ Startet: {source}</translation>
     <message>
         <source>Cone</source>
         <translation>Kegelsitz</translation>
-    </message>
-    <message>
-        <source>fixed by control points of a list</source>
-        <translation type="unfinished"></translation>
-    </message>
-    <message>
-        <source>refined from earlier values</source>
-        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Its marking; empty if none</source>
@@ -8565,7 +8565,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>By a ruler; empty: as stated by the screen</source>
-        <translation type="unfinished"></translation>
+        <translation>Mit dem Lineal gemessen; leer: wie vom Bildschirm gemeldet</translation>
     </message>
     <message>
         <source>Machine</source>
@@ -8797,11 +8797,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Folder searched for plans; empty: recent places only</source>
-        <translation type="unfinished"></translation>
+        <translation>Ordner, in dem Prüfpläne gesucht werden; leer: nur zuletzt benutzte Orte</translation>
     </message>
     <message>
         <source>Place of measurement, unless a job states another</source>
-        <translation type="unfinished"></translation>
+        <translation>Ort der Messung, sofern kein Auftrag einen anderen nennt</translation>
     </message>
     <message>
         <source>Place: local, off, a file, or a PostgreSQL database; without password</source>
