@@ -300,7 +300,7 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     "allowed licences": (_LICENCES, allowed),
     "checks": ("docs/technician/doctor.md", checks),
     "formats": ("docs/quality/exports.md", formats),
-    "ippdme": ("docs/integrator/ippdme.md", ippdme),
+    "ippdme": ("docs/integrator/ippdme_commands.md", ippdme),
     "packages": (_LICENCES, partial(packages, "requirements.lock")),
     "packages for development": (
         _LICENCES,
