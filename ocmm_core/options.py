@@ -155,6 +155,7 @@ VARIABLES = (
     Option("PYTHONSAFEPATH", "1", "Set for child processes: no modules of the working folder."),
     Option("PATH", "", "Folders of the programs ip and unshare of the virtual wire."),
     Option("SUDO_USER USER", "", "User that the doctor checks the rights of."),
+    Option("XDG_CONFIG_DIRS XDG_CONFIG_HOME", "", "Folders of the settings of station and user."),
     Option("TZ", "", "Time zone that the doctor compares with that of the computer."),
 )  # fmt: skip
 """Environment variables that the program reads or sets, and what each is for."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ocmm_core.composition import StationRequest
+if TYPE_CHECKING:
+    from ocmm_core.composition import StationRequest
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,5 +45,7 @@ class ServedStation:
 
     def request(self, plan: Path) -> StationRequest:
         """Return the request of the station for a plan."""
+        from ocmm_core.composition import StationRequest
+
         named = asdict(self)
         return StationRequest(plan=plan, check_after_h=named.pop("check_after"), **named)

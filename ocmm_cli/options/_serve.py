@@ -28,9 +28,11 @@ TABLE = {
     ),
     "serve ippdme": (
         Option("port", 1294, "TCP port; 0: any free port.", "port"),
-        Option("dialect", "1.4", "Edition that the measuring program speaks."),
+        Option("dialect", "1.4", "Edition that the measuring program speaks.",
+               choices=("1.4", "2.5")),
         Option("shift_sign", "origin", "Meaning of X0, Y0, Z0 in SetCsyTransformation: origin of "
-               "the part in the machine, or offset added after the rotation."),
+               "the part in the machine, or offset added after the rotation.",
+               choices=("origin", "offset")),
         Option("any_place", False, "Accept touches away from the nominal, such as before the part "
                "is aligned."),
         Option("patience", 600.0, "Longest wait for a touch, s.", "seconds"),

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.terminal import make_console, progress_line, say
+from ocmm_cli.terminal import lead, make_console, progress_line, say
 from ocmm_core.build import build_version
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import require_linux
@@ -134,7 +134,7 @@ def whatsnew(*, since: str) -> None:
     """Print the changes of this version, newest first."""
     from ocmm_core.manual import changes_since
 
-    typer.echo(f"OCMM {build_version()}\n")
+    typer.echo(f"{lead('Version ')}{build_version()}\n")
     for section in changes_since(since):
         typer.echo(section)
 

@@ -6,22 +6,19 @@ import signal
 import sys
 import threading
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
 
 from ocmm_cli.terminal import lead, make_console, say, shown
-from ocmm_core.composition import build_station
 from ocmm_core.documents import resource
-from ocmm_core.inspection.evaluation import JobHeader
-from ocmm_core.station.stream import StreamOptions
-from ocmm_serve.ippdme._dialect import DmeDialect
-from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
-from ocmm_serve.ippdme._machine import StationMachine
-from ocmm_serve.ippdme._server import DmeServer
-from ocmm_serve.ippdme._session import OPERATOR, DmeSession
-from ocmm_serve.ippdme._state import DmeState
 from ocmm_serve.site import ServedAddress, ServedStation
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ocmm_serve.ippdme._machine import StationMachine
+    from ocmm_serve.ippdme._server import DmeServer
 
 serve_app = typer.Typer(
     no_args_is_help=True, help="Serve points to measuring programs of other makers."
@@ -38,8 +35,8 @@ def _group() -> None:
 def serve_ippdme(
     *,
     address: ServedAddress,
-    dialect: DmeDialect,
-    shift_sign: ShiftSign,
+    dialect: str,
+    shift_sign: str,
     any_place: bool,
     patience: float,
     tries: int,
@@ -51,6 +48,16 @@ def serve_ippdme(
     writes a job file with all points, their raw spots, and the nominals of the program. Ends by
     Ctrl-C.
     """
+    from ocmm_core.composition import build_station
+    from ocmm_core.inspection.evaluation import JobHeader
+    from ocmm_core.station.stream import StreamOptions
+    from ocmm_serve.ippdme._dialect import DmeDialect
+    from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
+    from ocmm_serve.ippdme._machine import StationMachine
+    from ocmm_serve.ippdme._server import DmeServer
+    from ocmm_serve.ippdme._session import OPERATOR, DmeSession
+    from ocmm_serve.ippdme._state import DmeState
+
     console = make_console()
     options = StreamOptions(
         address.host, address.port or 0, certificate=address.certificate,
@@ -71,14 +78,16 @@ def serve_ippdme(
     header = JobHeader(site.operator, built.station.job.plan.part, site.serial)
     machine = StationMachine(built, header, tell)
     try:
-        state = DmeState(machine, dialect, CsyFrames(shift_sign), any_place=any_place)
+        edition, frames = DmeDialect(dialect), CsyFrames(ShiftSign(shift_sign))
+        state = DmeState(machine, edition, frames, any_place=any_place)
         server = DmeServer(DmeSession(state, patience, tries), options, fail)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: ended.set())
         machine.start(server.touched, server.refused)
         console.print(f"{lead('Source  ')}{built.description.name}")
         place = "{}:{}".format(*server.start())
-        tell(f"I++ DME {dialect.version} on {place}. Ctrl-C ends.")
+        version = edition.version
+        tell(f"I++ DME {version} on {place}. Ctrl-C ends.")
         if sys.stdin is not None and sys.stdin.isatty():
             tell(f"Type {OPERATOR}.")
             threading.Thread(target=_read_keys, args=(server,), name="keys", daemon=True).start()

@@ -2,9 +2,9 @@
 
 In: accepted points of a station. Out: one line each, in a format of the user.
 
-Read `_template` (the format and its checks), `_feed` (serial line), `_keyboard` (wedge) and
-`_command` (`ocmm serve lines`, `ocmm serve keyboard`). TCP is the server of the live stream
-(`ocmm_core.station.stream`). It must not know I++ DME.
+Read `_template` (the format and its checks), `_feed` (serial line), `_keyboard` (wedge), `_run`
+(the station) and `_command` (`ocmm serve lines`, `ocmm serve keyboard`). TCP is the server of the
+live stream (`ocmm_core.station.stream`). It must not know I++ DME.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

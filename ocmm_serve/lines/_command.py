@@ -2,33 +2,20 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ocmm_cli.terminal import lead, make_console, say, told
-from ocmm_core.composition import Origin, StationRequest, build_station, origin_of, stream_options
-from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.failure import contained
-from ocmm_core.options import DEMO_PLAN
-from ocmm_core.station import MeasuringStation, drop_job_without_points
-from ocmm_core.station.stream import PlainLines, StreamServer
-from ocmm_serve.lines._feed import LineFeed, SerialReceiver
-from ocmm_serve.lines._keyboard import KeyboardReceiver, find_tool
 from ocmm_serve.lines._template import DecimalSign, LengthUnit, LineTemplate, PointKind
 from ocmm_serve.site import ServedAddress, ServedStation
 
-POINTS = "points.toml"
-"""List of points, without end."""
-_POLL_S = 0.05
-_ENDS = {"crlf": b"\r\n", "lf": b"\n", "cr": b"\r", "enter": b"\n", "tab": b"\t", "none": b""}
+if TYPE_CHECKING:
+    from ocmm_core.station import MeasuringStation
+    from ocmm_core.station.stream import PlainLines, StreamServer
+    from ocmm_serve.lines._feed import LineFeed
+    from ocmm_serve.lines._run import Note
 
-Note = Callable[[str], None]
-Face = Callable[[MeasuringStation, PlainLines, Note], AbstractContextManager[object]]
-"""Connects the lines of a station to their destination; its text names that."""
+_ENDS = {"crlf": b"\r\n", "lf": b"\n", "cr": b"\r", "enter": b"\n", "tab": b"\t", "none": b""}
 
 
 def serve_lines(
@@ -49,6 +36,12 @@ def serve_lines(
     For programs with a "generic CMM" (PC-DMIS and others). A point is in the job file before its
     line leaves. Each line is sent once, to the programs that are connected. Ends by Ctrl-C.
     """
+    from ocmm_core.composition import stream_options
+    from ocmm_core.failure import contained
+    from ocmm_core.station.stream import StreamServer
+    from ocmm_serve.lines._feed import LineFeed, SerialReceiver
+    from ocmm_serve.lines._run import plan_for, run
+
     made = LineTemplate.of(template, unit, point, decimal)
     port, allow = address.port, tuple(address.allow or ())
     if device and (port is not None or allow or address.host != "127.0.0.1"):
@@ -73,8 +66,8 @@ def serve_lines(
 
         return StreamServer(station, options, tell, plain)
 
-    request = site.request(_plan_for(plan, site.source))
-    _run(request, made, _ENDS[end], face)
+    request = site.request(plan_for(plan, site.source))
+    run(request, made, _ENDS[end], face)
 
 
 def serve_keyboard(
@@ -93,60 +86,15 @@ def serve_keyboard(
     Needs xdotool (X11), wtype or ydotool (Wayland). A point is in the job file before it is typed,
     and typed once. State the window, so that no other program gets numbers. Ends by Ctrl-C.
     """
+    from ocmm_serve.lines._feed import LineFeed
+    from ocmm_serve.lines._keyboard import KeyboardReceiver, find_tool
+    from ocmm_serve.lines._run import plan_for, run
+
     made = LineTemplate.of(template, unit, point, decimal)
     receiver = KeyboardReceiver(find_tool(), window)
 
-    request = site.request(_plan_for(plan, site.source))
-    _run(
+    request = site.request(plan_for(plan, site.source))
+    run(
         request, made, _ENDS[end],
         lambda station, plain, note: LineFeed(station, plain, receiver, note),
     )  # fmt: skip
-
-
-def _plan_for(plan: Path | None, source: str) -> Path:
-    if plan is not None:
-        return plan
-    virtual = origin_of(source) is Origin.VIRTUAL
-    return DEMO_PLAN if virtual else resource("plans", POINTS)
-
-
-def _run(request: StationRequest, template: LineTemplate, end: bytes, face: Face) -> None:
-    """Measure until Ctrl-C or the end of the source; OcmmError if the station fails."""
-    console = make_console(soft_wrap=True)
-    ended = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: ended.set())
-
-    def note(words: str) -> None:
-        console.print(say(words), style="yellow", highlight=False)
-
-    built = build_station(request)
-    station, path = built.station, built.job_path
-    first = station.job.plan.features[0].name
-
-    def reopen(_: object) -> None:
-        if request.plan.name == POINTS and not station.job.missing():
-            station.job.change(lambda session: session.steps.reopen(first))
-
-    try:
-        plain = PlainLines(lambda one: template.line(one).encode("ascii") + end, note)
-        station.events.point_taken.connect(reopen)
-        station.events.point_refused.connect(
-            lambda refusal: note(f"{say('Point refused:')} {told(refusal)}")
-        )
-        station.faults.failed.connect(lambda error: note(f"{error.what} {error.remedy}"))
-        with face(station, plain, note) as made:
-            console.print(f"{lead('Source  ')}{built.description.name}", highlight=False)
-            console.print(f"{lead('Job     ')}{path}", highlight=False)
-            console.print(say(template.words), highlight=False)
-            console.print(f"{lead('Lines   ')}{made}", highlight=False)
-            station.start()
-            while not ended.is_set() and not station.wait_finished(_POLL_S):
-                failure = station.faults.why_failed()
-                if failure is not None:
-                    raise failure
-    finally:
-        station.close()
-        if station.job.lost is not None:
-            raise station.job.lost
-        drop_job_without_points(path)

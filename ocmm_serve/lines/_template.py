@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from string import Formatter
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from ocmm_core.errors import InputError
-from ocmm_core.measuring import MeasuredPoint
+
+if TYPE_CHECKING:
+    from ocmm_core.measuring import MeasuredPoint
 
 LengthUnit = Literal["mm", "um", "inch"]
 PointKind = Literal["ball", "surface"]
