@@ -148,7 +148,10 @@ class Translation:
             # "cylinder" in a sentence is the shape "Cylinder".
             or self._words.get(text[:1].upper() + text[1:])
         )
-        # "face diagonal XY 1, 140 mm" is two words.
+        # "face diagonal XY 1, 140 mm" is two words, "Interim_L distance" a symbol and a word.
+        symbol, _, rest = text.partition(" ")
+        if not found and rest and "_" in symbol:
+            return f"{symbol} {self.word(rest)}"
         return found or ", ".join(map(self.word, text.split(", ")) if ", " in text else [text])
 
     def _of(self, text: str, code: str, depth: int) -> str | None:

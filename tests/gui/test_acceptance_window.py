@@ -289,7 +289,7 @@ _READ = [
     (language, name)
     for language in ("en", "de")
     for name in (procedure_files() if long_form() else ())
-] or [("de", "EFFECTIVE-DIAMETER")]
+] or [("de", "INTERIM")]
 
 
 @pytest.mark.slow
