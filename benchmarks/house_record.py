@@ -30,7 +30,7 @@ RECORD = ROOT / "benchmarks" / "house.json"
 LONGEST_FILE = 400
 MOST_PARAMETERS = 12
 LONGEST_SUBJECT = 72
-COMMITS_SINCE = "2026-11-28"
+COMMITS_SINCE = "2026-11-29T00:00:00+00:00"
 
 # Turns of phrase that read as translated.
 _TURNS = re.compile(

@@ -273,12 +273,12 @@ def _job_path(folder: Path, plan: Plan) -> Path:
         raise StorageError(
             "out.folder",
             f"{folder}: the output folder cannot be created ({error.strerror}).",
-            "Choose a folder that can be written: --out FOLDER, or Settings, Jobs.",
+            "Choose a folder that can be written: option out of the command, or Settings, Jobs.",
         ) from error
     if not os.access(folder, os.W_OK):
         raise StorageError(
             "out.folder",
             f"{folder}: the output folder is not writable.",
-            "Choose a folder that can be written: --out FOLDER, or Settings, Jobs.",
+            "Choose a folder that can be written: option out of the command, or Settings, Jobs.",
         )
     return free_path(folder, plan)

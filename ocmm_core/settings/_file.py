@@ -192,6 +192,7 @@ class SettingsFile:
 
     def confirm(self, who: str) -> None:
         """Sign the settings that change a verdict by name; errors as `signer` and `change`."""
+        self._good_entries()  # A missing folder cannot be locked.
         with _held(self.path.parent):
             found = self._good_entries()
             entries = {**found, SEAL: sealed_table(found, who)}

@@ -205,7 +205,8 @@ def test_points_of_a_test_are_planned() -> None:
 
 def test_tests_are_listed_and_a_broken_session_is_left_out(tmp_path: Path) -> None:
     assert "LENGTH-7x5" in run("acceptance", "list")
-    (tmp_path / "broken.chain").write_text("nothing\n", encoding="utf-8")
+    (tmp_path / "sessions").mkdir()
+    (tmp_path / "sessions" / "broken.chain").write_text("nothing\n", encoding="utf-8")
     said = run("acceptance", "status", "--folder", tmp_path)
     assert "Weggelassen " in said
     assert "Left out" not in said

@@ -136,4 +136,4 @@ def test_the_log_names_what_failed_in_english_whatever_the_language() -> None:
 def test_a_failure_in_reading_is_not_taken_for_the_progress_of_a_reading() -> None:
     told = "The reading of a.ocmm failed: KeyError: 'x' (b.py, line 3)."
     german = load_translation("de").of(told)
-    assert german.endswith("a.ocmm failed: KeyError: 'x' (b.py, line 3).")
+    assert german == "Das Lesen von a.ocmm ist fehlgeschlagen: KeyError: 'x' (b.py, line 3)."

@@ -106,7 +106,7 @@ def test_the_extra_is_installed_with_hashes_wherever_it_is_named() -> None:
     for name, lock in (("install_step", STEP), ("install_shop", SHOP)):
         (install,) = re.findall(rf"^{name}\(\) \{{$.*?^\}}$", text, re.M | re.S)
         assert f"    install_locked {lock.name}\n" in install
-    (locked,) = re.findall(r"^install_locked\(\) \{$.*?^\}$", text, re.M | re.S)
+    (locked,) = re.findall(r"^install_locked\(\) \($.*?^\)$", text, re.M | re.S)
     # By uv, and without uv by pip.
     assert len(re.findall(r'--require-hashes -r "\$1"', locked)) == 2
     for place in ("README.md", "docs/integrator/shop.md"):

@@ -72,7 +72,7 @@ def check_stream(options: StreamOptions, *, by_address: bool = False) -> None:
         raise InputError(
             "stream.allow_missing",
             f"Any computer that reaches {options.host} could connect.",
-            "State the addresses of the clients with --allow, or listen on 127.0.0.1.",
+            "State the addresses of the clients (option allow), or listen on 127.0.0.1.",
         )
     if not by_address and len(options.token) < SHORTEST_TOKEN:
         raise InputError(
