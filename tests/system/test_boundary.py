@@ -70,10 +70,10 @@ PLACES = (
     Place("ocmm_core.station._live.LiveState._judge_tip", TypeError),
     # Trigger and point.
     Place("ocmm_core.measuring._trigger.TouchCollector.feed", IndexError),
-    Place("ocmm_core.inspection.session._session.average", ArithmeticError),
+    Place("ocmm_core.inspection.session._intake.average", ArithmeticError),
     Place("ocmm_core.inspection.session._acceptance.judge_touch", KeyError),
     Place("ocmm_core.inspection.session._assignment.assign_touch", AttributeError),
-    Place("ocmm_core.inspection.session._session.TouchIntake.take", RecursionError),
+    Place("ocmm_core.inspection.session._intake.TouchIntake.take", RecursionError),
     # Storage.
     Place("ocmm_core.storage._job_file.insert_point", MemoryError),
     Place("ocmm_core.storage._tables.insert_audited", OverflowError),
@@ -81,8 +81,8 @@ PLACES = (
     # Fit and evaluation.
     Place("ocmm_core.features.measured._actual.compensation", np.linalg.LinAlgError),
     Place("ocmm_core.inspection.session._job_view.evaluate_job", RuntimeError),
-    Place("ocmm_core.inspection.evaluation._evaluation.evaluate_one", ValueError),
-    Place("ocmm_core.inspection.evaluation._evaluation.joint_factors", MemoryError),
+    Place("ocmm_core.inspection.evaluation._job_values.evaluate_one", ValueError),
+    Place("ocmm_core.inspection.evaluation._job_values.joint_factors", MemoryError),
     Place("ocmm_core.inspection.session._job_view.coverage_of", IndexError),
     Place("ocmm_core.inspection.session._job_view.targets_of", ZeroDivisionError),
     # Monitor and watches.
