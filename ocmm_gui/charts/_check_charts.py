@@ -139,7 +139,7 @@ def group_of(name: str) -> str:
     return name.partition(",")[0]
 
 
-_INTERIM_SCALE_PX, _FOOT_PX = 84.0, 24.0
+_INTERIM_SCALE_PX, _FOOT_PX = 100.0, 24.0
 _SIGMAS = 3.0
 
 
