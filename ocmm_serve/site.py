@@ -1,13 +1,20 @@
-"""Options of a served station, each group as one parameter of a command."""
+"""A served station: its options, each group as one parameter of a command, and its end."""
 
 from __future__ import annotations
 
+import signal
+import threading
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationRequest
+    from ocmm_core.station import MeasuringStation
+    from ocmm_core.station.stream import StreamOptions
+
+POINTS = "points.toml"
+"""Plan of single points, which never ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +26,16 @@ class ServedAddress:
     allow: list[str] | None
     certificate: Path | None
     private_key: Path | None
+
+    def options(self, port: int) -> StreamOptions:
+        """Return the options of the server; ``port`` if none is given; InputError if unusable."""
+        from ocmm_core.composition import stream_options
+
+        allow = tuple(self.allow or ())
+        chosen = port if self.port is None else self.port
+        found = stream_options(chosen, self.host, None, self.certificate, self.private_key, allow)
+        assert found is not None  # noqa: S101 - there is a port
+        return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,3 +66,33 @@ class ServedStation:
 
         named = asdict(self)
         return StationRequest(plan=plan, check_after_h=named.pop("check_after"), **named)
+
+
+def stop_event() -> threading.Event:
+    """Return an event that Ctrl-C and the end of a service set."""
+    ended = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: ended.set())
+    return ended
+
+
+def keep_open(station: MeasuringStation) -> None:
+    """Open the only feature of a plan of single points again after each point."""
+    feature = station.job.plan.features[0].name
+
+    def reopen(_: object) -> None:
+        if not station.job.missing():
+            station.job.change(lambda session: session.steps.reopen(feature))
+
+    station.events.point_taken.connect(reopen)
+
+
+def close_station(station: MeasuringStation) -> None:
+    """Close a station, raise the loss of its job, and remove a job without points."""
+    from ocmm_core.station import drop_job_without_points
+
+    path = station.job.path
+    station.close()
+    if station.job.lost is not None:
+        raise station.job.lost
+    drop_job_without_points(path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import threading
 from dataclasses import replace
@@ -12,7 +11,7 @@ import typer
 
 from ocmm_cli.terminal import lead, make_console, say, shown
 from ocmm_core.documents import resource
-from ocmm_serve.site import ServedAddress, ServedStation
+from ocmm_serve.site import POINTS, ServedAddress, ServedStation, stop_event
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -50,7 +49,6 @@ def serve_ippdme(
     """
     from ocmm_core.composition import build_station
     from ocmm_core.inspection.evaluation import JobHeader
-    from ocmm_core.station.stream import StreamOptions
     from ocmm_serve.ippdme._dialect import DmeDialect
     from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
     from ocmm_serve.ippdme._machine import StationMachine
@@ -59,11 +57,8 @@ def serve_ippdme(
     from ocmm_serve.ippdme._state import DmeState
 
     console = make_console()
-    options = StreamOptions(
-        address.host, address.port or 0, certificate=address.certificate,
-        private_key=address.private_key, allow=tuple(address.allow or ()),
-    )  # fmt: skip
-    ended = threading.Event()
+    options = address.options(0)
+    ended = stop_event()
     failures: list[Exception] = []
 
     def tell(words: str) -> None:
@@ -73,7 +68,7 @@ def serve_ippdme(
         failures.append(error)
         tell(str(error))
 
-    request = site.request(resource("plans", "points.toml"))
+    request = site.request(resource("plans", POINTS))
     built = build_station(replace(request, stay=True, idle=True))
     header = JobHeader(site.operator, built.station.job.plan.part, site.serial)
     machine = StationMachine(built, header, tell)
@@ -81,12 +76,9 @@ def serve_ippdme(
         edition, frames = DmeDialect(dialect), CsyFrames(ShiftSign(shift_sign))
         state = DmeState(machine, edition, frames, any_place=any_place)
         server = DmeServer(DmeSession(state, patience, tries), options, fail)
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda *_: ended.set())
         machine.start(server.touched, server.refused)
         console.print(f"{lead('Source  ')}{built.description.name}")
-        place = "{}:{}".format(*server.start())
-        version = edition.version
+        place, version = "{}:{}".format(*server.start()), edition.version
         tell(f"I++ DME {version} on {place}. Ctrl-C ends.")
         if sys.stdin is not None and sys.stdin.isatty():
             tell(f"Type {OPERATOR}.")

@@ -17,10 +17,10 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobHeader, StatusWord
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, Refusal
-from ocmm_core.station import drop_job_without_points
 from ocmm_serve.ippdme._grammar import DmeError
 from ocmm_serve.ippdme._points import refusal_number
 from ocmm_serve.ippdme._state import BallPose, CommandedTouch, DmeTool
+from ocmm_serve.site import close_station, keep_open
 
 _WARM_S, _POLL_S = 20.0, 0.02
 """s: longest wait for the first frames, and between two looks."""
@@ -36,7 +36,6 @@ class StationMachine:
     def __init__(self, built: BuiltStation, header: JobHeader, tell: Callable[[str], None]) -> None:
         self._built, self._header, self.tell = built, header, tell
         self._station = station = built.station
-        self._feature = station.job.plan.features[0].name
         probe = station.instruments.probe_in_use
         self._body = body = probe.body
         low, high = body.leds_probe.min(axis=0), body.leds_probe.max(axis=0)
@@ -75,15 +74,10 @@ class StationMachine:
     ) -> None:
         """Start the station, and wait for its first frames; OcmmError if it cannot start."""
         events, faults = self._station.events, self._station.faults
-
-        def take(point: MeasuredPoint) -> None:
-            if not self._station.job.missing():
-                self._station.job.change(lambda session: session.steps.reopen(self._feature))
-            touched(point)
-
-        events.point_taken.connect(take)
+        keep_open(self._station)
+        events.point_taken.connect(touched)
         events.point_refused.connect(refused)
-        faults.failed.connect(lambda error: self.tell(f"{error.what} {error.remedy}"))
+        faults.failed.connect(lambda error: self.tell(str(error)))
         self._station.start()
         until = time.monotonic() + _WARM_S
         while time.monotonic() < until and self._station.looks.live().frame_counter < 0:
@@ -94,12 +88,7 @@ class StationMachine:
 
     def close(self) -> None:
         """Stop the station, and remove a job without points."""
-        path = self._station.job.path
-        self._station.close()
-        lost = self._station.job.lost
-        if lost is not None:
-            raise lost
-        drop_job_without_points(path)
+        close_station(self._station)
 
     def mount(self, name: str) -> None:
         mounted, *_ = self.tools
@@ -113,7 +102,7 @@ class StationMachine:
     def trouble(self) -> DmeError | None:
         fault = self._station.faults.measuring
         if fault is not None:
-            return DmeError(503, "Rig", detail=f"{fault.error.what} {fault.error.remedy}")
+            return DmeError(503, "Rig", detail=str(fault.error))
         status = self._station.looks.acquisition()
         if status.state is AcquisitionState.STOPPED:
             detail = status.message or "The acquisition has ended. Start the server again."
@@ -121,13 +110,12 @@ class StationMachine:
         code, blocker = self._station.instruments.blocking_reason()
         if blocker is None:
             return None
-        return DmeError(refusal_number(code), "Rig", detail=f"{blocker.what} {blocker.remedy}")
+        return DmeError(refusal_number(code), "Rig", detail=str(blocker))
 
     def require_qualified(self) -> None:
-        view = self._station.instruments.probe()
-        if view.blocking_reason is not None:
-            detail = f"{view.blocking_reason.what} {view.blocking_reason.remedy}"
-            raise DmeError(2000, detail=detail)
+        blocker = self._station.instruments.probe().blocking_reason
+        if blocker is not None:
+            raise DmeError(2000, detail=str(blocker))
 
     def pose(self) -> BallPose:
         live = self._station.looks.live()
@@ -145,7 +133,7 @@ class StationMachine:
         try:
             self._station.jobs.next_part(self._header)
         except OcmmError as error:
-            raise DmeError(511, detail=f"{error.what} {error.remedy}") from error
+            raise DmeError(511, detail=str(error)) from error
         self.tell(f"Job {name}: {len(points)} points.")
 
     def keep(self, note: Mapping[str, object]) -> None:
@@ -196,7 +184,7 @@ class StationMachine:
         try:
             self._station.job.change(verb)
         except OcmmError as error:
-            raise DmeError(511, detail=f"{error.what} {error.remedy}") from error
+            raise DmeError(511, detail=str(error)) from error
 
 
 def tool_name(name: str) -> str:

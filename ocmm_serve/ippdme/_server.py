@@ -15,7 +15,6 @@ from ocmm_serve.ippdme._dialect import error_line
 from ocmm_serve.ippdme._grammar import LONGEST_LINE, NO_TAG
 from ocmm_serve.ippdme._session import DmeSession
 
-PORT = 1294
 _TICK_S = 0.05
 _MOST_UNREAD = 4 * 1024 * 1024
 """Bytes of answers that a client may leave unread before it is disconnected."""

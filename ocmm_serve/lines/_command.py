@@ -36,33 +36,26 @@ def serve_lines(
     For programs with a "generic CMM" (PC-DMIS and others). A point is in the job file before its
     line leaves. Each line is sent once, to the programs that are connected. Ends by Ctrl-C.
     """
-    from ocmm_core.composition import stream_options
     from ocmm_core.failure import contained
     from ocmm_core.station.stream import StreamServer
     from ocmm_serve.lines._feed import LineFeed, SerialReceiver
     from ocmm_serve.lines._run import plan_for, run
 
     made = LineTemplate.of(template, unit, point, decimal)
-    port, allow = address.port, tuple(address.allow or ())
-    if device and (port is not None or allow or address.host != "127.0.0.1"):
+    if device and (address.port is not None or address.allow or address.host != "127.0.0.1"):
         raise InputError(
             "lines.two_ways",
             "--device is a serial line, but --port, --host or --allow ask for TCP.",
             "Give one of both.",
         )
-    options = stream_options(
-        1390 if port is None else port, address.host, None, address.certificate,
-        address.private_key, allow,
-    )  # fmt: skip
-    assert options is not None  # noqa: S101 - there is a port
+    options = address.options(1390)
 
     def face(station: MeasuringStation, plain: PlainLines, note: Note) -> LineFeed | StreamServer:
         if device:
             return LineFeed(station, plain, SerialReceiver(device, baud), note)
 
         def tell(error: Exception) -> None:
-            fault = contained(error, "The lines of points")
-            note(f"{fault.what} {fault.remedy}")
+            note(str(contained(error, "The lines of points")))
 
         return StreamServer(station, options, tell, plain)
 

@@ -79,8 +79,7 @@ class LineFeed:
                     if line and self._live:
                         self._add(line)
         except Exception as error:
-            told = contained(error, "The lines of points")
-            self._note(f"{told.what} {told.remedy}")
+            self._note(str(contained(error, "The lines of points")))
 
     def _add(self, line: bytes) -> None:
         try:

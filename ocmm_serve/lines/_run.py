@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -12,12 +10,11 @@ from ocmm_cli.terminal import lead, make_console, say, told
 from ocmm_core.composition import Origin, StationRequest, build_station, origin_of
 from ocmm_core.documents import resource
 from ocmm_core.options import DEMO_PLAN
-from ocmm_core.station import MeasuringStation, drop_job_without_points
+from ocmm_core.station import MeasuringStation
 from ocmm_core.station.stream import PlainLines
 from ocmm_serve.lines._template import LineTemplate
+from ocmm_serve.site import POINTS, close_station, keep_open, stop_event
 
-POINTS = "points.toml"
-"""List of points, without end."""
 _POLL_S = 0.05
 
 Note = Callable[[str], None]
@@ -36,31 +33,24 @@ def plan_for(plan: Path | None, source: str) -> Path:
 def run(request: StationRequest, template: LineTemplate, end: bytes, face: Face) -> None:
     """Measure until Ctrl-C or the end of the source; OcmmError if the station fails."""
     console = make_console(soft_wrap=True)
-    ended = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: ended.set())
+    ended = stop_event()
 
     def note(words: str) -> None:
         console.print(say(words), style="yellow", highlight=False)
 
     built = build_station(request)
-    station, path = built.station, built.job_path
-    first = station.job.plan.features[0].name
-
-    def reopen(_: object) -> None:
-        if request.plan.name == POINTS and not station.job.missing():
-            station.job.change(lambda session: session.steps.reopen(first))
-
+    station = built.station
     try:
         plain = PlainLines(lambda one: template.line(one).encode("ascii") + end, note)
-        station.events.point_taken.connect(reopen)
+        if request.plan.name == POINTS:
+            keep_open(station)
         station.events.point_refused.connect(
             lambda refusal: note(f"{say('Point refused:')} {told(refusal)}")
         )
-        station.faults.failed.connect(lambda error: note(f"{error.what} {error.remedy}"))
+        station.faults.failed.connect(lambda error: note(str(error)))
         with face(station, plain, note) as made:
             console.print(f"{lead('Source  ')}{built.description.name}", highlight=False)
-            console.print(f"{lead('Job     ')}{path}", highlight=False)
+            console.print(f"{lead('Job     ')}{built.job_path}", highlight=False)
             console.print(say(template.words), highlight=False)
             console.print(f"{lead('Lines   ')}{made}", highlight=False)
             station.start()
@@ -69,7 +59,4 @@ def run(request: StationRequest, template: LineTemplate, end: bytes, face: Face)
                 if failure is not None:
                     raise failure
     finally:
-        station.close()
-        if station.job.lost is not None:
-            raise station.job.lost
-        drop_job_without_points(path)
+        close_station(station)
