@@ -10,13 +10,13 @@ import sys
 from typing import NoReturn, TextIO
 
 from ocmm_cli.terminal import say
-from ocmm_core import failure
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import InputError, InternalError, OcmmError, StorageError
 from ocmm_core.failure import (
     AGAIN,
     EXIT_INTERNAL,
+    INTERRUPTED,
     REOPEN,
     ThreadNet,
     contained,
@@ -33,7 +33,6 @@ NOBODY_READS = 141
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG, errno.EBADF)
 
 _SAFE = "All points taken are saved in the job file."
-_INTERRUPTED = failure.INTERRUPTED
 _MEASURING = ("measure", "demo")
 """Commands that record points in a job file."""
 
@@ -70,7 +69,7 @@ def _main() -> None:
             raise
         except KeyboardInterrupt as stop:
             _tell_stopped(stop)
-            sys.exit(_INTERRUPTED)
+            sys.exit(INTERRUPTED)
         except Exception as error:
             _give_up(error, piped=piped)
         if threads.caught:

@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.terminal import say, shown
+from ocmm_cli.terminal._console import shown
+from ocmm_cli.terminal._speech import say
 
 _WHOLE = 24
 """A cell up to this width that holds a digit is a value: it stays on one line."""
@@ -42,16 +43,12 @@ def print_grid(
     else:
         _print_blocks(console, heads, cells, title)
         return
-    table = Table(title=Text(shown(title)) if title else None, title_justify="left")
-    if any(heads):
-        table.box = box.SIMPLE_HEAD
-    else:
-        table.box, table.show_header, table.pad_edge, table.padding = (
-            None,
-            False,
-            False,
-            (0, 3, 0, 0),
-        )
+    bare = not any(heads)
+    table = Table(
+        title=Text(shown(title)) if title else None, title_justify="left",
+        box=None if bare else box.SIMPLE_HEAD, show_header=not bare, pad_edge=not bare,
+        padding=(0, 3, 0, 0) if bare else (0, 1),
+    )  # fmt: skip
     for at, (place, width) in enumerate(zip(kept, widths, strict=True)):
         right = at > 0 and _is_numeric(row[at] for row in chosen)
         table.add_column(

@@ -34,6 +34,7 @@ _PACKAGES = {
     "libwayland-client.so.0": "libwayland-client0", "libwayland-cursor.so.0": "libwayland-cursor0",
 }  # fmt: skip
 """Packages of Debian and Ubuntu with the libraries that Qt loads."""
+_PLUGINS = {"xcb": "libqxcb.so", "wayland": "libqwayland.so"}
 
 
 def display_answers(kind: str) -> bool:
@@ -91,7 +92,7 @@ def _loads(name: str) -> bool:
 def _answers(kind: str) -> bool:
     spec = importlib.util.find_spec("PySide6")
     for folder in (spec.submodule_search_locations or ()) if spec is not None else ():
-        plugin = Path(folder, "Qt/plugins/platforms", "".join(("libq", kind, ".so")))
+        plugin = Path(folder, "Qt/plugins/platforms", _PLUGINS[kind])
         # A PySide6 of the distribution keeps its plugins elsewhere, with their dependencies.
         if plugin.is_file() and not _loads(str(plugin)):
             return False
