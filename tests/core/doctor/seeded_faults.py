@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pwd
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
@@ -248,7 +249,7 @@ FAULTS: dict[str, tuple[str, Light, Fault]] = {
     "certificate due": ("certificates.due", Light.AMBER, records(_LONG, timedelta(days=3))),
     "other settings of root": (
         "settings.of_root", Light.AMBER,
-        written("/root/.config/ocmm/settings.toml",
+        written(f"{pwd.getpwuid(0).pw_dir}/.config/ocmm/settings.toml",
                 'schema = "ocmm.settings/1"\n\n[window]\nlanguage = "de"\n'),
     ),
     "lost key": ("key.lost", Light.RED, lost_key),
