@@ -16,6 +16,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.search import (
     BALL,
     DISC,
+    STRAIGHT,
     Solution,
     candidates,
     degenerate,
@@ -35,9 +36,6 @@ LARGEST_RADIUS = 1e4
 
 WORST_CONDITION = 1e9
 """Condition number beyond which the ball is undetermined."""
-
-STRAIGHT = 2e-12
-"""Twice the curvature, relative to the size of the points, below which a ball is straight."""
 
 NEAREST_OTHER = 0.2
 """Least root mean squared residual of a second minimum, relative to the size of the points. The

@@ -36,14 +36,16 @@ if TYPE_CHECKING:
         COVERAGE, NEAR, Solution, candidates, covered, decided, derivatives, gains, minimise, same,
         sensitivity, sizes_in_words, unambiguous, undecided, with_rival,
     )  # fmt: skip
-    from ocmm_core.features.search._starts_kernel import circles, flanks, quadric_feet, tubes
+    from ocmm_core.features.search._starts_kernel import (
+        STRAIGHT, circles, flanks, quadric_feet, tubes,
+    )  # fmt: skip
     from ocmm_core.features.search._tube_kernel import narrowest_tube
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
     "BALL", "CONE", "COVERAGE", "CYLINDER", "DISC", "ELLIPSE", "FLAT", "NEAR", "RING", "ROUND_ENDS",
-    "SQUARE_ENDS", "STEP_SIZE", "TORUS", "Family", "Solution", "across", "across_axes",
+    "SQUARE_ENDS", "STEP_SIZE", "STRAIGHT", "TORUS", "Family", "Solution", "across", "across_axes",
     "axis_kernel", "best_ends", "candidates", "centred", "centred_solid", "checked_points",
     "circles", "conics", "covered", "curved_patch", "decided", "degenerate", "derivatives",
     "ellipse_foot", "ellipse_kernel", "few_axes", "flanks", "flat_kernel", "gains", "is_open",

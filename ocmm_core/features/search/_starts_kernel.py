@@ -16,8 +16,9 @@ from ocmm_core.features.search._newton_kernel import solve_step
 from ocmm_core.features.search._point_kernel import diagonalise, places, taubin
 from ocmm_core.geometry import Float
 
-_STRAIGHT = 2e-12
-"""Least curvature: callers recognise the far centre."""
+STRAIGHT = 2e-12
+"""Twice the curvature, relative to the size of the points, below which a ball is straight: callers
+recognise the far centre."""
 _RIDGE = 1e-12
 """Relative to the trace of normal equations: keeps them invertible."""
 
@@ -42,8 +43,8 @@ def circles(points: Float, axes: Float, starts: Float) -> None:
         least = np.argmin(np.diag(gram))
         # As `ball.taubin_ball`.
         curvature = turned[least, 0] / np.sqrt(square)
-        if abs(curvature) < _STRAIGHT:
-            curvature = _STRAIGHT
+        if abs(curvature) < STRAIGHT:
+            curvature = STRAIGHT
         u, v = -turned[least, 1] / curvature, -turned[least, 2] / curvature
         for k in range(3):
             starts[row, k] = (x + u) * e[0, k] + (y + v) * e[1, k]
