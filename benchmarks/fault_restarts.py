@@ -40,26 +40,26 @@ _RESTART_KINDS = 10
 
 
 class Starts(msgspec.Struct, kw_only=True):
-    """What became of rapid starts and stops.
+    """Results of rapid starts and stops.
 
     Attributes
     ----------
     count
-        How many.
+        Number of starts.
     ended
-        How many ended when asked, by that and in time.
+        Runs that stopped on request and in time.
     measured
-        How many had come as far as giving out frames.
+        Runs that delivered frames before they stopped.
     frames, wrong
-        Given out in all of them, and those that must not have been.
+        Frames delivered in all runs, and those that should not have been.
     slowest_stop_s
-        From the request to the end.
+        Longest time from request to end.
     descriptors, threads
-        More than before the first start.
+        Increase since the first start.
     works
-        The last one was left alone, and gave out frames.
+        Whether the last run, left undisturbed, delivered frames.
     messages
-        What those said that ended otherwise than by being asked to.
+        Messages of the runs that ended in any other way.
     """
 
     count: int = 0
@@ -121,22 +121,22 @@ def _start_once(result: Starts, seconds: float, *, last: bool) -> None:
 
 
 class Restarts(msgspec.Struct, kw_only=True):
-    """What became of restarts of cameras and bus.
+    """Results of restarting the cameras and the bus process.
 
     Attributes
     ----------
     count, of_cameras, of_the_bus
-        How many; the latter two of whole processes.
+        Number of restarts; the latter two restart whole processes.
     killed
-        So many of those of the bus were killed; the others were asked to end.
+        Restarts of the bus process that killed it; the others stopped it on request.
     looks, torn
-        How often the books were read meanwhile, and how often not every cycle had one account.
+        Reads of the counters meanwhile, and reads in which the cycles did not add up.
     elapsed, passed
-        Cycles in the books, and those that the computer's clock tells.
+        Cycles counted, and cycles expected from the system clock.
     back
-        How often operation was reached again.
+        Restarts after which the bus became operational again.
     message
-        What the bus process said where it was not.
+        Message of the bus process where it did not.
     """
 
     count: int = 0

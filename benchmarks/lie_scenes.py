@@ -1,8 +1,8 @@
-"""Relocations in which one thing is wrong: for `benchmarks.lies` and the tests.
+"""Relocations with one wrong input, for `benchmarks.lies` and the tests.
 
-Thesis rig, lenses known from before, 500 poses of a waved probe, a bar of 400 mm +- 1 um in ten
-placements, in every other session four control points known to 4 um. Everything is drawn as it is
-stated; then one thing is done to it, with an amount from the range of its lie.
+Thesis rig, lenses calibrated earlier, 500 poses of a waved probe, a bar of 400 mm +- 1 um in ten
+placements; every other session has four control points with a sigma of 4 um. Errors are drawn from
+their stated distributions; then one input is changed by an amount from the range of its lie.
 """
 
 from __future__ import annotations
@@ -59,21 +59,21 @@ class Scene:
     Attributes
     ----------
     rng
-        For everything.
+        Generator of all random numbers.
     poses
-        Of the waved probe.
+        Poses of the waved probe.
     start, body, bar, points
-        What the session believes: cameras, probe, certified length and control points.
+        Inputs of the session: cameras, probe, certified length and control points.
     cameras, leds, length, places
-        What is true; LEDs (L, 3) and control points (4, 3) in mm.
+        True values; LEDs (L, 3) and control points (4, 3) in mm.
     touched
-        (4,): at which point the ball was when each name was asked for.
+        (4,): index of the point actually probed under each name.
     moves
-        How the cameras have moved at a time from 0 to 1 of the session.
+        Motion of the cameras as a function of time, from 0 to 1 of the session.
     by_points
-        The world hangs on the control points.
+        Whether the control points define the world frame.
     lie
-        What was done, in words.
+        Description of the change.
     """
 
     rng: np.random.Generator
@@ -141,10 +141,10 @@ class Lie:
     Attributes
     ----------
     name
-        For the table.
+        Label in the table.
     tell
-        Does it, and returns the code and a word that the answer must hold, or several such pairs
-        where each is right.
+        Function that applies the change. It returns the error code and a word that the answer
+        must contain, or several such pairs of which each is right.
     """
 
     name: str
@@ -171,7 +171,7 @@ def honest(seed: int, poses: int) -> Scene:
 def honest_twin(scene: Scene, noise: Mapping[str, Any]) -> Scene:
     """Return the session without bent LEDs, wrong bars and movements, with the same noise.
 
-    Documents are true, and the cameras always were where they are at the end. ``noise``: state of
+    Documents are correct, and the cameras stay at their final poses throughout. ``noise``: state of
     the generator before the session was observed.
     """
     last = scene.moves(1.0)

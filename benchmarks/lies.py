@@ -1,11 +1,10 @@
-"""Which one lied: sessions with one thing wrong, who is named, and whether a remedy leads round it.
+"""Sessions with one wrong input: who is named, and whether a remedy leads round the guard.
 
-Relocations of `lie_scenes`, the lies in turn. Right is an answer that names the culprit, alone or
-as one of two that the observations cannot tell apart. A lie that was accepted is counted apart
-where the stated uncertainty (k = 2) of lengths holds what it does to them: nobody could see it.
-Then everything that an operator could try while the lie stands is tried: unknown geometry, free
-lenses, force, and all of them. Run:
-``python -m benchmarks.lies --n 200``.
+Relocations of `lie_scenes`, one lie after the other. An answer is right if it names the culprit,
+alone or as one of two that the observations cannot distinguish. Accepted lies are counted
+separately if the stated uncertainty (k = 2) of lengths covers their effect: they are undetectable.
+Then every option that an operator has is tried on the same session: unknown geometry, free lenses,
+force, and all of them. Run: ``python -m benchmarks.lies --n 200``.
 """
 
 from __future__ import annotations
@@ -39,26 +38,26 @@ LEADS_ROUND = ("unknown", "free lens", "force")
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one session.
+    """Result of one session.
 
     Attributes
     ----------
     lie, seed, did
-        Index into `LIES` (-1: honest), seed, and what was done.
+        Index into `LIES` (-1: honest), seed, and description of the change.
     answer
-        Code and sentences; empty where it was accepted.
+        Code and text of the error; empty if the session was accepted.
     right
-        The culprit is named.
+        Whether the culprit is named.
     alone
-        It is named alone.
+        Whether it is the only one named.
     leads_round
-        The remedy proposes what would silence the guard.
+        Whether the remedy proposes an option that would silence the guard.
     accepted_by
-        What an operator tried with success while the lie stood.
+        Options with which the same session was accepted.
     wrong_by
-        Of these, what gave lengths that are wrong by more than they say.
+        Those of them with lengths outside their stated uncertainty.
     error_um, sigma_um
-        Of lengths where the session itself was accepted.
+        Error and standard deviation of lengths, if the session itself was accepted.
     """
 
     lie: int

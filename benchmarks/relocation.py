@@ -1,11 +1,11 @@
-"""Relocation without a CMM against the thesis procedure, its convergence, its honesty, its memory.
+"""Relocation without a CMM against the thesis procedure: accuracy, convergence, honesty, memory.
 
-Thesis rig, spots with 0.0105 px of noise everywhere; 500 poses of a waved probe, a bar of 400 mm
-+- 1 um in ten placements. What is compared are lengths of 400 mm anywhere in 400 x 300 x 400 mm,
-measured without noise by the calibrated cameras, so that the calibration alone errs. Beside every
-RMS stands what the covariance predicts. Every start is 10 mm, 0.6 degrees, 2 % of the focal length
-and 20 px off and knows nothing of the distortion; where the lenses are known from before, they have
-the errors that their covariance says. Run: ``python -m benchmarks.relocation``.
+Thesis rig, 0.0105 px of noise on every spot; 500 poses of a waved probe and a bar of 400 mm +- 1 um
+in ten placements. Both are compared by lengths of 400 mm anywhere in 400 x 300 x 400 mm, measured
+without noise by the calibrated cameras, so that only the calibration contributes errors. The
+predicted RMS is printed next to each measured one. Every start is off by 10 mm, 0.6 degrees, 2 % of
+the focal length and 20 px and ignores distortion; lenses with an earlier calibration get errors
+drawn from its covariance. Run: ``python -m benchmarks.relocation``.
 """
 
 from __future__ import annotations
@@ -44,11 +44,12 @@ from tests.core.calibration.waved_probe import (  # noqa: E402 - as above
 
 LENGTH_LIMIT_UM = 2.5
 HONESTY_LIMIT = 0.03
-"""Of the mean normalised square from one, plus two standard errors of that mean."""
+"""Allowed deviation of the mean normalised square from one, plus two standard errors of that mean.
+"""
 
 MEMORY_LIMIT_MB = 2000.0
 LOST_SIGMAS = 6.0
-"""Lengths that err by more than so many of their standard deviations are in a wrong minimum."""
+"""Length errors beyond this many standard deviations indicate a wrong minimum."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,13 +59,13 @@ class Kind:
     Attributes
     ----------
     name
-        For the table.
+        Label in the table.
     lens, geometry
-        What is found anew.
+        Parameters to estimate.
     led_sigma
-        mm: how well the LEDs are known.
+        Standard deviation of the LED positions, mm.
     claimed
-        Whether the limits hold for it.
+        Whether the accuracy limits apply.
     """
 
     name: str
@@ -101,7 +102,7 @@ class Tally:
 
     @property
     def predicted_um(self) -> float:
-        """Return what the covariances predict for it."""
+        """Return the RMS error predicted by the covariances."""
         return 1e3 * float(np.sqrt(np.mean(np.square(self.predicted))))
 
 
@@ -136,7 +137,7 @@ def run(kind: Kind, runs: int, frames: int, first_seed: int) -> Tally:
 
 
 def thesis_procedure(runs: int, depth: float, points: int = 200) -> float:
-    """Return the RMS error, um, of the same lengths after a calibration from known points."""
+    """Return the RMS error, um, of the same lengths after a calibration with a CMM."""
     squares = []
     for seed in range(runs):
         reference, spots = known_points.observe(rig(), points, depth, seed)

@@ -31,8 +31,8 @@ GROWTH_MIB_AN_HOUR = 1.0
 """Of every process, once it has run for `STEADY_S`."""
 STEADY_S = 600.0
 UNDER_WAY = 16_000
-"""Frames between the bus process and the station at the moments when the books are looked at: two
-seconds of them, for a busy computer."""
+"""Frames allowed between bus process and station when the counters are read: two seconds, for a
+loaded computer."""
 WARM_UP_S = 10.0
 """Until here code is compiled, pages are touched and the window is laid out."""
 _FILLED_S = HISTORY_S + 5.0
@@ -76,27 +76,27 @@ class Usage(msgspec.Struct):
 
 
 class Outcome(msgspec.Struct):
-    """What one run brought.
+    """Results of one run.
 
     Attributes
     ----------
     seconds
-        From the first look to the last.
+        From the first reading of the counters to the last.
     status, first
-        Counters at the end, all processes being stopped, and when the run began.
+        Counters at the end, with all processes stopped, and at the start of the run.
     report
-        The last words of the bus process.
+        Final output of the bus process.
     exchanged, spoilt
-        Cycles that the cable saw, and those of them that it took an answer from.
+        Cycles on the wire, and those with a dropped answer.
     answers, dropped
-        Answers with process data that the cable saw, and those of them that it dropped.
+        Answers with process data on the wire, and those dropped.
     freezes
-        How often the window stood still.
+        Number of freezes of the window.
     usage
-        By process.
+        Resources by process.
     frames, gaps, stale
-        What the station took out of the ring: frames, exposures missing between them, and frames
-        that are no later than the one before.
+        Read by the station from the ring: frames, missing exposures, and frames not later than
+        their predecessor.
     """
 
     seconds: float
@@ -143,10 +143,9 @@ class Cable:
 
 
 class WakeUps:
-    """How late this computer wakes up for a cycle, as the doctor measures it in another process.
+    """Wake-up latency of this computer, measured by the doctor's method in another process.
 
-    Beside a run it says what any program would have missed at that time: a cycle that is late there
-    and one that is late here are the same stall of the computer.
+    A control for the run: a cycle that is late in both was delayed by the computer.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -188,9 +187,9 @@ def once_in_operation(
     begin: Callable[[], object],
     give_up: Callable[[], object],
 ) -> None:
-    """Call ``begin`` in the event loop, warmed up, once the station follows a bus in operation.
+    """Call ``begin`` in the event loop, warmed up, once the station follows an operational bus.
 
-    Where it does not within ``start_s``, ``give_up`` is called instead.
+    If it does not within ``start_s``, ``give_up`` is called instead.
     """
     until = time.monotonic() + start_s
 
@@ -218,9 +217,9 @@ class Row:
 
 
 def taken_by_station(frames: int, written: int) -> Row:
-    """Return the line that says whether the station went on to the end.
+    """Return the line that says whether the station ran to the end.
 
-    A reconstruction that gave up loses nothing by the books of the bus.
+    The counters of the bus do not show a reconstruction that has stopped.
     """
     return Row(
         "frames taken by the station",

@@ -1,15 +1,14 @@
-"""Changed jobs and set-back histories: none may pass unnoticed, and no honest one may be accused.
+"""Changed jobs and rolled-back histories: every change must be noticed, no honest job accused.
 
-Jobs with points, undone points and events are changed the way somebody would who has the file and
-not the key of the station: a byte, a cut, two files exchanged, a row edited with the whole chain
-computed anew, signatures left out, taken from an earlier step or made with another key, the end
-removed, an older copy put back, the format of an earlier version. Each is looked at by the program
-that knows the job; what is noticed is a sentence of `JobFile.verify` or an error. A change is
-unnoticed when neither says anything and the job holds something else than before: bytes that
-SQLite does not use change nothing. Histories of calibrations are set back, written anew elsewhere
-and looked at with the clock turned back; `benchmarks.evidence` damages their files.
-Honest jobs between the changes must stay free of any sentence; `benchmarks.kill` counts the
-faults of jobs after kills.
+Jobs with points, undone points and events are changed by an attacker with the file but not the key
+of the station: a byte flipped, the file cut, two files exchanged, a row edited with the whole chain
+recomputed, signatures left out, copied from an earlier step or made with another key, the end
+removed, an older copy restored, the format of an earlier version. The program that recorded the job
+then opens it; a change counts as noticed if `JobFile.verify` reports it or opening raises an error.
+It counts as unnoticed if neither happens and the content differs: SQLite ignores some bytes, and
+changing those changes nothing. Histories of calibrations are rolled back, recreated elsewhere and
+read with the clock turned back; `benchmarks.evidence` damages their files. Honest jobs in between
+must verify without findings; `benchmarks.kill` counts the faults of jobs after kills.
 Run: ``python -m benchmarks.tampering --n 10000``.
 """
 
@@ -276,11 +275,7 @@ def _link_anew(db: sqlite3.Connection) -> None:
 
 @dataclass(slots=True)
 class Count:
-    """What came of it.
-
-    By kind, how many and how many changed nothing; which passed unnoticed, which ended in a
-    traceback; and how many honest jobs were accused, of how many.
-    """
+    """Changes by kind, those without effect, unnoticed or with a traceback; honest jobs accused."""
 
     done: Counter[str] = field(default_factory=Counter)
     nothing: Counter[str] = field(default_factory=Counter)

@@ -1,4 +1,4 @@
-"""What a system must do for the other rooms."""
+"""Operating-system services that the other packages depend on."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ class Host(ABC):
     """A kind of operating system."""
 
     is_linux_like: ClassVar[bool]
-    """It has what the camera bus needs: raw frames, process rights, real-time priority."""
+    """Whether it has raw sockets, capabilities and real-time scheduling for the camera bus."""
     closes_before_rename: ClassVar[bool]
-    """A file that is open cannot be renamed or removed; so what is written is, for a moment before
-    it has its name, held by nobody."""
+    """Whether an open file cannot be renamed or removed. A temporary file must then be closed
+    before its rename, and for that moment it has no lock."""
 
     @abstractmethod
     def holder_of(self, path: Path) -> str:
-        """Return which other process has locked a file, in words; empty where nobody can say."""
+        """Describe the other process that holds a lock on a file; empty if unknown."""
 
     @abstractmethod
     def lock(self, descriptor: int, *, shared: bool = False, wait: bool = False) -> None:
-        """Lock a file against other descriptors until this one is closed.
+        """Lock a file until this descriptor is closed.
 
-        ``shared``: others may share it; Windows locks for one alone instead. ``wait`` until it is
-        free; else BlockingIOError if another one has it. OSError if the file system knows no locks.
+        ``shared`` locks are exclusive on Windows. Unless it may ``wait``: BlockingIOError if
+        another process holds the lock. OSError if the file system does not support locks.
         """
 
     @abstractmethod
     def open_to_lock(self, folder: Path) -> int:
-        """Return a descriptor that stands for a folder in `lock`; OSError where there is none."""
+        """Return a descriptor to `lock` in place of a folder; OSError if it is missing."""
 
     @abstractmethod
     def open_file(self, path: Path, flags: int, mode: int = 0o666) -> int:
@@ -44,7 +44,7 @@ class Host(ABC):
 
     @abstractmethod
     def is_at(self, descriptor: int, path: Path) -> bool:
-        """Return whether a path still means what was opened by `open_as_it_is` or made there."""
+        """Return whether a path still refers to the file or folder of this descriptor."""
 
     @abstractmethod
     def sharing_byte(self, descriptor: int, at: int) -> AbstractContextManager[None]:
@@ -55,9 +55,9 @@ class Host(ABC):
 
     @abstractmethod
     def hold_name(self, path: Path) -> int:
-        """Return a descriptor that only identifies the file at a path; -1 if the system has none.
+        """Return a descriptor that only identifies the file at a path; -1 if not supported.
 
-        Closing it releases no locks of other descriptors. OSError if there is no file.
+        Closing it does not release the locks of other descriptors. OSError if the file is missing.
         """
 
     @abstractmethod
@@ -74,9 +74,9 @@ class Host(ABC):
 
     @abstractmethod
     def content_of(self, path: Path, size: int) -> bytes | None:
-        """Return the first ``size + 1`` bytes of a file by a descriptor that is open already.
+        """Read the first ``size + 1`` bytes of a file through a descriptor that is already open.
 
-        None if there is none: opening and closing another one would release the locks of SQLite.
+        None if it is not open: opening and closing a second descriptor releases SQLite's locks.
         """
 
     @abstractmethod
@@ -85,7 +85,7 @@ class Host(ABC):
 
     @abstractmethod
     def write_at(self, descriptor: int, content: bytes, offset: int) -> int:
-        """Write bytes from an offset on; return how many were written."""
+        """Write bytes at an offset; return the number written."""
 
     @abstractmethod
     def read_at(self, descriptor: int, size: int, offset: int) -> bytes:
@@ -97,14 +97,14 @@ class Host(ABC):
 
     @abstractmethod
     def sync_folder(self, folder: Path) -> None:
-        """Return when the names in a folder are on the disk; OSError where they may not be.
+        """Flush the entries of a folder to disk; OSError if this may have failed.
 
-        Windows keeps names in a journal and has no such call: there it does nothing.
+        No operation on Windows, where the file system journals names.
         """
 
     @abstractmethod
     def rename_new(self, temporary: Path, path: Path) -> None:
-        """Rename without replacing a file; FileExistsError where there is one."""
+        """Rename without replacing a file; FileExistsError if the target exists."""
 
     @abstractmethod
     def remove_same(self, path: Path, device: int, inode: int) -> bool:
@@ -123,23 +123,23 @@ class Host(ABC):
 
     @abstractmethod
     def shared_memory(self) -> Path | None:
-        """Return the folder for files that are in memory only; None where there is none."""
+        """Return the folder of a memory file system; None if the system has none."""
 
     @abstractmethod
     def processors(self) -> int:
-        """Return how many processors this process may use."""
+        """Return the number of processors available to this process."""
 
     @abstractmethod
     def resident_bytes(self) -> int:
-        """Return how much memory this process holds; 0 where nobody can say."""
+        """Return the resident memory of this process in bytes; 0 if unknown."""
 
     @abstractmethod
     def processor_seconds(self, pid: int) -> float | None:
-        """Return how much time of processors another process took; None where nobody can say."""
+        """Return the processor time of another process in seconds; None if unknown."""
 
     @abstractmethod
     def limit_memory(self, most_bytes: int) -> None:
-        """Let this process hold no more than this; nothing where that cannot be had."""
+        """Limit the memory of this process, in bytes; ignored if not supported."""
 
     @abstractmethod
     def stand_back(self, steps: int) -> None:
@@ -151,15 +151,15 @@ class Host(ABC):
 
     @abstractmethod
     def copy_process(self) -> int:
-        """Go on as two processes: return 0 in the copy, its number in the other.
+        """Fork this process: return 0 in the child and the child's process number in the parent.
 
-        The system ends the copy when the other ends. OSError if there is no copy.
+        The system kills the child when the parent ends. OSError if forking failed.
         """
 
     @abstractmethod
     def end_copy(self, pid: int) -> None:
-        """End a copy of this process, whatever it does."""
+        """Kill a forked copy of this process."""
 
     @abstractmethod
     def reader_has_left(self, descriptor: int) -> bool:
-        """Return whether nobody can read what is written to a pipe any more."""
+        """Return whether the read end of a pipe is closed."""

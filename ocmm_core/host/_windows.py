@@ -1,7 +1,7 @@
-"""Windows, written from the documentation of Python and of Win32: never run on Windows.
+"""Windows implementation, from the documentation of Python and Win32: untested on Windows.
 
-What it cannot promise as Linux does: names in a folder are not forced to the disk; locks are for
-one alone; what is being written is held by nobody while it gets its name.
+Weaker than on Linux: folder entries are not flushed to disk, all locks are exclusive, and a file
+has no lock while it is being renamed.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from typing import Any, ClassVar
 
 from ocmm_core.host._host import Host
 
-# Locks keep others from reading what is locked, so a byte is locked that no file has. The C
-# library counts from where the descriptor stands, which is put back afterwards.
+# A Windows lock prevents others from reading the locked bytes, so lock a byte beyond the end of
+# every file. The C library locks at the current file position, which is restored afterwards.
 _BEYOND = 0x7FFF_0000
 _FOLDER_LOCK = ".ocmm-lock"
 _BETWEEN_S = 0.02
@@ -41,7 +41,7 @@ class WindowsHost(Host):
             try:
                 native.locking(descriptor, native.LK_NBLCK, 1)
             except OSError as error:
-                # "Permission denied" and "resource deadlock avoided" are what it says of a lock.
+                # EACCES and EDEADLK mean that the lock is held.
                 if error.errno not in (errno.EACCES, errno.EDEADLK):
                     raise
                 if not wait:
@@ -53,12 +53,12 @@ class WindowsHost(Host):
             time.sleep(_BETWEEN_S)
 
     def holder_of(self, path: Path) -> str:
-        # Windows tells it to a service of its own only.
+        # Only the Restart Manager service of Windows can tell.
         del path
         return ""
 
     def open_to_lock(self, folder: Path) -> int:
-        # A folder has no descriptor: a file in it stands for it.
+        # Folders cannot be opened for locking: lock a file inside instead.
         return self.open_file(folder / _FOLDER_LOCK, os.O_RDWR | os.O_CREAT)
 
     def open_file(self, path: Path, flags: int, mode: int = 0o666) -> int:
@@ -172,6 +172,6 @@ class WindowsHost(Host):
         del pid
 
     def reader_has_left(self, descriptor: int) -> bool:
-        # A pipe whose reader has left says so when it is written to, and not before.
+        # A closed reader is only detected by writing to the pipe.
         del descriptor
         return False
