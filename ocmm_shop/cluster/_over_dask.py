@@ -26,6 +26,9 @@ _CONFIG = {
     # Jobs of some megabytes are normal.
     "distributed.admin.large-graph-warning-threshold": "1GB",
     "distributed.comm.timeouts.connect": "15s",
+    # A busy computer starts a new worker for a lost one in more than Dask's 15 s; after that time
+    # the nanny of both would be closed for good.
+    "distributed.deploy.lost-worker-timeout": "1h",
     # No HTTP server of Dask, no spilling to disk, which would write pickles.
     "distributed.scheduler.preload": ["ocmm_shop.cluster.no_page"],
     "distributed.worker.preload": ["ocmm_shop.cluster.no_page"],

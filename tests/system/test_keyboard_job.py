@@ -214,8 +214,11 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     job = keyboard.until(lambda job: job.complete)
 
     keyboard.press(KEY.Key_F5)
-    keyboard.qtbot.waitUntil(lambda: not window.sheets.alignment.is_busy(), timeout=PATIENCE_MS)
-    assert window.sheets.alignment.state() == "Fully constrained"
+    alignment = window.sheets.alignment
+    keyboard.qtbot.waitUntil(
+        lambda: bool(alignment.state() or keyboard.errors), timeout=PATIENCE_MS
+    )
+    assert (alignment.state(), keyboard.errors) == ("Fully constrained", [])
     keyboard.press(KEY.Key_F8)
     keyboard.press(KEY.Key_F3, KEY.Key_Down)
     results = window.sheets.results
