@@ -141,7 +141,7 @@ def _point(
         number=number + 1, feature=feature, time_s=float(number), first_frame=0, last_frame=9,
         n_frames=10, tip_world=centre + (_RADIUS + tip_radius) * normal,
         random_covariance=1e-6 * np.eye(3), direction=normal, tip_radius=tip_radius,
-        rotation_world_from_probe=np.eye(3), spots=np.full((2, 4, 2), np.nan), chi2_per_dof=1.0,
+        rotation_world_from_probe=np.eye(3), spots=np.full((2, 6, 2), np.nan), chi2_per_dof=1.0,
         approach="trail",
     )  # fmt: skip
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ocmm_core.tracking._identify import IdentifyOptions, identify, identify_many, ordered_spots
     from ocmm_core.tracking._pipeline import TrackingPipeline
     from ocmm_core.tracking._pose import (
-        Method, PoseBatch, reprojection, solve, solve_leds, triangulate,
+        Method, PoseBatch, reprojection, require_spots, solve, solve_leds, triangulate,
     )  # fmt: skip
     from ocmm_core.tracking._reference import (
         home_of, motion_to_world, relative_sensitivities, relative_sensitivity, simultaneous,
@@ -51,6 +51,6 @@ __all__ = [
     "dark_bits", "home_of", "identify", "identify_many", "in_rig", "interruptions", "join",
     "judge_stillness", "load_probe", "load_reference", "motion_to_world", "nearest_ambiguity",
     "ordered_spots", "pick", "relative_sensitivities", "relative_sensitivity", "reprojection",
-    "satisfies_rules", "simultaneous", "solve", "solve_leds", "spot_course", "spot_sigma_px",
-    "tip_sensitivities", "tip_sensitivity", "triangulate", "wildness",
+    "require_spots", "satisfies_rules", "simultaneous", "solve", "solve_leds", "spot_course",
+    "spot_sigma_px", "tip_sensitivities", "tip_sensitivity", "triangulate", "wildness",
 ]  # fmt: skip

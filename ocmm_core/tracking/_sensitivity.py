@@ -16,7 +16,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import TrackingError
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking._body import ProbeBody
-from ocmm_core.tracking._pose import arm_jacobian
+from ocmm_core.tracking._pose import arm_jacobian, require_spots
 from ocmm_core.tracking.kernels import ANSWERED, N_LENS, TOO_FEW, answer_of_poses
 
 
@@ -123,14 +123,7 @@ class _Answers:
 
 def _answers(spots: Float, rig: Rig, leds: Float) -> _Answers:
     n, shape = len(spots), (len(rig.cameras), len(leds), 2)
-    if spots.shape[1:] != shape:
-        # The kernel would read out of bounds.
-        raise TrackingError(
-            "tracking.shape",
-            f"Spots of {' x '.join(map(str, spots.shape[1:]))} numbers do not belong to "
-            f"{shape[0]} cameras and {shape[1]} LEDs.",
-            "Use the rig and the body that they were taken with.",
-        )
+    require_spots(spots, rig, leds)
     status, located = np.empty(n, np.uint8), np.empty(n, np.int64)
     found = _Answers(
         counts=np.empty(n, np.int64),

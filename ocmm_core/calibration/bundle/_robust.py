@@ -17,7 +17,7 @@ from ocmm_core.calibration.cameras import OUTLIER_PROBABILITY
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Pixels, Points3, perpendicular_pair, rigid_fit, unit
-from ocmm_core.tracking import ProbeBody, triangulate
+from ocmm_core.tracking import ProbeBody, require_spots, triangulate
 from ocmm_core.tracking.kernels import OK, allocate, solve_frames
 
 LEAST_LEDS = 3
@@ -40,6 +40,7 @@ def start_poses(rig: Rig, leds: Points3, uv: Pixels) -> tuple[Float, Points3, ND
 
     Rigid fit to triangulated LEDs (thesis 2.4), tolerates millimetres. ``uv``: (n, C, L, 2), px.
     """
+    require_spots(uv, rig, leds)
     outputs = allocate(len(uv))
     solve_frames(
         np.ascontiguousarray(uv, dtype=np.float64), rig.packed(), leds, np.zeros(3),

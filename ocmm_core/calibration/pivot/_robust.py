@@ -20,6 +20,7 @@ from ocmm_core.calibration.pivot._start import PivotStart, lay
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3
+from ocmm_core.tracking import require_spots
 from ocmm_core.tracking.kernels import OK, allocate, solve_frames
 
 _ROUNDS = 5
@@ -69,6 +70,7 @@ class RobustPivot:
 
 def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:
     """Return the independent pose of every frame, of a body with its tip as origin."""
+    require_spots(sweep.uv, rig, arms)
     outputs = allocate(len(sweep.uv))
     # One sigma for all frames here; results are rescaled to each frame's own below.
     sigma = float(np.median(sweep.sigma_px))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.camera import Rig
+from ocmm_core.errors import TrackingError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.tracking import ProbeBody, solve
 from ocmm_core.tracking._pose import solve_reference
@@ -97,3 +98,13 @@ def test_a_light_behind_a_camera_is_lost(
         mirrored[:, c, :, 0] = 2.0 * camera.u0 - uv[:, c, :, 0]
     for method in (solve, solve_reference):
         assert (method(mirrored, behind, standard_probe, SIGMA).status == LOST).all()
+
+
+@pytest.mark.parametrize("shape", [(2, 4, 2), (3, 6, 2), (2, 6, 3), (2, 6), (6, 2)])
+def test_spots_of_another_rig_or_body_are_refused(
+    shape: tuple[int, ...], thesis_rig: Rig, standard_probe: ProbeBody
+) -> None:
+    """A compiled loop would read and write beyond them."""
+    assert standard_probe.leds_probe.shape == (6, 3)
+    with pytest.raises(TrackingError, match=f"Spots of {' x '.join(map(str, shape))} numbers"):
+        solve(np.full((1, *shape), np.nan), thesis_rig, standard_probe, SIGMA)
