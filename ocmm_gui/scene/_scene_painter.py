@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -12,7 +12,7 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
 
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, Int
 from ocmm_core.rendering import Canvas
 from ocmm_gui.scene._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
 
@@ -29,55 +29,85 @@ _DETOUR = 0.4
 """Cost of one ring farther, relative to covering a mark."""
 
 _DETOURS = _DETOUR * np.repeat(np.arange(1 + len(_RINGS_PX)), (4, *(_TURN for _ in _RINGS_PX)))
+_CELL_PX = 2.0
+"""Marks are counted in cells of this size: a sum over any area is four of their running sums."""
 LEADER_PX = 14.0
 """A label farther from its place gets a leader line."""
 
 
-def place_labels(
-    anchors: Sequence[tuple[float, float]],
-    sizes: Sequence[tuple[float, float]],
-    bounds: QRectF,
-    taken: Iterable[QRectF] = (),
-    marks: Float | None = None,
-) -> list[QRectF | None]:
-    """Return the place of each label, px; None without room near its point.
+class LabelPlaces:
+    """Places of labels, px, one after the other: earlier ones have priority.
 
-    ``anchors``, ``sizes``: point, width and height of each label, px; earlier ones have priority;
-    points outside ``bounds`` get none; ``taken``: label-free areas; ``marks`` (n, 2), px, are
-    covered only without other room nearby.
+    ``taken``: label-free areas; ``marks`` (n, 2), px, are covered only without other room nearby.
     """
-    walls = [_edges(rect) for rect in taken]
-    placed: list[QRectF | None] = []
-    for (x, y), (wide, high) in zip(anchors, sizes, strict=True):
+
+    def __init__(
+        self, bounds: QRectF, taken: Iterable[QRectF] = (), marks: Float | None = None
+    ) -> None:
+        self._bounds = bounds
+        self._walls = np.empty((16, 4))
+        self._n_walls = 0
+        for rect in taken:
+            self._wall(rect)
+        self._sums = None if marks is None else _sums_of(marks, bounds)
+
+    def place(self, x: float, y: float, wide: float, high: float) -> QRectF | None:
+        """Return the place of a label of a point; None without room near it, or out of bounds."""
+        bounds = self._bounds
         if not bounds.contains(QPointF(x, y)):
-            placed.append(None)
-            continue
-        corners = _corners(x, y, wide, high)
-        free = (
-            (corners[:, 0] >= bounds.left())
-            & (corners[:, 1] >= bounds.top())
-            & (corners[:, 0] + wide <= bounds.right())
-            & (corners[:, 1] + high <= bounds.bottom())
-        )
-        if walls:
-            wall = np.array(walls)
-            free &= ~(
-                (corners[:, None, 0] < wall[:, 2])
-                & (corners[:, None, 0] + wide > wall[:, 0])
-                & (corners[:, None, 1] < wall[:, 3])
-                & (corners[:, None, 1] + high > wall[:, 1])
-            ).any(axis=1)
+            return None
+        corners = np.array([x, y]) + _OFFSETS + _SHARES * np.array([wide, high])
+        left, top = corners.T
+        right, bottom = left + wide, top + high
+        free = (left >= bounds.left()) & (top >= bounds.top())
+        free &= (right <= bounds.right()) & (bottom <= bounds.bottom())
+        wall = self._walls[: self._n_walls]
+        near = (wall[:, 0] < right.max()) & (wall[:, 2] > left.min())
+        near &= (wall[:, 1] < bottom.max()) & (wall[:, 3] > top.min())
+        wall = wall[near]
+        free &= ~(
+            (left[:, None] < wall[:, 2])
+            & (right[:, None] > wall[:, 0])
+            & (top[:, None] < wall[:, 3])
+            & (bottom[:, None] > wall[:, 1])
+        ).any(axis=1)
         if not free.any():
-            placed.append(None)
-            continue
-        cost = _DETOURS + np.where(free, 0.0, np.inf)
-        if marks is not None:
-            cost += _covered(corners, wide, high, marks)
-        left, top = corners[int(np.argmin(cost))].tolist()
-        rect = QRectF(left, top, wide, high)
-        walls.append(_edges(rect.adjusted(-_GAP_PX, -_GAP_PX, _GAP_PX, _GAP_PX)))
-        placed.append(rect)
-    return placed
+            return None
+        cost = np.where(free, _DETOURS, np.inf)
+        if self._sums is not None:
+            cost += self._covered(self._sums, left, top, right, bottom)
+        best = int(np.argmin(cost))
+        rect = QRectF(float(left[best]), float(top[best]), wide, high)
+        self._wall(rect.adjusted(-_GAP_PX, -_GAP_PX, _GAP_PX, _GAP_PX))
+        return rect
+
+    def _wall(self, rect: QRectF) -> None:
+        if self._n_walls == len(self._walls):
+            self._walls = np.concatenate([self._walls, np.empty_like(self._walls)])
+        self._walls[self._n_walls] = rect.left(), rect.top(), rect.right(), rect.bottom()
+        self._n_walls += 1
+
+    def _covered(self, sums: Int, left: Float, top: Float, right: Float, bottom: Float) -> Int:
+        """Return the number of marks covered by a label at each corner."""
+        x0, y0 = self._bounds.left(), self._bounds.top()
+        rows, columns = np.array(sums.shape)[:, None] - 1
+        low, high = np.clip(
+            np.rint((np.stack([left - _MARK_PX, right + _MARK_PX]) - x0) / _CELL_PX), 0, columns
+        ).astype(np.int64)
+        up, down = np.clip(
+            np.rint((np.stack([top - _MARK_PX, bottom + _MARK_PX]) - y0) / _CELL_PX), 0, rows
+        ).astype(np.int64)
+        covered: Int = sums[down, high] - sums[up, high] - sums[down, low] + sums[up, low]
+        return covered
+
+
+def _sums_of(marks: Float, bounds: QRectF) -> Int:
+    """Return how many marks lie left of and above each corner of the cells."""
+    shape = np.ceil(np.array([bounds.height(), bounds.width()]) / _CELL_PX).astype(int)
+    cells = np.floor((marks - [bounds.left(), bounds.top()]) / _CELL_PX)[:, ::-1]
+    cells = cells[((cells >= 0) & (cells < shape)).all(axis=1)].astype(np.int64)
+    counts = np.bincount(cells @ [shape[1], 1], minlength=int(shape.prod())).reshape(shape)
+    return np.pad(counts, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
 
 
 def leader(anchor: QPointF, rect: QRectF) -> QPointF | None:
@@ -90,39 +120,24 @@ def leader(anchor: QPointF, rect: QRectF) -> QPointF | None:
     return end if away > LEADER_PX else None
 
 
-def _covered(corners: Float, wide: float, high: float, marks: Float) -> Float:
-    """Return the number of marks covered by a label at each corner (n, 2)."""
-    low = corners.min(axis=0) - _MARK_PX
-    high_most = corners.max(axis=0) + np.array([wide, high]) + _MARK_PX
-    near = marks[np.all((marks > low) & (marks < high_most), axis=1)]
-    away = near - corners[:, None]
-    inside = (away > -_MARK_PX) & (away < np.array([wide, high]) + _MARK_PX)
-    covered: Float = inside.all(axis=2).sum(axis=1).astype(np.float64)
-    return covered
+def _candidates() -> tuple[Float, Float]:
+    """Return offsets, px, and shares of its size, by which a label lies off its point, best first.
 
-
-def _edges(rect: QRectF) -> tuple[float, float, float, float]:
-    return rect.left(), rect.top(), rect.right(), rect.bottom()
-
-
-def _corners(x: float, y: float, wide: float, high: float) -> Float:
-    """Return candidate upper left corners (n, 2) of a label, best first."""
-    found = [
-        (x + _NEAR_PX, y - high - 2.0),
-        (x + _NEAR_PX, y + 4.0),
-        (x - _NEAR_PX - wide, y - high - 2.0),
-        (x - _NEAR_PX - wide, y + 4.0),
-    ]
+    Both (n, 2), of upper left corners.
+    """
     # Upper right first, then around: the label touches the ring with its nearest point.
     angles = np.radians(45.0) + np.arange(_TURN) * 2.0 * np.pi / _TURN
     angles = angles[np.argsort(np.abs(np.arange(_TURN) - 0.25), kind="stable")]
-    for ring in _RINGS_PX:
-        for across, along in zip(np.cos(angles).tolist(), np.sin(angles).tolist(), strict=True):
-            left = x + ring * across + (0.5 * across - 0.5) * wide
-            top = y - ring * along - (0.5 * along + 0.5) * high
-            found.append((left, top))
-    return np.array(found)
+    around = np.stack([np.cos(angles), -np.sin(angles)], axis=1)
+    near = np.array([[_NEAR_PX, -2.0], [_NEAR_PX, 4.0], [-_NEAR_PX, -2.0], [-_NEAR_PX, 4.0]])
+    beside = np.array([[0.0, -1.0], [0.0, 0.0], [-1.0, -1.0], [-1.0, 0.0]])
+    return (
+        np.concatenate([near, *(ring * around for ring in _RINGS_PX)]),
+        np.concatenate([beside, *(0.5 * around - 0.5 for _ in _RINGS_PX)]),
+    )
 
+
+_OFFSETS, _SHARES = _candidates()
 
 _PIECE_PX = 5.0
 _MOST_PIECES = 400
@@ -191,6 +206,9 @@ class ScenePainter:
             )
         )
         self._tags = [item for item in items if isinstance(item, Tag)]
+        self._anchors: Float = np.empty((0, 2))
+        self._labels: LabelPlaces | None = None
+        self._rects: list[QRectF | None] = []
 
     def paint(self, painter: QPainter, until_s: float = math.inf) -> bool:
         """Paint until a `time.perf_counter` time, one item at least; return whether finished."""
@@ -202,10 +220,10 @@ class ScenePainter:
             self._paint(painter, self._left.popleft())
             if perf_counter() > until_s:
                 break
-        if not self._left and self._tags:
+        if not self._left and self._tags and self._place_tags(until_s):
             self._paint_tags(painter)
         painter.restore()
-        return not self._left
+        return not self._left and not self._tags
 
     def _paint(self, painter: QPainter, item: Item) -> None:
         match item:
@@ -256,20 +274,32 @@ class ScenePainter:
             painter.drawEllipse(QPointF(*places[k, :2].tolist()), radius, radius)
             painter.setOpacity(1.0)
 
+    def _place_tags(self, until_s: float) -> bool:
+        """Place labels until a time, one at least; return whether all have been."""
+        metrics = QFontMetricsF(self._font)
+        if self._labels is None:
+            bounds = QRectF(0.0, 0.0, self._box.width(), self._box.height())
+            self._anchors = self._picture.apply(np.stack([tag.point for tag in self._tags]))[:, :2]
+            marks = np.concatenate([self._anchors, *self._marks])
+            self._labels = LabelPlaces(bounds, self._taken, marks)
+        while len(self._rects) < len(self._tags):
+            number = len(self._rects)
+            wide = metrics.horizontalAdvance(self._tags[number].text) + 8.0
+            x, y = self._anchors[number].tolist()
+            self._rects.append(self._labels.place(x, y, wide, metrics.height()))
+            if perf_counter() > until_s:
+                break
+        return len(self._rects) == len(self._tags)
+
     def _paint_tags(self, painter: QPainter) -> None:
         painter.setFont(self._font)
-        metrics = QFontMetricsF(self._font)
-        places = self._picture.apply(np.stack([tag.point for tag in self._tags]))
-        sizes = [(metrics.horizontalAdvance(t.text) + 8.0, metrics.height()) for t in self._tags]
-        bounds = QRectF(0.0, 0.0, self._box.width(), self._box.height())
-        anchors = [(x, y) for x, y, _ in places.tolist()]
-        marks = np.concatenate([places[:, :2], *self._marks])
-        rects = place_labels(anchors, sizes, bounds, self._taken, marks)
         behind = QColor(self._halo)
         behind.setAlpha(190)
         shown = [
             (tag, QPointF(*anchor), rect)
-            for tag, anchor, rect in zip(self._tags, anchors, rects, strict=True)
+            for tag, anchor, rect in zip(
+                self._tags, self._anchors.tolist(), self._rects, strict=True
+            )
             if rect is not None
         ]
         for tag, anchor, rect in shown:

@@ -30,7 +30,7 @@ from ocmm_gui.kit import (
     text_font,
     use_language,
 )
-from ocmm_gui.scene._scene_painter import place_labels
+from ocmm_gui.scene._scene_painter import LabelPlaces
 from tests.gui.cut_words import cut_words, watched_words
 
 BOUNDS = QRectF(0.0, 0.0, 400.0, 300.0)
@@ -47,10 +47,11 @@ def german(qapp: QApplication) -> Iterator[None]:
 
 def test_a_word_covers_no_mark_where_it_has_other_room() -> None:
     anchor = (200.0, 150.0)
-    (plain,) = place_labels([anchor], [SIZE], BOUNDS)
+    plain = LabelPlaces(BOUNDS).place(*anchor, *SIZE)
     assert plain is not None
     mark = plain.center()
-    (placed,) = place_labels([anchor], [SIZE], BOUNDS, marks=np.array([[mark.x(), mark.y()]]))
+    marks = np.array([[mark.x(), mark.y()]])
+    placed = LabelPlaces(BOUNDS, marks=marks).place(*anchor, *SIZE)
     assert placed is not None
     assert not placed.contains(mark)
 
@@ -59,8 +60,12 @@ def test_words_stand_apart_and_none_is_lost_among_many_marks() -> None:
     rng = np.random.default_rng(3)
     anchors = [(x, y) for x, y in rng.uniform(60.0, 240.0, (9, 2)).tolist()]
     marks = rng.uniform(40.0, 260.0, (60, 2))
-    rects = place_labels(anchors, [SIZE] * 9, BOUNDS, marks=marks)
-    shown = [rect for rect in rects if rect is not None]
+
+    def placed(places: LabelPlaces) -> list[QRectF]:
+        rects = [places.place(x, y, *SIZE) for x, y in anchors]
+        return [rect for rect in rects if rect is not None]
+
+    shown = placed(LabelPlaces(BOUNDS, marks=marks))
     assert len(shown) == len(anchors)
     for at, one in enumerate(shown):
         assert not any(one.intersects(other) for other in shown[:at])
@@ -68,8 +73,7 @@ def test_words_stand_apart_and_none_is_lost_among_many_marks() -> None:
     def covered(places: list[QRectF]) -> int:
         return sum(rect.contains(QPointF(x, y)) for rect in places for x, y in marks.tolist())
 
-    plain = [rect for rect in place_labels(anchors, [SIZE] * 9, BOUNDS) if rect is not None]
-    assert covered(shown) < covered(plain)
+    assert covered(shown) < covered(placed(LabelPlaces(BOUNDS)))
 
 
 @pytest.mark.usefixtures("german")
