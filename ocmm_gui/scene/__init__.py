@@ -10,6 +10,7 @@ It must not import jobs: their display is in `views`.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
+    from ocmm_gui.scene._labels import StandingLabels
     from ocmm_gui.scene._orbit_view import OrbitView
     from ocmm_gui.scene._part_scene import (
         MOVING_TRIANGLES, PartDrawing, PartScene, blended, edge_colour, part_colour,
@@ -22,6 +23,6 @@ else:
 
 __all__ = [
     "MOVING_TRIANGLES", "Diamonds", "Dots", "Face", "Item", "Lines", "Orbit", "OrbitView",
-    "PartDrawing", "PartScene", "SceneCache", "SceneLayer", "ScenePainter", "StillScene", "Tag",
-    "blended", "edge_colour", "paint_scene", "painted_still", "part_colour",
+    "PartDrawing", "PartScene", "SceneCache", "SceneLayer", "ScenePainter", "StandingLabels",
+    "StillScene", "Tag", "blended", "edge_colour", "paint_scene", "painted_still", "part_colour",
 ]  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -12,132 +12,10 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
 
-from ocmm_core.geometry import Float, Int
+from ocmm_core.geometry import Float
 from ocmm_core.rendering import Canvas
+from ocmm_gui.scene._labels import LabelPlaces, PlacedLabel, StandingLabels, leader, place_tag
 from ocmm_gui.scene._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
-
-_NEAR_PX = 8.0
-_RINGS_PX = (26.0, 46.0, 70.0, 100.0, 140.0, 190.0)
-_TURN = 16
-_GAP_PX = 1.0
-"""Between two labels."""
-
-_MARK_PX = 3.0
-"""Extent of a mark around its place."""
-
-_DETOUR = 0.4
-"""Cost of one ring farther, relative to covering a mark."""
-
-_DETOURS = _DETOUR * np.repeat(np.arange(1 + len(_RINGS_PX)), (4, *(_TURN for _ in _RINGS_PX)))
-_CELL_PX = 2.0
-"""Marks are counted in cells of this size: a sum over any area is four of their running sums."""
-LEADER_PX = 14.0
-"""A label farther from its place gets a leader line."""
-
-
-class LabelPlaces:
-    """Places of labels, px, one after the other: earlier ones have priority.
-
-    ``taken``: label-free areas; ``marks`` (n, 2), px, are covered only without other room nearby.
-    """
-
-    def __init__(
-        self, bounds: QRectF, taken: Iterable[QRectF] = (), marks: Float | None = None
-    ) -> None:
-        self._bounds = bounds
-        self._walls = np.empty((16, 4))
-        self._n_walls = 0
-        for rect in taken:
-            self._wall(rect)
-        self._sums = None if marks is None else _sums_of(marks, bounds)
-
-    def place(self, x: float, y: float, wide: float, high: float) -> QRectF | None:
-        """Return the place of a label of a point; None without room near it, or out of bounds."""
-        bounds = self._bounds
-        if not bounds.contains(QPointF(x, y)):
-            return None
-        corners = np.array([x, y]) + _OFFSETS + _SHARES * np.array([wide, high])
-        left, top = corners.T
-        right, bottom = left + wide, top + high
-        free = (left >= bounds.left()) & (top >= bounds.top())
-        free &= (right <= bounds.right()) & (bottom <= bounds.bottom())
-        wall = self._walls[: self._n_walls]
-        near = (wall[:, 0] < right.max()) & (wall[:, 2] > left.min())
-        near &= (wall[:, 1] < bottom.max()) & (wall[:, 3] > top.min())
-        wall = wall[near]
-        free &= ~(
-            (left[:, None] < wall[:, 2])
-            & (right[:, None] > wall[:, 0])
-            & (top[:, None] < wall[:, 3])
-            & (bottom[:, None] > wall[:, 1])
-        ).any(axis=1)
-        if not free.any():
-            return None
-        cost = np.where(free, _DETOURS, np.inf)
-        if self._sums is not None:
-            cost += self._covered(self._sums, left, top, right, bottom)
-        best = int(np.argmin(cost))
-        rect = QRectF(float(left[best]), float(top[best]), wide, high)
-        self._wall(rect.adjusted(-_GAP_PX, -_GAP_PX, _GAP_PX, _GAP_PX))
-        return rect
-
-    def _wall(self, rect: QRectF) -> None:
-        if self._n_walls == len(self._walls):
-            self._walls = np.concatenate([self._walls, np.empty_like(self._walls)])
-        self._walls[self._n_walls] = rect.left(), rect.top(), rect.right(), rect.bottom()
-        self._n_walls += 1
-
-    def _covered(self, sums: Int, left: Float, top: Float, right: Float, bottom: Float) -> Int:
-        """Return the number of marks covered by a label at each corner."""
-        x0, y0 = self._bounds.left(), self._bounds.top()
-        rows, columns = np.array(sums.shape)[:, None] - 1
-        low, high = np.clip(
-            np.rint((np.stack([left - _MARK_PX, right + _MARK_PX]) - x0) / _CELL_PX), 0, columns
-        ).astype(np.int64)
-        up, down = np.clip(
-            np.rint((np.stack([top - _MARK_PX, bottom + _MARK_PX]) - y0) / _CELL_PX), 0, rows
-        ).astype(np.int64)
-        covered: Int = sums[down, high] - sums[up, high] - sums[down, low] + sums[up, low]
-        return covered
-
-
-def _sums_of(marks: Float, bounds: QRectF) -> Int:
-    """Return how many marks lie left of and above each corner of the cells."""
-    shape = np.ceil(np.array([bounds.height(), bounds.width()]) / _CELL_PX).astype(int)
-    cells = np.floor((marks - [bounds.left(), bounds.top()]) / _CELL_PX)[:, ::-1]
-    cells = cells[((cells >= 0) & (cells < shape)).all(axis=1)].astype(np.int64)
-    counts = np.bincount(cells @ [shape[1], 1], minlength=int(shape.prod())).reshape(shape)
-    return np.pad(counts, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
-
-
-def leader(anchor: QPointF, rect: QRectF) -> QPointF | None:
-    """Return the end of a leader line at its label; None if adjacent."""
-    end = QPointF(
-        min(max(anchor.x(), rect.left()), rect.right()),
-        min(max(anchor.y(), rect.top()), rect.bottom()),
-    )
-    away = float(np.hypot(end.x() - anchor.x(), end.y() - anchor.y()))
-    return end if away > LEADER_PX else None
-
-
-def _candidates() -> tuple[Float, Float]:
-    """Return offsets, px, and shares of its size, by which a label lies off its point, best first.
-
-    Both (n, 2), of upper left corners.
-    """
-    # Upper right first, then around: the label touches the ring with its nearest point.
-    angles = np.radians(45.0) + np.arange(_TURN) * 2.0 * np.pi / _TURN
-    angles = angles[np.argsort(np.abs(np.arange(_TURN) - 0.25), kind="stable")]
-    around = np.stack([np.cos(angles), -np.sin(angles)], axis=1)
-    near = np.array([[_NEAR_PX, -2.0], [_NEAR_PX, 4.0], [-_NEAR_PX, -2.0], [-_NEAR_PX, 4.0]])
-    beside = np.array([[0.0, -1.0], [0.0, 0.0], [-1.0, -1.0], [-1.0, 0.0]])
-    return (
-        np.concatenate([near, *(ring * around for ring in _RINGS_PX)]),
-        np.concatenate([beside, *(0.5 * around - 0.5 for _ in _RINGS_PX)]),
-    )
-
-
-_OFFSETS, _SHARES = _candidates()
 
 _PIECE_PX = 5.0
 _MOST_PIECES = 400
@@ -172,7 +50,8 @@ class ScenePainter:
     Faces and dots are painted from far to near. Labels do not overlap, and cover marks only without
     other room nearby; distant ones have a leader line. Earlier ones have priority. ``taken``:
     label-free areas, px from the upper left corner of ``box``; ``depth``: part that hides lines and
-    dots, or None; ``ghost``: opacity of hidden items, 0 to 1.
+    dots, or None; ``ghost``: opacity of hidden items, 0 to 1; ``standing``: more labels, behind
+    those of ``items`` in priority.
     """
 
     def __init__(
@@ -186,6 +65,7 @@ class ScenePainter:
         taken: Iterable[QRectF] = (),
         depth: Depth | None = None,
         ghost: float = 0.0,
+        standing: StandingLabels | None = None,
     ) -> None:
         self._box, self._font, self._halo = box, font, halo
         self._picture = orbit.projection(box.width(), box.height())
@@ -205,10 +85,11 @@ class ScenePainter:
                 *(item for item in marks if len(item.points)),
             )
         )
-        self._tags = [item for item in items if isinstance(item, Tag)]
-        self._anchors: Float = np.empty((0, 2))
+        self._tags = deque(item for item in items if isinstance(item, Tag))
+        self._standing = standing
+        self._orbit = orbit
         self._labels: LabelPlaces | None = None
-        self._rects: list[QRectF | None] = []
+        self._placed: list[PlacedLabel] = []
 
     def paint(self, painter: QPainter, until_s: float = math.inf) -> bool:
         """Paint until a `time.perf_counter` time, one item at least; return whether finished."""
@@ -220,10 +101,11 @@ class ScenePainter:
             self._paint(painter, self._left.popleft())
             if perf_counter() > until_s:
                 break
-        if not self._left and self._tags and self._place_tags(until_s):
+        done = not self._left and self._place_tags(until_s)
+        if done:
             self._paint_tags(painter)
         painter.restore()
-        return not self._left and not self._tags
+        return done
 
     def _paint(self, painter: QPainter, item: Item) -> None:
         match item:
@@ -277,43 +159,43 @@ class ScenePainter:
     def _place_tags(self, until_s: float) -> bool:
         """Place labels until a time, one at least; return whether all have been."""
         metrics = QFontMetricsF(self._font)
+        standing = self._standing
+        still = self._projected(() if standing is None else standing.tags)
         if self._labels is None:
             bounds = QRectF(0.0, 0.0, self._box.width(), self._box.height())
-            self._anchors = self._picture.apply(np.stack([tag.point for tag in self._tags]))[:, :2]
-            marks = np.concatenate([self._anchors, *self._marks])
+            marks = np.concatenate([self._projected(self._tags), still, *self._marks])
             self._labels = LabelPlaces(bounds, self._taken, marks)
-        while len(self._rects) < len(self._tags):
-            number = len(self._rects)
-            wide = metrics.horizontalAdvance(self._tags[number].text) + 8.0
-            x, y = self._anchors[number].tolist()
-            self._rects.append(self._labels.place(x, y, wide, metrics.height()))
-            if perf_counter() > until_s:
-                break
-        return len(self._rects) == len(self._tags)
+        while self._tags:
+            tag = self._tags.popleft()
+            anchor = QPointF(*self._projected([tag])[0].tolist())
+            if (one := place_tag(tag, anchor, self._labels, metrics)) is not None:
+                self._placed.append(one)
+            if perf_counter() > until_s and self._tags:
+                return False
+        if standing is not None:
+            self._placed += standing.placed(self._labels, still, metrics, self._orbit, self._box)
+        return True
+
+    def _projected(self, tags: Collection[Tag]) -> Float:
+        """Return the points of labels, (n, 2), px."""
+        points = np.array([tag.point for tag in tags]).reshape(-1, 3)
+        return self._picture.apply(points)[:, :2]
 
     def _paint_tags(self, painter: QPainter) -> None:
         painter.setFont(self._font)
         behind = QColor(self._halo)
         behind.setAlpha(190)
-        shown = [
-            (tag, QPointF(*anchor), rect)
-            for tag, anchor, rect in zip(
-                self._tags, self._anchors.tolist(), self._rects, strict=True
-            )
-            if rect is not None
-        ]
-        for tag, anchor, rect in shown:
-            if (end := leader(anchor, rect)) is not None:
-                painter.setPen(QPen(QColor(tag.colour), 1.0))
-                painter.drawLine(anchor, end)
-        for tag, _, rect in shown:
+        for one in self._placed:
+            if (end := leader(one.anchor, one.rect)) is not None:
+                painter.setPen(QPen(QColor(one.tag.colour), 1.0))
+                painter.drawLine(one.anchor, end)
+        for one in self._placed:
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(behind)
-            painter.drawRoundedRect(rect, 3, 3)
-            painter.setPen(QColor(tag.colour))
-            painter.drawText(rect, Qt.AlignmentFlag.AlignCenter, tag.text)
-            self.words.append((tag.text, rect))
-        self._tags = []
+            painter.drawRoundedRect(one.rect, 3, 3)
+            painter.setPen(QColor(one.tag.colour))
+            painter.drawText(one.rect, Qt.AlignmentFlag.AlignCenter, one.tag.text)
+            self.words.append((one.tag.text, one.rect))
 
 
 def _draw_lines(painter: QPainter, ends: Float) -> None:

@@ -23,6 +23,7 @@ from ocmm_gui.scene import (
     SceneCache,
     SceneLayer,
     ScenePainter,
+    StandingLabels,
     StillScene,
     Tag,
 )
@@ -88,7 +89,7 @@ class PointView(OrbitView):
         self._chosen = 0
         self._drawing = JobDrawing()
         self._job_items: tuple[Item, ...] = ()
-        self._tags: tuple[Tag, ...] = ()
+        self._labels = StandingLabels()
         self._job_low: float | None = None
         self._part = PartPlacement(self)
         self._part.changed.connect(self._look_again)
@@ -248,7 +249,10 @@ class PointView(OrbitView):
         items, reach = self._drawing.items(job, self._theme, self._chosen)
         if items is not self._job_items:
             self._job_items = items
-            self._tags = tuple(item for item in items if isinstance(item, Tag))
+            tags = [item for item in items if isinstance(item, Tag)]
+            # What asks for attention first: outliers, the chosen point, the active feature.
+            first = (self._theme.bad, self._theme.text, self._theme.accent)
+            self._labels = StandingLabels(sorted(tags, key=lambda tag: tag.colour not in first))
         self._whole = np.concatenate([reach, self._part.corners()])
         self._active = np.concatenate(
             [self._drawing.reach(job.active) if job.active else _NO_PLACES,
@@ -316,9 +320,7 @@ class PointView(OrbitView):
         tip = None if self._live is None else self._live.tip_world
         next_place = target_items(self._job, tip, theme, orbit.up)
         moving = (
-            *(item for item in next_place if isinstance(item, Tag)),
-            *self._tags,
-            *(item for item in next_place if not isinstance(item, Tag)),
+            *next_place,
             *reference_items(self._live, theme, named=named),
             *probe_items(self._probe, self._body, theme, named=named),
             *aim_items(self._aim, self._probe, theme),
@@ -328,7 +330,7 @@ class PointView(OrbitView):
         scene = ScenePainter(
             moving, orbit, inside, font, theme.panel,
             taken=[one.translated(-inside.topLeft()) for one in free],
-            depth=seen.depth, ghost=_GHOST,
+            depth=seen.depth, ghost=_GHOST, standing=self._labels,
         )  # fmt: skip
         scene.paint(painter)
         paint_triad(painter, inside, orbit, theme)

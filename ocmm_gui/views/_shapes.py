@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -31,11 +32,15 @@ def ring(centre: Float, normal: Float, radius: float) -> Float:
 
 def sphere(centre: Float, radius: float) -> Float:
     """Return a ball as three great circles and two parallels, segments (n, 2, 3)."""
-    circles = [ring(centre, axis, radius) for axis in np.eye(3)]
-    lift = radius * np.sin(np.pi / 4.0) * np.eye(3)[2]
-    circles += [
-        ring(centre + sign * lift, np.eye(3)[2], radius * np.cos(np.pi / 4.0)) for sign in (-1, 1)
-    ]
+    segments: Float = centre + radius * _unit_sphere()
+    return segments
+
+
+@cache
+def _unit_sphere() -> Float:
+    centre, up = np.zeros(3), np.eye(3)[2]
+    circles = [ring(centre, axis, 1.0) for axis in np.eye(3)]
+    circles += [ring(sign * np.sin(np.pi / 4.0) * up, up, np.cos(np.pi / 4.0)) for sign in (-1, 1)]
     return np.concatenate([polyline(corners, closed=True) for corners in circles])
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QPaintEvent
+from PySide6.QtGui import QFontMetricsF, QPaintEvent
 from PySide6.QtWidgets import QApplication, QGridLayout, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -30,7 +31,8 @@ from ocmm_gui.kit import (
     text_font,
     use_language,
 )
-from ocmm_gui.scene._scene_painter import LabelPlaces
+from ocmm_gui.scene import Orbit, StandingLabels, Tag
+from ocmm_gui.scene._labels import LabelPlaces
 from tests.gui.cut_words import cut_words, watched_words
 
 BOUNDS = QRectF(0.0, 0.0, 400.0, 300.0)
@@ -74,6 +76,31 @@ def test_words_stand_apart_and_none_is_lost_among_many_marks() -> None:
         return sum(rect.contains(QPointF(x, y)) for rect in places for x, y in marks.tolist())
 
     assert covered(shown) < covered(placed(LabelPlaces(BOUNDS)))
+
+
+@pytest.mark.usefixtures("qapp")
+def test_standing_labels_stay_but_for_the_one_that_is_covered() -> None:
+    rng = np.random.default_rng(4)
+    tags = [Tag(np.zeros(3), f"label {number}", "#fff") for number in range(30)]
+    anchors = rng.uniform(40.0, 260.0, (30, 2))
+    labels, orbit = StandingLabels(tags), Orbit(np.zeros(3), 0.0, 0.0, 1.0, np.eye(3)[2])
+    metrics = QFontMetricsF(text_font(12))
+
+    def shown(orbit: Orbit, *taken: QRectF) -> dict[str, QRectF]:
+        found = labels.placed(LabelPlaces(BOUNDS, taken), anchors, metrics, orbit, BOUNDS)
+        return {one.tag.text: one.rect for one in found}
+
+    first = shown(orbit)
+    assert len(first) > 10
+    ball = first["label 3"].adjusted(2.0, 2.0, -2.0, -2.0)
+    beside = shown(orbit, ball)
+    assert {name for name, rect in first.items() if beside.get(name) != rect} == {"label 3"}
+    assert all(not rect.intersects(ball) for rect in beside.values())
+    # The ball has gone; then the view turns, and labels go where there is room.
+    assert shown(orbit) == first
+    turned = shown(replace(orbit, azimuth=0.1), ball)
+    assert all(not rect.intersects(ball) for rect in turned.values())
+    assert turned["label 3"] != first["label 3"]
 
 
 @pytest.mark.usefixtures("german")

@@ -1,0 +1,205 @@
+"""Places of labels in a picture: apart, near their points, the same again for the same scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, QSizeF
+from PySide6.QtGui import QFontMetricsF
+
+from ocmm_core.geometry import Float, Int
+from ocmm_gui.scene._scene import Orbit, Tag
+
+_NEAR_PX = 8.0
+_RINGS_PX = (26.0, 46.0, 70.0, 100.0, 140.0, 190.0)
+_TURN = 16
+_GAP_PX = 1.0
+"""Between two labels."""
+
+_MARK_PX = 3.0
+"""Extent of a mark around its place."""
+
+_DETOUR = 0.4
+"""Cost of one ring farther, relative to covering a mark."""
+
+_DETOURS = _DETOUR * np.repeat(np.arange(1 + len(_RINGS_PX)), (4, *(_TURN for _ in _RINGS_PX)))
+_CELL_PX = 2.0
+"""Marks are counted in cells of this size: a sum over any area is four of their running sums."""
+LEADER_PX = 14.0
+"""A label farther from its place gets a leader line."""
+
+
+def _candidates() -> tuple[Float, Float]:
+    """Return offsets, px, and shares of its size, by which a label lies off its point, best first.
+
+    Both (n, 2), of upper left corners.
+    """
+    # Upper right first, then around: the label touches the ring with its nearest point.
+    angles = np.radians(45.0) + np.arange(_TURN) * 2.0 * np.pi / _TURN
+    angles = angles[np.argsort(np.abs(np.arange(_TURN) - 0.25), kind="stable")]
+    around = np.stack([np.cos(angles), -np.sin(angles)], axis=1)
+    near = np.array([[_NEAR_PX, -2.0], [_NEAR_PX, 4.0], [-_NEAR_PX, -2.0], [-_NEAR_PX, 4.0]])
+    beside = np.array([[0.0, -1.0], [0.0, 0.0], [-1.0, -1.0], [-1.0, 0.0]])
+    return (
+        np.concatenate([near, *(ring * around for ring in _RINGS_PX)]),
+        np.concatenate([beside, *(0.5 * around - 0.5 for _ in _RINGS_PX)]),
+    )
+
+
+_OFFSETS, _SHARES = _candidates()
+
+
+class LabelPlaces:
+    """Places of labels, px, one after the other: earlier ones have priority.
+
+    ``taken``: label-free areas; ``marks`` (n, 2), px, are covered only without other room nearby.
+    """
+
+    def __init__(
+        self, bounds: QRectF, taken: Iterable[QRectF] = (), marks: Float | None = None
+    ) -> None:
+        self._bounds = bounds
+        self._walls = np.empty((16, 4))
+        self._n_walls = 0
+        for rect in taken:
+            self._wall(rect)
+        self._sums = None if marks is None else _sums_of(marks, bounds)
+
+    def place(self, x: float, y: float, wide: float, high: float) -> QRectF | None:
+        """Return the place of a label of a point; None without room near it, or out of bounds."""
+        bounds = self._bounds
+        if not bounds.contains(QPointF(x, y)):
+            return None
+        corners = np.array([x, y]) + _OFFSETS + _SHARES * np.array([wide, high])
+        left, top = corners.T
+        right, bottom = left + wide, top + high
+        free = (left >= bounds.left()) & (top >= bounds.top())
+        free &= (right <= bounds.right()) & (bottom <= bounds.bottom())
+        wall = self._walls[: self._n_walls]
+        near = (wall[:, 0] < right.max()) & (wall[:, 2] > left.min())
+        near &= (wall[:, 1] < bottom.max()) & (wall[:, 3] > top.min())
+        wall = wall[near]
+        free &= _are_apart(left, top, right, bottom, wall)
+        if not free.any():
+            return None
+        cost = np.where(free, _DETOURS, np.inf)
+        if self._sums is not None:
+            cost += self._covered(self._sums, left, top, right, bottom)
+        best = int(np.argmin(cost))
+        rect = QRectF(float(left[best]), float(top[best]), wide, high)
+        self._wall(rect.adjusted(-_GAP_PX, -_GAP_PX, _GAP_PX, _GAP_PX))
+        return rect
+
+    def keep(self, rects: Float) -> NDArray[np.bool_]:
+        """Keep labels (n, 4), edges in px, where they are; return which: those in no one's way."""
+        walls = self._walls[: self._n_walls]
+        left, top, right, bottom = rects.T
+        free = _are_apart(left, top, right, bottom, walls)
+        gap = np.array([-_GAP_PX, -_GAP_PX, _GAP_PX, _GAP_PX])
+        self._walls = np.concatenate([walls, rects[free] + gap, np.empty((16, 4))])
+        self._n_walls += int(free.sum())
+        return free
+
+    def _wall(self, rect: QRectF) -> None:
+        if self._n_walls == len(self._walls):
+            self._walls = np.concatenate([self._walls, np.empty_like(self._walls)])
+        self._walls[self._n_walls] = rect.left(), rect.top(), rect.right(), rect.bottom()
+        self._n_walls += 1
+
+    def _covered(self, sums: Int, left: Float, top: Float, right: Float, bottom: Float) -> Int:
+        """Return the number of marks covered by a label at each corner."""
+        x0, y0 = self._bounds.left(), self._bounds.top()
+        rows, columns = np.array(sums.shape)[:, None] - 1
+        low, high = np.clip(
+            np.rint((np.stack([left - _MARK_PX, right + _MARK_PX]) - x0) / _CELL_PX), 0, columns
+        ).astype(np.int64)
+        up, down = np.clip(
+            np.rint((np.stack([top - _MARK_PX, bottom + _MARK_PX]) - y0) / _CELL_PX), 0, rows
+        ).astype(np.int64)
+        covered: Int = sums[down, high] - sums[up, high] - sums[down, low] + sums[up, low]
+        return covered
+
+
+def _are_apart(
+    left: Float, top: Float, right: Float, bottom: Float, walls: Float
+) -> NDArray[np.bool_]:
+    """Return which rectangles (n,) meet none of the walls (m, 4), px."""
+    over = (left[:, None] < walls[:, 2]) & (right[:, None] > walls[:, 0])
+    over &= (top[:, None] < walls[:, 3]) & (bottom[:, None] > walls[:, 1])
+    return np.array(~over.any(axis=1))
+
+
+def _sums_of(marks: Float, bounds: QRectF) -> Int:
+    """Return how many marks lie left of and above each corner of the cells."""
+    shape = np.ceil(np.array([bounds.height(), bounds.width()]) / _CELL_PX).astype(int)
+    cells = np.floor((marks - [bounds.left(), bounds.top()]) / _CELL_PX)[:, ::-1]
+    cells = cells[((cells >= 0) & (cells < shape)).all(axis=1)].astype(np.int64)
+    counts = np.bincount(cells @ [shape[1], 1], minlength=int(shape.prod())).reshape(shape)
+    return np.pad(counts, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
+
+
+_MOST_STANDING = 150
+"""Standing labels in a picture: more cannot be read."""
+
+
+class StandingLabels:
+    """Labels that stay in place until the view changes; only covered ones are placed anew."""
+
+    def __init__(self, tags: Sequence[Tag] = ()) -> None:
+        self.tags = tuple(tags)
+        """In the order of their priority."""
+        self._orbit: Orbit | None = None
+        self._size = QSizeF()
+        self._shown: list[PlacedLabel] = []
+        self._edges: Float = np.empty((0, 4))
+
+    def placed(
+        self, places: LabelPlaces, anchors: Float, metrics: QFontMetricsF, orbit: Orbit, box: QRectF
+    ) -> list[PlacedLabel]:
+        """Return the labels with their places; ``anchors``: (n, 2), px, in this view."""
+        if orbit is not self._orbit or box.size() != self._size:
+            self._orbit, self._size, self._shown = orbit, box.size(), []
+            for tag, anchor in zip(self.tags, anchors.tolist(), strict=True):
+                if (one := place_tag(tag, QPointF(*anchor), places, metrics)) is not None:
+                    self._shown.append(one)
+                if len(self._shown) == _MOST_STANDING:
+                    break
+            edges = [one.rect.getCoords() for one in self._shown]
+            self._edges = np.array(edges, dtype=np.float64).reshape(-1, 4)
+            return self._shown
+        kept = places.keep(self._edges)
+        found = [one for one, stays in zip(self._shown, kept, strict=True) if stays]
+        for one in (one for one, stays in zip(self._shown, kept, strict=True) if not stays):
+            if (moved := place_tag(one.tag, one.anchor, places, metrics)) is not None:
+                found.append(moved)
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedLabel:
+    """A label with its point and its place, px."""
+
+    tag: Tag
+    anchor: QPointF
+    rect: QRectF
+
+
+def place_tag(
+    tag: Tag, anchor: QPointF, places: LabelPlaces, metrics: QFontMetricsF
+) -> PlacedLabel | None:
+    wide = metrics.horizontalAdvance(tag.text) + 8.0
+    rect = places.place(anchor.x(), anchor.y(), wide, metrics.height())
+    return None if rect is None else PlacedLabel(tag, anchor, rect)
+
+
+def leader(anchor: QPointF, rect: QRectF) -> QPointF | None:
+    """Return the end of a leader line at its label; None if adjacent."""
+    end = QPointF(
+        min(max(anchor.x(), rect.left()), rect.right()),
+        min(max(anchor.y(), rect.top()), rect.bottom()),
+    )
+    away = float(np.hypot(end.x() - anchor.x(), end.y() - anchor.y()))
+    return end if away > LEADER_PX else None
