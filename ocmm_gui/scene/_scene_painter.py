@@ -17,6 +17,8 @@ from ocmm_core.rendering import Canvas
 from ocmm_gui.scene._labels import LabelPlaces, PlacedLabel, StandingLabels, leader, place_tag
 from ocmm_gui.scene._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
 
+_FEW_SEGMENTS, _SHORT_PX, _SAME_PX = 24, 2.0, 1e-6
+"""Rings of small features have segments of less than a pixel, and each costs the same."""
 _PIECE_PX = 5.0
 _MOST_PIECES = 400
 """Visibility of lines is tested in pieces, at most this many."""
@@ -199,7 +201,23 @@ class ScenePainter:
 
 
 def _draw_lines(painter: QPainter, ends: Float) -> None:
-    painter.drawLines([QLineF(*end) for end in ends[..., :2].reshape(-1, 4).tolist()])
+    lines = merge_short(ends[..., :2])
+    painter.drawLines([QLineF(*end) for end in lines.reshape(-1, 4).tolist()])
+
+
+def merge_short(ends: Float) -> Float:
+    """Return segments (n, 2, 2), px, with those joined that continue one another within 2 px."""
+    if len(ends) < _FEW_SEGMENTS:
+        return ends
+    run = np.hypot(*(ends[:, 1] - ends[:, 0]).T).cumsum()
+    piece = np.concatenate([[0.0], np.floor(run[:-1] / _SHORT_PX)])
+    begins = np.ones(len(ends), dtype=bool)
+    begins[1:] = (piece[1:] != piece[:-1]) | (
+        np.abs(ends[1:, 0] - ends[:-1, 1]).max(axis=1) > _SAME_PX
+    )
+    at = np.flatnonzero(begins)
+    after = np.append(at[1:], len(ends)) - 1
+    return np.stack([ends[at, 0], ends[after, 1]], axis=1)
 
 
 def _cut(ends: Float, depth: Depth, box: QRectF) -> tuple[Float, Float]:

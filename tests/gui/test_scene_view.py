@@ -11,6 +11,7 @@ from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.shapes import Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float
 from ocmm_gui.scene import Orbit
+from ocmm_gui.scene._scene_painter import merge_short
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views import upright
 
@@ -115,3 +116,18 @@ def test_camera_pyramids_open_towards_the_volume() -> None:
         apex = camera.centre_world
         assert np.linalg.norm(base - centre) < np.linalg.norm(apex - centre)
     assert np.allclose(upright(rig), UP)
+
+
+def test_short_segments_of_a_ring_are_merged_and_others_stay() -> None:
+    ring = shapes.ring(np.zeros(3), UP, 3.0)[:, :2]
+    apart = np.array([[[50.0, 0.0], [50.5, 0.0]], [[60.0, 0.0], [60.5, 0.0]]])
+    long = shapes.polyline(20.0 * ring, closed=True)
+    merged = merge_short(np.concatenate([shapes.polyline(ring, closed=True), apart, long]))
+    small = merged[: -len(apart) - len(long)]
+    # The circumference of 18.8 px in pieces of 2 px.
+    assert 9 <= len(small) <= 11
+    assert np.allclose(small[1:, 0], small[:-1, 1], atol=EXACT)
+    assert np.allclose(small[0, 0], small[-1, 1], atol=EXACT)
+    # A chord of 3 px leaves a circle of 3 px by 0.4 px.
+    assert np.abs(np.linalg.norm(small.mean(axis=1), axis=1) - 3.0).max() < 0.4
+    assert np.array_equal(merged[len(small) :], np.concatenate([apart, long]))
