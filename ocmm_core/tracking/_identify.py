@@ -18,6 +18,7 @@ from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking._ambiguity import FEW_LEDS, least_in_sight
 from ocmm_core.tracking._body import LedBody, ProbeBody
+from ocmm_core.tracking._pose import require_spots
 from ocmm_core.tracking.kernels import decide_kernel as outcomes
 from ocmm_core.tracking.kernels import extend_tracked
 from ocmm_core.tracking.kernels import identify_kernel as kernel
@@ -106,8 +107,9 @@ def identify_many(
 
     Frames are (n, C, S, 2). Outcomes as of the kernel; slots are -1 if none or unlabelled.
     """
-    count, n_cameras = len(bodies), len(rig.cameras)
-    n_slots, sizes = spots.shape[2], np.array([body.n_leds for body in bodies])
+    count, n_cameras, n_slots = len(bodies), len(rig.cameras), spots.shape[-2]
+    require_spots(spots, rig, n_slots)
+    sizes = np.array([body.n_leds for body in bodies])
     leds, directions = np.zeros((2, count, int(sizes.max()), 3))
     n_rules = np.array([len(body.rules) for body in bodies])
     axes, worlds = np.zeros((2, count, max(1, int(n_rules.max())), 3))

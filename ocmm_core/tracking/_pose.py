@@ -55,23 +55,23 @@ def solve_leds(
     uv: Float, rig: Rig, leds: Float, point: Float, sigma_px: float, method: Method = "gauss-newton"
 ) -> PoseBatch:
     """Return `solve` for LEDs (L, 3) and any point (3,) fixed to them, mm."""
-    require_spots(uv, rig, leds)
+    require_spots(uv, rig, len(leds))
     outputs = allocate(len(uv))
     steps = 0 if method == "thesis" else 1
     solve_frames(np.ascontiguousarray(uv), rig.packed(), leds, point, sigma_px, steps, *outputs)
     return PoseBatch(*outputs)
 
 
-def require_spots(uv: Float, rig: Rig, leds: Float) -> None:
+def require_spots(uv: Float, rig: Rig, n_leds: int) -> None:
     """Raise TrackingError unless spots (n, C, L, 2) have the cameras of a rig and as many LEDs.
 
     Compiled functions would read and write out of bounds.
     """
-    if uv.shape[1:] != (len(rig.cameras), len(leds), 2):
+    if uv.shape[1:] != (len(rig.cameras), n_leds, 2):
         raise TrackingError(
             "tracking.shape",
             f"Spots of {' x '.join(map(str, uv.shape[1:]))} numbers do not belong to "
-            f"{len(rig.cameras)} cameras and {len(leds)} LEDs.",
+            f"{len(rig.cameras)} cameras and {n_leds} LEDs.",
             "Use the rig and the body that they were taken with.",
         )
 

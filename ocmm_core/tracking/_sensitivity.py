@@ -123,7 +123,7 @@ class _Answers:
 
 def _answers(spots: Float, rig: Rig, leds: Float) -> _Answers:
     n, shape = len(spots), (len(rig.cameras), len(leds), 2)
-    require_spots(spots, rig, leds)
+    require_spots(spots, rig, len(leds))
     status, located = np.empty(n, np.uint8), np.empty(n, np.int64)
     found = _Answers(
         counts=np.empty(n, np.int64),

@@ -40,7 +40,7 @@ def start_poses(rig: Rig, leds: Points3, uv: Pixels) -> tuple[Float, Points3, ND
 
     Rigid fit to triangulated LEDs (thesis 2.4), tolerates millimetres. ``uv``: (n, C, L, 2), px.
     """
-    require_spots(uv, rig, leds)
+    require_spots(uv, rig, len(leds))
     outputs = allocate(len(uv))
     solve_frames(
         np.ascontiguousarray(uv, dtype=np.float64), rig.packed(), leds, np.zeros(3),

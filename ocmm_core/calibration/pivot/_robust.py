@@ -70,7 +70,7 @@ class RobustPivot:
 
 def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:
     """Return the independent pose of every frame, of a body with its tip as origin."""
-    require_spots(sweep.uv, rig, arms)
+    require_spots(sweep.uv, rig, len(arms))
     outputs = allocate(len(sweep.uv))
     # One sigma for all frames here; results are rescaled to each frame's own below.
     sigma = float(np.median(sweep.sigma_px))

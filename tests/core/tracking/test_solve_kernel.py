@@ -11,7 +11,7 @@ import pytest
 from ocmm_core.camera import Rig
 from ocmm_core.errors import TrackingError
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.tracking import ProbeBody, solve
+from ocmm_core.tracking import IdentifyOptions, ProbeBody, identify, solve
 from ocmm_core.tracking._pose import solve_reference
 from ocmm_core.tracking.kernels import LOST, OK, allocate, solve_frames
 
@@ -108,3 +108,6 @@ def test_spots_of_another_rig_or_body_are_refused(
     assert standard_probe.leds_probe.shape == (6, 3)
     with pytest.raises(TrackingError, match=f"Spots of {' x '.join(map(str, shape))} numbers"):
         solve(np.full((1, *shape), np.nan), thesis_rig, standard_probe, SIGMA)
+    if shape[:1] != (2,) or shape[2:] != (2,):
+        with pytest.raises(TrackingError, match="Spots of"):
+            identify(thesis_rig, standard_probe, np.full(shape, np.nan), IdentifyOptions(SIGMA))
