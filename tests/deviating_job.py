@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -72,6 +73,7 @@ def results(made: KnownPart, items: list[Characteristic]) -> tuple[Characteristi
     return evaluate_all(items, None, found, factors_of_matrix(covariance), "iso14253-1")
 
 
+@cache
 def deviating_job(top: float = 0.05) -> tuple[JobView, list[NominalFeature]]:
     """Return the job, complete, and its nominals; ``top`` is the tolerance of the top, mm."""
     made = part()
