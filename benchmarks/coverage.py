@@ -1,6 +1,6 @@
 """How often value ± U (k = 2) contains the truth over whole jobs, by characteristic and by type.
 
-    python -m benchmarks.coverage [RUNS] [SCHEDULER] [--noise FACTOR ...]
+    python -m benchmarks.coverage [RUNS] [SCHEDULER] [--noise FACTOR ... [--seed FIRST]]
 
 Without ``--noise``: the table of `ocmm study coverage`, on all cores or on the workers of a
 scheduler. With it: RUNS jobs of the demonstration part for each factor, whose cameras have that
@@ -102,13 +102,14 @@ def over_jobs(jobs: list[list[float]], draws: int = 10_000) -> Float:
     return interval
 
 
-def by_noise(count: int, factors: list[float]) -> None:
+def by_noise(seeds: range, factors: list[float]) -> None:
     """Print coverage by type for each factor."""
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         for factor in factors:
-            jobs = list(pool.map(noisy_job, range(count), [factor] * count, chunksize=4))
+            jobs = list(pool.map(noisy_job, seeds, [factor] * len(seeds), chunksize=4))
             told = np.mean([noisy for noisy, _ in jobs])
-            print(f"sensor pattern {factor:g} times as stated: {100 * told:.1f} % of {count} told")
+            told_of = f"{100 * told:.1f} % of {len(seeds)} told"
+            print(f"sensor pattern {factor:g} times as stated: {told_of}")
             kinds = sorted({kind for _, values in jobs for kind, _, _ in values})
             print(f"  {'type':<16}{'N':>6}{'inside %':>10}{'below %':>9}{'above %':>9}{'u/rms':>7}")
             for kind in ("all", *kinds):
@@ -129,9 +130,10 @@ def main() -> None:
     parser.add_argument("runs", type=int, nargs="?", default=200)
     parser.add_argument("scheduler", nargs="?", default="")
     parser.add_argument("--noise", type=float, nargs="+", default=[])
+    parser.add_argument("--seed", type=int, default=0, help="first seed, with --noise")
     options = parser.parse_args()
     if options.noise:
-        by_noise(options.runs, options.noise)
+        by_noise(range(options.seed, options.seed + options.runs), options.noise)
         return
     site = Site(options.scheduler) if options.scheduler else Site(workers=os.cpu_count())
     rows = coverage_table(run_coverage(CoverageSetup(), range(options.runs), site))
