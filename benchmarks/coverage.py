@@ -1,12 +1,12 @@
 """How often value ± U (k = 2) contains the truth over whole jobs, by characteristic and by type.
 
-    python -m benchmarks.coverage [RUNS] [SCHEDULER] [--noise FACTOR ...]
+    python -m benchmarks.coverage [RUNS] [SCHEDULER] [--noise FACTOR ... [--seed FIRST]]
 
 Without ``--noise``: the table of `ocmm study coverage`, on all cores or on the workers of a
 scheduler. With it: RUNS jobs of the demonstration part for each factor, whose cameras have that
 many times the stated sensor pattern, and the form characteristics of the plan; by type the share
-inside U and on either side of it, and the share of jobs that report the noise. A true value at a
-limit is accepted if its error is below -U, and rejected if it is above U.
+inside U with its interval, the shares below and above, and the share of jobs that report the noise.
+A true value at a limit is accepted if its error is below -U, and rejected if it is above U.
 
 More white noise needs no check of the day: it is measured in the window of every touch.
 """
@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 import os
 import tempfile
-from collections import defaultdict
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
@@ -38,6 +37,7 @@ from ocmm_cli.study import (  # noqa: E402 - as above
 )
 from ocmm_core.camera import load_rig  # noqa: E402 - as above
 from ocmm_core.cluster import Site  # noqa: E402 - as above
+from ocmm_core.geometry import Float  # noqa: E402 - as above
 from ocmm_core.inspection.evaluation import SessionOptions  # noqa: E402 - as above
 from ocmm_core.inspection.plan import load_plan  # noqa: E402 - as above
 from ocmm_core.inspection.session import InspectionSession  # noqa: E402 - as above
@@ -89,25 +89,38 @@ def noisy_job(seed: int, factor: float) -> tuple[bool, list[Value]]:
     return bool(view.noise), values
 
 
-def by_noise(count: int, factors: list[float]) -> None:
+def over_jobs(jobs: list[list[float]], draws: int = 10_000) -> Float:
+    """Return the 95 % interval (2,) of the share of |error / U| up to 1, by bootstrap over jobs.
+
+    ``jobs``: error / U of each job. Values of a job share its cameras and probe and err together.
+    """
+    inside = np.array([sum(abs(ratio) <= 1.0 for ratio in ratios) for ratios in jobs])
+    count = np.array([len(ratios) for ratios in jobs])
+    drawn = np.random.default_rng(0).integers(len(jobs), size=(draws, len(jobs)))
+    share = inside[drawn].sum(axis=1) / np.maximum(count[drawn].sum(axis=1), 1)
+    interval: Float = np.percentile(share, [2.5, 97.5])
+    return interval
+
+
+def by_noise(seeds: range, factors: list[float]) -> None:
     """Print coverage by type for each factor."""
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         for factor in factors:
-            jobs = list(pool.map(noisy_job, range(count), [factor] * count, chunksize=4))
+            jobs = list(pool.map(noisy_job, seeds, [factor] * len(seeds), chunksize=4))
             told = np.mean([noisy for noisy, _ in jobs])
-            print(f"sensor pattern {factor:g} times as stated: {100 * told:.1f} % of {count} told")
-            found: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
-            for _, values in jobs:
-                for kind, error, stated in values:
-                    found[kind].append((error, stated))
-                    found["all"].append((error, stated))
+            told_of = f"{100 * told:.1f} % of {len(seeds)} told"
+            print(f"sensor pattern {factor:g} times as stated: {told_of}")
+            kinds = sorted({kind for _, values in jobs for kind, _, _ in values})
             print(f"  {'type':<16}{'N':>6}{'inside %':>10}{'below %':>9}{'above %':>9}{'u/rms':>7}")
-            for kind, pairs in sorted(found.items()):
-                ratio = np.array([error / stated for error, stated in pairs])
+            for kind in ("all", *kinds):
+                each = [[e / u for k, e, u in values if kind in (k, "all")] for _, values in jobs]
+                ratio = np.concatenate(each)
                 inside, below = 100 * np.mean(np.abs(ratio) <= 1), 100 * np.mean(ratio < -1)
+                low, high = 100 * over_jobs(each)
                 print(
                     f"  {kind:<16}{len(ratio):>6}{inside:>10.1f}{below:>9.1f}"
                     f"{100 * np.mean(ratio > 1):>9.1f}{0.5 / np.sqrt(np.mean(ratio**2)):>7.2f}"
+                    f"  inside {low:.1f} to {high:.1f} % (95 %, over jobs)"
                 )
 
 
@@ -117,9 +130,10 @@ def main() -> None:
     parser.add_argument("runs", type=int, nargs="?", default=200)
     parser.add_argument("scheduler", nargs="?", default="")
     parser.add_argument("--noise", type=float, nargs="+", default=[])
+    parser.add_argument("--seed", type=int, default=0, help="first seed, with --noise")
     options = parser.parse_args()
     if options.noise:
-        by_noise(options.runs, options.noise)
+        by_noise(range(options.seed, options.seed + options.runs), options.noise)
         return
     site = Site(options.scheduler) if options.scheduler else Site(workers=os.cpu_count())
     rows = coverage_table(run_coverage(CoverageSetup(), range(options.runs), site))

@@ -9,14 +9,17 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
-from typing import Literal, TypeAlias
+from pathlib import Path
+from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
-from ocmm_core.errors import InputError
+from ocmm_core.documents import decode_json, read_text, write_atomic
+from ocmm_core.errors import InputError, StorageError
 from ocmm_core.surroundings import TEMPERATURE
 
 SourceKind: TypeAlias = Literal["serial", "file", "modbus", "mqtt"]
@@ -26,7 +29,9 @@ _TO_CELSIUS = {"°C": (0.0, 1.0), "K": (273.15, 1.0), "°F": (32.0, 1.8)}
 _POWER_ON_C, _NO_ANSWER_C = 85.0, -127.0
 _CONFIRM = 3
 """Readings in a row that end the suspicion after a jump."""
-_KEPT = 4096
+_MOST_BYTES = 1 << 20
+_SPACED = 8
+"""Number of equal readings to remember within `stuck_s`; more frequent ones count once."""
 
 
 class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -101,7 +106,7 @@ class TemperatureSample:
     """A number of a source and its time."""
 
     celsius: float
-    utc: datetime
+    utc: Annotated[datetime, msgspec.Meta(tz=True)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,13 +150,6 @@ def history_doubt(
     newest = samples[-1]
     if found := value_doubt(newest.celsius):
         return found
-    same = newest
-    for one in reversed(samples):
-        if one.celsius != newest.celsius:
-            break
-        same = one
-    if (newest.utc - same.utc).total_seconds() >= source.stuck_s:
-        return f"has been {newest.celsius:g} °C to the last digit since {same.utc:%H:%M} UTC"
     recent = samples[-_CONFIRM - 1 :]
     for before, after in pairwise(recent):
         minutes = max(0.0, (after.utc - before.utc).total_seconds()) / 60.0
@@ -165,19 +163,23 @@ class ThermometerLog:
     """Readings of thermometers over time.
 
     `thermometers`: id, name with serial number, U (k = 2) in kelvin, and source of each. `read`:
-    returns the present number of a source and its time; raises InputError.
+    returns the present number of a source and its time; raises InputError. `memory`: file with
+    the equal readings of earlier programs, which reveal a value that a dead sensor or its gateway
+    repeats; None to forget them.
     """
 
     def __init__(
         self,
         thermometers: Sequence[tuple[str, str, float, TemperatureSource]],
         read: Callable[[TemperatureSource], tuple[float, datetime]],
+        memory: Path | None = None,
     ) -> None:
         self._thermometers = tuple(thermometers)
-        self._read = read
+        self._read, self._memory = read, memory
         self._samples: dict[str, deque[TemperatureSample]] = {
-            one[0]: deque(maxlen=_KEPT) for one in thermometers
+            one[0]: deque(maxlen=_CONFIRM + 1) for one in thermometers
         }
+        self._equal = _equal_readings(memory)
 
     def sample(self, clock: Callable[[], datetime] = lambda: datetime.now(UTC)) -> tuple[
         LoggedTemperature, ...
@@ -200,12 +202,40 @@ class ThermometerLog:
         sample = TemperatureSample(source.celsius(number), utc)
         samples.append(sample)
         age = clock() - utc
-        doubt = history_doubt(source, expanded, list(samples))
+        doubt = history_doubt(source, expanded, list(samples)) or self._stuck(key, source, sample)
         if not doubt and not -timedelta(seconds=5) <= age <= timedelta(seconds=source.oldest_s):
             doubt = f"is {age.total_seconds():.0f} s old, more than {source.oldest_s:g} s"
         if doubt:
             doubt = f"Thermometer {name}: its reading {doubt}."
         return LoggedTemperature(key, name, expanded, sample, doubt)
+
+    def _stuck(self, key: str, source: TemperatureSource, sample: TemperatureSample) -> str:
+        """Remember a sample; return why it repeats an old value, empty if it need not."""
+        equal = self._equal.get(key, ())
+        # Also if the clock was set back.
+        if equal and (sample.celsius != equal[-1].celsius or sample.utc < equal[-1].utc):
+            equal = ()
+        spaced = timedelta(seconds=source.stuck_s / _SPACED)
+        if not equal or sample.utc - equal[-1].utc >= spaced:
+            equal = (*equal[: 2 * _SPACED], sample)
+            self._equal = {**self._equal, **_equal_readings(self._memory), key: equal}
+            if self._memory is not None:
+                with suppress(OSError):
+                    write_atomic(self._memory, msgspec.json.encode(self._equal))
+        seconds = (sample.utc - equal[0].utc).total_seconds()
+        if seconds < source.stuck_s or len(equal) <= _CONFIRM:
+            return ""
+        since = f"{equal[0].utc:%Y-%m-%d %H:%M}"
+        return f"has been {sample.celsius:g} °C to the last digit since {since} UTC"
+
+
+def _equal_readings(memory: Path | None) -> dict[str, tuple[TemperatureSample, ...]]:
+    """Return the newest equal readings by thermometer, oldest first; empty if unreadable."""
+    with suppress(InputError, StorageError, OSError, msgspec.MsgspecError):
+        if memory is not None:
+            text = read_text(memory, _MOST_BYTES)
+            return decode_json(text, dict[str, tuple[TemperatureSample, ...]])
+    return {}
 
 
 def disagreement(read: Sequence[LoggedTemperature]) -> str:

@@ -24,6 +24,8 @@ from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import HOST
 from ocmm_core.tables import typed_number
 
+_EQUAL = "thermometers.json"
+"""Equal readings, next to the register."""
 _AGAIN_S = 0.25
 _WAIT_S = 3.0
 """Longest wait for an answer of a line or server."""
@@ -62,7 +64,7 @@ def read_temperature(
     entries = [_thermometer(register, name, now) for name in names]
     entry = entries[0]
     if celsius is None:
-        celsius = _read_now(entries)
+        celsius = _read_now(entries, register)
     (low, high), name = entry.temperatures, f"'{entry.name}' (serial {entry.serial})"
     if not low <= celsius <= high:
         raise _useless(
@@ -74,10 +76,11 @@ def read_temperature(
 def thermometer_log(stated: str, now: datetime, folder: Path | None = None) -> ThermometerLog:
     """Return the log of registered thermometers, ids with commas; InputError if unusable."""
     register = ArtefactRegister(folder)
-    return _log([_thermometer(register, name.strip(), now) for name in stated.split(",")])
+    entries = [_thermometer(register, name.strip(), now) for name in stated.split(",")]
+    return _log(entries, register)
 
 
-def _log(entries: list[ArtefactEntry]) -> ThermometerLog:
+def _log(entries: list[ArtefactEntry], register: ArtefactRegister) -> ThermometerLog:
     read: list[tuple[str, str, float, TemperatureSource]] = []
     for one in entries:
         if one.reads is None:
@@ -88,12 +91,12 @@ def _log(entries: list[ArtefactEntry]) -> ThermometerLog:
                 "Type its reading, or add its source (docs/quality/acceptance.md).",
             )
         read.append((one.id, f"{one.name}, serial {one.serial}", one.expanded, one.reads))
-    return ThermometerLog(read, read_source)
+    return ThermometerLog(read, read_source, register.path.with_name(_EQUAL))
 
 
-def _read_now(entries: list[ArtefactEntry]) -> float:
+def _read_now(entries: list[ArtefactEntry], register: ArtefactRegister) -> float:
     """Return the reading of the first thermometer; InputError if any of them is doubtful."""
-    log = _log(entries)
+    log = _log(entries, register)
     read = log.sample()
     if all(one.reads is not None and one.reads.kind != "mqtt" for one in entries):
         # A second look: single glitches and numbers that jump.

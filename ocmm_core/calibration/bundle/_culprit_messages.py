@@ -169,7 +169,7 @@ def _sentence(told: Sequence[str], verdict: CulpritVerdict, names: Names) -> str
         text += f" In addition, {others}."
     if not verdict.explained:
         text += (
-            f" That explains most, but the residuals are still {np.sqrt(verdict.misfit):.1f} "
+            f" That explains most, but the residuals are still {np.sqrt(verdict.misfit):.2f} "
             "times their sigmas: something else may be wrong too."
         )
     return text

@@ -191,6 +191,58 @@ def test_doubts_stuck_jumping_and_stale_readings() -> None:
     assert not history_doubt(source, 0.1, [TemperatureSample(20.0, NOW)])
 
 
+def reading_at(memory: Path, hour: float, value: float, key: str = "T") -> str:
+    """Return the reservation about the only reading of a new program."""
+    at = NOW + timedelta(hours=hour)
+    source = file_source(Path("/x"), scale=1.0)
+    log = ThermometerLog([(key, key, 0.1, source)], lambda _one: (value, at), memory)
+    return log.sample(lambda: at)[0].doubt
+
+
+def test_single_readings_reveal_a_repeated_old_value(tmp_path: Path) -> None:
+    memory = tmp_path / "thermometers.json"
+    doubts = [reading_at(memory, hour, 20.437) for hour in (0.0, 1.0, 2.0, 3.0, 4.0)]
+    assert doubts[:4] == [""] * 4
+    assert f"since {NOW:%Y-%m-%d %H:%M} UTC" in doubts[4]
+    # Another thermometer is separate, and a value that changes again counts at once.
+    assert not reading_at(memory, 4.1, 20.437, "other")
+    assert "to the last digit" in reading_at(memory, 4.2, 20.437)
+    assert not reading_at(memory, 4.3, 20.438)
+    assert not reading_at(memory, 4.4, 20.437)
+
+
+def test_few_equal_readings_prove_nothing(tmp_path: Path) -> None:
+    memory = tmp_path / "thermometers.json"
+    # One every evening: three are equal by chance where a sensor has steps of 0.1 K; and readings
+    # within half an hour count once.
+    for day in range(3):
+        for minute in range(5):
+            assert not reading_at(memory, 24.0 * day + minute / 60.0, 20.4)
+    # A clock that was set back starts anew.
+    assert not reading_at(memory, -100.0, 20.4)
+
+
+@pytest.mark.parametrize(
+    "content", ["", "[", "[" * 10_000, '{"T":[{"celsius":20.4,"utc":"2026-01-01T00:00:00"}]}', "\0"]
+)
+def test_damaged_memory_refuses_no_reading(tmp_path: Path, content: str) -> None:
+    memory = tmp_path / "thermometers.json"
+    memory.write_text(content)
+    assert not reading_at(memory, 0.0, 20.4)
+    assert json.loads(memory.read_text())["T"]
+
+
+def test_remembers_single_readings_of_the_register(tmp_path: Path, w1: Path) -> None:
+    registered(tmp_path, "T-1", file_source(w1, stuck_s=10.0))
+    since = NOW - timedelta(seconds=60.0)
+    old = [{"celsius": 20.437, "utc": (since + timedelta(seconds=k)).isoformat()} for k in range(3)]
+    (tmp_path / "thermometers.json").write_text(json.dumps({"T-1": old}))
+    with pytest.raises(InputError, match=r"has been 20\.437 °C to the last digit"):
+        read_temperature(None, "T-1", NOW, tmp_path)
+    w1.write_text(W1.format(16, "YES", 16, 20438))
+    assert read_temperature(None, "T-1", NOW, tmp_path) is not None
+
+
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
