@@ -11,8 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.terminal._console import shown
-from ocmm_cli.terminal._speech import say
+from ocmm_cli.terminal._console import say, shown
 
 _WHOLE = 24
 """A cell up to this width that holds a digit is a value: it stays on one line."""
