@@ -78,9 +78,8 @@ ocmm_core.features.zones._kernel
 ocmm_core.tolerances.monte_carlo._refit_kernel
     refit i f2 f i1 f2 f1 f2 f2 f1
 
-ocmm_cad.reach._grow_kernel
-    grow f3 f2 i2 i1
 ocmm_cad.reach._search_kernel
+    grow f3 f2 i2 i1
     search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 i1 i1 f2 i2 i1 i2 f1
 ocmm_core.part_model._spline_kernel
     to_bezier f1 i i1 f3
@@ -129,7 +128,7 @@ ocmm_sim.hand._kernel
     distance f1 f2 f2 f1
     drive f1 f1 f f f f2 f2 f2 f1 b1
     march f1 f1 f f f2 f2 f1 f1
-ocmm_sim.scene._probe_study_kernel
+ocmm_sim.scene._probe_study
     add_paths s2 s2 s2 f2 f1 i s2 f2 f3
 
 ocmm_core.calibration.bundle._kernel

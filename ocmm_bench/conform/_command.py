@@ -29,8 +29,7 @@ def conform_camera(
     and, with --firmware, updates it permanently. Exit code 0: GREEN; 1: RED; 3: INCOMPLETE.
     """
     from ocmm_bench.conform._conform_process import ConformNews
-    from ocmm_bench.conform._findings import CameraOutcome
-    from ocmm_bench.conform._page import conformance_page, conformance_text
+    from ocmm_bench.conform._findings import CameraOutcome, conformance_page, conformance_text
     from ocmm_core.fieldbus.device import Firmware
 
     if firmware is not None:
