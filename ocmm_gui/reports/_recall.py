@@ -26,7 +26,6 @@ from ocmm_core.inspection.recall import (
     worst_first,
 )
 from ocmm_core.wording import ENGLISH, LANGUAGES, Speech
-from ocmm_gui.reports._archival import paint_with_foot, written_pdf
 from ocmm_gui.reports._canvas import (
     BODY,
     HEADING,
@@ -40,6 +39,7 @@ from ocmm_gui.reports._canvas import (
     Style,
 )
 from ocmm_gui.reports._paper import draw
+from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
 _WIDTHS = (340.0, 390.0, 390.0, 230.0, 450.0)
 _COLOURS = {Outcome.HOLDS: INK.good, Outcome.CHANGES: INK.bad, Outcome.UNKNOWN: INK.warn}
