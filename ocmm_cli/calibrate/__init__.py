@@ -3,9 +3,9 @@
 In: the rig, a source of frames, an artefact with its certificate, the operator's answers.
 Out: records in their folder, tables of results, an exit code for the verdict.
 
-Read `_calibrate` (cameras, with `_relocate` and `_verify`) and `_run` (a guided procedure on the
-terminal), `_steps`, then the probe: `_probe_site`, `_probe`, `_tip`, `_probe_status`. `_report` and
-`_tip_report` print; `_sensors` learns the baseline; `_write_cameras` writes into the cameras.
+Read `_setup` (options of every guided procedure), `_calibrate` (cameras), `_run` (a guided
+procedure on the terminal), `_steps`, then the probe: `_probe`, `_tip`, `_probe_status`. `_report`
+and `_tip_report` print; `_sensors` learns the baseline; `_write_cameras` writes into the cameras.
 Procedures, gates and numbers are in `calibration`, the same for the window.
 """
 

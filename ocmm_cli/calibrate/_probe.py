@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,16 +11,18 @@ import typer
 from msgspec.structs import replace
 from rich.console import Console
 
+from ocmm_cli.calibrate._setup import ProbeSetup
 from ocmm_cli.terminal import lead, make_console, print_table_account
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
-    from ocmm_cli.calibrate._probe_site import TerminalProbeSite
+    from ocmm_cli.calibrate._steps import TerminalProbeSite
     from ocmm_core.calibration.pivot import PivotSweep
     from ocmm_core.calibration.sweeping import PivotProcedure
     from ocmm_sim.calibration_scenes import SweepProbe
+    from ocmm_sim.sources import VirtualSite
 
 
 _FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
@@ -33,22 +34,10 @@ _REST_S = 3.0
 _RANGES = (30.0, 30.0, 13.0)
 
 
-@dataclass(frozen=True, slots=True)
-class _Run:
-    source: str
-    scene: str
-    seed: int
-    speed: float
-    record: Path | None
-    force: bool
-
-
 def probe_command(
     *, tip: str, tip_unknown: bool, sweeps: Path | None, spot: TableOptions, poses: int,
-    slack: float, limit: float, because: str, valid_days: int, again: bool, scene: str, source: str,
-    rig: Path, probe: Path, calibrations: Path | None, probes: Path | None, who: str,
-    temperature: float | None, temperature_u: str, decision: bool | None, overrule: str, new: bool,
-    anew: bool, seed: int, speed: float, record: Path | None, uncalibrated: bool, force: bool,
+    slack: float, limit: float, because: str, valid_days: int, again: bool, overrule: str,
+    anew: bool, setup: ProbeSetup,
 ) -> None:  # fmt: skip
     """Calibrate a probe: its ball rests in a cone and it is swept about it, in two places.
 
@@ -56,57 +45,46 @@ def probe_command(
     ball out, leave the cone, and sweep in another one: the second sweep must show the same tip. At
     the end the ball rests in the first cone once more: what moved meanwhile shows.
     """
-    from ocmm_cli.calibrate._probe_site import about_tip, open_probe_site
-    from ocmm_cli.calibrate._run import continued, decide
-    from ocmm_cli.calibrate._steps import is_lacking, now
+    from ocmm_cli.calibrate import _run as run
+    from ocmm_cli.calibrate import _steps as steps
     from ocmm_cli.calibrate._tip_report import print_probe, print_tip_status
-    from ocmm_core.acceptance import read_temperature
-    from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
+    from ocmm_core.calibration.guided import ProcedureDecision
     from ocmm_core.calibration.pivot import load_sweeps
     from ocmm_core.calibration.sweeping import PivotProcedure
 
     console = make_console()
-    place = open_probe_site(
-        rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
-    )
+    place = steps.open_probe_site(setup, console)
     site, body, store = place.site, place.body, place.store
-    warm = read_temperature(temperature, temperature_u, now())
-    procedure = continued(
-        site,
-        ProcedureKind.PIVOT,
-        lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
-        console,
-        warm,
-        new=new,
-    )
-    if procedure is None:
-        procedure = PivotProcedure.begin(
-            site.sessions, site.rig, body, store, tip, now(),
-            who=who, temperature=warm, tip_unknown=tip_unknown, slack_mm=slack,
+    procedure = run.opened(
+        site, setup, console, PivotProcedure.kind,
+        lambda path: steps.about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
+        lambda warm, now: PivotProcedure.begin(
+            site.sessions, site.rig, body, store, tip, now,
+            who=setup.who, temperature=warm, tip_unknown=tip_unknown, slack_mm=slack,
             change_limit_mm=limit, poses_wanted=poses, valid_days=valid_days,
-            again=_has_again(source, sweeps, again=again),
-        )  # fmt: skip
+            again=_has_again(setup.source, sweeps, again=again),
+        ),
+    )  # fmt: skip
     if anew and procedure.base.decision is ProcedureDecision.OPEN:
-        procedure.sweep_anew(now())
+        procedure.sweep_anew(run.now())
     if overrule and procedure.base.decision is ProcedureDecision.OPEN:
-        procedure.force(now(), overrule)
+        procedure.force(run.now(), overrule)
     if sweeps is not None:
         table = load_sweeps(sweeps, site.rig, body.n_leds, spot)
         print_table_account(table.account)
         _take_recorded(procedure, table.sweeps)
-    elif is_lacking(procedure):
-        run = _Run(source, scene, seed, speed, record, force)
-        _collect(procedure, place, rig, probe, run, console)
+    elif steps.is_lacking(procedure):
+        _collect(procedure, place, setup, console)
     procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:
         print_probe(console, outcome)
-    made = decide(procedure, decision, because, console)
+    made = run.decide(procedure, setup.decision, because, console)
     if made is ProcedureDecision.ACCEPTED:
         console.print(
             f"{lead('Record   ')}{store.folder}: {store.active_hash(tip)}", highlight=False
         )
-    print_tip_status(console, store, tip, now())
+    print_tip_status(console, store, tip, run.now())
     if made is not ProcedureDecision.ACCEPTED:
         raise typer.Exit(1)
 
@@ -160,8 +138,7 @@ def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
 
 def _take_recorded(procedure: PivotProcedure, sweeps: Sequence[PivotSweep]) -> None:
     """Take recorded sweeps that the session does not have yet."""
-    from ocmm_cli.calibrate._run import pass_open_gates
-    from ocmm_cli.calibrate._steps import now
+    from ocmm_cli.calibrate._run import now, pass_open_gates
     from ocmm_core.calibration.sweeping import SWEEPS
 
     pass_open_gates(procedure)
@@ -179,35 +156,19 @@ def _take_recorded(procedure: PivotProcedure, sweeps: Sequence[PivotSweep]) -> N
 
 
 def _collect(
-    procedure: PivotProcedure,
-    place: TerminalProbeSite,
-    rig: Path,
-    probe: Path,
-    options: _Run,
-    console: Console,
+    procedure: PivotProcedure, place: TerminalProbeSite, setup: ProbeSetup, console: Console
 ) -> None:
-    from ocmm_cli.calibrate._probe_site import collect_from
-    from ocmm_cli.calibrate._run import real_feed, virtual_feed
-    from ocmm_cli.calibrate._steps import is_lacking, now
+    from ocmm_cli.calibrate._run import now
+    from ocmm_cli.calibrate._steps import collect_from, is_lacking
     from ocmm_core.calibration.sweeping import SECOND
-    from ocmm_core.composition import Origin, origin_of
 
-    source, frames = options.source, None
-    if origin_of(source) is Origin.VIRTUAL:
-        from ocmm_sim.sources import VirtualSite
-
-        if options.scene == "other-probe":
-            probe = _OTHER_PROBE
+    def scenes(_virtual: VirtualSite) -> tuple[SweepProbe, ...]:
         step, wanted = procedure.base.step.name, procedure.view.first.poses_wanted
-        script = VirtualSite(rig, probe, options.seed, None).script(
-            virtual_sweeps(options.scene, step, options.seed, wanted)
-        )
-        frames = script.build().n_frames
-        feed = virtual_feed(script, source, options.speed)
-    else:
-        feed = real_feed(rig, place.site.design, source, force=options.force)
+        return virtual_sweeps(setup.scene, step, setup.seed, wanted)
+
+    probe = _OTHER_PROBE if setup.scene == "other-probe" else setup.probe
     try:
-        collect_from(procedure, place, feed, frames, options.record, console)
+        collect_from(procedure, place.site, setup, probe, scenes, console, cameras=place.cameras)
     except CalibrationError:
         # If a person overruled the guards, the last sweep may end with the poses it has.
         sweep = procedure.view.sweep
@@ -216,5 +177,4 @@ def _collect(
         procedure.end_sweep(now())
         if is_lacking(procedure):
             # The recording covers the sweeps; the final visit comes after it.
-            options = dataclasses.replace(options, record=None)
-            _collect(procedure, place, rig, probe, options, console)
+            _collect(procedure, place, dataclasses.replace(setup, record=None), console)

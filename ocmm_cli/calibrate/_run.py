@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from ocmm_cli.calibrate._setup import Setup
 from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_later
+from ocmm_core.acceptance import read_temperature
 from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration.guided import (
@@ -83,17 +85,17 @@ def open_site(rig: Path, calibrations: Path | None) -> TerminalSite:
     return TerminalSite(design, in_use.rig, rig, root, store, folder / SESSIONS)
 
 
-def continued(
+def opened(
     site: TerminalSite,
+    setup: Setup,
+    console: Console,
     kind: ProcedureKind,
     resume: Callable[[Path], P],
-    console: Console,
-    warm: Temperature | None = None,
-    *,
-    new: bool,
-) -> P | None:
-    """Return the newest resumable session of a kind, unless ``new``; ``warm``: a new reading."""
-    for path in () if new else sessions(site.sessions, kind):
+    begin: Callable[[Temperature | None, datetime], P],
+) -> P:
+    """Return the newest resumable session of a kind, else a new one from a temperature."""
+    warm = read_temperature(setup.temperature, setup.temperature_u, now())
+    for path in () if setup.new else sessions(site.sessions, kind):
         try:
             procedure = resume(path)
         except (CalibrationError, InputError, StorageError) as error:
@@ -116,9 +118,9 @@ def continued(
             if procedure.base.torn:
                 console.print(say(procedure.base.torn), highlight=False)
             if warm is not None:
-                procedure.note_temperature(datetime.now(UTC), warm)
+                procedure.note_temperature(now(), warm)
             return procedure
-    return None
+    return begin(warm, now())
 
 
 def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
@@ -203,7 +205,7 @@ def collect(
                     procedure.watch(block)
                     seen += len(block)
                     if procedure.base.live.ready:
-                        procedure.take(_now())
+                        procedure.take(now())
                         retake_misplaced(procedure, console)
                     view = procedure.base
                     step, hint = view.step, view.live.hint
@@ -247,13 +249,13 @@ def retake_misplaced(procedure: Procedure, console: Console) -> None:
     for number, line in enumerate(procedure.view.lines):
         if line.hint:
             console.print(f"{lead('Again    ')}{line.name}: {say(line.hint)}", highlight=False)
-            procedure.repeat_line(number, _now())
+            procedure.repeat_line(number, now())
 
 
 def _record_temperature(procedure: Procedure, feed: Feed) -> None:
     report = decode_report(feed.ring.report())
     if report is not None:
-        procedure.record_temperature(_now(), [camera.temperature_c for camera in report.cameras])
+        procedure.record_temperature(now(), [camera.temperature_c for camera in report.cameras])
 
 
 def pass_open_gates(procedure: Procedure) -> int:
@@ -264,7 +266,7 @@ def pass_open_gates(procedure: Procedure) -> int:
             procedure.predict()
             if not procedure.base.step.gate.open:
                 break
-        procedure.advance(_now())
+        procedure.advance(now())
         view = procedure.base
     return view.current
 
@@ -283,7 +285,7 @@ def decide(
     else:
         # Ctrl-C has no effect until the decision is stored.
         with contextlib.closing(DeferredInterrupt()):
-            (procedure.accept if accept else procedure.keep)(_now(), reason)
+            (procedure.accept if accept else procedure.keep)(now(), reason)
     return procedure.base.decision
 
 
@@ -299,7 +301,7 @@ def is_open(view: ProcedureView) -> bool:
     )
 
 
-def _now() -> datetime:
+def now() -> datetime:
     return datetime.now(UTC)
 
 
@@ -318,16 +320,16 @@ def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot])
         if left.get(kind, 0) > 0:
             left[kind] -= 1
         elif kind == "pose":
-            procedure.take_pose(shot.uv, shot.sigma_px, _now())
+            procedure.take_pose(shot.uv, shot.sigma_px, now())
         elif kind == "bar":
-            procedure.take_bar(shot.uv, shot.sigma_px, _now())
+            procedure.take_bar(shot.uv, shot.sigma_px, now())
         elif kind == "repeat":
-            procedure.take_visit(shot.uv, shot.sigma_px, _now())
+            procedure.take_visit(shot.uv, shot.sigma_px, now())
         elif kind == "end":
-            procedure.take_seat("", shot.uv, shot.sigma_px, _now())
+            procedure.take_seat("", shot.uv, shot.sigma_px, now())
         elif kind == "seat":
             if shot.place not in view.world_points:
-                procedure.take_seat(shot.place, shot.uv, shot.sigma_px, _now())
+                procedure.take_seat(shot.place, shot.uv, shot.sigma_px, now())
         else:
             raise _strange(shot, "relocation")
 
@@ -341,7 +343,7 @@ def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Sh
     for shot in shots[left:]:
         if shot.kind != wanted.get(procedure.base.step.name):
             raise _strange(shot, f"step '{procedure.base.step.title}'")
-        procedure.take_shot(shot.uv, shot.sigma_px, _now())
+        procedure.take_shot(shot.uv, shot.sigma_px, now())
         pass_open_gates(procedure)
 
 
