@@ -7,7 +7,7 @@ Read `_model` (query and result, probe and cameras), `_chosen_reach` (selection)
 `_worker` (both sides of the reading process). In that process package `brep` turns the file into
 numbers, `_joined` groups faces into surfaces and finds room for a ball, `_placed` selects targets
 (`_place_kernel`). `_chosen_reach` also counts the result of each face. `_model_files` checks the
-files, `_plugin` is the reader for plans (`ocmm.models`). `_free_forms` and `_profiled` are both
+files, `_plugin` is the reader for plans (`ocmm.models`). `_worker` and `_profiled` are both
 sides of free-form faces, `_profiled` also has the message of the process and names of features;
 `_chosen_reach` completes large models later. It must not know plans.
 """

@@ -13,7 +13,12 @@ import typer
 from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from ocmm_core.acceptance import AcceptanceRecord, InterimChart
+
+
+_STYLES = {"PASS": "green", "FAIL": "red"}
 
 
 def interim(
@@ -26,7 +31,6 @@ def interim(
     A check that is out is repeated at once. Out again: the points since the last good check are
     held back in every job until a verification passes. Ends with 1 then.
     """
-    from ocmm_cli.acceptance._report import print_record
     from ocmm_cli.acceptance._run import room_temperature, run_test
     from ocmm_core.acceptance import InterimHistory, InterimWord, RoomAir, note_check, save_record
     from ocmm_core.composition import open_test_site, tests_folder
@@ -46,7 +50,7 @@ def interim(
             place="", customer="", condition="as found", air=RoomAir(), retest=False,
             new=True, speed=speed, record=None, force=force,
         )  # fmt: skip
-        print_record(console, record)
+        _print_record(console, record)
         save_record(base / "records", record)
         chart = note_check(history, record, site.cameras.store, datetime.now(UTC))
         _print(chart)
@@ -129,7 +133,6 @@ def run(
     speed: float, record: Path | None, folder: Path | None, force: bool,
 ) -> None:  # fmt: skip
     """Run a test, or continue it: points are taken as soon as the ball rests where it should."""
-    from ocmm_cli.acceptance._report import print_record
     from ocmm_cli.acceptance._run import room_temperature, run_test
     from ocmm_core.acceptance import RoomAir, save_record
     from ocmm_core.composition import open_test_site, tests_folder
@@ -145,7 +148,7 @@ def run(
         air=RoomAir.read(humidity, pressure),
         condition=condition, retest=retest, new=new, speed=speed, record=record, force=force,
     )  # fmt: skip
-    print_record(console, found)
+    _print_record(console, found)
     console.print(f"{lead('Record   ')}{save_record(base / 'records', found)}", highlight=False)
     _exit(found)
 
@@ -156,7 +159,6 @@ def recompute(
     probes: Path | None, source: str, tip: str | None,
 ) -> None:  # fmt: skip
     """Compute all numbers of a record from its raw data, and compare."""
-    from ocmm_cli.acceptance._report import print_record
     from ocmm_core.acceptance import differences, load_signed_record, recompute_tips
     from ocmm_core.acceptance import recompute as compute
     from ocmm_core.composition import choose_calibration, choose_probe
@@ -172,7 +174,7 @@ def recompute(
     console.print(
         f"{lead('Signed   ')}{signer.word.value}, {signer.signer}", highlight=False, markup=False
     )
-    print_record(console, again)
+    _print_record(console, again)
     for one in found:
         console.print(f"{lead('Differs  ')}{say(one)}", style="red", highlight=False)
     if not signer.sound:
@@ -227,6 +229,50 @@ def status(*, folder: Path | None) -> None:
 
 
 acceptance_app.command()(interim)
+
+
+def _print_record(console: Console, record: AcceptanceRecord) -> None:
+    from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
+
+    if record.instrument.simulated:
+        console.print(say("SIMULATED: measured on the virtual rig"), style="yellow")
+    for why in record.instrument.unproven:
+        console.print(f"{say_word(UNPROVEN_CAMERAS)}: {say(why)}", style="yellow", highlight=False)
+    rule = (
+        say("U taken off the limit")
+        if record.procedure.rule == "guarded"
+        else say("simple acceptance")
+    )
+    console.print(
+        f"{record.procedure.id}, {say(record.wording)}; {say('decision rule')}: {rule}",
+        highlight=False,
+    )
+    rows = []
+    for one in record.quantities:
+        value = record.values[one.worst]
+        rows.append((
+            one.quantity, str(one.count), f"{1e3 * one.error_mm:+.1f}",
+            f"{1e3 * one.expanded_mm:.1f}", f"{1e3 * one.limit_mm:.1f}",
+            f"{say(value.position)}, {say_word(value.name)}", say_word(one.verdict.value),
+        ))  # fmt: skip
+    columns = heads("Quantity", "N", "Worst, µm", "U (k = 2), µm", "MPE, µm", "At", "Verdict")
+    print_grid(console, columns, rows)
+    if record.retests:
+        count = sum(one.superseded for one in record.values)
+        console.print(
+            say(
+                f"Retests  {record.retests}; {count} value{'' if count == 1 else 's'} superseded, "
+                "kept in the record"
+            )
+        )
+    for refusal in record.refusals:
+        console.print(f"{lead('Refused  ')}{say(refusal.reason)}", highlight=False)
+    for reason in record.void_reasons:
+        console.print(f"{lead('Void     ')}{say(reason)}", highlight=False)
+    style = _STYLES.get(record.verdict.name, "yellow")
+    console.print(
+        f"{lead('Verdict  ')}{say_word(record.verdict.value)}", style=style, highlight=False
+    )
 
 
 def _exit(record: AcceptanceRecord) -> None:

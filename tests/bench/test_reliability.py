@@ -18,8 +18,7 @@ from rich.console import Console
 from ocmm_bench.campaign._clock import clock
 from ocmm_bench.campaign._faults import cuts, faults
 from ocmm_bench.campaign._faulty_disk import build, why_not_here, with_faults
-from ocmm_bench.campaign._hostile_forge import Forgery
-from ocmm_bench.campaign._hostile_runs import CommandResult
+from ocmm_bench.campaign._hostile_runs import CommandResult, Forgery
 from ocmm_bench.campaign._kills import SoakSamples, kills, soak
 from ocmm_bench.campaign._reliability import print_results
 from ocmm_bench.campaign._trials import LaneResult, NotRunError, Trial, bound, read_state, run_lane
