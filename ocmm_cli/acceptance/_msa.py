@@ -34,15 +34,17 @@ def type1(
             f"N {found.results}, mean {found.mean:.5f}, s {found.scatter:.5f}, "
             f"bias {found.bias:+.5f} mm (t {found.t:.2f}, "
             f"{'significant' if found.biased else 'not significant'} at 5 %)"
-        )
+        ),
+        highlight=True,
     )
     console.print(
         say(
             f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk "
             f"{found.cgk:.3f}"
-        )
+        ),
+        highlight=True,
     )
-    console.print(say(f"Least tolerance {found.least_tolerance:.4f} mm"))
+    console.print(say(f"Least tolerance {found.least_tolerance:.4f} mm"), highlight=True)
     console.print(say("CAPABLE") if found.capable else say("NOT CAPABLE"))
     if not found.capable:
         raise typer.Exit(1)
@@ -69,7 +71,7 @@ def linearity(
     print_linearity(console, found)
     if picture is not None:
         write_atomic(picture, linearity_chart(found, simulated=simulated).encode("utf-8"))
-        console.print(f"{lead('Chart    ')}{picture}", highlight=False, markup=False)
+        console.print(f"{lead('Chart    ')}{picture}")
     if not found.study.linear:
         raise typer.Exit(1)
 
@@ -107,13 +109,17 @@ def part(
         u_expansion=u_expansion, expanded_model=stated,
     )  # fmt: skip
     _say_simulated(console, simulated)
-    console.print(f"{say_word(rule.title)}, {say(rule.wording)}", highlight=False)
-    console.print(say(f"N {found.results}, bias {found.bias:+.6f}, s {found.scatter:.6f} (mm)"))
+    console.print(f"{say_word(rule.title)}, {say(rule.wording)}")
+    console.print(
+        say(f"N {found.results}, bias {found.bias:+.6f}, s {found.scatter:.6f} (mm)"),
+        highlight=True,
+    )
     console.print(
         say(
             f"U {found.expanded:.6f} of a corrected result, {found.expanded_uncorrected:.6f} of an "
             "uncorrected one (k = 2, mm)"
-        )
+        ),
+        highlight=True,
     )
     few = found.results < numbers.results
     if few:
@@ -124,11 +130,13 @@ def part(
                 "each time taken out and clamped again."
             ),
             style="yellow",
+            highlight=True,
         )
     if found.normalized is not None:
         word = say("agrees") if found.normalized <= 1.0 else say("does NOT agree")
         console.print(
-            say(f"E_n {found.normalized:.2f}: the stated uncertainty {word} with the part")
+            say(f"E_n {found.normalized:.2f}: the stated uncertainty {word} with the part"),
+            highlight=True,
         )
     if wanted is not None and out is not None:
         study = make_part_study(
@@ -138,7 +146,7 @@ def part(
             expanded_model=stated, made_by=who, now=datetime.now(UTC), simulated=simulated,
         )  # fmt: skip
         path = save_part_study(out, study)
-        console.print(f"{lead('Study    ')}{path}", highlight=False, markup=False)
+        console.print(f"{lead('Study    ')}{path}")
     if few or (found.normalized or 0.0) > 1.0:
         raise typer.Exit(1)
 
@@ -167,12 +175,10 @@ def part_use(*, study: Path, task: Path, temperature: float | None, temperature_
             f"{kept.characteristic}: U {found.expanded:.6f} of a result that the bias "
             f"{found.bias:+.6f} was taken off, {found.expanded_uncorrected:.6f} of one as measured "
             "(k = 2, mm)"
-        ),
-        highlight=False,
+        )
     )
     console.print(
         f"{say(kept.procedure.wording)}, N {found.results}, {kept.made_utc[:10]}, {kept.made_by}",
-        highlight=False, markup=False,
     )  # fmt: skip
 
 
@@ -249,7 +255,7 @@ def plan(*, file: Path, name: str, parts: int, operators: str, trials: int, seed
     names = [f"{number + 1:0{len(str(parts))}}" for number in range(parts)]
     drawn = plan_study(name, names, [one.strip() for one in operators.split(",")], trials, seed)
     store_plan(file, drawn)
-    make_console().print(say(f"Plan     {file}: {len(drawn.runs)} measurements"), highlight=False)
+    make_console().print(say(f"Plan     {file}: {len(drawn.runs)} measurements"))
 
 
 @msa_app.command()
@@ -270,11 +276,11 @@ def run(
     console, planned = make_console(), load_study(study)
     seen = {one.serial for one in parts_of_batch(out, planned.name)} if out.is_dir() else set()
     left = open_runs(planned, seen)
-    console.print(say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}"))
+    console.print(
+        say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}"), highlight=True
+    )
     for number, one in enumerate(left[:most], start=1):
-        console.print(
-            say(f"Operator {one.operator}: part {one.part}, code {one.code}"), highlight=False
-        )
+        console.print(say(f"Operator {one.operator}: part {one.part}, code {one.code}"))
         if origin_of(source) is not Origin.VIRTUAL:
             await_part(console, number, len(left), one.code, replayed=False)
         request = StationRequest(
@@ -283,7 +289,7 @@ def run(
             calibrations=calibrations, probes=probes,
         )  # fmt: skip
         run_job(build_station(request), out / "reports", console)
-    console.print(f"{lead('To go    ')}{max(len(left) - most, 0)}")
+    console.print(f"{lead('To go    ')}{max(len(left) - most, 0)}", highlight=True)
 
 
 @msa_app.command()
@@ -295,13 +301,12 @@ def status(*, study: Path, jobs: Path) -> None:
     console, planned = make_console(), load_study(study)
     seen = {one.serial for one in parts_of_batch(jobs, planned.name)}
     left = open_runs(planned, seen)
-    console.print(say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}"))
+    console.print(
+        say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}"), highlight=True
+    )
     if left:
         one = left[0]
-        console.print(
-            say(f"Next     operator {one.operator}, part {one.part}, code {one.code}"),
-            highlight=False,
-        )
+        console.print(say(f"Next     operator {one.operator}, part {one.part}, code {one.code}"))
 
 
 @msa_app.command()

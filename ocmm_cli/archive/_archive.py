@@ -107,17 +107,10 @@ class MeasuredJobs:
                 send_now(self._place, outbox)
             state = hand_over(self._place.outbox)
         except OcmmError as error:
-            self._console.print(
-                f"{lead('Archive  ')}{told(error)}", style="yellow", highlight=False, markup=False
-            )
+            self._console.print(f"{lead('Archive  ')}{told(error)}", style="yellow")
             return
         if state.line:
-            self._console.print(
-                f"{lead('Archive  ')}{say(state.line)}",
-                style="yellow",
-                highlight=False,
-                markup=False,
-            )
+            self._console.print(f"{lead('Archive  ')}{say(state.line)}", style="yellow")
 
 
 def send_now(place: ArchivePlace, outbox: Outbox) -> None:
@@ -150,22 +143,14 @@ def status(*, archive: str | None, outbox: Path | None) -> None:
     except OcmmError as error:
         # The outbox is local; report it even if the archive is unreachable.
         reached = False
-        console.print(
-            f"{lead('Archive  ')}{told(error)}", style="yellow", highlight=False, markup=False
-        )
+        console.print(f"{lead('Archive  ')}{told(error)}", style="yellow")
     state = hand_over(place.outbox)
-    console.print(f"{lead('Outbox   ')}{place.outbox}", highlight=False, markup=False)
-    console.print(
-        say(f"Waiting  {state.waiting}, set aside {len(state.aside)}"),
-        highlight=False,
-        markup=False,
-    )
+    console.print(f"{lead('Outbox   ')}{place.outbox}")
+    console.print(say(f"Waiting  {state.waiting}, set aside {len(state.aside)}"))
     for sentence in state.sentences:
-        console.print(say(sentence), style="yellow", highlight=False, markup=False)
+        console.print(say(sentence), style="yellow")
     for item in state.aside:
-        console.print(
-            f"{item.name}: {say(item.said)}", style="yellow", highlight=False, markup=False
-        )
+        console.print(f"{item.name}: {say(item.said)}", style="yellow")
     if state.needs_attention or not reached:
         raise typer.Exit(1)
 
@@ -194,7 +179,7 @@ def send(
             paths, left_out = find_files(named, SUFFIX) if named.is_dir() else ([named], [])
             for one in left_out:
                 code = 1
-                console.print(told(one), style="yellow", highlight=False, markup=False)
+                console.print(told(one), style="yellow")
             for path in paths:
                 try:
                     job = JobFile.read(path)
@@ -202,11 +187,11 @@ def send(
                     if job.left_out:
                         console.print(
                             f"{path.name}: {say(job.left_out)}",
-                            style="yellow", highlight=False, markup=False,
+                            style="yellow",
                         )  # fmt: skip
                 except OcmmError as error:
                     code = 1
-                    console.print(told(error), style="yellow", highlight=False, markup=False)
+                    console.print(told(error), style="yellow")
         if not follow:
             send_now(place, box)
     if follow:
@@ -218,9 +203,7 @@ def send(
         follow_outbox(place, stop, random.Random())  # noqa: S311 - pauses only
         return
     state = hand_over(place.outbox)
-    console.print(
-        say(state.line) or say("Nothing waits for the archive."), highlight=False, markup=False
-    )
+    console.print(say(state.line) or say("Nothing waits for the archive."))
     raise typer.Exit(1 if state.waiting or state.needs_attention else code)
 
 
@@ -241,9 +224,7 @@ def set_up(*, archive: str | None, with_roles: bool) -> None:
     with open_archive(place.address, password=place.password, set_up=True) as open_one:
         if with_roles:
             give_roles(open_one)
-        make_console().print(
-            say(f"{open_one.place}: archive of version {VERSION}"), highlight=False, markup=False
-        )
+        make_console().print(say(f"{open_one.place}: archive of version {VERSION}"))
 
 
 @archive_app.command()
@@ -251,9 +232,7 @@ def admit(login: str, station: str, *, archive: str | None) -> None:
     """Let a login send jobs as a station, and as no other; by quality or the owner."""
     with opened(place_of(archive, None)) as open_one:
         open_one.admit(login, station)
-    make_console().print(
-        say(f"Login {login} sends as station {station} now."), highlight=False, markup=False
-    )
+    make_console().print(say(f"Login {login} sends as station {station} now."))
 
 
 @archive_app.command(name="replace-computer")
@@ -264,9 +243,7 @@ def replace_computer(station: str, *, archive: str | None, outbox: Path | None) 
     place = place_of(archive, outbox)
     with Outbox(place.outbox) as box, opened(place) as open_one:
         open_one.replace_computer(station, sender_of(box, station))
-    make_console().print(
-        say(f"This computer is station {station} now."), highlight=False, markup=False
-    )
+    make_console().print(say(f"This computer is station {station} now."))
 
 
 @archive_app.command(name="new-outbox")
@@ -276,20 +253,16 @@ def new_outbox(*, outbox: Path | None) -> None:
 
     with Outbox(outbox or default_outbox()) as box:
         box.renew()
-        make_console().print(f"{lead('Outbox   ')}{box.identity}", highlight=False)
+        make_console().print(f"{lead('Outbox   ')}{box.identity}")
 
 
 def _print_archive(console: Console, archive: OpenArchive) -> None:
-    console.print(f"{lead('Archive  ')}{archive.place}", highlight=False, markup=False)
+    console.print(f"{lead('Archive  ')}{archive.place}")
     jobs, stations = (
         int(str(archive.ask(f"SELECT count(*) FROM {view}").rows[0][0]))  # noqa: S608 - two views
         for view in ("archived_job", "archive_station")
     )
-    console.print(
-        say(f"Jobs     {jobs} of {stations} station{'' if stations == 1 else 's'}"), highlight=False
-    )
+    console.print(say(f"Jobs     {jobs} of {stations} station{'' if stations == 1 else 's'}"))
     encrypted = getattr(archive, "encrypted", None)
     if encrypted is not None:
-        console.print(
-            f"{lead('TLS      ')}{say_word('yes' if encrypted else 'no')}", highlight=False
-        )
+        console.print(f"{lead('TLS      ')}{say_word('yes' if encrypted else 'no')}")

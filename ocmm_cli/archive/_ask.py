@@ -102,7 +102,7 @@ def export_command(view: str, file: Path, *, archive: str | None, most: int) -> 
         table = open_one.ask(f"SELECT * FROM {view} LIMIT :most", {"most": most})  # noqa: S608 - one of the views above
     export_answer(ArchiveAnswer(view, table.columns, table.rows), file)
     rows = f"{len(table.rows)} row{'' if len(table.rows) == 1 else 's'}"
-    make_console().print(say(f"{rows}  {file}"), highlight=False, markup=False)
+    make_console().print(say(f"{rows}  {file}"))
 
 
 def _answer(name: str, archive: str | None, asked: Query, export: Path | None) -> None:
@@ -116,7 +116,7 @@ def _answer(name: str, archive: str | None, asked: Query, export: Path | None) -
     print_answer(console, answer)
     if export is not None:
         export_answer(answer, export)
-        console.print(f"{lead('Table  ')}{export}", highlight=False, markup=False)
+        console.print(f"{lead('Table  ')}{export}")
 
 
 @archive_app.command()
@@ -143,9 +143,9 @@ def rebuild(
         with progress_line() as tell:
             done = rebuild_archive(target, contents, names, tell)
     for sentence in (*unread, *done.unread):
-        console.print(say(sentence), style="yellow", highlight=False, markup=False)
+        console.print(say(sentence), style="yellow")
     jobs = f"{done.kept} job{'' if done.kept == 1 else 's'}"
-    console.print(say(f"Kept {jobs} in {new}"), highlight=False, markup=False)
+    console.print(say(f"Kept {jobs} in {new}"))
     raise typer.Exit(1 if unread or done.unread else 0)
 
 
@@ -171,15 +171,14 @@ def verify(
             with open_archive(against, read_only=True) as other:
                 told = differences(open_one, other)
             for sentence in told:
-                console.print(
-                    say(shown_text(sentence)), style="yellow", highlight=False, markup=False
-                )
+                console.print(say(shown_text(sentence)), style="yellow")
             console.print(
                 say("The same rows.")
                 if not told
                 else say("1 difference.")
                 if len(told) == 1
-                else say(f"{len(told)} differences.")
+                else say(f"{len(told)} differences."),
+                highlight=True,
             )
             raise typer.Exit(1 if told else 0)
         with progress_line() as tell:
@@ -195,20 +194,19 @@ def verify(
                 f"{item.name} was delivered, and is not in the archive any more. Send it again: "
                 f"ocmm archive send {item.path}"
             )
-            console.print(shown_text(line), style="yellow", highlight=False, markup=False)
+            console.print(shown_text(line), style="yellow")
         for job, why in found.faults:
             line = shown_text(f"{job[:8]}  {say(why)}")
-            console.print(line, style="yellow", highlight=False, markup=False)
+            console.print(line, style="yellow")
         if mark:
             marked = mark_altered(open_one, found, who)
             console.print(
                 say("Marked 1 job: it counts in no statistic.")
                 if marked == 1
-                else say(f"Marked {marked} jobs: they count in no statistic."),
-                highlight=False,
+                else say(f"Marked {marked} jobs: they count in no statistic.")
             )
     wrong = len(found.faults) + len(lost)
-    console.print(say(f"Checked {found.looked_at}, wrong {wrong}"), highlight=False)
+    console.print(say(f"Checked {found.looked_at}, wrong {wrong}"))
     raise typer.Exit(1 if wrong else 0)
 
 

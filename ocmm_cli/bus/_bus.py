@@ -50,7 +50,9 @@ def down() -> None:
     if removed is None:
         make_console().print(say("No virtual rig on named interfaces."))
     else:
-        make_console().print(say(f"Removed {removed.host}, {removed.cameras} and their cameras."))
+        make_console().print(
+            say(f"Removed {removed.host}, {removed.cameras} and their cameras."), highlight=True
+        )
 
 
 @rig_app.command()
@@ -68,12 +70,17 @@ def _print(state: RigStatus) -> None:
         console.print(say("No virtual rig on named interfaces. Create one: ocmm rig up"))
         return
     console.print(
-        say(f"Master's side   {record.host}: {'there' if state.interface_there else 'gone'}")
+        say(f"Master's side   {record.host}: {'there' if state.interface_there else 'gone'}"),
+        highlight=True,
     )
     running = say(f"running, process {record.pid}") if state.cameras_running else say("not running")
-    console.print(say(f"Cameras         {', '.join(record.names)} on {record.cameras}: {running}"))
     console.print(
-        say(f"Measure         ocmm measure --source ethercat:{record.host} --plan ... --out ...")
+        say(f"Cameras         {', '.join(record.names)} on {record.cameras}: {running}"),
+        highlight=True,
+    )
+    console.print(
+        say(f"Measure         ocmm measure --source ethercat:{record.host} --plan ... --out ..."),
+        highlight=True,
     )
 
 
@@ -103,7 +110,7 @@ def record(file: Path, *, source: str, seconds: float, megabytes: int, force: bo
             open(descriptor, "wb") as out,  # noqa: PTH123 - made next to the file
             errand(command, first_lines) as ran,
         ):
-            console.print(say(f"Recording for {seconds:g} s; Ctrl-C ends it."), highlight=False)
+            console.print(say(f"Recording for {seconds:g} s; Ctrl-C ends it."))
             while True:
                 try:
                     piece = os.read(ran.stdout.fileno(), _PIECE)
@@ -132,9 +139,9 @@ def record(file: Path, *, source: str, seconds: float, megabytes: int, force: bo
     finally:
         if part is not None:
             part.unlink(missing_ok=True)
-    console.print(say(f"{file}: {size:d} bytes"), highlight=False)
+    console.print(say(f"{file}: {size:d} bytes"))
     if size < _NOTHING:
-        console.print(say("No EtherCAT frame passed: is the bus running?"), highlight=False)
+        console.print(say("No EtherCAT frame passed: is the bus running?"))
 
 
 bus_app = typer.Typer(
@@ -189,7 +196,7 @@ def scan_command(*, source: str, rig: Path, force: bool) -> None:
         kind = None if described is None else (described.name, described.is_for)
         assign([scanned.device for scanned in devices], expected, kind)
     except BusError as error:
-        console.print(told(error), highlight=False)
+        console.print(told(error))
         raise typer.Exit(1) from error
     console.print(say("These are the cameras of the rig."))
 
@@ -208,12 +215,12 @@ def read(
         write_bytes(out, value)
         return
     console = make_console()
-    console.print(say(f"{index:04x}:{sub:02x}  {len(value)} bytes"), highlight=False)
-    console.print(value.hex(" ", 1) or say("(empty)"), highlight=False, soft_wrap=True)
+    console.print(say(f"{index:04x}:{sub:02x}  {len(value)} bytes"))
+    console.print(value.hex(" ", 1) or say("(empty)"), soft_wrap=True)
     if 1 <= len(value) <= 8:
-        console.print(f"{lead('number  ')}{int.from_bytes(value, 'little')}", highlight=False)
+        console.print(f"{lead('number  ')}{int.from_bytes(value, 'little')}")
     if value and value.isascii() and value.decode("ascii").isprintable():
-        console.print(f"{lead('text    ')}{value.decode('ascii')}", highlight=False, markup=False)
+        console.print(f"{lead('text    ')}{value.decode('ascii')}")
 
 
 @object_app.command()
@@ -241,7 +248,9 @@ def write(camera: str, address: str, value: str, *, source: str, rig: Path, forc
             f"{content.hex(' ')} was written.",
             "This is normal for commands; for a setting, check the value.",
         )
-    make_console().print(say(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}"))
+    make_console().print(
+        say(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}"), highlight=True
+    )
 
 
 @bus_app.command()

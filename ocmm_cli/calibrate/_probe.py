@@ -81,9 +81,7 @@ def probe_command(
         print_probe(console, outcome)
     made = run.decide(procedure, setup.decision, because, console)
     if made is ProcedureDecision.ACCEPTED:
-        console.print(
-            f"{lead('Record   ')}{store.folder}: {store.active_hash(tip)}", highlight=False
-        )
+        console.print(f"{lead('Record   ')}{store.folder}: {store.active_hash(tip)}")
     print_tip_status(console, store, tip, run.now())
     if made is not ProcedureDecision.ACCEPTED:
         raise typer.Exit(1)

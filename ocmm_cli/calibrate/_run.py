@@ -102,21 +102,15 @@ def opened(
             # Started with another calibration, probe or version, or at an implausible temperature:
             # its observations are useless.
             if not is_ended(path):
-                console.print(
-                    f"{lead('Left out ')}{say(error.what)}",
-                    style="dim",
-                    highlight=False,
-                    markup=False,
-                )
+                console.print(f"{lead('Left out ')}{say(error.what)}", style="dim")
             continue
         if is_open(procedure.base):
             step = procedure.base.step
             console.print(
-                f"{lead('Continue ')}{path}: {say(step.title)}, {step.done}/{step.wanted}",
-                highlight=False,
+                f"{lead('Continue ')}{path}: {say(step.title)}, {step.done}/{step.wanted}"
             )
             if procedure.base.torn:
-                console.print(say(procedure.base.torn), highlight=False)
+                console.print(say(procedure.base.torn))
             if warm is not None:
                 procedure.note_temperature(now(), warm)
             return procedure
@@ -168,7 +162,7 @@ def collect(
     closed; its failure is printed, and the calibration continues. CalibrationError if the source
     ended before the last step; the session keeps the observations so far.
     """
-    console.print(f"{lead('Source   ')}{feed.description.name}")
+    console.print(f"{lead('Source   ')}{feed.description.name}", highlight=True)
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -200,7 +194,8 @@ def collect(
                             recorder = None
                             console.print(
                                 f"{say(error.what)} {say('Calibration continues.')} "
-                                f"{say(error.remedy)}"
+                                f"{say(error.remedy)}",
+                                highlight=True,
                             )
                     procedure.watch(block)
                     seen += len(block)
@@ -248,7 +243,7 @@ def retake_misplaced(procedure: Procedure, console: Console) -> None:
         return
     for number, line in enumerate(procedure.view.lines):
         if line.hint:
-            console.print(f"{lead('Again    ')}{line.name}: {say(line.hint)}", highlight=False)
+            console.print(f"{lead('Again    ')}{line.name}: {say(line.hint)}")
             procedure.repeat_line(number, now())
 
 
@@ -276,12 +271,10 @@ def decide(
 ) -> ProcedureDecision:
     """Accept the result, keep the old one, or leave the session open for a later decision."""
     if accept is None and console.is_terminal:
-        accept = is_yes(console.input(say("Accept it? [y/n] ")))
+        console.print(say("Accept it? [y/n] "), end="", highlight=True)
+        accept = is_yes(console.input())
     if accept is None:
-        console.print(
-            say(f"Session  {procedure.base.session}: waiting for --accept or --keep."),
-            highlight=False,
-        )
+        console.print(say(f"Session  {procedure.base.session}: waiting for --accept or --keep."))
     else:
         # Ctrl-C has no effect until the decision is stored.
         with contextlib.closing(DeferredInterrupt()):

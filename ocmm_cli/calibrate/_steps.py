@@ -123,7 +123,9 @@ def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
         )
     if view.blocker is not None:
         console.print(
-            f"{lead('Cameras  ')}{say_word(view.word.value)}: {told(view.blocker)}", style="yellow"
+            f"{lead('Cameras  ')}{say_word(view.word.value)}: {told(view.blocker)}",
+            style="yellow",
+            highlight=True,
         )
 
 
@@ -221,5 +223,5 @@ def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | Non
         if defect is not None:
             raise defect
         view = judge(in_use, now())
-        make_console().print(f"{lead('Probe  ')}{say(view.label)}", highlight=False)
+        make_console().print(f"{lead('Probe  ')}{say(view.label)}")
     return in_use.body

@@ -125,7 +125,7 @@ def _mounted(place: TerminalProbeSite, tip: str | None, who: str, console: Conso
         )
     if name != place.store.mounted:
         place.store.mount(name, who, now())
-        console.print(f"{lead('Mounted  ')}{name}", highlight=False)
+        console.print(f"{lead('Mounted  ')}{name}")
     return name
 
 

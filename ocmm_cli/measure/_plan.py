@@ -130,9 +130,9 @@ def import_command(
         console = make_console()
         offers.print_faces(faces, console)
         for sentence in filter(None, (model.remark, *asked.sentences())):
-            console.print(say(sentence), style="yellow", highlight=False)
+            console.print(say(sentence), style="yellow")
         if model.free_forms and not free_forms:
-            console.print(offers.free_form_words(model), highlight=False)
+            console.print(offers.free_form_words(model))
         if tolerances:
             print_account(account, console)
         print_requirements(requirement_count(plan), console)
@@ -154,9 +154,7 @@ def _import_qif(file: Path, empty: Plan, output: Path, as_json: bool, *, overwri
     else:
         console = make_console()
         for one in found.left_out:
-            console.print(
-                f"{say_word('Left out')}: {one.name}: {say(one.why)}", highlight=False, markup=False
-            )
+            console.print(f"{say_word('Left out')}: {one.name}: {say(one.why)}")
         print_requirements(requirement_count(found.plan), console)
     if found.left_out or errors:
         raise typer.Exit(1)
@@ -206,7 +204,7 @@ def write_plan(plan: Plan, output: Path, *, overwrite: bool, silent: bool = Fals
     count = len(plan.characteristics)
     told = f", {count} characteristic{'' if count == 1 else 's'}" if count else ""
     features = f"{len(plan.features)} feature{'' if len(plan.features) == 1 else 's'}"
-    make_console().print(say(f"{output}: {features}{told}."), highlight=False)
+    make_console().print(say(f"{output}: {features}{told}."))
     return print_findings(plan)
 
 
@@ -218,7 +216,7 @@ def print_findings(plan: Plan) -> int:
     for one in found:
         make_console().print(
             f"{'✖' if one.is_error else '▲'} {say(one.what)} {say(one.remedy)}",
-            style="red" if one.is_error else "yellow", highlight=False, markup=False,
+            style="red" if one.is_error else "yellow",
         )  # fmt: skip
     return sum(one.is_error for one in found)
 
@@ -265,13 +263,11 @@ def check(plan: Path) -> None:
         )
     else:
         words = say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}.")
-    console.print(words, highlight=False, markup=False)
+    console.print(words)
     print_requirements(count, console)
-    console.print(
-        say(f"Plan release: {say(plan_release(plan).words)}."), highlight=False, markup=False
-    )
+    console.print(say(f"Plan release: {say(plan_release(plan).words)}."))
     for warning in warnings_of(loaded, plan.parent):
-        console.print(say(warning), style="yellow", highlight=False)
+        console.print(say(warning), style="yellow")
     if errors:
         raise typer.Exit(1)
 
@@ -289,7 +285,7 @@ def account(plan: Path, output: Path, overwrite: bool) -> None:
     require_free(output, overwrite=overwrite)
     write_account(loaded, output)
     console = make_console()
-    console.print(str(output), highlight=False, markup=False)
+    console.print(str(output))
     print_requirements(requirement_count(loaded), console)
 
 
@@ -303,9 +299,7 @@ def release(plan: Path, who: str, reason: str) -> None:
     from ocmm_core.inspection.plan import plan_release, release_plan
 
     release_plan(plan, who, reason)
-    make_console(soft_wrap=True).print(
-        f"{plan}: {say(plan_release(plan).words)}.", highlight=False, markup=False
-    )
+    make_console(soft_wrap=True).print(f"{plan}: {say(plan_release(plan).words)}.")
 
 
 @plan_app.command()
@@ -343,8 +337,7 @@ def part(
     made = part_as_planned(plan, plan_file.absolute().parent, cameras, Placement(up_of(up), turn))
     write_atomic(output, part_text(made).encode())
     make_console().print(
-        say(f"{output}: {len(made.features)} surface{'' if len(made.features) == 1 else 's'}"),
-        highlight=False,
+        say(f"{output}: {len(made.features)} surface{'' if len(made.features) == 1 else 's'}")
     )
 
 

@@ -106,15 +106,10 @@ def fit_command(
                 f"Unit {held.unit}: all numbers are in mm, {held.factor:g} times those of the file."
             ),
             style="yellow",
-            highlight=False,
         )
     _print_fit(console, fit, found, len(points), criterion, free=free)
     if odd:
-        console.print(
-            say(f"{odd.words} Check it, remove its row and fit again."),
-            style="yellow",
-            highlight=False,
-        )
+        console.print(say(f"{odd.words} Check it, remove its row and fit again."), style="yellow")
     if fit.criterion is Criterion.LEAST_SQUARES:
         _print_outliers(console, fit, points)
     _print_rival(console, fit)
@@ -125,7 +120,6 @@ def fit_command(
                 "may pass through them too. Take more points."
             ),
             style="yellow",
-            highlight=False,
         )
 
 
@@ -148,7 +142,7 @@ def _print_fit(
     print_grid(console, ("", say_word("Value"), U_LABEL), cells, title)
     if fit.contacts:
         held = ", ".join(str(row + 1) for row in fit.contacts)
-        console.print(say(f"Contact points {held} (rows of the file, from 1)."))
+        console.print(say(f"Contact points {held} (rows of the file, from 1)."), highlight=True)
     _print_uncertainty(console, rows)
 
 
@@ -174,7 +168,6 @@ def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
                 "excludes the measuring system."
             ),
             style="dim",
-            highlight=False,
         )
     weak = [row.words for row in stated if row.stated is not None and not row.stated.valid]
     if weak:
@@ -184,7 +177,6 @@ def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
                 "Take more points, spread over more of it."
             ),
             style="yellow",
-            highlight=False,
         )
 
 
@@ -205,13 +197,11 @@ def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
                 f"the fit."
             ),
             style="yellow",
-            highlight=False,
         )
     if len(found) > LISTED:
         console.print(
             say(f"{len(found) - LISTED:d} more outlier{'' if len(found) - LISTED == 1 else 's'}."),
             style="yellow",
-            highlight=False,
         )
     if not found:
         console.print(say("No outliers."), style="dim")
@@ -236,8 +226,7 @@ def _print_rival(console: Console, fit: Fit) -> None:
         centre = ", ".join(f"{value:.6f}" for value in one.point)
         console.print(
             f"{say(word)} {sizes_in_words(one)}, "
-            + say(f"at {centre}; rms of the residuals {one.rms:.9f} mm."),
-            highlight=False,
+            + say(f"at {centre}; rms of the residuals {one.rms:.9f} mm.")
         )
 
 
@@ -270,10 +259,10 @@ def verify_fits_command(folder: Path, convention: str, criterion: str) -> None:
     print_grid(console, columns, rows, say_word("Worst error of each set"))
     for report in reports:
         for line in _lines(report):
-            console.print(line, highlight=False)
+            console.print(line)
     failed = sum(not result.passed for report in reports for result in report.results)
     total = sum(len(report.results) for report in reports)
-    console.print(say(f"{total - failed} of {total} pairs within the limits."), highlight=False)
+    console.print(say(f"{total - failed} of {total} pairs within the limits."))
     raise typer.Exit(int(failed > 0))
 
 
@@ -286,20 +275,20 @@ def _print_accounts(report: SetReport) -> None:
         if account is not None:
             reasons = {one.why for one in account.skipped}
             if reasons - {COUNT_OF_POINTS} or account.unit_from or len(account.columns) > 3:
-                console.print(f"{name}:", style="dim", highlight=False, markup=False)
+                console.print(f"{name}:", style="dim")
                 print_table_account(account)
             else:
                 usual, counts = usual + 1, counts + len(reasons)
         if result.left_out:
             texts = ", ".join(map(shortened, result.left_out))
             sentence = say(f"{name}: not read of the certified result: {texts}.")
-            console.print(sentence, style="dim", highlight=False, markup=False)
+            console.print(sentence, style="dim")
     if usual:
         sentence = say(
             f"{report.name}: all rows of {usual} point files read as x, y, z; unit mm, assumed. "
             f"Left out: the number of points in {counts} of them."
         )
-        console.print(sentence, style="yellow", highlight=False, markup=False)
+        console.print(sentence, style="yellow")
 
 
 def _fields() -> tuple[tuple[str, str], ...]:

@@ -111,11 +111,12 @@ programs that start commands."""
 class PlainConsole(Console):
     """A console that prints texts literally: most contain foreign names and paths.
 
-    Brackets are no markup, control characters show their code; style by ``style=`` or `Text`.
+    Brackets are no markup, control characters show their code; numbers are not coloured. Style by
+    ``style=`` or `Text`.
     """
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(markup=False, emoji=False, **options)
+        super().__init__(markup=False, emoji=False, highlight=False, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
         """Return a literal text; every printed string passes here."""
@@ -135,7 +136,7 @@ def print_notes(notes: Iterable[Note], *, stderr: bool = False) -> None:
     """Print what was ignored or is suspect, and what to do, a line each."""
     console = make_console(soft_wrap=True, stderr=stderr)
     for note in notes:
-        console.print(told(note), style="yellow", highlight=False, markup=False)
+        console.print(told(note), style="yellow")
 
 
 @contextmanager
@@ -157,7 +158,7 @@ def print_table_account(account: TableAccount) -> None:
     console = make_console(stderr=True)
     for sentence in account.sentences():
         is_assumed = sentence.startswith("Unit ") and not account.unit_from
-        console.print(say(sentence), style="yellow" if is_assumed else "dim", highlight=False)
+        console.print(say(sentence), style="yellow" if is_assumed else "dim")
 
 
 class DeferredInterrupt:

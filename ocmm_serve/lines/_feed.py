@@ -172,7 +172,7 @@ def run(request: StationRequest, template: LineTemplate, end: bytes, face: Face)
     ended = stop_event()
 
     def note(words: str) -> None:
-        console.print(say(words), style="yellow", highlight=False)
+        console.print(say(words), style="yellow")
 
     built = build_station(request)
     station = built.station
@@ -185,10 +185,10 @@ def run(request: StationRequest, template: LineTemplate, end: bytes, face: Face)
         )
         station.faults.failed.connect(lambda error: note(str(error)))
         with face(station, plain, note) as made:
-            console.print(f"{lead('Source  ')}{built.description.name}", highlight=False)
-            console.print(f"{lead('Job     ')}{built.job_path}", highlight=False)
-            console.print(say(template.words), highlight=False)
-            console.print(f"{lead('Lines   ')}{made}", highlight=False)
+            console.print(f"{lead('Source  ')}{built.description.name}")
+            console.print(f"{lead('Job     ')}{built.job_path}")
+            console.print(say(template.words))
+            console.print(f"{lead('Lines   ')}{made}")
             station.start()
             while not ended.is_set() and not station.wait_finished(_POLL_S):
                 failure = station.faults.why_failed()
