@@ -167,8 +167,7 @@ class Datums:
             check_entity(self._file, number, "datum")
             letter = plain(self._file.argument(number, 4, "DATUM"), 20)
             if not letter:
-                msg = "it has no letter"
-                raise BadEntityError(msg)
+                raise BadEntityError("it has no letter")
             item = msgspec.structs.replace(item, name=letter)
             word = "SHAPE_ASPECT_RELATIONSHIP"
             givers = [
@@ -196,12 +195,10 @@ class Datums:
                 if found.derived:
                     odd["a derived aspect"] = None
             else:
-                msg = f"its feature #{giver} is no datum feature"
-                raise BadEntityError(msg)
+                raise BadEntityError(f"its feature #{giver} is no datum feature")
         own = self._aspects.faces(item.entity).numbers
         if own and faces and set(own) != set(faces):
-            msg = "the file names other faces for the datum than for its feature"
-            raise BadEntityError(msg)
+            raise BadEntityError("the file names other faces for the datum than for its feature")
         return msgspec.structs.replace(
             item, labels=tuple(labels), targets=tuple(targets), odd=tuple(odd),
             faces=tuple(sorted(faces or own)),

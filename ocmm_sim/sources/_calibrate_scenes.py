@@ -271,8 +271,7 @@ def acceptance_feed(
     require_scenes(source)
     make = source_of(source).spec.scenes
     if make is None:
-        msg = f"{source!r} is no virtual rig"
-        raise ValueError(msg)
+        raise ValueError(f"{source!r} is no virtual rig")
     away = np.array(stage.instrument.away)
     script = site.script(_scenes_of_acceptance(site, view, stage.artefacts, away))
     return make(script, speed), script.build().n_frames

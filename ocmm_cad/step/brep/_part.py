@@ -57,8 +57,7 @@ def part_of(
 
     faces, _ = faces_with_surface(document.shape)
     if not faces:
-        msg = "contains no faces"
-        raise ValueError(msg)
+        raise ValueError("contains no faces")
     doing("the mesh")
     deflection = _meshed(document, faces)
     compute_normals = static(BRepLib_ToolTriangulatedShape, "ComputeNormals")
@@ -74,16 +73,17 @@ def part_of(
         parts.append(_face_mesh(face, meshes.pop(number - 1, None)))
         made.append(model_face(number, face, document, is_exact=len(faces) <= _VERY_LARGE))
     if not any(len(part.triangles) for part in parts):
-        msg = "no mesh can be made of its faces"
-        raise ValueError(msg)
+        raise ValueError("no mesh can be made of its faces")
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     vertices = np.concatenate([part.vertices for part in parts])
     triangles = np.concatenate(
         [part.triangles + start for part, start in zip(parts, starts, strict=False)]
     )
     if not np.abs(vertices).max() <= FARTHEST_MM:
-        msg = f"its faces lie {np.abs(vertices).max() / 1000.0:.0f} m from its origin"
-        raise UnusableModelError(msg, "Export the model with its origin at the part.")
+        raise UnusableModelError(
+            f"its faces lie {np.abs(vertices).max() / 1000.0:.0f} m from its origin",
+            "Export the model with its origin at the part.",
+        )
     points, edge_starts, sides = _edges(faces, parts)
     return PartModel(
         source_name=source[0],
@@ -132,8 +132,7 @@ def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
     static(BRepBndLib, "Add")(compound, box, False)
     size = float(np.linalg.norm(vector(box.CornerMax()) - vector(box.CornerMin())))
     if not np.isfinite(size) or size <= 0.0 or size > 1e6:
-        msg = "its size is no size of a part"
-        raise ValueError(msg)
+        raise ValueError("its size is no size of a part")
     # The usual method takes time quadratic in the holes of a face.
     is_large = len(faces) > LARGE or any(
         sum(1 for _ in explored(face, "WIRE")) > _MANY_HOLES for face in faces

@@ -136,9 +136,9 @@ def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
     with_surface = [face for face in faces if surface_of(face) is not None]
     if faces and not with_surface:
         count = len(faces) + loose
-        msg = f"it is a tessellated model: {count} faces, and none of a part has an exact surface"
         raise UnusableModelError(
-            msg, "Export the model with exact geometry (B-rep), not tessellated (mesh)."
+            f"it is a tessellated model: {count} faces, and none of a part has an exact surface",
+            "Export the model with exact geometry (B-rep), not tessellated (mesh).",
         )
     others: Counter[str] = Counter()
     if loose:
@@ -186,8 +186,9 @@ def _take_faces(shape: Any, faces: list[Any]) -> None:
     for face in explored(shape, "FACE"):
         faces.append(face)
         if len(faces) > MOST_FACES:
-            msg = f"it has more than {MOST_FACES} faces, and no part can have more"
-            raise UnusableModelError(msg, LESS)
+            raise UnusableModelError(
+                f"it has more than {MOST_FACES} faces, and no part can have more", LESS
+            )
 
 
 def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | None]:
@@ -216,8 +217,7 @@ def _check(face: StepFace) -> None:
     """Refuse infinite sizes and places, which JSON cannot represent either."""
     sizes = (face.radius, face.second, face.half_angle, face.low, face.high, face.width)
     if not all(map(math.isfinite, (*sizes, *face.point, *face.direction, *face.across))):
-        msg = f"the size or place of a {face.shape} is not a number"
-        raise ValueError(msg)
+        raise ValueError(f"the size or place of a {face.shape} is not a number")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -243,8 +243,7 @@ class _Curves:
             away = _away(self.middles[row], line)
             if away <= _GAP_MM:
                 continue
-            msg = f"its edges lie off its surface (by {away:.3g} mm)"
-            raise ValueError(msg)
+            raise ValueError(f"its edges lie off its surface (by {away:.3g} mm)")
 
     def on_face(self) -> Float:
         """Return the parameters (n, 2) of all edges on the face."""
@@ -318,8 +317,7 @@ def rims_of(
     ValueError for an edge without a place: a target could lie on it unnoticed.
     """
     if not np.isfinite(lengths).all():
-        msg = "the place of an edge is not a number"
-        raise ValueError(msg)
+        raise ValueError("the place of an edge is not a number")
     ends = starts.tolist()
     # The tip of a cone or the pole of a sphere is an edge in the parameters only.
     return tuple(
