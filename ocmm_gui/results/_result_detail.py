@@ -16,12 +16,11 @@ from ocmm_core.tolerances.monte_carlo import MonteCarloValue
 from ocmm_core.tolerances.uncertainty import Budget, BudgetRow
 from ocmm_gui.charts import ToleranceBar
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     FitText,
     NumberTable,
     PaintedWidget,
     Theme,
+    Themed,
     digit_font,
     dressed,
     fill,
@@ -152,7 +151,7 @@ _SEARCHING = later("Analysing the cause ...")
 _BUSY = later("Calculating the budget from the job file.")
 
 
-class ResultDetail(QFrame):
+class ResultDetail(Themed, QFrame):
     """Verdict, sentences, budgets by a side process once per state, trials with progress."""
 
     explained = Signal(object)
@@ -164,7 +163,6 @@ class ResultDetail(QFrame):
         super().__init__()
         self.setProperty("role", "panel")
         self.setAccessibleName(tr("Selected result"))
-        self._theme = THEMES[DEFAULT_THEME]
         self._source: JobSource | None = None
         self._result: CharacteristicResult | None = None
         self._of: object = None
