@@ -77,8 +77,7 @@ def serve_keyboard(
     Needs xdotool (X11), wtype or ydotool (Wayland). A point is in the job file before it is typed,
     and typed once. State the window, so that no other program gets numbers. Ends by Ctrl-C.
     """
-    from ocmm_serve.lines._feed import LineFeed, plan_for, run
-    from ocmm_serve.lines._keyboard import KeyboardReceiver, find_tool
+    from ocmm_serve.lines._feed import KeyboardReceiver, LineFeed, find_tool, plan_for, run
 
     made = LineTemplate.of(template, unit, point, decimal)
     receiver = KeyboardReceiver(find_tool(), window)
