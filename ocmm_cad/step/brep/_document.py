@@ -91,7 +91,8 @@ def read_document(
     reader.SetLayerMode(True)
     reader.SetGDTMode(True)
     if reader.ReadFile(path) != IFSelect_RetDone:
-        raise ValueError("not a complete STEP file")
+        msg = "not a complete STEP file"
+        raise ValueError(msg)
     # After reading, which resets the repair parameters.
     folder = Path(path).parent
     contents = [read_bytes(Path(path)), *(read_bytes(folder / name) for name in parts)]
@@ -108,7 +109,8 @@ def read_document(
     del content
     doing("the shapes of the file")
     if not reader.Transfer(document):
-        raise ValueError("contains no shape")
+        msg = "contains no shape"
+        raise ValueError(msg)
     _refuse_unread(reader, parts)
     shapes = static(XCAFDoc_DocumentTool, "ShapeTool")(document.Main())
     free = held.Sequence_TDF_Label()
@@ -210,7 +212,8 @@ def _together(shapes: list[Any]) -> Any:
 
     shapes = [one for one in shapes if one is not None and not one.IsNull()]
     if not shapes:
-        raise ValueError("contains no shape")
+        msg = "contains no shape"
+        raise ValueError(msg)
     if len(shapes) == 1:
         return shapes[0]
     compound, builder = TopoDS_Compound(), BRep_Builder()

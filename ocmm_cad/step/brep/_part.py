@@ -57,7 +57,8 @@ def part_of(
 
     faces, _ = faces_with_surface(document.shape)
     if not faces:
-        raise ValueError("contains no faces")
+        msg = "contains no faces"
+        raise ValueError(msg)
     doing("the mesh")
     deflection = _meshed(document, faces)
     compute_normals = static(BRepLib_ToolTriangulatedShape, "ComputeNormals")
@@ -73,7 +74,8 @@ def part_of(
         parts.append(_face_mesh(face, meshes.pop(number - 1, None)))
         made.append(model_face(number, face, document, is_exact=len(faces) <= _VERY_LARGE))
     if not any(len(part.triangles) for part in parts):
-        raise ValueError("no mesh can be made of its faces")
+        msg = "no mesh can be made of its faces"
+        raise ValueError(msg)
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     vertices = np.concatenate([part.vertices for part in parts])
     triangles = np.concatenate(
@@ -132,7 +134,8 @@ def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
     static(BRepBndLib, "Add")(compound, box, False)
     size = float(np.linalg.norm(vector(box.CornerMax()) - vector(box.CornerMin())))
     if not np.isfinite(size) or size <= 0.0 or size > 1e6:
-        raise ValueError("its size is no size of a part")
+        msg = "its size is no size of a part"
+        raise ValueError(msg)
     # The usual method takes time quadratic in the holes of a face.
     is_large = len(faces) > LARGE or any(
         sum(1 for _ in explored(face, "WIRE")) > _MANY_HOLES for face in faces

@@ -2,8 +2,8 @@
 
 In: an archive, and parameters. Out: a table, charts, and remarks.
 
-Read `_lists` (all queries, and lists of jobs), `_judge` (parameters, answers and their files,
-signers), and `_statistics`.
+Read `_registry` (all queries), `_judge` (parameters, answers and their files, signers), `_lists`
+and `_statistics` (the answers).
 It must not know how jobs come, nor how an answer is shown. The views define what counts.
 """
 
@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from ocmm_shop.archive.questions._judge import (
         ArchiveAnswer, Query, csv_of, export_answer, parquet_of, parts, shown_cell,
     )  # fmt: skip
-    from ocmm_shop.archive.questions._lists import QUESTIONS, Question, passed, today, used
+    from ocmm_shop.archive.questions._lists import passed, today, used
+    from ocmm_shop.archive.questions._registry import QUESTIONS, Question
     from ocmm_shop.archive.questions._statistics import cpk_by_month, rr, trend
 else:
     __getattr__ = door(__name__)

@@ -1,13 +1,9 @@
-"""All queries, as window and terminal offer them, and lists of jobs.
-
-The lists: measured on a day, by equipment, and passed by operator.
-"""
+"""Lists of jobs: measured on a day, by equipment, and passed by operator."""
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from datetime import date, datetime
 
 from ocmm_core.errors import InputError
@@ -27,9 +23,8 @@ from ocmm_shop.archive.questions._judge import (
     span,
     wall,
 )
-from ocmm_shop.archive.questions._statistics import cpk_by_month, rr, trend
 from ocmm_shop.archive.records import USES
-from ocmm_shop.archive.stores import Archive, Cell, not_understood
+from ocmm_shop.archive.stores import Archive, Cell
 
 _MOST_HASHES = 20
 """Identities that one shortened hash may match."""
@@ -180,46 +175,3 @@ def _verdicts(group: Sequence[Entry]) -> tuple[int, int, int]:
 
 def _is_short_hash(text: str) -> bool:
     return 6 <= len(text) <= 64 and all(c in "0123456789abcdef" for c in text)
-
-
-Answers = Callable[[Archive, Query], ArchiveAnswer]
-
-
-@dataclass(frozen=True, slots=True)
-class Question:
-    name: str
-    title: str
-    """`name`, `title`: For scripts, and for people."""
-    takes: tuple[str, ...]
-    needs: tuple[str, ...]
-    """`takes`, `needs`: Fields of `Query` that it uses, and the required ones."""
-    answers: Answers
-
-    def ask(self, archive: Archive, asked: Query) -> ArchiveAnswer:
-        """Return the answer; malformed ones are errors, and not shown.
-
-        InputError: a required parameter is missing, or unknown. StorageError: the archive cannot be
-        queried, or its rows are malformed.
-        """
-        try:
-            return self.answers(archive, asked)
-        except (ValueError, TypeError, LookupError, AssertionError) as error:
-            # A server may return anything, and a file may have other columns.
-            raise not_understood(archive.place, str(error)) from error
-
-
-QUESTIONS = (
-    Question("today", "What was measured", ("first", "last", "station", "most"), (), today),
-    Question(
-        "trend", "Trend", ("part", "characteristic", "station", "most"),
-        ("part", "characteristic"), trend,
-    ),
-    Question("used", "What used this", ("kind", "what", "most"), ("what",), used),
-    Question("cpk", "Cpk by month", ("part", "characteristic", "station"), ("part",), cpk_by_month),
-    Question(
-        "passed", "Who passed what", ("operator", "part", "station", "first", "last"), (), passed
-    ),
-    Question(
-        "rr", "R&R over stations", ("part", "characteristic"), ("part", "characteristic"), rr
-    ),
-)  # fmt: skip
