@@ -28,8 +28,8 @@ REPORTS = "ocmm_gui/reports"
 """All its texts and those of the core are collected."""
 ERRORS_ONLY = (
     "ocmm_gui", "ocmm_cli", "ocmm_bench", "ocmm_core/units",
-    "ocmm_sim/bus/", "ocmm_sim/calibration_scenes/", "ocmm_sim/described_slave/",
-    "ocmm_sim/firmware/", "ocmm_sim/hand/", "ocmm_sim/scene/", "ocmm_sim/slave/",
+    "ocmm_sim/bus/", "ocmm_sim/calibration_scenes/", "ocmm_sim/described_slave.py",
+    "ocmm_sim/firmware.py", "ocmm_sim/hand/", "ocmm_sim/scene/", "ocmm_sim/slave/",
     "ocmm_core/export/certificate/_artefact.py",
 )  # fmt: skip
 """Only what is raised with a code, and what a command says by `say`: sentences of the window have

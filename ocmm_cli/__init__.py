@@ -2,12 +2,12 @@
 
 In: arguments. Out: files, tables on the terminal, and an exit code.
 
-Read `_app` (the commands), `_measuring` with `_window` (commands without a package),
+Read `_app` (the commands), `_measuring` (commands without a package),
 and `_entry` (turns every fault into a sentence and an exit code); `_kernels` lists the compiled
-functions of all packages, `_compile` compiles them. Packages: `measure` (jobs, plans,
-reports, recall), `calibrate` (cameras, probes and tips), `bus` (cameras on the wire), `study`
-(fits, speeds, simulations); `terminal` is shared. `calibrate` and `study` are independent, and so
-are `bus` and `measure`.
+functions of all packages and compiles them. Packages: `measure` (jobs, plans, reports, recall),
+`calibrate` (cameras, probes and tips), `bus` (cameras on the wire), `study` (fits, speeds,
+simulations); `terminal` is shared. `calibrate` and `study` are independent, and so are `bus` and
+`measure`.
 Nothing imports it: the window starts from `composition`, as the commands do.
 """
 
@@ -15,9 +15,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli._app import app
-    from ocmm_cli._compile import compile_all, compile_group
     from ocmm_cli._entry import main
-    from ocmm_cli._kernels import kernel_groups
+    from ocmm_cli._kernels import compile_all, compile_group, kernel_groups
 else:
     __getattr__ = door(__name__)
 

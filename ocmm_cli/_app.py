@@ -11,8 +11,7 @@ from typing import Annotated, Any, Literal
 import typer
 from typer.core import TyperGroup
 
-from ocmm_cli._measuring import demo, measure
-from ocmm_cli._window import has_display, open_window
+from ocmm_cli._measuring import demo, has_display, measure, open_window
 from ocmm_cli.acceptance import acceptance_app, artefact_app, msa_app
 from ocmm_cli.archive import archive_app
 from ocmm_cli.audit import audit_app, key_app

@@ -1,4 +1,4 @@
-"""All compiled functions that Python calls, with their argument types.
+"""All compiled functions that Python calls, with their argument types; compiled in advance.
 
 Set-up compiles these. numba caches one result per combination of types: a call with other types
 would compile at run time and delay measuring. Callees of compiled functions are inlined and not
@@ -7,9 +7,17 @@ listed. A test checks every call in all other tests against this list.
 
 from __future__ import annotations
 
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 import numba
+from numba.core import event
+
+from ocmm_core.host import HOST
 
 _TYPES = {
     "f": numba.float64, "s": numba.float32, "i": numba.int64, "U": numba.uint64,
@@ -70,9 +78,8 @@ ocmm_core.features.zones._kernel
 ocmm_core.tolerances.monte_carlo._refit_kernel
     refit i f2 f i1 f2 f1 f2 f2 f1
 
-ocmm_cad.reach._grow_kernel
-    grow f3 f2 i2 i1
 ocmm_cad.reach._search_kernel
+    grow f3 f2 i2 i1
     search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 i1 i1 f2 i2 i1 i2 f1
 ocmm_core.part_model._spline_kernel
     to_bezier f1 i i1 f3
@@ -121,7 +128,7 @@ ocmm_sim.hand._kernel
     distance f1 f2 f2 f1
     drive f1 f1 f f f f2 f2 f2 f1 b1
     march f1 f1 f f f2 f2 f1 f1
-ocmm_sim.scene._probe_study_kernel
+ocmm_sim.scene._probe_study
     add_paths s2 s2 s2 f2 f1 i s2 f2 f3
 
 ocmm_core.calibration.bundle._kernel
@@ -181,3 +188,50 @@ def _type_of(word: str) -> Any:  # numba ships no annotations
     if len(word) == 1:
         return scalar
     return numba.types.Array(scalar, int(word[1]), {"": "C", "T": "F", "A": "A"}[word[2:]])
+
+
+@dataclass(frozen=True, slots=True)
+class Compilation:
+    """Result of `compile_all`."""
+
+    listed: int
+    """Number of listed functions, counted per signature."""
+    compiled: int
+    """Functions compiled now, callees included; others were cached."""
+
+
+def compile_all(processes: int | None = None) -> Compilation:
+    """Compile all uncached functions, in `processes` or as many as there are cores."""
+    wanted = kernel_groups()
+    count = min(processes or HOST.processors(), len(wanted))
+    if count == 1:
+        compiled = sum(map(compile_group, range(len(wanted))))
+    else:
+        spawned = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(count, mp_context=spawned) as pool:
+            compiled = sum(pool.map(compile_group, range(len(wanted))))
+    return Compilation(sum(map(len, wanted)), compiled)
+
+
+def compile_group(number: int) -> int:
+    """Compile a group of the list, and return the number of compiled functions."""
+    counter = _Counter()
+    with event.install_listener("numba:compile", counter):
+        for module, name, types in kernel_groups()[number]:
+            # A package of this program may be left out.
+            if find_spec(module.partition(".")[0]) is None:
+                continue
+            getattr(import_module(module), name).compile(types)
+    return counter.count
+
+
+class _Counter(event.Listener):  # type: ignore[misc] # numba ships no annotations
+    def __init__(self) -> None:
+        self.count = 0
+
+    def on_start(self, event: Any) -> None:  # its type is numba's
+        """Count."""
+        self.count += 1
+
+    def on_end(self, event: Any) -> None:  # as above
+        """Do nothing."""

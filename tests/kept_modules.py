@@ -18,8 +18,8 @@ _ROOMS = (
 )  # fmt: skip
 
 for _room in _ROOMS:
-    # A public face loads the module of a name on first access.
-    for _name in import_module(_room).__all__:
+    # A public face loads the module of a name on first access; a single module has none.
+    for _name in getattr(import_module(_room), "__all__", ()):
         getattr(import_module(_room), _name)
 # Objects excluded from the child's garbage collection stay shared.
 gc.freeze()

@@ -5,9 +5,9 @@ In: lanes, a seed, a number of trials or hours. Out: a table of losses, with con
 Read `_reliability` (the command) and `_trials` (a trial, a finding, the state file), then the
 lanes: `_kills` (also soak), `_lost_names`, `_faults` (also power cuts) with `_faulty_disk`,
 `_writers`, `_clock`, `_hostile`. `_work` is the work under test, on the stores of `_writers`.
-`_hostile` gives the files of `_hostile_jobs`, `_hostile_documents` and `_hostile_forge` to real
-commands (`_hostile_runs`), and `_hostile_sides` makes files of every kind next to trusted ones. It
-must not know the other commands; it starts them as a user does.
+`_hostile` gives the files of `_hostile_jobs` and `_hostile_documents` to real commands
+(`_hostile_runs`, which also forges them), and `_hostile_sides` makes files of every kind next to
+trusted ones. It must not know the other commands; it starts them as a user does.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -19,9 +19,8 @@ if TYPE_CHECKING:
     from ocmm_bench.campaign._hostile_documents import (
         document_kinds, leaf_kinds, points_kinds, recording_kinds, table_kinds,
     )  # fmt: skip
-    from ocmm_bench.campaign._hostile_forge import Forgery, forged
     from ocmm_bench.campaign._hostile_jobs import damaged_kinds, job_kinds
-    from ocmm_bench.campaign._hostile_runs import REFUSED
+    from ocmm_bench.campaign._hostile_runs import REFUSED, Forgery, forged
     from ocmm_bench.campaign._hostile_sides import MAKERS, Make
     from ocmm_bench.campaign._kills import measure_job
     from ocmm_bench.campaign._lost_names import lose_name, possible_losses

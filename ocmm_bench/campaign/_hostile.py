@@ -27,9 +27,8 @@ from ocmm_bench.campaign._hostile_documents import (
     recording_kinds,
     table_kinds,
 )
-from ocmm_bench.campaign._hostile_forge import Forgery
 from ocmm_bench.campaign._hostile_jobs import damaged_kinds, job_kinds
-from ocmm_bench.campaign._hostile_runs import REFUSED, CommandResult, run_aside, run_here
+from ocmm_bench.campaign._hostile_runs import REFUSED, CommandResult, Forgery, run_aside, run_here
 from ocmm_bench.campaign._kills import measure_job
 from ocmm_bench.campaign._trials import NotRunError, Trial
 from ocmm_bench.campaign._writers import other_station

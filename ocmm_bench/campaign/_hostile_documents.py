@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ocmm_bench.campaign._hostile_forge import DEEP, LONG_DIGITS, MARKUP, Forgery
+from ocmm_bench.campaign._hostile_runs import DEEP, LONG_DIGITS, MARKUP, Forgery
 
 WRONG: dict[str, Any] = {
     "nothing": "", "markup": MARKUP, "control codes": "\x1b[2J\x1b]0;t\x07", "a path": "../../x",

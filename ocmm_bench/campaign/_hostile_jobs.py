@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ocmm_bench.campaign._hostile_forge import DEEP, LONG_DIGITS, MARKUP, TABLES, Forgery, forged
+from ocmm_bench.campaign._hostile_runs import DEEP, LONG_DIGITS, MARKUP, TABLES, Forgery, forged
 
 
 def job_kinds() -> list[Forgery]:

@@ -19,8 +19,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ocmm_bench.campaign._hostile import good_files, quiet
-from ocmm_bench.campaign._hostile_forge import Forgery
-from ocmm_bench.campaign._hostile_runs import CommandResult, ordinary_user, run_aside, run_here
+from ocmm_bench.campaign._hostile_runs import (
+    CommandResult,
+    Forgery,
+    ordinary_user,
+    run_aside,
+    run_here,
+)
 from ocmm_bench.campaign._trials import Trial
 from ocmm_bench.campaign._writers import CalibrationSite
 from ocmm_core.documents import resource

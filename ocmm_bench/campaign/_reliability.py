@@ -127,6 +127,6 @@ def print_results(results: list[LaneResult], console: Console) -> None:
         if trial.found
     ]
     for note in notes[:_MOST_NOTES]:
-        console.print(note, highlight=False, markup=False)
+        console.print(note)
     if len(notes) > _MOST_NOTES:
-        console.print(f"... and {len(notes) - _MOST_NOTES} more.", highlight=False)
+        console.print(f"... and {len(notes) - _MOST_NOTES} more.")

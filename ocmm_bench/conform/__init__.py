@@ -3,7 +3,7 @@
 In: an exclusive line with one camera, and optionally a firmware file of its maker.
 Out: a report with a verdict per rule, measured times, and a verdict on the camera.
 
-Start with `_run` (order of the rules), `_findings` (results, report) and `_page` (text and HTML).
+Start with `_run` (order of the rules), `_findings` (results, report, its text and HTML).
 `_bench` is the camera on its line, and a rule, with `_mail_line` (line, exchanges, mailboxes);
 `_sdo_talk` can send malformed requests. Rules: `_rules_eeprom`, `_rules_states`, `_rules_objects`,
 `_rules_mailbox`, `_rules_frames`, `_rules_clock`, `_rules_errors`, `_rules_services`,
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
         ConformConfig, ConformNews, conform_command, conform_virtual,
     )  # fmt: skip
     from ocmm_bench.conform._findings import (
-        CameraOutcome, ConformanceReport, RuleResult, RuleVerdict, TimingSheet,
+        CameraOutcome, ConformanceReport, RuleResult, RuleVerdict, TimingSheet, conformance_page,
+        conformance_text,
     )  # fmt: skip
     from ocmm_bench.conform._mail_line import ConformLine, WireLine
-    from ocmm_bench.conform._page import conformance_page, conformance_text
     from ocmm_bench.conform._run import RULES, conform, find_place
 else:
     __getattr__ = door(__name__)

@@ -29,8 +29,7 @@ def conform_camera(
     and, with --firmware, updates it permanently. Exit code 0: GREEN; 1: RED; 3: INCOMPLETE.
     """
     from ocmm_bench.conform._conform_process import ConformNews
-    from ocmm_bench.conform._findings import CameraOutcome
-    from ocmm_bench.conform._page import conformance_page, conformance_text
+    from ocmm_bench.conform._findings import CameraOutcome, conformance_page, conformance_text
     from ocmm_core.fieldbus.device import Firmware
 
     if firmware is not None:
@@ -55,7 +54,7 @@ def conform_camera(
             complaint or f"The test ended without a report (code {code}).",
             "Check cable and power of the camera, then repeat the test.",
         )
-    console.print(conformance_text(report), highlight=False, markup=False, soft_wrap=True)
+    console.print(conformance_text(report), soft_wrap=True)
     if json is not None:
         write_bytes(json, report.to_json())
     if page is not None:

@@ -1,9 +1,11 @@
-"""Results of a conformance run: rule results, measured times and one verdict."""
+"""Results of a conformance run: rule results, measured times, one verdict; as text and HTML."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import StrEnum
+from html import escape
+from itertools import groupby
 from typing import Literal
 
 import msgspec
@@ -178,3 +180,139 @@ def _shown(value: object) -> str:
     if isinstance(value, int):
         return f"{value:#x}" if value > 0xFF else str(value)
     return value[:16].hex(" ") + ("..." if len(value) > 16 else "") if value else "empty"
+
+
+_WORDS = {
+    CameraOutcome.GREEN: "Every rule was tried and is kept.",
+    CameraOutcome.INCOMPLETE: "What was tried is kept; not everything was tried.",
+    CameraOutcome.RED: "The camera is not as described.",
+}
+_NOT_SHOWN = (
+    "Not shown by this test: clocks of several cameras that follow each other below 1 us, frames "
+    "that arrive broken, loss of power in the middle of writing, temperature, EMC, and the "
+    "conformance test of the EtherCAT Technology Group."
+)
+_STYLE = """
+body { font: 14px/1.4 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #111; }
+h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 1.6em; }
+table { border-collapse: collapse; width: 100%; }
+td, th { text-align: left; padding: .25em .6em; border-bottom: 1px solid #ccc;
+  vertical-align: top; }
+td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
+.mark { font-weight: bold; white-space: nowrap; }
+.PASSED, .GREEN { color: #14632a; } .FAILED, .RED { color: #a11414; }
+.NOT, .INCOMPLETE { color: #7a5200; }
+ul { margin: .2em 0 0 1.1em; padding: 0; }
+svg { display: block; width: 100%; height: 3.2em; } rect { fill: #3b6ea5; }
+@media print { body { margin: 0; max-width: none; } tr { break-inside: avoid; } }
+"""
+
+
+_HEAD = "<tr><th>Verdict</th><th>Rule</th><th>What must hold</th><th class=n>Checked</th></tr>"
+
+
+def conformance_text(report: ConformanceReport) -> str:
+    """Return the report as lines of text."""
+    lines = [
+        f"Conformance of the camera with serial number {report.serial}: {report.outcome.value}",
+        _WORDS[report.outcome],
+        _who(report),
+        "",
+    ]
+    for section, results in groupby(report.results, key=lambda each: each.section):
+        lines.append(section)
+        for each in results:
+            lines.append(
+                f"  {each.verdict.value:10}  {each.code:24} {each.title} ({each.checked} checked)"
+            )
+            lines += [f"              - {complaint}" for complaint in each.complaints]
+    lines += ["", "Times, ms                                          N   median      99 %    worst"
+              "    limit"]  # fmt: skip
+    lines += [_sheet_line(sheet) for sheet in report.timings]
+    lines += ["", _NOT_SHOWN]
+    return "\n".join(lines) + "\n"
+
+
+def conformance_page(report: ConformanceReport) -> str:
+    """Return the report as one self-contained HTML page."""
+    title = f"Conformance: camera {report.serial}"
+    rows = []
+    for section, results in groupby(report.results, key=lambda each: each.section):
+        rows.append(f"<h2>{escape(section)}</h2><table>{_HEAD}")
+        rows += [_rule_row(each) for each in results]
+        rows.append("</table>")
+    outcome = report.outcome.value
+    return "\n".join(
+        (
+            "<!DOCTYPE html>",
+            f'<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>',
+            '<meta name="viewport" content="width=device-width">',
+            f"<style>{_STYLE}</style></head><body>",
+            f'<h1>{escape(title)}: <span class="{outcome}">{outcome}</span></h1>',
+            f"<p>{escape(_WORDS[report.outcome])}</p><p>{escape(_who(report))}</p>",
+            *rows,
+            "<h2>Timing sheets</h2><table><tr><th>Time</th><th class=n>N</th><th class=n>Median, "
+            "ms</th><th class=n>99 %, ms</th><th class=n>Worst, ms</th><th class=n>Limit, ms</th>"
+            "<th>Distribution</th></tr>",
+            *(_sheet_row(sheet) for sheet in report.timings),
+            f"</table><p>{escape(_NOT_SHOWN)}</p></body></html>\n",
+        )
+    )
+
+
+def _who(report: ConformanceReport) -> str:
+    return (
+        f"Vendor {report.vendor:#010x}, product {report.product:#010x}, revision "
+        f"{report.revision:#010x}, alias {report.alias}, firmware {report.firmware}. Tested "
+        f"{report.started_utc} with OCMM {report.program}: {len(report.results)} rules, "
+        f"{sum(each.checked for each in report.results)} expectations."
+    )
+
+
+def _sheet_line(sheet: TimingSheet) -> str:
+    mark = "" if sheet.kept else "  <- late"
+    limit = _ms(sheet.limit_ns) if sheet.limit_ns else "-"
+    return (
+        f"  {sheet.name:43} {sheet.count:>7} {_ms(sheet.median_ns):>8}  {_ms(sheet.p99_ns):>8} "
+        f"{_ms(sheet.worst_ns):>8} {limit:>8}{mark}"
+    )
+
+
+def _rule_row(result: RuleResult) -> str:
+    verdict = result.verdict.value
+    complaints = "".join(f"<li>{escape(each)}</li>" for each in result.complaints)
+    more = f"<ul>{complaints}</ul>" if complaints else ""
+    return (
+        f'<tr><td class="mark {verdict.split()[0]}">{verdict}</td><td>{escape(result.code)}</td>'
+        f"<td>{escape(result.title)}{more}</td><td class=n>{result.checked}</td></tr>"
+    )
+
+
+def _sheet_row(sheet: TimingSheet) -> str:
+    limit = _ms(sheet.limit_ns) if sheet.limit_ns else "-"
+    worst = (
+        f'<td class="n {"" if sheet.kept else RuleVerdict.FAILED.value}">{_ms(sheet.worst_ns)}</td>'
+    )
+    return (
+        f"<tr><td>{escape(sheet.name)}</td><td class=n>{sheet.count}</td>"
+        f"<td class=n>{_ms(sheet.median_ns)}</td><td class=n>{_ms(sheet.p99_ns)}</td>{worst}"
+        f"<td class=n>{limit}</td><td>{_histogram(sheet)}</td></tr>"
+    )
+
+
+def _histogram(sheet: TimingSheet) -> str:
+    most = max(sheet.counts)
+    bars = "".join(
+        f'<rect x="{number}" y="{1 - count / most:.3f}" width="0.9" height="{count / most:.3f}"/>'
+        for number, count in enumerate(sheet.counts)
+        if count
+    )
+    ends = f"{_ms(sheet.edges_ns[0])} to {_ms(sheet.edges_ns[-1])} ms"
+    return (
+        f'<svg role="img" aria-label="{ends}" viewBox="0 0 {len(sheet.counts)} 1" '
+        f'preserveAspectRatio="none">{bars}</svg>{ends}'
+    )
+
+
+def _ms(time_ns: int) -> str:
+    return f"{time_ns / 1e6:.3f}"

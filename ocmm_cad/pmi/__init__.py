@@ -5,8 +5,8 @@ Out: dimensions, tolerances, datums and notes, each with the numbers of its face
 be trusted, the reason.
 
 Read `_items` (results), `_part21` (entities of the text), `_measures` (types, values with units),
-then `_dimensions` (also faces of an aspect), `_tolerances`, and `_read`, which joins them;
-`_picked` reads units and other single entities. It must not know features or plans:
+then `_dimensions` (also faces of an aspect), `_tolerances`, and `_read`, which joins them, and also
+reads units and other single entities alone. It must not know features or plans:
 `inspection.drawing` imports the items.
 """
 
@@ -17,8 +17,9 @@ if TYPE_CHECKING:
         Annotation, Datum, DatumReference, DatumTarget, Dimension, Pmi, Tolerance,
     )  # fmt: skip
     from ocmm_cad.pmi._part21 import BadEntityError, Part21, Typed, plain, refs
-    from ocmm_cad.pmi._picked import picked_entities, units_fault
-    from ocmm_cad.pmi._read import FaceText, may_say_tolerances, read_pmi
+    from ocmm_cad.pmi._read import (
+        FaceText, may_say_tolerances, picked_entities, read_pmi, units_fault,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

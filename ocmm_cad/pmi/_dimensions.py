@@ -87,8 +87,7 @@ class Aspects:
                     others[" ".join(sorted(kinds & _CURVES or kinds))] = None
             ahead += self.related(number)
             if len(found) > MOST_FACES:
-                msg = f"it stands for more than {MOST_FACES} faces"
-                raise BadEntityError(msg)
+                raise BadEntityError(f"it stands for more than {MOST_FACES} faces")
         return Faces(tuple(sorted(found)), tuple(others), derived)
 
     def _check(self, aspect: int, role: str) -> None:
@@ -99,8 +98,7 @@ class Aspects:
                     check_entity(self._file, number, of)
                     name = plain(self._file.argument(number, 0, word))
                     if of == "relation" and _OTHER_RELATIONS.search(name):
-                        msg = f"its relation '{name}' #{number} is not supported"
-                        raise BadEntityError(msg)
+                        raise BadEntityError(f"its relation '{name}' #{number} is not supported")
 
     def _items(self, aspect: int) -> list[int]:
         return [
@@ -149,8 +147,7 @@ class Dimensions:
             if other:
                 word = other[0].replace("_", " ").lower()
                 item = msgspec.structs.replace(item, word=word)
-                msg = f"a {word} is not supported"
-                raise BadEntityError(msg)
+                raise BadEntityError(f"a {word} is not supported")
             check_entity(self._file, number, "dimension")
             if is_location:
                 word = plain(self._file.argument(number, 0, *LOCATIONS))
@@ -182,8 +179,7 @@ class Dimensions:
     def _with_value(self, item: Dimension) -> Dimension:
         users = self._values.get(item.entity, [])
         if len(users) > 1:
-            msg = f"the file gives it {len(users)} values"
-            raise BadEntityError(msg)
+            raise BadEntityError(f"the file gives it {len(users)} values")
         if not users:
             return item
         word = "DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"
@@ -200,8 +196,7 @@ class Dimensions:
             name = plain(_own_name(records)) or "nominal value"
             notes += qualifiers_of(self._file, number)
             if name not in _LIMITS or name in found:
-                msg = f"the file gives it '{name}' that is unknown or stands twice"
-                raise BadEntityError(msg)
+                raise BadEntityError(f"the file gives it '{name}' that is unknown or stands twice")
             found[name] = measure_of(self._file, number, is_qualified=True)
         return _with_found(item, found, tuple(dict.fromkeys(notes)))
 
@@ -210,8 +205,7 @@ class Dimensions:
         if not users:
             return item
         if len(users) > 1 or item.lower is not None:
-            msg = "the file gives it limits more than once"
-            raise BadEntityError(msg)
+            raise BadEntityError("the file gives it limits more than once")
         check_entity(self._file, users[0], "limits")
         held = self._file.reference(users[0], 0, "PLUS_MINUS_TOLERANCE")
         if "LIMITS_AND_FITS" in self._file.types(held):
@@ -225,15 +219,13 @@ class Dimensions:
             for place in (0, 1)
         )
         if item.of and {low.of, high.of} != {item.of}:
-            msg = f"its limits are no {item.of}s, as its value is"
-            raise BadEntityError(msg)
+            raise BadEntityError(f"its limits are no {item.of}s, as its value is")
         return _checked(msgspec.structs.replace(item, lower=low.value, upper=high.value))
 
 
 def _with_found(item: Dimension, found: dict[str, Measure], notes: tuple[str, ...]) -> Dimension:
     if len({measure.of for measure in found.values()}) > 1:
-        msg = "its values are lengths and angles at once"
-        raise BadEntityError(msg)
+        raise BadEntityError("its values are lengths and angles at once")
     item = msgspec.structs.replace(item, notes=notes)
     if not found:
         return item
@@ -242,8 +234,7 @@ def _with_found(item: Dimension, found: dict[str, Measure], notes: tuple[str, ..
     nominal = found.get("nominal value")
     if (low is None) != (high is None):
         word = "upper" if low is None else "lower"
-        msg = f"the file gives it the {word} limit alone"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"the file gives it the {word} limit alone")
     if nominal is not None:
         item = msgspec.structs.replace(item, nominal=nominal.value)
     if low is None or high is None:
@@ -261,15 +252,16 @@ def _with_found(item: Dimension, found: dict[str, Measure], notes: tuple[str, ..
 
 def _checked(item: Dimension) -> Dimension:
     if item.nominal is None or item.lower is None or item.upper is None:
-        msg = "the file gives it a tolerance and no value"
-        raise BadEntityError(msg)
+        raise BadEntityError("the file gives it a tolerance and no value")
     if item.upper - item.lower < _SLACK:
         word = "below" if item.upper < item.lower else "no more than"
-        msg = f"its upper limit {item.upper:+g} is {word} the lower one {item.lower:+g}"
-        raise BadEntityError(msg)
+        raise BadEntityError(
+            f"its upper limit {item.upper:+g} is {word} the lower one {item.lower:+g}"
+        )
     if item.nominal + item.lower < 0.0 or item.nominal <= 0.0:
-        msg = f"its limits {item.nominal:g} {item.lower:+g} {item.upper:+g} reach below zero"
-        raise BadEntityError(msg)
+        raise BadEntityError(
+            f"its limits {item.nominal:g} {item.lower:+g} {item.upper:+g} reach below zero"
+        )
     return item
 
 

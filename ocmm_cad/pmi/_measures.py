@@ -152,12 +152,14 @@ def check_entity(file: Part21, number: int, role: str) -> None:
     parts, users = ROLES[role]
     for word, arguments in file.records(number).items():
         if word not in parts:
-            msg = f"its {role} #{number} is a {_words(word)}, which is not supported"
-            raise BadEntityError(msg)
+            raise BadEntityError(
+                f"its {role} #{number} is a {_words(word)}, which is not supported"
+            )
         if len(arguments) not in parts[word]:
             word_of = "fewer" if len(arguments) < min(parts[word]) else "other or more"
-            msg = f"#{number} has {len(arguments)} arguments, {word_of} than its type"
-            raise BadEntityError(msg)
+            raise BadEntityError(
+                f"#{number} has {len(arguments)} arguments, {word_of} than its type"
+            )
     if users is None:
         return
     for user in file.users_of(number):
@@ -169,8 +171,9 @@ def check_entity(file: Part21, number: int, role: str) -> None:
             odd |= set() if name.endswith(_VALIDATION) else {f"PROPERTY '{name}'"}
         # A user that is an item itself is checked when it is read.
         if odd and not types & users:
-            msg = f"the {_words(min(odd))} #{user} refers to it, which is not supported"
-            raise BadEntityError(msg)
+            raise BadEntityError(
+                f"the {_words(min(odd))} #{user} refers to it, which is not supported"
+            )
 
 
 def _words(word: str) -> str:
@@ -226,51 +229,43 @@ def measure_of(file: Part21, number: int, *, is_qualified: bool = False) -> Meas
     check_entity(file, number, "measure")
     odd = [] if is_qualified else qualifiers_of(file, number)
     if odd:
-        msg = f"its value #{number} is '{odd[0]}', which is not supported"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"its value #{number} is '{odd[0]}', which is not supported")
     value, unit = _value_and_unit(file, number)
     found = unit_of(file, unit)
     size = scaled(value, found.factor)
     most = FARTHEST_MM if found.dimension == "length" else MOST_DEG
     if not math.isfinite(size) or abs(size) > most:
         word = "mm" if found.dimension == "length" else "degrees"
-        msg = f"its value {size:g} {word} is absurd"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"its value {size:g} {word} is absurd")
     return Measure(round(size, _DECIMALS) + 0.0, found.dimension)
 
 
 def unit_of(file: Part21, number: int, depth: int = 0) -> MeasureUnit:
     """Return a unit of length or angle; BadEntityError if other, unknown or contradictory."""
     if depth > _DEEPEST:
-        msg = f"its unit #{number} refers to itself"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"its unit #{number} refers to itself")
     records = file.records(number)
     kinds = sorted(set(records) & set(_SI))
     odd = set(records) - {*_SI, *_HARMLESS, "SI_UNIT", "CONVERSION_BASED_UNIT"}
     if len(kinds) != 1 or odd:
-        msg = f"its unit #{number} is neither of lengths nor of angles"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"its unit #{number} is neither of lengths nor of angles")
     of = _SI[kinds[0]]
     if "SI_UNIT" in records:
         prefix, name = records["SI_UNIT"][-2:]
         words = [one.word for one in (prefix, name) if isinstance(one, Word)]
         found = find_unit("".join(words), of) if prefix is None or len(words) == 2 else None
         if found is None:
-            msg = f"its unit #{number} is {' '.join(words) or 'unknown'}"
-            raise BadEntityError(msg)
+            raise BadEntityError(f"its unit #{number} is {' '.join(words) or 'unknown'}")
         return found
     if "CONVERSION_BASED_UNIT" not in records:
-        msg = f"its unit #{number} is unknown"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"its unit #{number} is unknown")
     name, base = records["CONVERSION_BASED_UNIT"][:2]
     if not isinstance(base, Ref):
-        msg = f"its unit {plain(name)} has no base"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"its unit {plain(name)} has no base")
     value, below = _value_and_unit(file, base.number)
     of_base = unit_of(file, below, depth + 1)
     if of_base.dimension != of:
-        msg = f"its unit #{number} {plain(name)!r} is converted to {of_base.symbol}"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"its unit #{number} {plain(name)!r} is converted to {of_base.symbol}")
     try:
         return agreed_unit(plain(name), scaled(value, of_base.si), of, f"its unit #{number}")
     except InputError as error:
@@ -283,18 +278,15 @@ def _value_and_unit(file: Part21, number: int) -> tuple[float, int]:
     values = [one for one in arguments if isinstance(one, Typed | int | float)]
     units = [one.number for one in arguments if isinstance(one, Ref)]
     if len(values) != 1:
-        msg = f"its value #{number} is not a number"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"its value #{number} is not a number")
     if len(units) != 1:
-        msg = f"its value #{number} has no unit"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"its value #{number} has no unit")
     value: Argument = values[0]
     if isinstance(value, Typed):
         _check_kind(file, value, units[0], number)
         value = value.values[0] if value.values else None
     if isinstance(value, bool) or not isinstance(value, int | float):
-        msg = f"its value #{number} is not a number"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"its value #{number} is not a number")
     return float(value), units[0]
 
 
@@ -304,5 +296,6 @@ def _check_kind(file: Part21, value: Typed, unit: int, number: int) -> None:
         if word in value.name and wanted in types:
             return
     if types & {"LENGTH_UNIT", "PLANE_ANGLE_UNIT"}:
-        msg = f"its value #{number} is a {value.name.lower().replace('_', ' ')} in another unit"
-        raise BadEntityError(msg)
+        raise BadEntityError(
+            f"its value #{number} is a {value.name.lower().replace('_', ' ')} in another unit"
+        )

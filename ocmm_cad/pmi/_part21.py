@@ -87,11 +87,9 @@ class Part21:
         if number in self._read:
             return self._read[number]
         if number in self.twice:
-            msg = f"the file has two entities #{number}"
-            raise BadEntityError(msg)
+            raise BadEntityError(f"the file has two entities #{number}")
         if number not in self.bodies:
-            msg = f"it refers to #{number}, which the file does not have"
-            raise BadEntityError(msg)
+            raise BadEntityError(f"it refers to #{number}, which the file does not have")
         found = _records(self.bodies[number], number)
         self._read[number] = found
         return found
@@ -102,23 +100,20 @@ class Part21:
         for word in types:
             if word in records:
                 return records[word]
-        msg = f"#{number} is no {types[0]}"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"#{number} is no {types[0]}")
 
     def argument(self, number: int, place: int, *types: str) -> Argument:
         """Return one argument for the first type that an entity has; BadEntityError if missing."""
         arguments = self.arguments(number, *types)
         if place >= len(arguments):
-            msg = f"#{number} has {len(arguments)} arguments, fewer than its type"
-            raise BadEntityError(msg)
+            raise BadEntityError(f"#{number} has {len(arguments)} arguments, fewer than its type")
         return arguments[place]
 
     def reference(self, number: int, place: int, *types: str) -> int:
         """Return the one entity that an argument refers to; BadEntityError if none or several."""
         found = refs(self.argument(number, place, *types))
         if len(found) != 1:
-            msg = f"#{number} refers to {len(found)} entities where one is needed"
-            raise BadEntityError(msg)
+            raise BadEntityError(f"#{number} refers to {len(found)} entities where one is needed")
         return found[0]
 
     def users_of(self, number: int) -> list[int]:
@@ -167,11 +162,9 @@ def read_part21(text: str) -> Part21:
         for word in _words(body):
             by_type.setdefault(word, []).append(number)
         if len(bodies) > MOST_ENTITIES:
-            msg = f"the file has more than {MOST_ENTITIES} entities"
-            raise BadEntityError(msg)
+            raise BadEntityError(f"the file has more than {MOST_ENTITIES} entities")
     if not in_data:
-        msg = "the file has no data section"
-        raise BadEntityError(msg)
+        raise BadEntityError("the file has no data section")
     return Part21(bodies, frozenset(twice), by_type)
 
 
@@ -248,8 +241,7 @@ def _records(body: str, number: int) -> dict[str, tuple[Argument, ...]]:
         next(tokens)
         return {str(value): _list(tokens, 0)}
     except StopIteration:
-        msg = f"the text of #{number} ends too early"
-        raise BadEntityError(msg) from None
+        raise BadEntityError(f"the text of #{number} ends too early") from None
 
 
 def _tokens(body: str, number: int) -> Iterator[tuple[str, Any]]:
@@ -259,8 +251,7 @@ def _tokens(body: str, number: int) -> Iterator[tuple[str, Any]]:
         if found is None:
             if not body[place:].strip():
                 return
-            msg = f"the text of #{number} cannot be read"
-            raise BadEntityError(msg)
+            raise BadEntityError(f"the text of #{number} cannot be read")
         place = found.end()
         kind = found.lastgroup or ""
         yield kind, found[kind]
@@ -268,8 +259,7 @@ def _tokens(body: str, number: int) -> Iterator[tuple[str, Any]]:
 
 def _list(tokens: Iterator[tuple[str, Any]], depth: int) -> tuple[Argument, ...]:
     if depth > _DEEPEST:
-        msg = "its lists stand deeper in each other than any model needs"
-        raise BadEntityError(msg)
+        raise BadEntityError("its lists stand deeper in each other than any model needs")
     found: list[Argument] = []
     for kind, value in tokens:
         match kind:

@@ -59,8 +59,9 @@ class Tolerances:
             kinds = sorted(types & set(TOLERANCES))
             if len(kinds) != 1:
                 named = [word for word in sorted(types) if word.endswith("_TOLERANCE")]
-                msg = f"its kind {' '.join(named).lower().replace('_', ' ')} is unknown"
-                raise BadEntityError(msg)
+                raise BadEntityError(
+                    f"its kind {' '.join(named).lower().replace('_', ' ')} is unknown"
+                )
             check_entity(self._file, number, "tolerance")
             word = kinds[0].removesuffix("_TOLERANCE").replace("_", " ").lower()
             own = ("GEOMETRIC_TOLERANCE", kinds[0])
@@ -73,8 +74,7 @@ class Tolerances:
             item = msgspec.structs.replace(item, faces=faces.numbers, odd=odd)
             size = measure_of(self._file, self._file.reference(number, 2, *own))
             if size.of != "length" or not 0.0 <= size.value <= LARGEST_MM:
-                msg = f"its size {size.value:g} is no width of a zone"
-                raise BadEntityError(msg)
+                raise BadEntityError(f"its size {size.value:g} is no width of a zone")
             return msgspec.structs.replace(item, size=size.value)
         except BadEntityError as error:
             return msgspec.structs.replace(item, fault=str(error))
@@ -94,8 +94,7 @@ class Tolerances:
             check_entity(self._file, form, "zone form")
             forms.append(plain(self._file.argument(form, 0, "TOLERANCE_ZONE_FORM")))
         if len(set(forms)) > 1:
-            msg = "the file gives it several forms of its zone"
-            raise BadEntityError(msg)
+            raise BadEntityError("the file gives it several forms of its zone")
         modifiers: tuple[str, ...] = ()
         if "GEOMETRIC_TOLERANCE_WITH_MODIFIERS" in types:
             held = self._file.argument(item.entity, 0, "GEOMETRIC_TOLERANCE_WITH_MODIFIERS")
@@ -119,8 +118,7 @@ class Tolerances:
             return item
         systems = [number for number in held if "DATUM_SYSTEM" in self._file.types(number)]
         if systems and len(held) > 1:
-            msg = f"the file gives it {len(held)} datum systems"
-            raise BadEntityError(msg)
+            raise BadEntityError(f"the file gives it {len(held)} datum systems")
         if systems:
             check_entity(self._file, systems[0], "datum system")
             parts = refs(self._file.argument(systems[0], 4, "DATUM_SYSTEM"))
@@ -145,11 +143,9 @@ class Tolerances:
                 labels += below.labels
                 modifiers += below.modifiers
             else:
-                msg = f"its datum #{part} is of an unknown type"
-                raise BadEntityError(msg)
+                raise BadEntityError(f"its datum #{part} is of an unknown type")
         if not labels:
-            msg = f"its datum reference #{number} names no datum"
-            raise BadEntityError(msg)
+            raise BadEntityError(f"its datum reference #{number} names no datum")
         return DatumReference(labels=tuple(labels), modifiers=modifiers)
 
     def _in_order(self, held: list[int]) -> list[DatumReference]:
@@ -160,8 +156,7 @@ class Tolerances:
             place = self._file.argument(number, 0, "DATUM_REFERENCE")
             letter = _letter(self._file, self._file.reference(number, 1, "DATUM_REFERENCE"))
             if not isinstance(place, int) or place in found:
-                msg = "the order of its datums is not clear"
-                raise BadEntityError(msg)
+                raise BadEntityError("the order of its datums is not clear")
             found[place] = DatumReference(labels=(letter,))
         return [found[place] for place in sorted(found)]
 
@@ -170,8 +165,7 @@ def _letter(file: Part21, datum: int) -> str:
     check_entity(file, datum, "datum")
     letter = plain(file.argument(datum, 4, "DATUM"), 20)
     if not letter:
-        msg = f"its datum #{datum} has no letter"
-        raise BadEntityError(msg)
+        raise BadEntityError(f"its datum #{datum} has no letter")
     return letter
 
 

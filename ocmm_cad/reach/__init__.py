@@ -4,8 +4,8 @@ In: triangles of a part, places with normals, probe, rig, placement of the part.
 Out: for each place an attitude of the probe, or the obstacle.
 
 Read `_reach` (queries, the mesh as an obstacle), `_setting` (probe with its bodies, cameras,
-placement, attitudes), and the compiled `_grow_kernel`, `_search_kernel` and `_tree_kernel`. It must
-not know files of models, features or plans.
+placement, attitudes), and the compiled `_search_kernel` and `_tree_kernel`. It must not know files
+of models, features or plans.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_cad.reach import _grow_kernel as grow_kernel
 from ocmm_cad.reach import _search_kernel as kernel
 from ocmm_cad.reach._setting import Setting, attitudes, handle_directions
 from ocmm_core.calibration.probe_design import leds_behind_body
@@ -36,7 +35,7 @@ class Obstacle:
     boxes: Float
     links: Int
     order: Int
-    """`boxes`, `links`, `order`: See `_grow_kernel.grow`."""
+    """`boxes`, `links`, `order`: See `_search_kernel.grow`."""
 
     @property
     def middle(self) -> Float:
@@ -59,7 +58,7 @@ def make_obstacle(triangles: Float, faces: Int, n_faces: int, deflection_mm: flo
     n = len(triangles)
     boxes, links = np.empty((2 * n, 6)), np.empty((2 * n, 2), dtype=np.int64)
     order = np.empty(n, dtype=np.int64)
-    count = grow_kernel.grow(triangles, boxes, links, order)
+    count = kernel.grow(triangles, boxes, links, order)
     return Obstacle(
         triangles, faces, n_faces, deflection_mm, boxes[:count].copy(), links[:count].copy(), order
     )

@@ -192,7 +192,7 @@ def first_near(
     """Return a face that comes nearer to a body than ``gap``, mm; FREE if none does.
 
     ``surfaces`` (f,): of each face; for ``own`` the ``own_gap``, no greater, holds. ``faces`` (n,):
-    of each triangle. The others as of `_grow_kernel.grow`.
+    of each triangle. The others as of `_search_kernel.grow`.
     """
     corners = np.empty((8, 3))
     start, way, across, thick = np.empty(3), np.empty(3), np.empty(3), np.empty(3)

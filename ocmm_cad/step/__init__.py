@@ -3,11 +3,11 @@
 In: a STEP file, the ball, and optionally probe, cameras and placement. Out: features with targets
 on the trimmed faces, and omitted surfaces with the reason; the part itself, as mesh and faces.
 
-Read `_model` (query and result), `_request` (probe and cameras), `_choice` (selection), `_asking`
-and `_worker` (both sides of the reading process). In that process package `brep` turns the file
-into numbers, `_joined` groups faces into surfaces and finds room for a ball, `_placed` selects
-targets (`_place_kernel`). `_choice` also counts the result of each face. `_model_files` checks the
-files, `_plugin` is the reader for plans (`ocmm.models`). `_free_forms` and `_profiled` are both
+Read `_model` (query and result, probe and cameras), `_chosen_reach` (selection), `_asking` and
+`_worker` (both sides of the reading process). In that process package `brep` turns the file into
+numbers, `_joined` groups faces into surfaces and finds room for a ball, `_placed` selects targets
+(`_place_kernel`). `_chosen_reach` also counts the result of each face. `_model_files` checks the
+files, `_plugin` is the reader for plans (`ocmm.models`). `_worker` and `_profiled` are both
 sides of free-form faces, `_profiled` also has the message of the process and names of features;
 `_chosen_reach` completes large models later. It must not know plans.
 """
@@ -16,17 +16,17 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cad.step._asking import READER_MODULES, STEP_SETUP, STEP_SIZE_MB, has_step
-    from ocmm_cad.step._choice import (
-        FREE_FORM, Choice, FacesAccount, Offer, chosen, faces_account, offers_of,
+    from ocmm_cad.step._chosen_reach import (
+        FREE_FORM, Choice, ChosenReach, FacesAccount, Offer, ask_for_chosen, chosen, faces_account,
+        offers_of,
     )  # fmt: skip
-    from ocmm_cad.step._chosen_reach import ChosenReach, ask_for_chosen
     from ocmm_cad.step._model import (
-        USUAL_BALL_MM, LeftOut, ReachableTargets, StepModel, read_model, read_part,
+        USUAL_BALL_MM, LeftOut, ReachableTargets, StepModel, StepRequest, read_model, read_part,
+        setting_for, setting_of, up_of, usual_request,
     )  # fmt: skip
     from ocmm_cad.step._model_files import ModelFiles, model_files
     from ocmm_cad.step._plugin import STEP
     from ocmm_cad.step._profiled import NOT_EXACT, FreeForm
-    from ocmm_cad.step._request import StepRequest, setting_for, setting_of, up_of, usual_request
 else:
     __getattr__ = door(__name__)
 

@@ -2,8 +2,7 @@
 
 In: procedures, artefacts, frames, jobs. Out: plans, sealed records, studies as tables.
 
-Read `_acceptance` (tests) with `_run` and `_report`, `_artefact` (the register)
-and `_msa` (studies from jobs).
+Read `_acceptance` (tests) with `_run`, `_artefact` (the register) and `_msa` (studies from jobs).
 Computations are in `acceptance` and `studies`.
 """
 

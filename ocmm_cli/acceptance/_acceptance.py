@@ -13,7 +13,12 @@ import typer
 from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from ocmm_core.acceptance import AcceptanceRecord, InterimChart
+
+
+_STYLES = {"PASS": "green", "FAIL": "red"}
 
 
 def interim(
@@ -26,7 +31,6 @@ def interim(
     A check that is out is repeated at once. Out again: the points since the last good check are
     held back in every job until a verification passes. Ends with 1 then.
     """
-    from ocmm_cli.acceptance._report import print_record
     from ocmm_cli.acceptance._run import room_temperature, run_test
     from ocmm_core.acceptance import InterimHistory, InterimWord, RoomAir, note_check, save_record
     from ocmm_core.composition import open_test_site, tests_folder
@@ -39,14 +43,14 @@ def interim(
     warm = partial(room_temperature, site, temperature, temperature_u)
     history = InterimHistory(base)
     if history.doubt:
-        console.print(say(history.doubt), style="yellow", highlight=False)
+        console.print(say(history.doubt), style="yellow")
     for attempt in range(2):
         record = run_test(
             replace(site, seed=seed + attempt), base, console, temperature=warm, who=who,
             place="", customer="", condition="as found", air=RoomAir(), retest=False,
             new=True, speed=speed, record=None, force=force,
         )  # fmt: skip
-        print_record(console, record)
+        _print_record(console, record)
         save_record(base / "records", record)
         chart = note_check(history, record, site.cameras.store, datetime.now(UTC))
         _print(chart)
@@ -65,11 +69,10 @@ def _print(chart: InterimChart) -> None:
     known = "" if last.z != last.z else f", {last.z:+.1f} s from the centre"
     console.print(
         say(f"Check    {len(chart.points)}: {1e3 * last.check.error_mm:+.1f} µm{known}: ")
-        + say_word(last.word.value),
-        highlight=False,
+        + say_word(last.word.value)
     )
     if last.reason:
-        console.print(f"         {say(last.reason)}", highlight=False)
+        console.print(f"         {say(last.reason)}")
 
 
 acceptance_app = typer.Typer(
@@ -107,17 +110,19 @@ def plan(
         procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
     )
     positions, notes = plan_of(site.stage)
-    console.print(f"{say_word(site.stage.procedure.title)}, {say(site.stage.procedure.wording)}")
+    console.print(
+        f"{say_word(site.stage.procedure.title)}, {say(site.stage.procedure.wording)}",
+        highlight=True,
+    )
     for number, one in enumerate(positions, start=1):
         ends = (one.points_world[0], one.points_world[-1])
         begin, end = ("({:z.0f}, {:z.0f}, {:z.0f})".format(*point) for point in ends)
         count = len(one.points_world) * one.repeats
         console.print(
-            say(f"{number:3}  {say(one.name)}: {count} points, {begin} to {end} mm, world frame"),
-            highlight=False,
+            say(f"{number:3}  {say(one.name)}: {count} points, {begin} to {end} mm, world frame")
         )
     for note in notes:
-        console.print(f"{lead('Note     ')}{say(note)}", highlight=False)
+        console.print(f"{lead('Note     ')}{say(note)}")
 
 
 @acceptance_app.command()
@@ -129,7 +134,6 @@ def run(
     speed: float, record: Path | None, folder: Path | None, force: bool,
 ) -> None:  # fmt: skip
     """Run a test, or continue it: points are taken as soon as the ball rests where it should."""
-    from ocmm_cli.acceptance._report import print_record
     from ocmm_cli.acceptance._run import room_temperature, run_test
     from ocmm_core.acceptance import RoomAir, save_record
     from ocmm_core.composition import open_test_site, tests_folder
@@ -145,8 +149,8 @@ def run(
         air=RoomAir.read(humidity, pressure),
         condition=condition, retest=retest, new=new, speed=speed, record=record, force=force,
     )  # fmt: skip
-    print_record(console, found)
-    console.print(f"{lead('Record   ')}{save_record(base / 'records', found)}", highlight=False)
+    _print_record(console, found)
+    console.print(f"{lead('Record   ')}{save_record(base / 'records', found)}")
     _exit(found)
 
 
@@ -156,7 +160,6 @@ def recompute(
     probes: Path | None, source: str, tip: str | None,
 ) -> None:  # fmt: skip
     """Compute all numbers of a record from its raw data, and compare."""
-    from ocmm_cli.acceptance._report import print_record
     from ocmm_core.acceptance import differences, load_signed_record, recompute_tips
     from ocmm_core.acceptance import recompute as compute
     from ocmm_core.composition import choose_calibration, choose_probe
@@ -169,16 +172,12 @@ def recompute(
         cameras = choose_calibration(source, rig, calibrations, uncalibrated=False)
         body = choose_probe(source, probe, probes, tip, uncalibrated=False).body
         found += recompute_tips(stored, cameras.rig, body)
-    console.print(
-        f"{lead('Signed   ')}{signer.word.value}, {signer.signer}", highlight=False, markup=False
-    )
-    print_record(console, again)
+    console.print(f"{lead('Signed   ')}{signer.word.value}, {signer.signer}")
+    _print_record(console, again)
     for one in found:
-        console.print(f"{lead('Differs  ')}{say(one)}", style="red", highlight=False)
+        console.print(f"{lead('Differs  ')}{say(one)}", style="red")
     if not signer.sound:
-        console.print(
-            say(f"The record is not vouched for. {signer.fault}"), style="red", highlight=False
-        )
+        console.print(say(f"The record is not vouched for. {signer.fault}"), style="red")
     if found or not signer.sound:
         raise typer.Exit(2)
     console.print(say("Recomputed from raw data: matches the file."))
@@ -197,14 +196,12 @@ def status(*, folder: Path | None) -> None:
     rows = []
     files, left_out = find_files(base)
     for fault in left_out:
-        console.print(
-            f"{lead('Left out ')}{say(fault.what)}", style="red", highlight=False, markup=False
-        )
+        console.print(f"{lead('Left out ')}{say(fault.what)}", style="red")
     for path in (path for path in files if path.match("sessions/*.chain")):
         try:
             view = AcceptanceSession.resume(path).view
         except OcmmError as error:
-            console.print(f"{lead('Left out ')}{say(error.what)}", style="dim", highlight=False)
+            console.print(f"{lead('Left out ')}{say(error.what)}", style="dim")
             continue
         if not (view.finished or view.abandoned):
             wanted = sum(len(one.points_world) * one.repeats for one in view.positions)
@@ -214,7 +211,7 @@ def status(*, folder: Path | None) -> None:
         try:
             loaded = load_signed_record(path)
         except OcmmError as error:
-            console.print(f"{lead('Left out ')}{say(error.what)}", style="red", highlight=False)
+            console.print(f"{lead('Left out ')}{say(error.what)}", style="red")
             continue
         one = loaded.record
         states = FinishedTest(path, one, loaded.signer).states
@@ -227,6 +224,46 @@ def status(*, folder: Path | None) -> None:
 
 
 acceptance_app.command()(interim)
+
+
+def _print_record(console: Console, record: AcceptanceRecord) -> None:
+    from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
+
+    if record.instrument.simulated:
+        console.print(say("SIMULATED: measured on the virtual rig"), style="yellow")
+    for why in record.instrument.unproven:
+        console.print(f"{say_word(UNPROVEN_CAMERAS)}: {say(why)}", style="yellow")
+    rule = (
+        say("U taken off the limit")
+        if record.procedure.rule == "guarded"
+        else say("simple acceptance")
+    )
+    console.print(f"{record.procedure.id}, {say(record.wording)}; {say('decision rule')}: {rule}")
+    rows = []
+    for one in record.quantities:
+        value = record.values[one.worst]
+        rows.append((
+            one.quantity, str(one.count), f"{1e3 * one.error_mm:+.1f}",
+            f"{1e3 * one.expanded_mm:.1f}", f"{1e3 * one.limit_mm:.1f}",
+            f"{say(value.position)}, {say_word(value.name)}", say_word(one.verdict.value),
+        ))  # fmt: skip
+    columns = heads("Quantity", "N", "Worst, µm", "U (k = 2), µm", "MPE, µm", "At", "Verdict")
+    print_grid(console, columns, rows)
+    if record.retests:
+        count = sum(one.superseded for one in record.values)
+        console.print(
+            say(
+                f"Retests  {record.retests}; {count} value{'' if count == 1 else 's'} superseded, "
+                "kept in the record"
+            ),
+            highlight=True,
+        )
+    for refusal in record.refusals:
+        console.print(f"{lead('Refused  ')}{say(refusal.reason)}")
+    for reason in record.void_reasons:
+        console.print(f"{lead('Void     ')}{say(reason)}")
+    style = _STYLES.get(record.verdict.name, "yellow")
+    console.print(f"{lead('Verdict  ')}{say_word(record.verdict.value)}", style=style)
 
 
 def _exit(record: AcceptanceRecord) -> None:

@@ -51,7 +51,9 @@ def add(
             form=form, expansion=expansion, expansion_sigma=expansion_u, supports=supports,
         )  # fmt: skip
     ArtefactRegister(folder, restarts=replace).add(entry, who, datetime.now(UTC), replace=replace)
-    make_console().print(say(f"Added    {entry.id}: {entry.name}, serial {entry.serial}"))
+    make_console().print(
+        say(f"Added    {entry.id}: {entry.name}, serial {entry.serial}"), highlight=True
+    )
 
 
 @artefact_app.command(name="list")
@@ -87,7 +89,7 @@ def show(*, name: str, folder: Path | None) -> None:
 
     console, entry = make_console(), ArtefactRegister(folder).entry(name)
     for field in entry.__struct_fields__:
-        console.print(f"{field:20} {getattr(entry, field)}", highlight=False, markup=False)
+        console.print(f"{field:20} {getattr(entry, field)}")
 
 
 @artefact_app.command()
@@ -103,9 +105,9 @@ def read(*, name: str, folder: Path | None) -> None:
     for one in found:
         if one.sample is not None:
             words = f"{one.id:12} {one.sample.celsius:.3f} °C, U {one.expanded:g} K (k = 2)"
-            console.print(f"{words}, {one.sample.utc:%Y-%m-%d %H:%M:%S%z}", highlight=False)
+            console.print(f"{words}, {one.sample.utc:%Y-%m-%d %H:%M:%S%z}")
     for doubt in dict.fromkeys(one.doubt for one in found if one.doubt):
-        console.print(say(doubt), highlight=False, markup=False)
+        console.print(say(doubt))
     raise typer.Exit(1 if any(one.doubt for one in found) else 0)
 
 
@@ -115,4 +117,4 @@ def remove(*, name: str, who: str, folder: Path | None) -> None:
     from ocmm_core.acceptance import ArtefactRegister
 
     ArtefactRegister(folder).remove(name, who, datetime.now(UTC))
-    make_console().print(f"{lead('Removed  ')}{name}", highlight=False)
+    make_console().print(f"{lead('Removed  ')}{name}")

@@ -18,8 +18,7 @@ def print_study(console: Console, report: StudyReport) -> None:
         say(
             f"{plan.name}: {len(plan.parts)} parts, {len(plan.operators)} operators, {plan.trials} "
             f"trials; {report.measured} of {len(plan.runs)} measured"
-        ),
-        highlight=False,
+        )
     )
     columns = heads(
         "Characteristic", "GRR, µm (90 %)", "EV", "AV", "PV", "% study", "% tol.", "ndc",
@@ -28,11 +27,11 @@ def print_study(console: Console, report: StudyReport) -> None:
     print_grid(console, columns, map(_row, report.characteristics))
     for one in report.characteristics:
         if one.why_not:
-            console.print(f"{one.name}: {say(one.why_not)}", highlight=False)
+            console.print(f"{one.name}: {say(one.why_not)}")
         if one.stated is not None and one.stated.message:
-            console.print(f"{one.name}: {say(one.stated.message)}", highlight=False)
+            console.print(f"{one.name}: {say(one.stated.message)}")
     for sentence in report.left_out:
-        console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow", highlight=False)
+        console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow")
     console.print(
         say("Standard deviations in µm. Q by the study, in brackets by the stated uncertainty."),
         style="dim",
@@ -62,7 +61,7 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 80.0, 740.0, 70.0, 400.0
 
 def print_linearity(console: Console, found: LinearityReport) -> None:
     study = found.study
-    console.print(f"{say_word('Linearity')}: {found.name}", highlight=False, markup=False)
+    console.print(f"{say_word('Linearity')}: {found.name}")
     rows = []
     lines = found.line(study.references)
     for part, value, bias, line, band in zip(
@@ -78,17 +77,16 @@ def print_linearity(console: Console, found: LinearityReport) -> None:
     )
     print_grid(console, columns, rows)
     for row in text_chart(found):
-        console.print(row, highlight=False, markup=False, soft_wrap=True)
+        console.print(row, soft_wrap=True)
     console.print(
         say(
             f"Bias = {1e3 * study.intercept:+.3f} µm {1e3 * study.slope:+.5f} µm/mm × reference; "
             f"p {study.p_intercept:.3g} and {study.p_slope:.3g}; s {1e3 * study.sigma:.2f} µm"
-        ),
-        highlight=False,
+        )
     )
     for sentence in found.left_out:
-        console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow", highlight=False)
-    console.print(f"{say_word(found.word)}: {say(found.reason)}", highlight=False)
+        console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow")
+    console.print(f"{say_word(found.word)}: {say(found.reason)}")
 
 
 def text_chart(found: LinearityReport) -> list[str]:

@@ -172,10 +172,10 @@ def run_test(
             condition=condition, calibration_artefacts=of_cameras,
             qualification_artefacts=of_tip, reserved=reserved_spots(folders), air=air,
         )  # fmt: skip
-    console.print(f"{lead('Test     ')}{say_word(session.stage.procedure.title)}", highlight=False)
-    console.print(f"{lead('Session  ')}{session.path}", highlight=False)
+    console.print(f"{lead('Test     ')}{say_word(session.stage.procedure.title)}")
+    console.print(f"{lead('Session  ')}{session.path}")
     for note in session.notes:
-        console.print(f"{lead('Note     ')}{say(note)}", highlight=False)
+        console.print(f"{lead('Note     ')}{say(note)}")
     words = "" if new else say(_AGAIN)
     with (
         contextlib.closing(DeferredInterrupt(words)) as interrupt,
@@ -193,12 +193,9 @@ def run_test(
             try:
                 positions = session.retest(datetime.now(UTC))
             except CalibrationError as error:
-                console.print(f"{lead('Retest   ')}{say(error.what)}", highlight=False)
+                console.print(f"{lead('Retest   ')}{say(error.what)}")
                 break
-            console.print(
-                f"{lead('Retest   ')}{', '.join(say(one.name) for one in positions)}",
-                highlight=False,
-            )
+            console.print(f"{lead('Retest   ')}{', '.join(say(one.name) for one in positions)}")
         return session.finish(datetime.now(UTC), temperature())
 
 
@@ -231,15 +228,13 @@ def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> Acceptanc
         try:
             session = AcceptanceSession.resume(path)
         except OcmmError as error:
-            console.print(
-                f"{lead('Left out ')}{say(error.what)}", style="dim", highlight=False, markup=False
-            )
+            console.print(f"{lead('Left out ')}{say(error.what)}", style="dim")
             continue
         same = session.stage.instrument == site.stage.instrument and (
             session.stage.procedure == site.stage.procedure
         )
         if same and not (session.view.finished or session.view.abandoned):
-            console.print(f"{lead('Continue ')}{path}", highlight=False)
+            console.print(f"{lead('Continue ')}{path}")
             return session
     return None
 
@@ -329,7 +324,7 @@ class _Source:
 
     def _start(self, feed: Feed) -> None:
         self._feed = feed
-        self._console.print(f"{lead('Source   ')}{feed.description.name}", highlight=False)
+        self._console.print(f"{lead('Source   ')}{feed.description.name}")
         if self._record is not None:
             # The virtual rig restarts for a retest with its own time base: another file.
             self._shown += 1

@@ -2,8 +2,8 @@
 
 In: an archive and an outbox. Out: tables, files, an exit code.
 
-Read `_app` (the group and its options), `_archive`, `_ask` and `_check` (the commands), collected
-by `_commands`, `_shown` (tables on the terminal). `_archive` also uploads after measuring.
+Read `_archive` (the group, and upload after measuring), `_ask` (queries, rebuild, verify), then
+`_shown` (tables on the terminal).
 `ocmm_shop.archive` answers the queries; here they are printed.
 """
 
@@ -11,7 +11,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.archive._archive import MeasuredJobs
-    from ocmm_cli.archive._commands import archive_app
+    from ocmm_cli.archive._ask import archive_app
 else:
     __getattr__ = door(__name__)
 

@@ -8,20 +8,61 @@ from __future__ import annotations
 import contextlib
 import signal
 import threading
+from collections.abc import Iterator
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from ocmm_cli.archive._app import archive_app, opened, place_of
 from ocmm_cli.terminal import lead, make_console, say, say_word, told
 from ocmm_core.documents import find_files
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InputError, OcmmError
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.outbox import ArchivePlace, JobNote, Outbox
     from ocmm_shop.archive.stores import Archive as OpenArchive
+
+
+archive_app = typer.Typer(
+    no_args_is_help=True,
+    help="The archive of all stations: a file of this computer, or a PostgreSQL server.\n\nThe "
+    "setting archive.address says where it is, or --archive. Finished and paused jobs wait in an "
+    "outbox until the archive has them.",
+)
+
+
+def place_of(archive: str | None, outbox: Path | None) -> ArchivePlace:
+    """Return the places of archive and outbox; InputError if the archive is off."""
+    from ocmm_shop.archiving import archive_place
+
+    place = archive_place(archive, outbox=outbox)
+    if place is None:
+        raise InputError(
+            "archive.off",
+            "The archive is off.",
+            "Turn it on: ocmm settings set archive.address local, or give --archive.",
+        )
+    return place
+
+
+@contextlib.contextmanager
+def opened(place: ArchivePlace, *, read_only: bool = False) -> Iterator[OpenArchive]:
+    from ocmm_shop.archive.stores import open_archive
+
+    with open_archive(place.address, password=place.password, read_only=read_only) as found:
+        yield found
+
+
+def day_of(text: str) -> date | None:
+    """Return the date of a text; None if empty, InputError if not a date."""
+    if not text:
+        return None
+    try:
+        return date.fromisoformat(text)
+    except ValueError:
+        raise InputError("archive.day", f"{text!r} is no day.", "Write 2026-11-26.") from None
 
 
 class MeasuredJobs:
@@ -66,17 +107,10 @@ class MeasuredJobs:
                 send_now(self._place, outbox)
             state = hand_over(self._place.outbox)
         except OcmmError as error:
-            self._console.print(
-                f"{lead('Archive  ')}{told(error)}", style="yellow", highlight=False, markup=False
-            )
+            self._console.print(f"{lead('Archive  ')}{told(error)}", style="yellow")
             return
         if state.line:
-            self._console.print(
-                f"{lead('Archive  ')}{say(state.line)}",
-                style="yellow",
-                highlight=False,
-                markup=False,
-            )
+            self._console.print(f"{lead('Archive  ')}{say(state.line)}", style="yellow")
 
 
 def send_now(place: ArchivePlace, outbox: Outbox) -> None:
@@ -109,22 +143,14 @@ def status(*, archive: str | None, outbox: Path | None) -> None:
     except OcmmError as error:
         # The outbox is local; report it even if the archive is unreachable.
         reached = False
-        console.print(
-            f"{lead('Archive  ')}{told(error)}", style="yellow", highlight=False, markup=False
-        )
+        console.print(f"{lead('Archive  ')}{told(error)}", style="yellow")
     state = hand_over(place.outbox)
-    console.print(f"{lead('Outbox   ')}{place.outbox}", highlight=False, markup=False)
-    console.print(
-        say(f"Waiting  {state.waiting}, set aside {len(state.aside)}"),
-        highlight=False,
-        markup=False,
-    )
+    console.print(f"{lead('Outbox   ')}{place.outbox}")
+    console.print(say(f"Waiting  {state.waiting}, set aside {len(state.aside)}"))
     for sentence in state.sentences:
-        console.print(say(sentence), style="yellow", highlight=False, markup=False)
+        console.print(say(sentence), style="yellow")
     for item in state.aside:
-        console.print(
-            f"{item.name}: {say(item.said)}", style="yellow", highlight=False, markup=False
-        )
+        console.print(f"{item.name}: {say(item.said)}", style="yellow")
     if state.needs_attention or not reached:
         raise typer.Exit(1)
 
@@ -153,7 +179,7 @@ def send(
             paths, left_out = find_files(named, SUFFIX) if named.is_dir() else ([named], [])
             for one in left_out:
                 code = 1
-                console.print(told(one), style="yellow", highlight=False, markup=False)
+                console.print(told(one), style="yellow")
             for path in paths:
                 try:
                     job = JobFile.read(path)
@@ -161,11 +187,11 @@ def send(
                     if job.left_out:
                         console.print(
                             f"{path.name}: {say(job.left_out)}",
-                            style="yellow", highlight=False, markup=False,
+                            style="yellow",
                         )  # fmt: skip
                 except OcmmError as error:
                     code = 1
-                    console.print(told(error), style="yellow", highlight=False, markup=False)
+                    console.print(told(error), style="yellow")
         if not follow:
             send_now(place, box)
     if follow:
@@ -177,9 +203,7 @@ def send(
         follow_outbox(place, stop, random.Random())  # noqa: S311 - pauses only
         return
     state = hand_over(place.outbox)
-    console.print(
-        say(state.line) or say("Nothing waits for the archive."), highlight=False, markup=False
-    )
+    console.print(say(state.line) or say("Nothing waits for the archive."))
     raise typer.Exit(1 if state.waiting or state.needs_attention else code)
 
 
@@ -200,9 +224,7 @@ def set_up(*, archive: str | None, with_roles: bool) -> None:
     with open_archive(place.address, password=place.password, set_up=True) as open_one:
         if with_roles:
             give_roles(open_one)
-        make_console().print(
-            say(f"{open_one.place}: archive of version {VERSION}"), highlight=False, markup=False
-        )
+        make_console().print(say(f"{open_one.place}: archive of version {VERSION}"))
 
 
 @archive_app.command()
@@ -210,9 +232,7 @@ def admit(login: str, station: str, *, archive: str | None) -> None:
     """Let a login send jobs as a station, and as no other; by quality or the owner."""
     with opened(place_of(archive, None)) as open_one:
         open_one.admit(login, station)
-    make_console().print(
-        say(f"Login {login} sends as station {station} now."), highlight=False, markup=False
-    )
+    make_console().print(say(f"Login {login} sends as station {station} now."))
 
 
 @archive_app.command(name="replace-computer")
@@ -223,9 +243,7 @@ def replace_computer(station: str, *, archive: str | None, outbox: Path | None) 
     place = place_of(archive, outbox)
     with Outbox(place.outbox) as box, opened(place) as open_one:
         open_one.replace_computer(station, sender_of(box, station))
-    make_console().print(
-        say(f"This computer is station {station} now."), highlight=False, markup=False
-    )
+    make_console().print(say(f"This computer is station {station} now."))
 
 
 @archive_app.command(name="new-outbox")
@@ -235,20 +253,16 @@ def new_outbox(*, outbox: Path | None) -> None:
 
     with Outbox(outbox or default_outbox()) as box:
         box.renew()
-        make_console().print(f"{lead('Outbox   ')}{box.identity}", highlight=False)
+        make_console().print(f"{lead('Outbox   ')}{box.identity}")
 
 
 def _print_archive(console: Console, archive: OpenArchive) -> None:
-    console.print(f"{lead('Archive  ')}{archive.place}", highlight=False, markup=False)
+    console.print(f"{lead('Archive  ')}{archive.place}")
     jobs, stations = (
         int(str(archive.ask(f"SELECT count(*) FROM {view}").rows[0][0]))  # noqa: S608 - two views
         for view in ("archived_job", "archive_station")
     )
-    console.print(
-        say(f"Jobs     {jobs} of {stations} station{'' if stations == 1 else 's'}"), highlight=False
-    )
+    console.print(say(f"Jobs     {jobs} of {stations} station{'' if stations == 1 else 's'}"))
     encrypted = getattr(archive, "encrypted", None)
     if encrypted is not None:
-        console.print(
-            f"{lead('TLS      ')}{say_word('yes' if encrypted else 'no')}", highlight=False
-        )
+        console.print(f"{lead('TLS      ')}{say_word('yes' if encrypted else 'no')}")

@@ -25,18 +25,14 @@ def print_answer(console: Console, answer: ArchiveAnswer) -> None:
     rows = [[_cell(cell) for cell in row] for row in answer.rows]
     print_grid(console, answer.columns, rows, answer.title)
     for note in answer.notes:
-        console.print(say(shown_text(note)), style="yellow", highlight=False, markup=False)
+        console.print(say(shown_text(note)), style="yellow")
     for trend in answer.trends:
         if trend.chart is not None:
             counted = [part for part in trend.parts if part.value is not None]
             for index, why in trend.chart.signals[-8:]:
-                console.print(
-                    f"{counted[index].job}: {say_word(why.rule)}, {say_word(why.value)}.",
-                    highlight=False,
-                    markup=False,
-                )
+                console.print(f"{counted[index].job}: {say_word(why.rule)}, {say_word(why.value)}.")
     if answer.study is not None:
-        console.print(say(f"Gauge R&R: {answer.study.word}."), highlight=False, markup=False)
+        console.print(say(f"Gauge R&R: {answer.study.word}."))
 
 
 def _cell(cell: object) -> Text:

@@ -2,20 +2,18 @@
 
 In: a network interface or a source, a camera, an object. Out: tables, pictures and files.
 
-Read `_bus` (scan, objects, recording for Wireshark) with `_session` (bus in operation for a
-command, report of a running bus). `_camera` makes snapshots and black images and has the options,
-`_decode` evaluates a tcpdump recording, `_maintenance` has the commands for one camera. `_rig`
-makes software cameras on named interfaces. The protocol is in `fieldbus`, run by
-`acquisition.bus_process`.
+Read `_bus` (scan, objects, recording for Wireshark; software cameras on named interfaces) with
+`_session` (bus in operation for a command, report of a running bus). `_camera` makes snapshots and
+black images and has the options, `_decode` evaluates a tcpdump recording, `_maintenance` has the
+commands for one camera. The protocol is in `fieldbus`, run by `acquisition.bus_process`.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_cli.bus._bus import bus_app
+    from ocmm_cli.bus._bus import bus_app, rig_app
     from ocmm_cli.bus._camera import follow_errand, write_bytes
     from ocmm_cli.bus._maintenance import camera_app
-    from ocmm_cli.bus._rig import rig_app
     from ocmm_cli.bus._session import bus_to_scan, open_bus, segment_for
 else:
     __getattr__ = door(__name__)

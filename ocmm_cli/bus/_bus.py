@@ -1,10 +1,11 @@
-"""``ocmm bus``: list cameras, read and write their objects, watch and record the bus."""
+"""``ocmm bus``: list cameras, read and write their objects, record the bus; ``ocmm rig``."""
 
 from __future__ import annotations
 
 import os
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -13,6 +14,75 @@ from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, told
 from ocmm_core.errors import BusError, InputError, StorageError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
+
+if TYPE_CHECKING:
+    from ocmm_sim.bus import RigStatus
+
+
+rig_app = typer.Typer(
+    no_args_is_help=True,
+    help="Software cameras on named interfaces, for a second program.\n\n'up' creates a pair of "
+    "virtual network interfaces (ocmm0 and ocmm1); the cameras of the virtual rig answer "
+    "on one as EtherCAT slaves, and a master (ocmm measure --source ethercat:ocmm0 or any "
+    "other) uses the other. Needs root; touches only interfaces it created.",
+)
+
+
+@rig_app.command()
+def up(*, plan: Path, rig: Path, probe: Path, part: Path, seed: int) -> None:
+    """Make the interfaces and start the software cameras; the script begins with operation."""
+    from ocmm_core.camera import load_rig
+    from ocmm_core.composition import StationRequest
+    from ocmm_core.inspection.plan import load_plan
+    from ocmm_sim.bus import rig_up
+    from ocmm_sim.sources import segment_of
+
+    request = StationRequest(plan=plan, out=Path(), rig=rig, probe=probe, part=part, seed=seed)
+    _print(rig_up(segment_of(request, load_plan(plan), load_rig(rig))))
+
+
+@rig_app.command()
+def down() -> None:
+    """Stop the software cameras and remove the interfaces that 'up' made."""
+    from ocmm_sim.bus import rig_down
+
+    removed = rig_down()
+    if removed is None:
+        make_console().print(say("No virtual rig on named interfaces."))
+    else:
+        make_console().print(
+            say(f"Removed {removed.host}, {removed.cameras} and their cameras."), highlight=True
+        )
+
+
+@rig_app.command()
+def status() -> None:
+    """Say what 'up' made and what of it runs."""
+    from ocmm_sim.bus import rig_status
+
+    _print(rig_status())
+
+
+def _print(state: RigStatus) -> None:
+    console = make_console()
+    record = state.record
+    if record is None:
+        console.print(say("No virtual rig on named interfaces. Create one: ocmm rig up"))
+        return
+    console.print(
+        say(f"Master's side   {record.host}: {'there' if state.interface_there else 'gone'}"),
+        highlight=True,
+    )
+    running = say(f"running, process {record.pid}") if state.cameras_running else say("not running")
+    console.print(
+        say(f"Cameras         {', '.join(record.names)} on {record.cameras}: {running}"),
+        highlight=True,
+    )
+    console.print(
+        say(f"Measure         ocmm measure --source ethercat:{record.host} --plan ... --out ..."),
+        highlight=True,
+    )
+
 
 _PIECE = 1 << 16
 _NOTHING = 300
@@ -40,7 +110,7 @@ def record(file: Path, *, source: str, seconds: float, megabytes: int, force: bo
             open(descriptor, "wb") as out,  # noqa: PTH123 - made next to the file
             errand(command, first_lines) as ran,
         ):
-            console.print(say(f"Recording for {seconds:g} s; Ctrl-C ends it."), highlight=False)
+            console.print(say(f"Recording for {seconds:g} s; Ctrl-C ends it."))
             while True:
                 try:
                     piece = os.read(ran.stdout.fileno(), _PIECE)
@@ -69,9 +139,9 @@ def record(file: Path, *, source: str, seconds: float, megabytes: int, force: bo
     finally:
         if part is not None:
             part.unlink(missing_ok=True)
-    console.print(say(f"{file}: {size:d} bytes"), highlight=False)
+    console.print(say(f"{file}: {size:d} bytes"))
     if size < _NOTHING:
-        console.print(say("No EtherCAT frame passed: is the bus running?"), highlight=False)
+        console.print(say("No EtherCAT frame passed: is the bus running?"))
 
 
 bus_app = typer.Typer(
@@ -126,7 +196,7 @@ def scan_command(*, source: str, rig: Path, force: bool) -> None:
         kind = None if described is None else (described.name, described.is_for)
         assign([scanned.device for scanned in devices], expected, kind)
     except BusError as error:
-        console.print(told(error), highlight=False)
+        console.print(told(error))
         raise typer.Exit(1) from error
     console.print(say("These are the cameras of the rig."))
 
@@ -145,12 +215,12 @@ def read(
         write_bytes(out, value)
         return
     console = make_console()
-    console.print(say(f"{index:04x}:{sub:02x}  {len(value)} bytes"), highlight=False)
-    console.print(value.hex(" ", 1) or say("(empty)"), highlight=False, soft_wrap=True)
+    console.print(say(f"{index:04x}:{sub:02x}  {len(value)} bytes"))
+    console.print(value.hex(" ", 1) or say("(empty)"), soft_wrap=True)
     if 1 <= len(value) <= 8:
-        console.print(f"{lead('number  ')}{int.from_bytes(value, 'little')}", highlight=False)
+        console.print(f"{lead('number  ')}{int.from_bytes(value, 'little')}")
     if value and value.isascii() and value.decode("ascii").isprintable():
-        console.print(f"{lead('text    ')}{value.decode('ascii')}", highlight=False, markup=False)
+        console.print(f"{lead('text    ')}{value.decode('ascii')}")
 
 
 @object_app.command()
@@ -178,7 +248,9 @@ def write(camera: str, address: str, value: str, *, source: str, rig: Path, forc
             f"{content.hex(' ')} was written.",
             "This is normal for commands; for a setting, check the value.",
         )
-    make_console().print(say(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}"))
+    make_console().print(
+        say(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}"), highlight=True
+    )
 
 
 @bus_app.command()

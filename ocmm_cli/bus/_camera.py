@@ -38,7 +38,7 @@ def write_bytes(path: Path, content: bytes) -> None:
             f"{path}: cannot be written ({error.strerror}).",
             "Give a file in a folder that exists and that you may write to.",
         ) from error
-    make_console().print(say(f"{path}: {len(content)} bytes"), highlight=False)
+    make_console().print(say(f"{path}: {len(content)} bytes"))
 
 
 black_app = typer.Typer(
@@ -69,15 +69,14 @@ def snapshot(
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus, interruptible(console):
         access = bus.objects(camera)
-        console.print(say(f"Camera '{camera}' takes a picture; Ctrl-C cancels."))
+        console.print(say(f"Camera '{camera}' takes a picture; Ctrl-C cancels."), highlight=True)
         with bar(console, say("Fetching it")) as told:
             picture = take_snapshot(access, window, told)
     console.print(
         say(
             f"{picture.shape[1]} x {picture.shape[0]} pixels, grey levels {picture.min()} to "
             f"{picture.max()}, mean {picture.mean():.1f}"
-        ),
-        highlight=False,
+        )
     )
     write_bytes(file, encode(picture))
 
@@ -143,7 +142,7 @@ def read_command(camera: str, *, source: str, rig: Path, force: bool) -> None:
         stored = read_intrinsics(bus.objects(camera))
         expected = Intrinsics.of(camera_of(bus.rig, camera), 0)
     if stored is None:
-        console.print(say(f"Camera '{camera}' stores no intrinsics."))
+        console.print(say(f"Camera '{camera}' stores no intrinsics."), highlight=True)
         raise typer.Exit(1)
     rows, same = [], True
     for field in fields(Intrinsics):
@@ -154,7 +153,7 @@ def read_command(camera: str, *, source: str, rig: Path, force: bool) -> None:
         rows.append((field.name, repr(theirs), repr(ours) if ours != theirs else say("the same")))
     print_grid(console, ("", *heads("Camera", "Rig document")), rows)
     date = datetime.fromtimestamp(stored.date_s, UTC)
-    console.print(say(f"Written {date:%Y-%m-%d %H:%M:%S} UTC."), highlight=False)
+    console.print(say(f"Written {date:%Y-%m-%d %H:%M:%S} UTC."))
     raise typer.Exit(0 if same else 1)
 
 
@@ -169,7 +168,8 @@ def write_command(camera: str, *, source: str, note: str, rig: Path, force: bool
         intrinsics = Intrinsics.of(camera_of(bus.rig, camera), int(time.time()))
         write_intrinsics(bus.objects(camera), intrinsics, note)
     make_console().print(
-        say(f"Camera '{camera}' (serial {intrinsics.serial}) stores the intrinsics of {rig}.")
+        say(f"Camera '{camera}' (serial {intrinsics.serial}) stores the intrinsics of {rig}."),
+        highlight=True,
     )
 
 
@@ -185,7 +185,7 @@ def history(camera: str, *, source: str, clear: bool, rig: Path, force: bool) ->
         if clear:
             clear_error_history(access)
     if not messages:
-        console.print(say(f"Camera '{camera}' has no errors in its history."))
+        console.print(say(f"Camera '{camera}' has no errors in its history."), highlight=True)
         return
     rows = [
         (
@@ -267,13 +267,14 @@ def _print_black(console: Console, state: BlackImageState) -> None:
     images = {BlackImage.IN_USE: say("in use"), BlackImage.STORED: say("stored")}
     words = [word for flag, word in images.items() if state.images & flag]
     if BlackImage.IN_USE not in state.images:
-        console.print(say(f"No black image is in use{'; one is stored' if words else ''}."))
+        console.print(
+            say(f"No black image is in use{'; one is stored' if words else ''}."), highlight=True
+        )
         return
     console.print(
         say(
             f"Black image {say(' and ').join(words)}: mean {state.mean:.1f} grey levels, "
             f"SHA-256 {state.sha256}"
         ),
-        highlight=False,
         soft_wrap=True,
     )

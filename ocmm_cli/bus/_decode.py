@@ -76,15 +76,12 @@ def print_account(account: CaptureAccount, console: Console) -> None:
         say(
             f"Packets    {account.packets}: {account.other} not EtherCAT, {account.malformed} "
             f"malformed, {account.cut} recorded in part"
-        ),
-        highlight=False,
+        )
     )
     if account.first_ns:
         begin = datetime.fromtimestamp(account.first_ns * 1e-9, UTC)
         seconds = (account.last_ns - account.first_ns) * 1e-9
-        console.print(
-            say(f"Time       {begin:%Y-%m-%d %H:%M:%S} UTC, {seconds:.3f} s"), highlight=False
-        )
+        console.print(say(f"Time       {begin:%Y-%m-%d %H:%M:%S} UTC, {seconds:.3f} s"))
     if account.cut_off:
         console.print(say("The file ends in the middle of a packet."))
     names = [command.name for command in Command]
@@ -98,12 +95,10 @@ def print_account(account: CaptureAccount, console: Console) -> None:
         say(
             f"Cycles     {account.cycles} sent, {account.answered} answered, "
             f"{account.short} answers with a low working counter"
-        ),
-        highlight=False,
+        )
     )
     console.print(
-        say(f"Exposures  {account.joined} from all cameras, {account.unjoined} not from all"),
-        highlight=False,
+        say(f"Exposures  {account.joined} from all cameras, {account.unjoined} not from all")
     )
     cameras = account.cameras
     counters = [

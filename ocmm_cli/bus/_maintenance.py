@@ -65,12 +65,12 @@ def describe(
     title = f"{device.name}: {device.product:#010x}, {device.revision:#010x}"
     print_grid(console, heads("Object", "Entry", "Bits", "Type", "Name"), rows, title)
     for part in device.left_out:
-        console.print(say(f"Left out: {part}."), highlight=False, markup=False)
+        console.print(say(f"Left out: {part}."))
     if out is not None:
         write_bytes(out, describe_esi(device, stated).encode())
         return
     for sentence in missing_statements(device, stated):
-        console.print(say(sentence), highlight=False, markup=False)
+        console.print(say(sentence))
 
 
 def _halves(option: str, text: str) -> tuple[str, str]:
@@ -144,9 +144,7 @@ def firmware(camera: str, file: Path, *, source: str, rig: Path, force: bool) ->
 
     # Reject invalid firmware before the bus is disturbed.
     found = Firmware.read(read_bytes(file))
-    make_console().print(
-        say(f"Firmware {found.version}, {len(found.content)} bytes"), highlight=False
-    )
+    make_console().print(say(f"Firmware {found.version}, {len(found.content)} bytes"))
     _maintain(source, rig, camera, image=file, force=force)
 
 
@@ -161,9 +159,7 @@ def clear(camera: str, *, source: str, rig: Path, force: bool) -> None:
         count = len(read_error_history(access))
         clear_error_history(access)
         left = len(read_error_history(access))
-    make_console().print(
-        say(f"Camera '{camera}' forgot {count} error(s); {left} left."), highlight=False
-    )
+    make_console().print(say(f"Camera '{camera}' forgot {count} error(s); {left} left."))
     raise typer.Exit(1 if left else 0)
 
 
@@ -175,7 +171,7 @@ def identify(camera: str, *, source: str, seconds: int, rig: Path, force: bool) 
 
     with open_bus(source, rig, camera=camera, force=force) as bus:
         left = blink(bus.objects(camera), seconds)
-    make_console().print(say(f"Camera '{camera}' blinks for {left} s."), highlight=False)
+    make_console().print(say(f"Camera '{camera}' blinks for {left} s."))
 
 
 def _maintain(
@@ -213,4 +209,4 @@ def _maintain(
             complaint or f"Nothing was changed (code {returncode}).",
             "Then repeat the command.",
         )
-    console.print(say(words), highlight=False)
+    console.print(say(words))

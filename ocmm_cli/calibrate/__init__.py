@@ -3,9 +3,9 @@
 In: the rig, a source of frames, an artefact with its certificate, the operator's answers.
 Out: records in their folder, tables of results, an exit code for the verdict.
 
-Read `_calibrate` (cameras, with `_relocate` and `_verify`) and `_run` (a guided procedure on the
-terminal), `_steps`, then the probe: `_probe_site`, `_probe`, `_tip`, `_probe_status`. `_report` and
-`_tip_report` print; `_sensors` learns the baseline; `_write_cameras` writes into the cameras.
+Read `_setup` (options of every guided procedure), `_calibrate` (cameras), `_run` (a guided
+procedure on the terminal), `_steps`, then the probe: `_probe` (also its tips), `_tip`. `_report`
+and `_tip_report` print; `_sensors` learns the baseline; `_write_cameras` writes into the cameras.
 Procedures, gates and numbers are in `calibration`, the same for the window.
 """
 
@@ -13,8 +13,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.calibrate._calibrate import calibrate_app
-    from ocmm_cli.calibrate._probe import probe_command
-    from ocmm_cli.calibrate._probe_status import mount_tip, probe_history, probe_status
+    from ocmm_cli.calibrate._probe import mount_tip, probe_command, probe_history, probe_status
     from ocmm_cli.calibrate._run import take_relocation_shots
     from ocmm_cli.calibrate._tip import check_tip_command, tip_command
     from ocmm_cli.calibrate._write_cameras import write_cameras

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from ocmm_cli.calibrate._feed_options import FeedOptions
-from ocmm_cli.calibrate._relocate import relocate
-from ocmm_cli.calibrate._verify import verify
+from ocmm_cli.calibrate._setup import CameraSetup
 from ocmm_cli.terminal import make_console, print_table_account
+from ocmm_core.calibration.verification import Limits
 from ocmm_core.composition import STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
+    from ocmm_core.calibration.guided import Shot
     from ocmm_sim.calibration_scenes import Scene
     from ocmm_sim.sources import VirtualSite
 
@@ -33,77 +34,166 @@ calibrate_app = typer.Typer(
 
 @calibrate_app.command()
 def cameras(
-    *, points: Path, spots: Path | None, spot: TableOptions,
-    evaluation: int | None, layout: TableOptions, source: str,
-    rig: Path, calibrations: Path | None, who: str, temperature: float | None, temperature_u: str,
-    decision: bool | None, overrule: str, new: bool, feed: FeedOptions,
+    *, points: Path, spots: Path | None, spot: TableOptions, evaluation: int | None,
+    layout: TableOptions, overrule: str, setup: CameraSetup,
 ) -> None:  # fmt: skip
     """Calibrate all cameras from known points: a target is brought to every position of a list.
 
     Live, a point is taken as soon as the target rests at a new place, in the order of the list.
     """
-    from ocmm_cli.calibrate._report import print_calibration
-    from ocmm_cli.calibrate._run import continued, open_site
-    from ocmm_cli.calibrate._steps import (
-        collect_from,
-        compute,
-        finish,
-        is_lacking,
-        now,
-        require_end,
-        store_in_cameras,
-    )
-    from ocmm_core.acceptance import read_temperature
+    from ocmm_cli.calibrate import _run as run
+    from ocmm_cli.calibrate import _steps as steps
     from ocmm_core.calibration.cameras import (
         KnownPointsProcedure,
         load_spots,
         read_reference_points,
     )
-    from ocmm_core.calibration.guided import ProcedureKind
 
-    console, site = make_console(), open_site(rig, calibrations)
+    console, site = make_console(), run.open_site(setup.rig, setup.calibrations)
     read = read_reference_points(points, layout)
     print_table_account(read.account)
     listed = read.points
-    warm = read_temperature(temperature, temperature_u, now())
-    procedure = continued(
-        site,
-        ProcedureKind.KNOWN_POINTS,
+    procedure = run.opened(
+        site, setup, console, KnownPointsProcedure.kind,
         lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
-        console,
-        warm,
-        new=new,
-    )
-    if procedure is None:
-        procedure = KnownPointsProcedure.begin(
-            site.sessions, site.design, site.store, listed, now(),
-            who=who, temperature=warm, evaluation=evaluation,
-        )  # fmt: skip
+        lambda warm, now: KnownPointsProcedure.begin(
+            site.sessions, site.design, site.store, listed, now,
+            who=setup.who, temperature=warm, evaluation=evaluation,
+        ),
+    )  # fmt: skip
     _require_same_list(procedure, listed)
     if spots is not None:
         table = load_spots(spots, listed, spot)
         if table.account is not None:
             print_table_account(table.account)
-        procedure.take_table(table, now())
-        require_end(procedure)
-    elif is_lacking(procedure):
+        procedure.take_table(table, run.now())
+        steps.require_end(procedure)
+    elif steps.is_lacking(procedure):
 
         def scenes(virtual: VirtualSite) -> tuple[Scene, ...]:
             from ocmm_sim.sources import scenes_of_known_points
 
             return scenes_of_known_points(virtual, procedure.view, procedure.points)
 
-        collect_from(procedure, site, source, STANDARD_PROBE, scenes, feed, console)
-    compute(procedure, overrule)
+        steps.collect_from(procedure, site, setup, STANDARD_PROBE, scenes, console, setup.move)
+    steps.conclude(procedure, site, setup, overrule, "calibrated from known points", console)
+
+
+@calibrate_app.command()
+def relocate(
+    *, bar: Path, shots: Path | None, spot: TableOptions,
+    world: Literal["cameras", "points", "set"], control: Path | None, layout: TableOptions,
+    lens: Literal["fixed", "prior", "free"], geometry: Literal["known", "uncertain", "unknown"],
+    poses: int, placements: int, limit: float, seats: bool, probe: Path, probes: Path | None,
+    tip: str | None, overrule: str, setup: CameraSetup,
+) -> None:  # fmt: skip
+    """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar.
+
+    Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
+    """
+    from ocmm_cli.calibrate import _run as run
+    from ocmm_cli.calibrate import _steps as steps
+    from ocmm_core.calibration.cameras import read_reference_points
+    from ocmm_core.calibration.guided import load_shots
+    from ocmm_core.calibration.records import load_bar
+    from ocmm_core.calibration.relocation import RelocationProcedure
+
+    console, site = make_console(), run.open_site(setup.rig, setup.calibrations)
+    body, artefact = steps.body_in_use_of(setup.source, probe, probes, tip), load_bar(bar)
+    known = None
+    if control is not None:
+        read = read_reference_points(control, layout)
+        print_table_account(read.account)
+        known = read.points
+    recorded: tuple[Shot, ...] = ()
+    if shots is not None:
+        table = load_shots(shots, site.rig, body.n_leds, spot)
+        print_table_account(table.account)
+        recorded = table.shots
+    procedure = run.opened(
+        site, setup, console, RelocationProcedure.kind,
+        lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
+        lambda warm, now: RelocationProcedure.begin(
+            site.sessions, site.rig, body, site.store, artefact, now,
+            who=setup.who, temperature=warm, world=world, control=known, lens=lens,
+            geometry=geometry, poses_wanted=poses, bars_wanted=placements,
+            length_limit_mm=limit, seats=_has_seats(setup.source, recorded, seats=seats),
+        ),
+    )  # fmt: skip
+    if shots is not None:
+        run.take_relocation_shots(procedure, recorded)
+        steps.require_end(procedure)
+    elif steps.is_lacking(procedure):
+
+        def scenes(virtual: VirtualSite) -> tuple[Scene, ...]:
+            from ocmm_sim.sources import scenes_of_relocation
+
+            return scenes_of_relocation(
+                virtual, site.design, procedure.view, procedure.bar, procedure.control
+            )
+
+        steps.collect_from(procedure, site, setup, probe, scenes, console, setup.move)
+    steps.conclude(procedure, site, setup, overrule, "relocated", console)
+
+
+@calibrate_app.command()
+def verify(
+    *, bar: Path, sphere: list[Path] | None, two_places: bool, excuse: list[str] | None,
+    shots: Path | None, spot: TableOptions, constant: float,
+    per_length: float, largest: float, diameter: float, form: float,
+    rule: Literal["guarded", "simple"], probe: Path, probes: Path | None, tip: str | None,
+    setup: CameraSetup,
+) -> None:  # fmt: skip
+    """Verify the calibration in force with a bar along seven lines, and with spheres.
+
+    Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
+    """
+    from ocmm_cli.calibrate import _run as run
+    from ocmm_cli.calibrate import _steps as steps
+    from ocmm_cli.calibrate._report import print_status, print_verification
+    from ocmm_core.calibration.guided import load_shots
+    from ocmm_core.calibration.records import load_bar, load_sphere
+    from ocmm_core.calibration.verification import VerificationProcedure
+
+    console, site = make_console(), run.open_site(setup.rig, setup.calibrations)
+    body, artefact = steps.body_in_use_of(setup.source, probe, probes, tip), load_bar(bar)
+    spheres = tuple(load_sphere(path) for path in sphere or ())
+    procedure = run.opened(
+        site, setup, console, VerificationProcedure.kind,
+        lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
+        lambda warm, now: VerificationProcedure.begin(
+            site.sessions, site.rig, body, site.store, artefact, now,
+            who=setup.who, temperature=warm, spheres=spheres, two_places=two_places,
+            limits=Limits(constant, per_length, largest, diameter, rule, form),
+        ),
+    )  # fmt: skip
+    for one in excuse or ():
+        corner, _, reason = one.partition(":")
+        procedure.excuse_corner(corner, reason, run.now())
+    run.retake_misplaced(procedure, console)
+    if shots is not None:
+        recorded = load_shots(shots, site.rig, body.n_leds, spot)
+        print_table_account(recorded.account)
+        run.take_verification_shots(procedure, recorded.shots)
+        steps.require_end(procedure)
+    elif steps.is_lacking(procedure):
+
+        def scenes(virtual: VirtualSite) -> tuple[Scene, ...]:
+            from ocmm_sim.sources import scenes_of_verification
+
+            return scenes_of_verification(
+                virtual, site.rig, procedure.view, procedure.bar, procedure.spheres
+            )
+
+        steps.collect_from(procedure, site, setup, probe, scenes, console, setup.move)
+    procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:
-        print_calibration(console, outcome)
-    finish(procedure, site, decision, "calibrated from known points", console)
-    store_in_cameras(site, source, rig, feed.force, console)
-
-
-calibrate_app.command()(relocate)
-calibrate_app.command()(verify)
+        print_verification(console, outcome)
+    code = steps.decided_code(procedure, setup.decision, "verified", console)
+    print_status(console, site.document, site.calibrations, run.now())
+    failed = outcome is None or not outcome.record.passed
+    raise typer.Exit(1 if failed else code)
 
 
 @calibrate_app.command()
@@ -116,9 +206,9 @@ def sensors(
     Wave the probe through the whole volume right after a verification has passed. Without this,
     only larger pushes are noticed within seconds.
     """
-    from ocmm_cli.calibrate._run import open_site, real_feed, virtual_feed
+    from ocmm_cli.calibrate._run import now, open_site, real_feed, virtual_feed
     from ocmm_cli.calibrate._sensors import learn, require_usable, wave
-    from ocmm_cli.calibrate._steps import body_in_use_of, now
+    from ocmm_cli.calibrate._steps import body_in_use_of
     from ocmm_core.composition import Origin, origin_of
 
     console, site = make_console(), open_site(rig, calibrations)
@@ -142,7 +232,7 @@ def status(*, rig: Path, calibrations: Path | None) -> None:
     All files that it rests on are read again. Exit code 1 where points may not be taken.
     """
     from ocmm_cli.calibrate._report import print_status
-    from ocmm_cli.calibrate._steps import now
+    from ocmm_cli.calibrate._run import now
     from ocmm_core.calibration.records import default_folder
 
     usable = print_status(make_console(), rig, calibrations or default_folder(), now())
@@ -172,3 +262,18 @@ def _require_same_list(procedure: KnownPointsProcedure, listed: KnownPoints) -> 
             f"Session {procedure.base.session} was started with another list of points.",
             "Give that list, or start a new session with --new.",
         )
+
+
+def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:
+    """Return whether two seats are visited first and last; only recordings may lack them."""
+    from ocmm_core.composition import Origin, origin_of
+
+    if recorded:
+        return any(shot.kind == "repeat" for shot in recorded)
+    if not seats and origin_of(source) is not Origin.RECORDING:
+        raise CalibrationError(
+            "calibrate.seats",
+            "--no-seats is only for recordings without seats, and the source is not a recording.",
+            "Omit it, and visit two cones fixed to the table first and last.",
+        )
+    return seats

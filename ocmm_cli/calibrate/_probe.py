@@ -1,10 +1,13 @@
-"""``ocmm calibrate probe``: the geometry of a probe and its tip, from two sweeps in a cone."""
+"""``ocmm calibrate probe``: the geometry of a probe and its tip, from two sweeps in a cone.
+
+Also ``probe-status``, ``probe-history`` and ``mount-tip``: the tips of a probe.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,16 +15,27 @@ import typer
 from msgspec.structs import replace
 from rich.console import Console
 
-from ocmm_cli.terminal import lead, make_console, print_table_account
+from ocmm_cli.calibrate._setup import ProbeSetup
+from ocmm_cli.terminal import (
+    heads,
+    lead,
+    make_console,
+    print_grid,
+    print_table_account,
+    say,
+    say_word,
+)
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
-    from ocmm_cli.calibrate._probe_site import TerminalProbeSite
+    from ocmm_cli.calibrate._steps import TerminalProbeSite
     from ocmm_core.calibration.pivot import PivotSweep
+    from ocmm_core.calibration.records import ProbeStore, TipState
     from ocmm_core.calibration.sweeping import PivotProcedure
     from ocmm_sim.calibration_scenes import SweepProbe
+    from ocmm_sim.sources import VirtualSite
 
 
 _FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
@@ -33,22 +47,10 @@ _REST_S = 3.0
 _RANGES = (30.0, 30.0, 13.0)
 
 
-@dataclass(frozen=True, slots=True)
-class _Run:
-    source: str
-    scene: str
-    seed: int
-    speed: float
-    record: Path | None
-    force: bool
-
-
 def probe_command(
     *, tip: str, tip_unknown: bool, sweeps: Path | None, spot: TableOptions, poses: int,
-    slack: float, limit: float, because: str, valid_days: int, again: bool, scene: str, source: str,
-    rig: Path, probe: Path, calibrations: Path | None, probes: Path | None, who: str,
-    temperature: float | None, temperature_u: str, decision: bool | None, overrule: str, new: bool,
-    anew: bool, seed: int, speed: float, record: Path | None, uncalibrated: bool, force: bool,
+    slack: float, limit: float, because: str, valid_days: int, again: bool, overrule: str,
+    anew: bool, setup: ProbeSetup,
 ) -> None:  # fmt: skip
     """Calibrate a probe: its ball rests in a cone and it is swept about it, in two places.
 
@@ -56,57 +58,44 @@ def probe_command(
     ball out, leave the cone, and sweep in another one: the second sweep must show the same tip. At
     the end the ball rests in the first cone once more: what moved meanwhile shows.
     """
-    from ocmm_cli.calibrate._probe_site import about_tip, open_probe_site
-    from ocmm_cli.calibrate._run import continued, decide
-    from ocmm_cli.calibrate._steps import is_lacking, now
+    from ocmm_cli.calibrate import _run as run
+    from ocmm_cli.calibrate import _steps as steps
     from ocmm_cli.calibrate._tip_report import print_probe, print_tip_status
-    from ocmm_core.acceptance import read_temperature
-    from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
+    from ocmm_core.calibration.guided import ProcedureDecision
     from ocmm_core.calibration.pivot import load_sweeps
     from ocmm_core.calibration.sweeping import PivotProcedure
 
     console = make_console()
-    place = open_probe_site(
-        rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
-    )
+    place = steps.open_probe_site(setup, console)
     site, body, store = place.site, place.body, place.store
-    warm = read_temperature(temperature, temperature_u, now())
-    procedure = continued(
-        site,
-        ProcedureKind.PIVOT,
-        lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
-        console,
-        warm,
-        new=new,
-    )
-    if procedure is None:
-        procedure = PivotProcedure.begin(
-            site.sessions, site.rig, body, store, tip, now(),
-            who=who, temperature=warm, tip_unknown=tip_unknown, slack_mm=slack,
+    procedure = run.opened(
+        site, setup, console, PivotProcedure.kind,
+        lambda path: steps.about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
+        lambda warm, now: PivotProcedure.begin(
+            site.sessions, site.rig, body, store, tip, now,
+            who=setup.who, temperature=warm, tip_unknown=tip_unknown, slack_mm=slack,
             change_limit_mm=limit, poses_wanted=poses, valid_days=valid_days,
-            again=_has_again(source, sweeps, again=again),
-        )  # fmt: skip
+            again=_has_again(setup.source, sweeps, again=again),
+        ),
+    )  # fmt: skip
     if anew and procedure.base.decision is ProcedureDecision.OPEN:
-        procedure.sweep_anew(now())
+        procedure.sweep_anew(run.now())
     if overrule and procedure.base.decision is ProcedureDecision.OPEN:
-        procedure.force(now(), overrule)
+        procedure.force(run.now(), overrule)
     if sweeps is not None:
         table = load_sweeps(sweeps, site.rig, body.n_leds, spot)
         print_table_account(table.account)
         _take_recorded(procedure, table.sweeps)
-    elif is_lacking(procedure):
-        run = _Run(source, scene, seed, speed, record, force)
-        _collect(procedure, place, rig, probe, run, console)
+    elif steps.is_lacking(procedure):
+        _collect(procedure, place, setup, console)
     procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:
         print_probe(console, outcome)
-    made = decide(procedure, decision, because, console)
+    made = run.decide(procedure, setup.decision, because, console)
     if made is ProcedureDecision.ACCEPTED:
-        console.print(
-            f"{lead('Record   ')}{store.folder}: {store.active_hash(tip)}", highlight=False
-        )
-    print_tip_status(console, store, tip, now())
+        console.print(f"{lead('Record   ')}{store.folder}: {store.active_hash(tip)}")
+    print_tip_status(console, store, tip, run.now())
     if made is not ProcedureDecision.ACCEPTED:
         raise typer.Exit(1)
 
@@ -160,8 +149,7 @@ def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
 
 def _take_recorded(procedure: PivotProcedure, sweeps: Sequence[PivotSweep]) -> None:
     """Take recorded sweeps that the session does not have yet."""
-    from ocmm_cli.calibrate._run import pass_open_gates
-    from ocmm_cli.calibrate._steps import now
+    from ocmm_cli.calibrate._run import now, pass_open_gates
     from ocmm_core.calibration.sweeping import SWEEPS
 
     pass_open_gates(procedure)
@@ -179,35 +167,19 @@ def _take_recorded(procedure: PivotProcedure, sweeps: Sequence[PivotSweep]) -> N
 
 
 def _collect(
-    procedure: PivotProcedure,
-    place: TerminalProbeSite,
-    rig: Path,
-    probe: Path,
-    options: _Run,
-    console: Console,
+    procedure: PivotProcedure, place: TerminalProbeSite, setup: ProbeSetup, console: Console
 ) -> None:
-    from ocmm_cli.calibrate._probe_site import collect_from
-    from ocmm_cli.calibrate._run import real_feed, virtual_feed
-    from ocmm_cli.calibrate._steps import is_lacking, now
+    from ocmm_cli.calibrate._run import now
+    from ocmm_cli.calibrate._steps import collect_from, is_lacking
     from ocmm_core.calibration.sweeping import SECOND
-    from ocmm_core.composition import Origin, origin_of
 
-    source, frames = options.source, None
-    if origin_of(source) is Origin.VIRTUAL:
-        from ocmm_sim.sources import VirtualSite
-
-        if options.scene == "other-probe":
-            probe = _OTHER_PROBE
+    def scenes(_virtual: VirtualSite) -> tuple[SweepProbe, ...]:
         step, wanted = procedure.base.step.name, procedure.view.first.poses_wanted
-        script = VirtualSite(rig, probe, options.seed, None).script(
-            virtual_sweeps(options.scene, step, options.seed, wanted)
-        )
-        frames = script.build().n_frames
-        feed = virtual_feed(script, source, options.speed)
-    else:
-        feed = real_feed(rig, place.site.design, source, force=options.force)
+        return virtual_sweeps(setup.scene, step, setup.seed, wanted)
+
+    probe = _OTHER_PROBE if setup.scene == "other-probe" else setup.probe
     try:
-        collect_from(procedure, place, feed, frames, options.record, console)
+        collect_from(procedure, place.site, setup, probe, scenes, console, cameras=place.cameras)
     except CalibrationError:
         # If a person overruled the guards, the last sweep may end with the poses it has.
         sweep = procedure.view.sweep
@@ -216,5 +188,108 @@ def _collect(
         procedure.end_sweep(now())
         if is_lacking(procedure):
             # The recording covers the sweeps; the final visit comes after it.
-            options = dataclasses.replace(options, record=None)
-            _collect(procedure, place, rig, probe, options, console)
+            _collect(procedure, place, dataclasses.replace(setup, record=None), console)
+
+
+def probe_status(*, probe: Path, probes: Path | None) -> None:
+    """Say which tip is on the probe, and whether it and the others may be used.
+
+    Exit code 1 where points may not be taken with the mounted tip.
+    """
+    from ocmm_cli.calibrate._report import evidence_words
+    from ocmm_core.calibration.records import State, probe_overview
+    from ocmm_core.tracking import load_probe
+
+    console, store = make_console(), _store(probe, probes)
+    found = probe_overview(store, datetime.now(UTC))
+    _say(console, say(f"Probe    {load_probe(probe).name}, by {probe}"))
+    _say(console, f"{lead('Folder   ')}{store.folder}")
+    if found.fault:
+        _say(console, f"{lead('Records  ')}{say('cannot be used.')} {say(found.fault)}")
+        raise typer.Exit(1)
+    if not found.tips:
+        _say(console, say(f"Tips     none: probe never calibrated ({store.folder})."))
+        raise typer.Exit(1)
+    for state in found.tips:
+        _print_tip(console, state)
+        if state.status.state is not State.UNUSABLE:
+            _say(console, f"{lead('Evidence ')}{evidence_words(store, state.tip)}")
+    mounted = found.tips[0]
+    raise typer.Exit(0 if mounted.mounted and mounted.status.state.usable else 1)
+
+
+def probe_history(*, probe: Path, probes: Path | None) -> None:
+    """List what happened to a probe and its tips."""
+    rows = []
+    for event in _store(probe, probes).events:
+        since = say(f" Good until {event.since_utc[:19]}.") if event.since_utc else ""
+        lost = say(f" Lost before: {', '.join(event.lost)}.") if event.lost else ""
+        rows.append((
+            event.utc[:19], event.tip, event.kind.value, event.record[:12], event.who,
+            f"{event.reason}{since}{lost}",
+        ))  # fmt: skip
+    columns = heads("UTC", "Tip", "What", "Record", "Who", "Reason")
+    print_grid(make_console(), columns, rows, say_word("History"))
+
+
+def mount_tip(tip: str, *, probe: Path, probes: Path | None, who: str) -> None:
+    """Say that a tip, maybe the same one again, was screwed on; it must be checked.
+
+    No points are taken until 'ocmm calibrate check-tip' has passed.
+    """
+    store = _store(probe, probes)
+    store.mount(tip, who, datetime.now(UTC))
+    status = store.status(tip, datetime.now(UTC))
+    mounted = say(f"Tip '{tip}' is mounted.")
+    _say(make_console(), f"{mounted} {say(status.reason)} {say(status.remedy)}".rstrip())
+
+
+def _store(probe: Path, folder: Path | None) -> ProbeStore:
+    from ocmm_core.calibration.records import ProbeStore, default_probe_folder, probe_store_folder
+    from ocmm_core.tracking import load_probe
+
+    place = folder if folder is not None else default_probe_folder()
+    return ProbeStore(probe_store_folder(place, load_probe(probe).name))
+
+
+def _print_tip(console: Console, state: TipState) -> None:
+    from ocmm_core.calibration.records import record_hash
+
+    record, qualified, status = state.calibration, state.qualification, state.status
+    on = say("mounted") if state.mounted else say("not mounted")
+    _say(console, say(f"Tip      {state.tip} ({on})"))
+    _say(console, f"{lead('State    ')}{say_word(status.state.value)}")
+    if status.reason:
+        _say(console, f"         {say(status.reason)} {say(status.remedy)}")
+    if status.since_utc:
+        _say(console, say(f"         Points since {status.since_utc[:19]} UTC are suspect."))
+    _say(
+        console,
+        say(
+            f"Record   {record_hash(record)}\n         calibrated {record.made_utc[:19]} UTC by "
+            f"{record.made_by}{_warmth(record.temperature_c)}, valid until "
+            f"{record.valid_until_utc[:10]}"
+        ),
+    )
+    if qualified is not None:
+        _say(
+            console,
+            say(
+                f"Ball     {qualified.diameter_mm:.4f} mm, U = "
+                f"{2e3 * qualified.diameter_sigma_mm:.1f} um (k = 2), form "
+                f"{1e3 * qualified.form_mm:.1f} um\n"
+                f"         qualified {qualified.made_utc[:19]} UTC by {qualified.made_by}"
+                f"{_warmth(qualified.temperature_c)}, valid until {qualified.valid_until_utc[:10]}"
+            ),
+        )
+    if state.check is not None:
+        verdict = "passed" if state.check.passed else "FAILED"
+        _say(console, say(f"Checked  {state.check.made_utc[:19]} UTC: {verdict}"))
+
+
+def _warmth(celsius: float | None) -> str:
+    return "" if celsius is None else " " + say(f"at {celsius:.1f} C")
+
+
+def _say(console: Console, text: str) -> None:
+    console.print(text, soft_wrap=True)

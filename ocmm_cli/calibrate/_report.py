@@ -63,7 +63,7 @@ def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
             ),
         )
     for warning in outcome.warnings:
-        console.print(told(warning), style="yellow", highlight=False)
+        console.print(told(warning), style="yellow")
     if outcome.comparison is not None:
         _print_comparison(console, outcome.comparison)
 
@@ -102,7 +102,7 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
     _say(console, f"{say_word('Rule')}: {say(record.rule)}.")
     _print_session(console, record)
     for warning in outcome.warnings:
-        console.print(told(warning), style="yellow", highlight=False)
+        console.print(told(warning), style="yellow")
     if record.passed and outcome.due_utc:
         print_term(console, outcome.due_utc)
     print_passed(console, passed=record.passed)
@@ -130,7 +130,7 @@ def _print_session(console: Console, record: VerificationRecord) -> None:
     if record.arose is not None:
         _say(console, f"{lead('Since    ')}{say(record.arose.sentence)}")
     for one in record.objections:
-        console.print(told(one), style="bold red", highlight=False)
+        console.print(told(one), style="bold red")
 
 
 def print_status(console: Console, document: Path, folder: Path, now: datetime) -> bool:
@@ -215,4 +215,4 @@ def _print_comparison(console: Console, found: CalibrationComparison) -> None:
 
 
 def _say(console: Console, text: str) -> None:
-    console.print(text, highlight=False, soft_wrap=True)
+    console.print(text, soft_wrap=True)

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from ocmm_cli.calibrate._setup import Setup
 from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_later
+from ocmm_core.acceptance import read_temperature
 from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration.guided import (
@@ -83,42 +85,36 @@ def open_site(rig: Path, calibrations: Path | None) -> TerminalSite:
     return TerminalSite(design, in_use.rig, rig, root, store, folder / SESSIONS)
 
 
-def continued(
+def opened(
     site: TerminalSite,
+    setup: Setup,
+    console: Console,
     kind: ProcedureKind,
     resume: Callable[[Path], P],
-    console: Console,
-    warm: Temperature | None = None,
-    *,
-    new: bool,
-) -> P | None:
-    """Return the newest resumable session of a kind, unless ``new``; ``warm``: a new reading."""
-    for path in () if new else sessions(site.sessions, kind):
+    begin: Callable[[Temperature | None, datetime], P],
+) -> P:
+    """Return the newest resumable session of a kind, else a new one from a temperature."""
+    warm = read_temperature(setup.temperature, setup.temperature_u, now())
+    for path in () if setup.new else sessions(site.sessions, kind):
         try:
             procedure = resume(path)
         except (CalibrationError, InputError, StorageError) as error:
             # Started with another calibration, probe or version, or at an implausible temperature:
             # its observations are useless.
             if not is_ended(path):
-                console.print(
-                    f"{lead('Left out ')}{say(error.what)}",
-                    style="dim",
-                    highlight=False,
-                    markup=False,
-                )
+                console.print(f"{lead('Left out ')}{say(error.what)}", style="dim")
             continue
         if is_open(procedure.base):
             step = procedure.base.step
             console.print(
-                f"{lead('Continue ')}{path}: {say(step.title)}, {step.done}/{step.wanted}",
-                highlight=False,
+                f"{lead('Continue ')}{path}: {say(step.title)}, {step.done}/{step.wanted}"
             )
             if procedure.base.torn:
-                console.print(say(procedure.base.torn), highlight=False)
+                console.print(say(procedure.base.torn))
             if warm is not None:
-                procedure.note_temperature(datetime.now(UTC), warm)
+                procedure.note_temperature(now(), warm)
             return procedure
-    return None
+    return begin(warm, now())
 
 
 def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
@@ -166,7 +162,7 @@ def collect(
     closed; its failure is printed, and the calibration continues. CalibrationError if the source
     ended before the last step; the session keeps the observations so far.
     """
-    console.print(f"{lead('Source   ')}{feed.description.name}")
+    console.print(f"{lead('Source   ')}{feed.description.name}", highlight=True)
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -198,12 +194,13 @@ def collect(
                             recorder = None
                             console.print(
                                 f"{say(error.what)} {say('Calibration continues.')} "
-                                f"{say(error.remedy)}"
+                                f"{say(error.remedy)}",
+                                highlight=True,
                             )
                     procedure.watch(block)
                     seen += len(block)
                     if procedure.base.live.ready:
-                        procedure.take(_now())
+                        procedure.take(now())
                         retake_misplaced(procedure, console)
                     view = procedure.base
                     step, hint = view.step, view.live.hint
@@ -246,14 +243,14 @@ def retake_misplaced(procedure: Procedure, console: Console) -> None:
         return
     for number, line in enumerate(procedure.view.lines):
         if line.hint:
-            console.print(f"{lead('Again    ')}{line.name}: {say(line.hint)}", highlight=False)
-            procedure.repeat_line(number, _now())
+            console.print(f"{lead('Again    ')}{line.name}: {say(line.hint)}")
+            procedure.repeat_line(number, now())
 
 
 def _record_temperature(procedure: Procedure, feed: Feed) -> None:
     report = decode_report(feed.ring.report())
     if report is not None:
-        procedure.record_temperature(_now(), [camera.temperature_c for camera in report.cameras])
+        procedure.record_temperature(now(), [camera.temperature_c for camera in report.cameras])
 
 
 def pass_open_gates(procedure: Procedure) -> int:
@@ -264,7 +261,7 @@ def pass_open_gates(procedure: Procedure) -> int:
             procedure.predict()
             if not procedure.base.step.gate.open:
                 break
-        procedure.advance(_now())
+        procedure.advance(now())
         view = procedure.base
     return view.current
 
@@ -274,16 +271,14 @@ def decide(
 ) -> ProcedureDecision:
     """Accept the result, keep the old one, or leave the session open for a later decision."""
     if accept is None and console.is_terminal:
-        accept = is_yes(console.input(say("Accept it? [y/n] ")))
+        console.print(say("Accept it? [y/n] "), end="", highlight=True)
+        accept = is_yes(console.input())
     if accept is None:
-        console.print(
-            say(f"Session  {procedure.base.session}: waiting for --accept or --keep."),
-            highlight=False,
-        )
+        console.print(say(f"Session  {procedure.base.session}: waiting for --accept or --keep."))
     else:
         # Ctrl-C has no effect until the decision is stored.
         with contextlib.closing(DeferredInterrupt()):
-            (procedure.accept if accept else procedure.keep)(_now(), reason)
+            (procedure.accept if accept else procedure.keep)(now(), reason)
     return procedure.base.decision
 
 
@@ -299,7 +294,7 @@ def is_open(view: ProcedureView) -> bool:
     )
 
 
-def _now() -> datetime:
+def now() -> datetime:
     return datetime.now(UTC)
 
 
@@ -318,16 +313,16 @@ def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot])
         if left.get(kind, 0) > 0:
             left[kind] -= 1
         elif kind == "pose":
-            procedure.take_pose(shot.uv, shot.sigma_px, _now())
+            procedure.take_pose(shot.uv, shot.sigma_px, now())
         elif kind == "bar":
-            procedure.take_bar(shot.uv, shot.sigma_px, _now())
+            procedure.take_bar(shot.uv, shot.sigma_px, now())
         elif kind == "repeat":
-            procedure.take_visit(shot.uv, shot.sigma_px, _now())
+            procedure.take_visit(shot.uv, shot.sigma_px, now())
         elif kind == "end":
-            procedure.take_seat("", shot.uv, shot.sigma_px, _now())
+            procedure.take_seat("", shot.uv, shot.sigma_px, now())
         elif kind == "seat":
             if shot.place not in view.world_points:
-                procedure.take_seat(shot.place, shot.uv, shot.sigma_px, _now())
+                procedure.take_seat(shot.place, shot.uv, shot.sigma_px, now())
         else:
             raise _strange(shot, "relocation")
 
@@ -341,7 +336,7 @@ def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Sh
     for shot in shots[left:]:
         if shot.kind != wanted.get(procedure.base.step.name):
             raise _strange(shot, f"step '{procedure.base.step.title}'")
-        procedure.take_shot(shot.uv, shot.sigma_px, _now())
+        procedure.take_shot(shot.uv, shot.sigma_px, now())
         pass_open_gates(procedure)
 
 

@@ -53,7 +53,7 @@ def wave(
     looks: list[ResidualSample] = []
     left = round(seconds * 1e9 / feed.description.frame_period_ns)
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    console.print(f"{lead('Source   ')}{feed.description.name}")
+    console.print(f"{lead('Source   ')}{feed.description.name}", highlight=True)
     interrupt = DeferredInterrupt()
     try:
         with Progress(*columns, console=console, transient=True) as progress:
@@ -91,8 +91,7 @@ def learn(
         say(
             f"Sensors  {baseline.looks} samples; pattern {whole:.4f} px, residual "
             f"{baseline.left_px:.4f} px"
-        ),
-        highlight=False,
+        )
     )
-    console.print(f"{lead('Baseline ')}{path}", highlight=False)
+    console.print(f"{lead('Baseline ')}{path}")
     return path

@@ -1,37 +1,132 @@
+"""Steps of all guided procedures: site of a probe, frames, conclusion."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
-from datetime import UTC, datetime
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import typer
 from rich.console import Console
 
-from ocmm_cli.calibrate._feed_options import FeedOptions
-from ocmm_cli.calibrate._report import print_status
+from ocmm_cli.calibrate._report import print_calibration, print_status
 from ocmm_cli.calibrate._run import (
+    SESSIONS,
     TerminalSite,
     collect,
     decide,
     make_recorder,
+    now,
     pass_open_gates,
     real_feed,
     virtual_feed,
 )
+from ocmm_cli.calibrate._setup import ProbeSetup, Setup
 from ocmm_cli.calibrate._write_cameras import write_accepted
-from ocmm_cli.terminal import lead, make_console, say
+from ocmm_cli.terminal import lead, make_console, say, say_word, told
 from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.guided import Procedure, ProcedureDecision
-from ocmm_core.calibration.records import CalibrationStatus, judge, require_records
+from ocmm_core.calibration.records import (
+    CalibrationInUse,
+    CalibrationStatus,
+    CalibrationStore,
+    ProbeStore,
+    default_folder,
+    default_probe_folder,
+    judge,
+    probe_store_folder,
+    require_records,
+    store_folder,
+)
 from ocmm_core.calibration.relocation import RelocationProcedure
-from ocmm_core.composition import Origin, choose_probe, origin_of
+from ocmm_core.camera import load_rig
+from ocmm_core.composition import (
+    Origin,
+    checked_for_replay,
+    choose_calibration,
+    choose_probe,
+    origin_of,
+)
 from ocmm_core.errors import CalibrationError
-from ocmm_core.tracking import ProbeBody
+from ocmm_core.tracking import ProbeBody, load_probe
 
 if TYPE_CHECKING:
     from ocmm_sim.calibration_scenes import Scene
     from ocmm_sim.sources import VirtualSite
+
+
+class AboutTip(Protocol):
+    tip: str
+
+
+P = TypeVar("P", bound=AboutTip)
+
+
+@dataclass(frozen=True, slots=True)
+class TerminalProbeSite:
+    """Resources of a session about a probe."""
+
+    site: TerminalSite
+    """Cameras, with the folder of sessions about the probe."""
+    cameras: CalibrationInUse
+    """State of their calibration."""
+    body: ProbeBody
+    store: ProbeStore
+
+
+def open_probe_site(setup: ProbeSetup, console: Console) -> TerminalProbeSite:
+    """Return cameras and records of a probe.
+
+    InputError for a wrong document, CalibrationError without usable calibration of the cameras.
+    """
+    body, design = load_probe(setup.probe), load_rig(setup.rig)
+    cameras = choose_calibration(
+        setup.source, setup.rig, setup.calibrations, uncalibrated=setup.uncalibrated
+    )
+    require_cameras(cameras, console)
+    folder = setup.probes or own_folder(setup.source)
+    store = ProbeStore(probe_store_folder(folder, body.name))
+    root = setup.calibrations or default_folder()
+    of_cameras = CalibrationStore(store_folder(root, design.name))
+    sessions = store.folder / SESSIONS
+    site = TerminalSite(design, cameras.rig, setup.rig, root, of_cameras, sessions)
+    return TerminalProbeSite(site, cameras, body, store)
+
+
+def about_tip(procedure: P, tip: str) -> P:
+    """Return a resumed procedure; CalibrationError if it is about another tip."""
+    if procedure.tip != tip:
+        raise CalibrationError(
+            "calibrate.tip",
+            f"The session is for tip '{procedure.tip}'.",
+            "Give that tip, or start a new session with --new.",
+        )
+    return procedure
+
+
+def own_folder(source: str) -> Path:
+    """Return the default folder of records; virtual probes have their own."""
+    folder = default_probe_folder()
+    return folder.with_name("virtual-probes") if origin_of(source) is Origin.VIRTUAL else folder
+
+
+def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
+    """Refuse cameras without a usable calibration, and print warnings."""
+    view = judge(cameras, now())
+    unusable = cameras.fault is not None or view.word is CalibrationStatus.UNUSABLE
+    if unusable and view.blocking_reason is not None:
+        raise CalibrationError(
+            "calibrate.cameras",
+            f"The cameras cannot be used: {view.blocking_reason.what}",
+            view.blocking_reason.remedy,
+        )
+    if view.blocker is not None:
+        console.print(
+            f"{lead('Cameras  ')}{say_word(view.word.value)}: {told(view.blocker)}",
+            style="yellow",
+            highlight=True,
+        )
 
 
 def is_lacking(procedure: Procedure) -> bool:
@@ -49,31 +144,35 @@ def require_end(procedure: Procedure) -> None:
 def collect_from(
     procedure: Procedure,
     site: TerminalSite,
-    source: str,
+    setup: Setup,
     probe: Path,
     scenes: Callable[[VirtualSite], tuple[Scene, ...]],
-    options: FeedOptions,
     console: Console,
+    move: int | None = None,
+    cameras: CalibrationInUse | None = None,
 ) -> None:
-    """Record from a source, a virtual one by its scenes, and keep its frames if wanted."""
+    """Record from a source, a virtual one by its scenes, and keep its frames if wanted.
+
+    CalibrationError if a recording of real ``cameras`` has no known calibration, or the source
+    ended before the last step.
+    """
     frames = None
-    if origin_of(source) is Origin.VIRTUAL:
+    if origin_of(setup.source) is Origin.VIRTUAL:
         from ocmm_sim.sources import VirtualSite
 
-        virtual = VirtualSite(site.document, probe, options.seed, options.move)
+        virtual = VirtualSite(site.document, probe, setup.seed, move)
         script = virtual.script(scenes(virtual))
         frames = script.build().n_frames
-        feed = virtual_feed(script, source, options.speed)
+        feed = virtual_feed(script, setup.source, setup.speed)
     else:
-        feed = real_feed(site.document, site.design, source, force=options.force)
-    collect(procedure, feed, frames, console, make_recorder(feed, options.record, site.design))
-
-
-def compute(procedure: KnownPointsProcedure | RelocationProcedure, overrule: str) -> None:
-    """Compute the result, overruling the guards if a reason is given."""
-    if overrule and procedure.base.decision is ProcedureDecision.OPEN:
-        procedure.force(now(), overrule)
-    procedure.compute()
+        feed = real_feed(site.document, site.design, setup.source, force=setup.force)
+    if cameras is not None:
+        try:
+            require_cameras(checked_for_replay(cameras, feed.recorded), console)
+        except BaseException:
+            feed.ring.close()
+            raise
+    collect(procedure, feed, frames, console, make_recorder(feed, setup.record, site.design))
 
 
 def decided_code(procedure: Procedure, decision: bool | None, reason: str, console: Console) -> int:
@@ -82,23 +181,31 @@ def decided_code(procedure: Procedure, decision: bool | None, reason: str, conso
     return 0 if made is ProcedureDecision.ACCEPTED else 1
 
 
-def finish(
-    procedure: Procedure, site: TerminalSite, decision: bool | None, reason: str, console: Console
+def conclude(
+    procedure: KnownPointsProcedure | RelocationProcedure,
+    site: TerminalSite,
+    setup: Setup,
+    overrule: str,
+    reason: str,
+    console: Console,
 ) -> None:
-    """Decide, print the calibration in force, and exit if nothing was accepted."""
-    code = decided_code(procedure, decision, reason, console)
+    """Compute, overruling the guards if a reason is given; decide, and exit if nothing is accepted.
+
+    An accepted calibration is written into real cameras; virtual ones lose it when they end.
+    """
+    if overrule and procedure.base.decision is ProcedureDecision.OPEN:
+        procedure.force(now(), overrule)
+    procedure.compute()
+    outcome = procedure.view.outcome
+    if outcome is not None:
+        print_calibration(console, outcome)
+    code = decided_code(procedure, setup.decision, reason, console)
     print_status(console, site.document, site.calibrations, now())
     if code:
         raise typer.Exit(code)
-
-
-def store_in_cameras(
-    site: TerminalSite, source: str, rig: Path, force: bool, console: Console
-) -> None:
-    """Write an accepted calibration into real cameras; virtual ones lose it when they end."""
     record = site.store.active()
-    if record is not None and origin_of(source) is Origin.CAMERAS:
-        write_accepted(record, source, rig, console, force=force)
+    if record is not None and origin_of(setup.source) is Origin.CAMERAS:
+        write_accepted(record, setup.source, setup.rig, console, force=setup.force)
 
 
 def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | None) -> ProbeBody:
@@ -116,9 +223,5 @@ def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | Non
         if defect is not None:
             raise defect
         view = judge(in_use, now())
-        make_console().print(f"{lead('Probe  ')}{say(view.label)}", highlight=False)
+        make_console().print(f"{lead('Probe  ')}{say(view.label)}")
     return in_use.body
-
-
-def now() -> datetime:
-    return datetime.now(UTC)

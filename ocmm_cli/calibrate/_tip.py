@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import typer
 from rich.console import Console
 
+from ocmm_cli.calibrate._setup import ProbeSetup
 from ocmm_cli.terminal import lead, make_console, print_table_account
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
-    from ocmm_cli.calibrate._probe_site import TerminalProbeSite
+    from ocmm_cli.calibrate._steps import TerminalProbeSite
     from ocmm_core.calibration.guided import Shot
-    from ocmm_core.calibration.probe_design import Temperature
     from ocmm_core.calibration.records import ArtefactUse
     from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
+    from ocmm_sim.calibration_scenes import Scene
+    from ocmm_sim.sources import VirtualSite
 
     T = TypeVar("T", TipQualificationProcedure, TipCheckProcedure)
 
@@ -34,126 +36,85 @@ _FAULTS: dict[str, dict[str, float]] = {
 
 def tip_command(
     *, tip: str | None, sphere: Path, cone: str, diameter: float | None, valid_days: int,
-    shots: Path | None, spot: TableOptions, scene: str,
-    source: str, rig: Path, probe: Path, calibrations: Path | None, probes: Path | None, who: str,
-    temperature: float | None, temperature_u: str, decision: bool | None, new: bool, seed: int,
-    speed: float, record: Path | None, uncalibrated: bool, force: bool,
+    shots: Path | None, spot: TableOptions, setup: ProbeSetup,
 ) -> None:  # fmt: skip
     """Qualify a tip: its ball on a calibrated sphere (25 points), and in a cone (five attitudes).
 
     The record contains the ball diameter, its uncertainty and its validity. No touched point is
     left out; points that do not fit are named.
     """
-    from ocmm_cli.calibrate._probe_site import open_probe_site
-    from ocmm_cli.calibrate._steps import now
     from ocmm_cli.calibrate._tip_report import print_qualification
-    from ocmm_core.acceptance import read_temperature
-    from ocmm_core.calibration.records import load_sphere
     from ocmm_core.calibration.tip import TipQualificationProcedure
 
-    console = make_console()
-    place = open_probe_site(
-        rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
+    begin = partial(TipQualificationProcedure.begin, nominal_mm=diameter, valid_days=valid_days)
+    procedure, place, console = _touched(
+        TipQualificationProcedure, begin, tip, sphere, cone, shots, spot, setup
     )
-    name = _mounted(place, tip, who, console)
-    warm = read_temperature(temperature, temperature_u, now())
-    procedure = _continued(TipQualificationProcedure, place, name, console, warm, new=new)
-    if procedure is None:
-        procedure = TipQualificationProcedure.begin(
-            place.site.sessions, place.site.rig, place.body, place.store, name,
-            load_sphere(sphere), now(), who=who, temperature=warm, cone=_cone(cone),
-            nominal_mm=diameter, valid_days=valid_days, cameras=place.site.store,
-        )  # fmt: skip
-    feed = _Source(source, rig, probe, scene, seed, speed, record, force)
-    _take(procedure, place, shots, spot, feed, console)
     outcome = procedure.view.outcome
     if outcome is not None:
         print_qualification(console, outcome)
     passed = outcome is not None and outcome.record.passed
-    _finish(procedure, place, decision, console, passed=passed)
+    _finish(procedure, place, setup.decision, console, passed=passed)
 
 
 def check_tip_command(
-    *, tip: str | None, sphere: Path, cone: str, shots: Path | None, spot: TableOptions, scene: str,
-    source: str, rig: Path, probe: Path, calibrations: Path | None, probes: Path | None, who: str,
-    temperature: float | None, temperature_u: str, decision: bool | None, new: bool, seed: int,
-    speed: float, record: Path | None, uncalibrated: bool, force: bool,
+    *, tip: str | None, sphere: Path, cone: str, shots: Path | None, spot: TableOptions,
+    setup: ProbeSetup,
 ) -> None:  # fmt: skip
     """Check in a minute that the tip is still the qualified one: 13 points, five attitudes.
 
     Detects a diameter off by 50 um and a length off by 0.2 mm. If the points do not decide, the
     check asks for more of them; an uncertain check never passes.
     """
-    from ocmm_cli.calibrate._probe_site import open_probe_site
-    from ocmm_cli.calibrate._steps import now
     from ocmm_cli.calibrate._tip_report import print_check
-    from ocmm_core.acceptance import read_temperature
-    from ocmm_core.calibration.records import load_sphere
     from ocmm_core.calibration.tip import TipCheckProcedure
 
-    console = make_console()
-    place = open_probe_site(
-        rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
+    procedure, place, console = _touched(
+        TipCheckProcedure, TipCheckProcedure.begin, tip, sphere, cone, shots, spot, setup
     )
-    name = _mounted(place, tip, who, console)
-    warm = read_temperature(temperature, temperature_u, now())
-    procedure = _continued(TipCheckProcedure, place, name, console, warm, new=new)
-    if procedure is None:
-        procedure = TipCheckProcedure.begin(
-            place.site.sessions, place.site.rig, place.body, place.store, name,
-            load_sphere(sphere), now(), who=who, temperature=warm, cone=_cone(cone),
-            cameras=place.site.store,
-        )  # fmt: skip
-    feed = _Source(source, rig, probe, scene, seed, speed, record, force)
-    _take(procedure, place, shots, spot, feed, console)
     outcome = procedure.view.outcome
     if outcome is not None:
         print_check(console, outcome)
     passed = outcome is not None and outcome.record.passed
-    _finish(procedure, place, decision, console, passed=passed)
+    _finish(procedure, place, setup.decision, console, passed=passed)
 
 
-@dataclass(frozen=True, slots=True)
-class _Source:
-    source: str
-    rig: Path
-    probe: Path
-    scene: str
-    seed: int
-    speed: float
-    record: Path | None
-    force: bool
-
-
-def _continued(
+def _touched(
     kind: type[T],
-    place: TerminalProbeSite,
-    tip: str,
-    console: Console,
-    warm: Temperature | None,
-    *,
-    new: bool,
-) -> T | None:
-    """Return the newest resumable session about a tip; None without one."""
-    from ocmm_cli.calibrate._probe_site import about_tip
-    from ocmm_cli.calibrate._run import continued
+    begin: Callable[..., T],
+    tip: str | None,
+    sphere: Path,
+    cone: str,
+    shots: Path | None,
+    spot: TableOptions,
+    setup: ProbeSetup,
+) -> tuple[T, TerminalProbeSite, Console]:
+    """Return a calculated session about the mounted tip, with its place; resumed if possible."""
+    from ocmm_cli.calibrate._run import opened
+    from ocmm_cli.calibrate._steps import about_tip, open_probe_site
+    from ocmm_core.calibration.records import load_sphere
 
-    return continued(
-        place.site,
-        kind.kind,
+    console = make_console()
+    place = open_probe_site(setup, console)
+    site, body, store = place.site, place.body, place.store
+    name = _mounted(place, tip, setup.who, console)
+    procedure = opened(
+        site, setup, console, kind.kind,
         lambda path: about_tip(
-            kind.resume(path, place.site.rig, place.body, place.store, cameras=place.site.store),
-            tip,
+            kind.resume(path, site.rig, body, store, cameras=site.store), name
         ),
-        console,
-        warm,
-        new=new,
-    )
+        lambda warm, now: begin(
+            site.sessions, site.rig, body, store, name, load_sphere(sphere), now,
+            who=setup.who, temperature=warm, cone=_cone(cone), cameras=site.store,
+        ),
+    )  # fmt: skip
+    _take(procedure, place, shots, spot, setup, console)
+    return procedure, place, console
 
 
 def _mounted(place: TerminalProbeSite, tip: str | None, who: str, console: Console) -> str:
     """Return the name of the tip on the probe; naming another tip mounts it."""
-    from ocmm_cli.calibrate._steps import now
+    from ocmm_cli.calibrate._run import now
 
     name = tip or place.store.mounted
     if name is None:
@@ -164,7 +125,7 @@ def _mounted(place: TerminalProbeSite, tip: str | None, who: str, console: Conso
         )
     if name != place.store.mounted:
         place.store.mount(name, who, now())
-        console.print(f"{lead('Mounted  ')}{name}", highlight=False)
+        console.print(f"{lead('Mounted  ')}{name}")
     return name
 
 
@@ -173,38 +134,33 @@ def _take(
     place: TerminalProbeSite,
     shots: Path | None,
     spot: TableOptions,
-    source: _Source,
+    setup: ProbeSetup,
     console: Console,
 ) -> None:
     """Add missing observations from a file or the cameras, print them, and compute."""
-    from ocmm_cli.calibrate._probe_site import collect_from
-    from ocmm_cli.calibrate._run import real_feed, virtual_feed
-    from ocmm_cli.calibrate._steps import is_lacking, require_end
+    from ocmm_cli.calibrate import _steps as steps
     from ocmm_cli.calibrate._tip_report import print_cone, print_sphere
     from ocmm_core.calibration.guided import load_shots
-    from ocmm_core.composition import Origin, origin_of
 
+    site = place.site
     if shots is not None:
-        recorded = load_shots(shots, place.site.rig, place.body.n_leds, spot)
+        recorded = load_shots(shots, site.rig, place.body.n_leds, spot)
         print_table_account(recorded.account)
         take_tip_shots(procedure, recorded.shots)
-        require_end(procedure)
-    elif is_lacking(procedure):
-        frames = None
-        if origin_of(source.source) is Origin.VIRTUAL:
-            from ocmm_sim.calibration_scenes import TipFault
-            from ocmm_sim.sources import VirtualSite, scene_of_tip
+        steps.require_end(procedure)
+    elif steps.is_lacking(procedure):
 
-            scene = scene_of_tip(
-                procedure.view, procedure.sphere, place.site.rig, source.seed,
-                TipFault(**_FAULTS[source.scene]),
-            )  # fmt: skip
-            script = VirtualSite(source.rig, source.probe, source.seed, None).script((scene,))
-            frames = script.build().n_frames
-            feed = virtual_feed(script, source.source, source.speed)
-        else:
-            feed = real_feed(source.rig, place.site.design, source.source, force=source.force)
-        collect_from(procedure, place, feed, frames, source.record, console)
+        def scenes(_virtual: VirtualSite) -> tuple[Scene, ...]:
+            from ocmm_sim.calibration_scenes import TipFault
+            from ocmm_sim.sources import scene_of_tip
+
+            fault = TipFault(**_FAULTS[setup.scene])
+            view, sphere = procedure.view, procedure.sphere
+            return (scene_of_tip(view, sphere, site.rig, setup.seed, fault),)
+
+        steps.collect_from(
+            procedure, site, setup, setup.probe, scenes, console, cameras=place.cameras
+        )
     print_sphere(console, procedure.view)
     print_cone(console, procedure.view)
     procedure.compute()
@@ -214,7 +170,7 @@ def take_tip_shots(
     procedure: TipQualificationProcedure | TipCheckProcedure, shots: Sequence[Shot]
 ) -> None:
     """Add shots that a session lacks, sphere then cone; CalibrationError if out of sequence."""
-    from ocmm_cli.calibrate._steps import now
+    from ocmm_cli.calibrate._run import now
     from ocmm_core.calibration.tip import CONE, SPHERE
 
     view = procedure.view
@@ -247,8 +203,7 @@ def _finish(
     passed: bool,
 ) -> None:
     """Store or discard the result, print the tip's status, and exit with 1 unless all is well."""
-    from ocmm_cli.calibrate._run import decide
-    from ocmm_cli.calibrate._steps import now
+    from ocmm_cli.calibrate._run import decide, now
     from ocmm_cli.calibrate._tip_report import print_tip_status
     from ocmm_core.calibration.guided import ProcedureDecision
 

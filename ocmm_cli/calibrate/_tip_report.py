@@ -101,16 +101,16 @@ def print_qualification(console: Console, outcome: TipOutcome) -> None:
         )
     print_term(console, record.valid_until_utc)
     for warning in outcome.warnings:
-        console.print(told(warning), style="yellow", highlight=False)
+        console.print(told(warning), style="yellow")
     print_passed(console, passed=record.passed)
 
 
 def print_check(console: Console, outcome: TipCheckOutcome) -> None:
     _print_checks(console, say("Quick check"), outcome.record.checks)
     for finding in outcome.findings:
-        console.print(told(finding), style="red", highlight=False)
+        console.print(told(finding), style="red")
     for warning in outcome.warnings:
-        console.print(told(warning), style="yellow", highlight=False)
+        console.print(told(warning), style="yellow")
     if outcome.record.passed:
         print_term(console, outcome.due_utc)
     print_passed(console, passed=outcome.record.passed)
@@ -143,7 +143,7 @@ def print_passed(console: Console, *, passed: bool) -> None:
 
 
 def _say(console: Console, text: str) -> None:
-    console.print(text, highlight=False, soft_wrap=True)
+    console.print(text, soft_wrap=True)
 
 
 def print_probe(console: Console, outcome: PivotOutcome) -> None:
@@ -153,7 +153,7 @@ def print_probe(console: Console, outcome: PivotOutcome) -> None:
         _print_sweep(console, name, found)
     _print_validation(console, outcome)
     for finding in outcome.findings:
-        console.print(told(finding), style="yellow", highlight=False)
+        console.print(told(finding), style="yellow")
     _print_change(console, outcome)
 
 
@@ -163,9 +163,7 @@ def print_tip_status(console: Console, store: ProbeStore, tip: str, now: datetim
         return
     status = store.status(tip, now)
     why = f"{say(status.reason)} {say(status.remedy)}"
-    console.print(
-        f"{lead('Tip      ')}{tip}: {say_word(status.state.value)}. {why}".rstrip(), highlight=False
-    )
+    console.print(f"{lead('Tip      ')}{tip}: {say_word(status.state.value)}. {why}".rstrip())
 
 
 def _print_tips(console: Console, outcome: PivotOutcome) -> None:
@@ -187,7 +185,6 @@ def _print_tips(console: Console, outcome: PivotOutcome) -> None:
             "(thesis, Table 4)."
         ),
         style="dim",
-        highlight=False,
     )
 
 
@@ -215,15 +212,12 @@ def _print_sweep(console: Console, name: str, found: PivotCalibration) -> None:
             f"{name}: {len(found.used)} poses, {found.coverage.attitudes} attitudes, turned by "
             f"{ranges} degrees, residuals {found.rms_px:.4f} px RMS, chi-square "
             f"{found.chi2 / found.dof:.2f} per degree of freedom, {len(found.left_out)} left out."
-        ),
-        highlight=False,
+        )
     )
     for one in found.left_out[:5]:
-        console.print(
-            say(f"  left out: pose {one.frame}, {say(_WORDS[one.reason])}"), highlight=False
-        )
+        console.print(say(f"  left out: pose {one.frame}, {say(_WORDS[one.reason])}"))
     if len(found.left_out) > 5:
-        console.print(say(f"  and {len(found.left_out) - 5:d} more"), highlight=False)
+        console.print(say(f"  and {len(found.left_out) - 5:d} more"))
 
 
 def _print_validation(console: Console, outcome: PivotOutcome) -> None:
@@ -236,8 +230,7 @@ def _print_validation(console: Console, outcome: PivotOutcome) -> None:
             f"{1e3 * check.led_difference:.1f} um "
             f"RMS, cone {check.place_distance:.0f} mm and attitude "
             f"{np.degrees(check.attitude_distance):.0f} degrees apart."
-        ),
-        highlight=False,
+        )
     )
     if np.isfinite(check.articulation_2s):
         console.print(
@@ -245,15 +238,14 @@ def _print_validation(console: Console, outcome: PivotOutcome) -> None:
                 f"Articulation of the tip in the second sweep: 2s "
                 f"{1e3 * check.articulation_2s:.1f} "
                 f"um, largest {1e3 * check.articulation_max:.1f} um."
-            ),
-            highlight=False,
+            )
         )
 
 
 def _print_change(console: Console, outcome: PivotOutcome) -> None:
     change = outcome.change
     if change is None:
-        console.print(say("Change   none: the first calibration of this tip."), highlight=False)
+        console.print(say("Change   none: the first calibration of this tip."))
         return
     off = ", ".join(f"{value:+.1f}" for value in 1e3 * change.tip_difference)
     console.print(
@@ -263,7 +255,6 @@ def _print_change(console: Console, outcome: PivotOutcome) -> None:
             f"{1e3 * change.limit_mm:.0f} um."
         ),
         style="bold yellow" if change.must_be_confirmed else "",
-        highlight=False,
     )
 
 

@@ -38,7 +38,7 @@ def write_cameras(
             write_to_cameras(record, bus.objects)
         blocker = compare_with_cameras(record, bus.objects)
     if blocker is not None:
-        console.print(told(blocker), highlight=False)
+        console.print(told(blocker))
         raise typer.Exit(1)
     _print_stored(record, console)
 
@@ -61,8 +61,6 @@ def write_accepted(
             f"{say('The cameras could not store its intrinsics:')} {told(error)} "
             + say(f"Then: ocmm calibrate write-cameras --source {source}"),
             style="yellow",
-            highlight=False,
-            markup=False,
         )
     else:
         _print_stored(record, console)
@@ -72,4 +70,4 @@ def _print_stored(record: CameraRecord, console: Console) -> None:
     from ocmm_core.calibration.records import record_hash
 
     names = ", ".join(f"'{entry.name}' ({entry.serial})" for entry in record.cameras)
-    console.print(say(f"{names} now store calibration {record_hash(record)}."), highlight=False)
+    console.print(say(f"{names} now store calibration {record_hash(record)}."))

@@ -31,16 +31,16 @@ def align_command(*, job: Path, save: Path | None, name: str, control: list[str]
     console = make_console(soft_wrap=True)
     opened = reopen_job(job)
     for doubt in opened.doubts:
-        console.print(f"{job.name}: {say(doubt)}", style="yellow", highlight=False, markup=False)
+        console.print(f"{job.name}: {say(doubt)}", style="yellow")
     print_states(console, opened.view)
     report = alignment_of_points(
         opened.plan, opened.points, opened.sensitivities, opened.rig, opened.body, opened.options
     )
     for line in report_lines(report):
-        console.print(line, highlight=False, markup=False)
+        console.print(line)
     if save is not None:
         _save(save, name or save.stem, opened, report, control or [])
-        console.print(f"{lead('Frame  ')}{save}", highlight=False, markup=False)
+        console.print(f"{lead('Frame  ')}{save}")
     if not report.can_be_accepted:
         raise typer.Exit(2)
 
@@ -59,10 +59,10 @@ def align_plan_command(*, plan: Path, frame: Path, out: Path, relocate: float | 
     console = make_console(soft_wrap=True)
     if document.simulated:
         said = say(f"{SIMULATED}: frame {document.name} comes from a virtual rig. {NO_REAL_PART}")
-        console.print(said, style="bold yellow", highlight=False, markup=False)
+        console.print(said, style="bold yellow")
     rule = saved_frame(document) if relocate is None else relocation(document, relocate)
     save_plan(msgspec.structs.replace(load_plan(plan), alignment=rule), out)
-    console.print(f"{lead('Plan  ')}{out}", highlight=False, markup=False)
+    console.print(f"{lead('Plan  ')}{out}")
 
 
 def _save(

@@ -41,7 +41,7 @@ def make(
     console = make_console(soft_wrap=True)
     if not pages:
         path = write_certificate(paper, out)
-        console.print(f"{lead('Certificate  ')}{path}", highlight=False, markup=False)
+        console.print(f"{lead('Certificate  ')}{path}")
         return
     options = [str(folder), "--out", str(out), "--given", msgspec.json.encode(given).decode()]
     options += ["--tip", tip] if tip else []
@@ -52,7 +52,7 @@ def make(
         "ocmm_gui.reports._certificate", [options], "certificate.pdf",
         "The certificate was not written", "With --no-pages the DCC is written without a PDF.",
     ):  # fmt: skip
-        console.print(f"{lead('Certificate  ')}{line}", highlight=False, markup=False)
+        console.print(f"{lead('Certificate  ')}{line}")
 
 
 @certificate_app.command()
@@ -65,19 +65,16 @@ def check(file: Path) -> None:
     console = make_console(soft_wrap=True)
     dcc = found.dcc
     if dcc.title:
-        console.print(dcc.title, highlight=False, markup=False)
+        console.print(dcc.title)
     console.print(
         f"{dcc.number}: {dcc.laboratory}, {dcc.begin} – {dcc.end}. {say(found.words)}",
-        highlight=False, markup=False,
     )  # fmt: skip
     for one in dcc.quantities:
         unc = "" if one.expanded is None else f", U = {one.expanded:.6g} (k = {one.k:g})"
         word = f", {one.conformity}" if one.conformity else ""
-        console.print(
-            f"  {one.name}: {one.value:.9g} {one.unit}{unc}{word}", highlight=False, markup=False
-        )
+        console.print(f"  {one.name}: {one.value:.9g} {one.unit}{unc}{word}")
     for name in dcc.left_out:
-        console.print(f"{say_word('Left out')}: {name}", highlight=False, markup=False)
+        console.print(f"{say_word('Left out')}: {name}")
     if not found.sound:
         raise typer.Exit(1)
 
@@ -117,8 +114,8 @@ def artefact(
         HOST.remove_same(out, state.st_dev, state.st_ino)
         raise
     console = make_console(soft_wrap=True)
-    console.print(f"{lead('Artefact  ')}{out}", highlight=False, markup=False)
-    console.print(say(dcc.signature.words), highlight=False, markup=False)
+    console.print(f"{lead('Artefact  ')}{out}")
+    console.print(say(dcc.signature.words))
     read = quantities_read(dcc, kind, quantity=quantity)
     for one in dcc.quantities:
         is_read = any(one is other for other in read)
@@ -126,7 +123,7 @@ def artefact(
             say(f"Read: {one.name}, {one.value!r} {one.unit}.") if is_read
             else say(f"Left out: {one.name}, {one.value!r} {one.unit}.")
         )  # fmt: skip
-        console.print(sentence, highlight=False, markup=False)
+        console.print(sentence)
 
 
 @certificate_app.command()
@@ -136,6 +133,4 @@ def trust(file: Path) -> None:
     from ocmm_core.seals import KeyFolder
 
     found = trust_laboratory(file, KeyFolder().folder)
-    make_console(soft_wrap=True).print(
-        say(f"Trusted: {found.subject.rfc4514_string()}"), highlight=False, markup=False
-    )
+    make_console(soft_wrap=True).print(say(f"Trusted: {found.subject.rfc4514_string()}"))

@@ -39,30 +39,26 @@ def compare_command(
     with progress_line() as tell:
         found = compare_files(jobs, tell, probes, calibrations, site=site).about(feature)
     if found.simulated:
-        console.print(say(SIMULATED_LINE), style="bold yellow", highlight=False)
+        console.print(say(SIMULATED_LINE), style="bold yellow")
     for name, words in zip(found.jobs, found.words, strict=True):
         said = "; ".join(map(say, words))
-        console.print(f"{name}: {said}", highlight=False, markup=False)
+        console.print(f"{name}: {said}")
     for sentence in found.left_out:
-        console.print(
-            f"{say_word('left out')}: {say(sentence)}",
-            style="yellow",
-            highlight=False,
-            markup=False,
-        )
+        console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow")
     _print_table(console, found.trends, len(found.jobs))
     for trend in found.trends:
         for line in _lines(trend):
-            console.print(f"{trend.name}: {say(line)}", highlight=False)
+            console.print(f"{trend.name}: {say(line)}")
     console.print(
         say(
             "Lengths in mm. Chart limits: 2.66 mean moving ranges; Cp and Cpk use the same scatter."
         ),
         style="dim",
+        highlight=True,
     )
     if table is not None:
         write_atomic(table, batch_table(found))
-        console.print(f"{lead('Table  ')}{table}", highlight=False, markup=False)
+        console.print(f"{lead('Table  ')}{table}")
     if pages is not None:
         options = ["--out", str(pages), "--feature", feature]
         options += ["--probes", str(probes)] if probes is not None else []
@@ -74,7 +70,7 @@ def compare_command(
             "The pages were not written",
             "The jobs are not affected.",
         ):
-            console.print(f"{lead('Pages  ')}{line}", highlight=False, markup=False)
+            console.print(f"{lead('Pages  ')}{line}")
     if found.unread:
         raise typer.Exit(1)
 

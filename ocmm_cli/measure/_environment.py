@@ -28,6 +28,6 @@ def environment_command(*, job: Path, room: str, humidity: str, pressure: str, w
         told = environment_words(noted_rooms(opened.events()), last)
     console = make_console(soft_wrap=True)
     if not told:
-        console.print(say("Nothing was read off in the room."), highlight=False)
+        console.print(say("Nothing was read off in the room."))
     for _, sentence in told:
-        console.print(say(sentence), highlight=False, markup=False)
+        console.print(say(sentence))

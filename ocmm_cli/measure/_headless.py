@@ -54,22 +54,22 @@ def run_job(
     station, reported = built.station, False
     files: tuple[FileIdentity, ...] = ()
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
-    console.print(f"{lead('Source  ')}{built.description.name}")
-    console.print(say(f"Plan    {station.job.plan.name}, part {station.job.plan.part}"))
-    console.print(f"{lead('Job     ')}{built.job_path}")
-    console.print(f"{lead('Header  ')}{_header(station.job.view().header)}", highlight=False)
+    console.print(f"{lead('Source  ')}{built.description.name}", highlight=True)
+    console.print(
+        say(f"Plan    {station.job.plan.name}, part {station.job.plan.part}"), highlight=True
+    )
+    console.print(f"{lead('Job     ')}{built.job_path}", highlight=True)
+    console.print(f"{lead('Header  ')}{_header(station.job.view().header)}")
     for fault in built.passed_over:
         # It may be a part of the batch; this cannot be determined.
-        console.print(f"{lead('Passed over  ')}{say(fault.what)}", style="yellow", highlight=False)
+        console.print(f"{lead('Passed over  ')}{say(fault.what)}", style="yellow")
     calibration = station.instruments.calibration()
-    console.print(f"{lead('Calibration  ')}{say(calibration.label)}", highlight=False)
-    console.print(f"{lead('Temperature  ')}{say(station.job.view().temperature)}", highlight=False)
+    console.print(f"{lead('Calibration  ')}{say(calibration.label)}")
+    console.print(f"{lead('Temperature  ')}{say(station.job.view().temperature)}")
     if station.instruments.reference is not None:
-        console.print(
-            f"{lead('Reference  ')}{say(station.instruments.reference.label)}", highlight=False
-        )
+        console.print(f"{lead('Reference  ')}{say(station.instruments.reference.label)}")
     for warning in calibration.warnings:
-        console.print(say(warning), style="yellow", highlight=False)
+        console.print(say(warning), style="yellow")
     interrupt = DeferredInterrupt()
     try:
         station.events.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
@@ -77,7 +77,7 @@ def run_job(
         station.start()
         if station.stream is not None:
             host, port = station.stream.address
-            console.print(f"{lead('Stream  ')}{host}:{port}", highlight=False)
+            console.print(f"{lead('Stream  ')}{host}:{port}")
         _print_probe(console, station.instruments.probe())
         _wait(built, console, interrupt)
         failure = station.faults.why_failed()
@@ -92,7 +92,7 @@ def run_job(
                 paths = station.reports.export(out, tables, incomplete=incomplete)
                 files = tuple(map(FileIdentity.of_written, paths))
             for file in files:
-                console.print(f"{lead('Report  ')}{file.path}")
+                console.print(f"{lead('Report  ')}{file.path}", highlight=True)
         if not view.complete:
             raise _incomplete(view, status, built.job_path)
     finally:
@@ -122,27 +122,24 @@ def _print_pages(job: Path, out: Path, console: Console, *, incomplete: bool) ->
         "The PDF report was not written",
         "The job and the other formats are not affected.",
     ):
-        console.print(f"{lead('Report  ')}{line}", highlight=False, markup=False)
+        console.print(f"{lead('Report  ')}{line}")
 
 
 def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:
     _print_results(console, view, truth)
     for result in view.characteristics:
         if result.note:
-            console.print(f"{result.name}: {say(result.note)}", style="dim", highlight=False)
+            console.print(f"{result.name}: {say(result.note)}", style="dim")
     if view.unproven:
-        console.print(say(view.unproven), style="bold red", highlight=False)
-    console.print(
-        f"{say('Lengths in mm, angles in degrees.')} {say(U_WORDS)}.", style="dim", highlight=False
-    )
+        console.print(say(view.unproven), style="bold red")
+    console.print(f"{say('Lengths in mm, angles in degrees.')} {say(U_WORDS)}.", style="dim")
     if truth is not None:
         held, known = _held(view, truth)
         console.print(
             say(
                 f"Measured ± U holds the true value of {held} of {known} characteristics; 95 % are "
                 "expected. (Form excluded: noise can only enlarge it.)"
-            ),
-            highlight=False,
+            )
         )
 
 
@@ -165,24 +162,24 @@ def print_verdict(console: Console, view: JobView) -> None:
     """Print the states, the reasons, and in the last line, for scripts, the part verdict."""
     print_states(console, view)
     for reason in view.part_verdict.reasons:
-        console.print(say(reason), style="bold yellow", highlight=False, markup=False)
+        console.print(say(reason), style="bold yellow")
     verdict = view.part_verdict.shown_as
     style = "" if verdict is None else _STYLE[verdict]
     # English in every language: scripts read it.
-    console.print(view.part_verdict.headline, style=style, highlight=False, markup=False)
+    console.print(view.part_verdict.headline, style=style)
 
 
 def print_states(console: Console, view: JobView) -> None:
     """Print a line for every limitation of a job: SIMULATED, INCOMPLETE."""
     for line in state_lines(view):
-        console.print(say(line), style="bold yellow", highlight=False, markup=False)
+        console.print(say(line), style="bold yellow")
 
 
 def print_explanations(console: Console, explained: Sequence[Explanation]) -> None:
     """Print a line for every result that is not good: by how much, and the remedy."""
     for item in explained:
         words = f"{item.characteristic}: {say(item.why)} {say(item.suggestion)}"
-        console.print(words, highlight=False)
+        console.print(words)
 
 
 def print_counters(console: Console, status: AcquisitionStatus) -> None:
@@ -191,19 +188,17 @@ def print_counters(console: Console, status: AcquisitionStatus) -> None:
             f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} "
             f"lost, "
             f"{status.bad} bad"
-        ),
-        highlight=False,
+        )
     )
     console.print(
         say(
             f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} "
             f"overrun"
-        ),
-        highlight=False,
+        )
     )
     if status.mean_pace is not None:
         words = pace_words(status.mean_pace) or say("The virtual bus kept pace with real time.")
-        console.print(say(f"Pace    {status.mean_pace:.2f}: {say(words)}"), highlight=False)
+        console.print(say(f"Pace    {status.mean_pace:.2f}: {say(words)}"))
 
 
 def exit_code(view: JobView) -> int:
@@ -260,9 +255,9 @@ def _wait(built: BuiltStation, console: Console, interrupt: DeferredInterrupt) -
 
 def _print_probe(console: Console, probe: ProbeView) -> None:
     # A tip requested by name is mounted when the station starts.
-    console.print(f"{lead('Probe  ')}{say(probe.label)}", highlight=False)
+    console.print(f"{lead('Probe  ')}{say(probe.label)}")
     for warning in probe.warnings:
-        console.print(say(warning), style="yellow", highlight=False)
+        console.print(say(warning), style="yellow")
 
 
 def _require_calibration(built: BuiltStation) -> None:
@@ -319,7 +314,7 @@ def _print_error(console: Console, error: OcmmError) -> None:
 
 def _print_refusal(console: Console, refusal: Refusal) -> None:
     stamp = time.strftime("%H:%M:%S")
-    console.print(f"{stamp} {say('Point refused:')} {told(refusal)}", highlight=False)
+    console.print(f"{stamp} {say('Point refused:')} {told(refusal)}")
 
 
 def _held(view: JobView, truth: Mapping[str, float]) -> tuple[int, int]:

@@ -19,12 +19,10 @@ def await_part(console: Console, number: int, parts: int, serial: str, *, replay
             say("The recording restarts from the beginning.")
             if replayed
             else say("Put it in place and keep hands and probe off it.")
-        ),
-        highlight=False,
-        markup=False,
+        )
     )
     try:
-        answer = console.input(say("Enter: measure it; q and Enter: stop: "), markup=False)
+        answer = console.input(say("Enter: measure it; q and Enter: stop: "))
     except EOFError:
         console.print()
         raise _ended(number, parts, serial, "no answer: end of input") from None

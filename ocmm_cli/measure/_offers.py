@@ -56,18 +56,18 @@ def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) ->
     usual = [offer for offer in offers if not offer.against and offer.free_form is None]
     print_faces(faces_account(model, usual), console)
     if model.free_forms:
-        console.print(free_form_words(model), highlight=False)
+        console.print(free_form_words(model))
     if model.remark:
-        console.print(say(model.remark), style="yellow", highlight=False)
+        console.print(say(model.remark), style="yellow")
 
 
 def print_faces(account: FacesAccount, console: Console) -> None:
     """Print how many faces of a model became features, and why the others did not."""
-    console.print(say(account.sentence()), highlight=False)
+    console.print(say(account.sentence()))
     for why, count in account.left_out:
-        console.print(f"{count:5}  {say(why)}", highlight=False)
+        console.print(f"{count:5}  {say(why)}")
     if words := account.recognised_sentence():
-        console.print(say(words), highlight=False)
+        console.print(say(words))
 
 
 def free_form_words(model: StepModel) -> str:
@@ -104,9 +104,9 @@ def print_account(account: Account, console: Console) -> None:
     """
     if not account.items:
         for remark in account.remarks:
-            console.print(say(remark), highlight=False)
+            console.print(say(remark))
         return
-    console.print(say("Tolerances of the model:"), highlight=False)
+    console.print(say("Tolerances of the model:"))
     rows = []
     for item in account.by_itself():
         became = ", ".join(item.became)
@@ -115,16 +115,16 @@ def print_account(account: Account, console: Console) -> None:
     print_grid(console, ("", *heads("label", "says", "in the plan, or why not")), rows)
     for group, counts in account.counts().items():
         told = ", ".join(f"{count} {say(word)}" for word, count in counts.items() if count)
-        console.print(f"{say(group)}: {sum(counts.values())} ({told})", highlight=False)
+        console.print(f"{say(group)}: {sum(counts.values())} ({told})")
     for remark in account.remarks:
-        console.print(say(remark), highlight=False, markup=False)
+        console.print(say(remark))
 
 
 def print_requirements(count: RequirementCount | None, console: Console) -> None:
     """Print the number of requirements of its sources a plan contains; nothing without a source."""
     if count is not None:
         style = "" if count.is_whole else "bold yellow"
-        console.print(say(count.words), style=style, highlight=False)
+        console.print(say(count.words), style=style)
 
 
 def account_json(account: Account, more: dict[str, Any]) -> str:

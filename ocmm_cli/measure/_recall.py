@@ -91,12 +91,12 @@ def _let_fall(
             say(
                 f"Invalid {one.kind} of rig {one.rig}, {one.made_utc[:16]} UTC, calibration "
                 f"{one.calibration[:12]}"
-            ),
-            highlight=False,
-            markup=False,
+            )
         )
     if not fallen:
-        console.print(say(f"Everything based on artefact {artefact} was already invalidated."))
+        console.print(
+            say(f"Everything based on artefact {artefact} was already invalidated."), highlight=True
+        )
 
 
 def write_recall(
@@ -108,10 +108,10 @@ def write_recall(
 
     if json_file is not None:
         _write(json_file, seal_signed(record, Signed.RECALL))
-        console.print(f"{lead('Recall  ')}{json_file}", highlight=False, markup=False)
+        console.print(f"{lead('Recall  ')}{json_file}")
     if pdf_file is not None:
         _print_pages(record, pdf_file)
-        console.print(f"{lead('Recall  ')}{pdf_file}", highlight=False, markup=False)
+        console.print(f"{lead('Recall  ')}{pdf_file}")
 
 
 def show_recall(console: Console, record: RecallRecord) -> None:
@@ -128,15 +128,15 @@ def show_recall(console: Console, record: RecallRecord) -> None:
     )
 
     speech = Speech(language(os.environ))
-    console.print(headline(record, speech), style="bold", highlight=False)
+    console.print(headline(record, speech), style="bold")
     for sentence in not_judged(record):
-        console.print(say(sentence), style="yellow", highlight=False, markup=False)
+        console.print(say(sentence), style="yellow")
     if not record.jobs:
         return
     for sentence in (*totals(record), decided(record)):
-        console.print(say(sentence), highlight=False, markup=False)
+        console.print(say(sentence))
     if not record.made_by:
-        console.print(say("--by NAME releases the points whose verdicts hold."), highlight=False)
+        console.print(say("--by NAME releases the points whose verdicts hold."))
     rows = []
     for job in worst_first(record.jobs):
         name = job.label
@@ -146,9 +146,7 @@ def show_recall(console: Console, record: RecallRecord) -> None:
             name = ""
     print_grid(console, heads(*COLUMNS), rows)
     for job in worst_first(record.jobs):
-        console.print(
-            f"{job_line(job, speech)} {say(rests_on(job))}", highlight=False, markup=False
-        )
+        console.print(f"{job_line(job, speech)} {say(rests_on(job))}")
 
 
 def _print_pages(record: RecallRecord, path: Path) -> None:

@@ -52,7 +52,7 @@ def record_source(
     print_counters(console, status)
     if status.stop_reason is StopReason.FAILED:
         raise status.error("record.source", f"The {frames} frames before that are in {path}.")
-    console.print(say(f"Recording  {path}: {frames} frames"))
+    console.print(say(f"Recording  {path}: {frames} frames"), highlight=True)
 
 
 def _progress(console: Console) -> Progress:

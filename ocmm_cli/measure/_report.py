@@ -75,14 +75,12 @@ def report_command(
         raise faults[0]
     if remember:
         if template is not None:
-            console.print(
-                f"{lead('Template  ')}{keep_template(template)}", highlight=False, markup=False
-            )
+            console.print(f"{lead('Template  ')}{keep_template(template)}")
         if given != Particulars():
             for one in read:
                 whole = paper_of(one.path, given, template).given
                 kept = keep_given(one.path, whole)
-                console.print(f"{lead('Kept  ')}{kept}", highlight=False, markup=False)
+                console.print(f"{lead('Kept  ')}{kept}")
     data = [replace(one.data, paper=paper_of(one.path, given, template)) for one in read]
     written = [name for name in chosen if name in EXPORTERS]
     if preview_only:
@@ -98,7 +96,7 @@ def report_command(
         require_complete(data)
     if written:
         for path in write_report(data, written, folder, layout, incomplete=incomplete):
-            console.print(f"{lead('Report  ')}{path}", highlight=False, markup=False)
+            console.print(f"{lead('Report  ')}{path}")
     if PDF.name in chosen:
         paths = [one.path for one in read]
         options = ["--given", msgspec.json.encode(given).decode()]
@@ -107,7 +105,7 @@ def report_command(
         if incomplete:
             options += ["--incomplete"]
         for line in _print_pages(paths, folder, probes, calibrations, options):
-            console.print(f"{lead('Report  ')}{line}", highlight=False, markup=False)
+            console.print(f"{lead('Report  ')}{line}")
     if faults:
         raise faults[0]
 
@@ -166,14 +164,14 @@ def _read_all(
     for one in found:
         if isinstance(one, OcmmError):
             faults.append(one)
-            console.print(say(one.what), style="yellow", highlight=False, markup=False)
+            console.print(say(one.what), style="yellow")
             continue
         read.append(one)
         for doubt in one.doubts:
             line = f"{one.path.name}: {say(doubt)}"
-            console.print(line, style="yellow", highlight=False, markup=False)
+            console.print(line, style="yellow")
         words = "; ".join(map(say, one.words))
-        console.print(f"{one.path.stem}: {words}", highlight=False, markup=False)
+        console.print(f"{one.path.stem}: {words}")
     return read, faults
 
 

@@ -59,13 +59,16 @@ def print_changes(changes: Sequence[SystemChange], console: Console) -> None:
         alike.setdefault(re.sub(r"(cpu|irq/|state)\d+", r"\1N", one.words), []).append(one.words)
     for pattern, words in alike.items():
         console.print(
-            say(f"  {pattern} ({len(words)} times)") if len(words) > 1 else f"  {say(words[0])}"
+            say(f"  {pattern} ({len(words)} times)") if len(words) > 1 else f"  {say(words[0])}",
+            highlight=True,
         )
 
 
 def print_mended(done: Sequence[Mended], what: str, console: Console) -> None:
     for one in done:
         if one.complaint:
-            console.print(f"  {say('Not done:')} {one.change.place}: {say(one.complaint)}")
+            console.print(
+                f"  {say('Not done:')} {one.change.place}: {say(one.complaint)}", highlight=True
+            )
     good = sum(not one.complaint for one in done)
-    console.print(f"{say(f'{good:d} of {len(done)}')} {what}.")
+    console.print(f"{say(f'{good:d} of {len(done)}')} {what}.", highlight=True)

@@ -60,10 +60,9 @@ def show(key: str, *, json: bool) -> None:
         mark = "*" if loaded.differs(spec.key) else " "
         told = "" if origin is SettingOrigin.DEFAULT else f"  ({origin.value})"
         value = text_of(loaded.values[spec.key]) or "-"
-        console.print(f"{mark} {spec.key:34} {value}{told}", highlight=False, markup=False)
+        console.print(f"{mark} {spec.key:34} {value}{told}")
     console.print(
         say(f"* differs from the default. Station: {store.station.path}  User: {store.user.path}"),
-        highlight=False, markup=False,
     )  # fmt: skip
     print_notes(loaded.notes)
 
@@ -75,17 +74,13 @@ def set_command(key: str, value: str, *, station: bool) -> None:
     given = value_of_text(spec, value)
     store = SettingsStore.of_this_user()
     if not station:
-        make_console(soft_wrap=True, stderr=True).print(
-            say(store.places()), style="dim", highlight=False, markup=False
-        )
+        make_console(soft_wrap=True, stderr=True).print(say(store.places()), style="dim")
     print_notes(store.change({key: given}, Scope.STATION if station else None))
     if spec.section == "report":
         from ocmm_core.export.template import use_head
 
         use_head(store.load().settings, store.user.path.parent)
-    make_console(soft_wrap=True).print(
-        f"{key} = {text_of(given) or '-'}", highlight=False, markup=False
-    )
+    make_console(soft_wrap=True).print(f"{key} = {text_of(given) or '-'}")
 
 
 @settings_app.command()
@@ -96,9 +91,7 @@ def confirm(who: str, *, station: bool) -> None:
     store = SettingsStore.of_this_user()
     file = store.station if station else store.user
     file.confirm(who.strip())
-    make_console(soft_wrap=True).print(
-        say(f"{file.path}: confirmed by {who.strip()}."), highlight=False, markup=False
-    )
+    make_console(soft_wrap=True).print(say(f"{file.path}: confirmed by {who.strip()}."))
 
 
 @settings_app.command()
@@ -109,7 +102,7 @@ def check() -> None:
     wrong = _look(loaded)
     if loaded.notes or wrong:
         raise typer.Exit(2)
-    make_console().print(say("All settings can be used."), highlight=False)
+    make_console().print(say("All settings can be used."))
 
 
 def _look(loaded: LoadedSettings) -> bool:

@@ -156,7 +156,7 @@ def bundle(
         draft = draft_bundle(site_of_this_user(), mask_names=mask_names, told=progress)
     draft.packed(left_out)
     console = make_console(soft_wrap=True, stderr=True)
-    console.print(draft.contents(left_out, say), highlight=False)
+    console.print(draft.contents(left_out, say))
     if list_only:
         return
     if not yes:
@@ -170,6 +170,4 @@ def bundle(
             console.print(say("Nothing was written."))
             return
     size = write_bundle(draft, file, left_out)
-    make_console(soft_wrap=True).print(
-        say(f"{file}: {size} bytes. Nothing was sent."), highlight=False
-    )
+    make_console(soft_wrap=True).print(say(f"{file}: {size} bytes. Nothing was sent."))

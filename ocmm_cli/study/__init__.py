@@ -2,9 +2,9 @@
 
 In: files of points, job files, reference pairs, a probe's design. Out: tables, JSON, SVG plots.
 
-Read `_fit` with `_fit_rows`, `_verify_fits`, `_uncertainty`, `_probe` (a probe before it is built),
-`_study` (simulations of a procedure), `_coverage` (of whole measurements), `_bench` (speed and
-memory of the hot path). It must not know `cli.calibrate`.
+Read `_fit` (fits, certified references) with `_fit_rows`, `_uncertainty`, `_probe` (a probe before
+it is built), `_study` (simulations of a procedure), `_coverage` (of whole measurements), `_bench`
+(speed and memory of the hot path). It must not know `cli.calibrate`.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -15,11 +15,10 @@ if TYPE_CHECKING:
         CoverageOutcome, CoverageSetup, coverage_table, more_characteristics, run_coverage,
         touch_all,
     )  # fmt: skip
-    from ocmm_cli.study._fit import fit_command
+    from ocmm_cli.study._fit import fit_command, verify_fits_command
     from ocmm_cli.study._probe import probe_app
     from ocmm_cli.study._study import probe_calibration, study_app
     from ocmm_cli.study._uncertainty import uncertainty_command
-    from ocmm_cli.study._verify_fits import verify_fits_command
 else:
     __getattr__ = door(__name__)
 

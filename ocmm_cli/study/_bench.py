@@ -268,12 +268,11 @@ def run_for(bus_time_s: float, console: Console) -> MemoryRun:
 
 def print_run(run: MemoryRun, bus_time_s: float, console: Console) -> None:
     samples = "  ".join(f"{value:.0f}" for value in run.memory_mib)
-    console.print(f"{bus_time_s:.0f} s of bus time, {run.frames} frames at 8 kHz", highlight=False)
-    console.print(f"Memory at ten steps, MiB: {samples}", highlight=False)
-    console.print(f"Growth from first to last: {run.growth_mib:+.1f} MiB", highlight=False)
+    console.print(f"{bus_time_s:.0f} s of bus time, {run.frames} frames at 8 kHz")
+    console.print(f"Memory at ten steps, MiB: {samples}")
+    console.print(f"Growth from first to last: {run.growth_mib:+.1f} MiB")
     console.print(
-        f"Real-time factor of the whole chain, virtual rig included: {bus_time_s / run.wall_s:.1f}",
-        highlight=False,
+        f"Real-time factor of the whole chain, virtual rig included: {bus_time_s / run.wall_s:.1f}"
     )
 
 

@@ -64,9 +64,7 @@ def design(
         report = examine(cameras, body, built, asked, lambda what, _: status.update(Text(what)))
     written = write_figures(report, out)
     print_report(console, report)
-    console.print(
-        f"{say_word('Written')}: {', '.join(str(item) for item in written)}", highlight=False
-    )
+    console.print(f"{say_word('Written')}: {', '.join(str(item) for item in written)}")
 
 
 def print_report(console: Console, report: ProbeReport) -> None:
@@ -77,16 +75,14 @@ def print_report(console: Console, report: ProbeReport) -> None:
     asked, number = report.examination, report.number
     low, high = asked.postures.volume_world
     console.print(
-        say(f"Probe '{report.probe}' with {report.n_leds} LEDs, seen by rig '{report.rig}'."),
-        highlight=False,
+        say(f"Probe '{report.probe}' with {report.n_leds} LEDs, seen by rig '{report.rig}'.")
     )
     console.print(
         say(
             f"Held at tilts up to ±{' / ±'.join(f'{t:g}' for t in asked.postures.tilt_deg)}° about "
             f"X / Y / Z, in {' x '.join(f'{size:.0f}' for size in high - low)} mm; spots of "
             f"{asked.sigma_px:g} px."
-        ),
-        highlight=False,
+        )
     )
     console.print()
     if not np.isfinite(number.space_um):
@@ -105,22 +101,18 @@ def print_report(console: Console, report: ProbeReport) -> None:
             say(
                 f"Below {number.p95_um:.1f} µm in 95 of 100 poses. {100.0 * number.share:.1f} % of "
                 "all poses give a tip."
-            ),
-            highlight=False,
+            )
         )
     console.print()
     for item in report.labels:
-        console.print(say(label_words(item)), highlight=False)
-    console.print(say(label_verdict(report.labels, coded=report.coded)), highlight=False)
+        console.print(say(label_words(item)))
+    console.print(say(label_verdict(report.labels, coded=report.coded)))
     console.print()
     if report.mechanics is None:
-        console.print(
-            say("Growth and bending: not known. Give a design document with --design."),
-            highlight=False,
-        )
+        console.print(say("Growth and bending: not known. Give a design document with --design."))
     else:
         for line in mechanics_words(report.mechanics):
-            console.print(say(line), highlight=False)
+            console.print(say(line))
     console.print()
     budget = [(say(one.name), f"{one.sigma_um:.2f}", say(one.rests_on)) for one in report.budget]
     columns = heads("Source", "µm", "Based on")
@@ -132,7 +124,6 @@ def print_report(console: Console, report: ProbeReport) -> None:
                 "common to many points: they cancel in short distances."
             ),
             style="dim",
-            highlight=False,
         )
 
 

@@ -67,9 +67,7 @@ def _print_budget(
 
     budget = found.budgets.get(name)
     if budget is None:
-        console.print(
-            f"{name}: {say('no budget.')} {say(found.missing.get(name, ''))}", highlight=False
-        )
+        console.print(f"{name}: {say('no budget.')} {say(found.missing.get(name, ''))}")
         return
     _print_sources(console, budget)
     degrees = ""
@@ -82,8 +80,7 @@ def _print_budget(
     )
     console.print(
         f"u = {budget.standard:.5f} {budget.unit}{degrees}; "
-        f"{U_LABEL} = {budget.expanded:.5f} {budget.unit}{wider}",
-        highlight=False,
+        f"{U_LABEL} = {budget.expanded:.5f} {budget.unit}{wider}"
     )
     if result is not None and result.rule:
         said = f"{say_word(result.verdict.value)} ({say(rule_words(result.rule))})"
@@ -91,7 +88,7 @@ def _print_budget(
             said += f"; TUR {result.tur:.1f}"
         if result.leaning:
             said += "; " + f"{say_word('leaning')} {say_word(result.leaning)}"
-        console.print(f"{said}. {say(result.caution)}".strip(), highlight=False)
+        console.print(f"{said}. {say(result.caution)}".strip())
 
 
 def _print_sources(console: Console, budget: Budget) -> None:
@@ -152,4 +149,5 @@ def _print_simulation(console: Console, report: MonteCarloReport) -> None:
             f"{report.failed} trials without a fit."
         ),
         style="dim",
+        highlight=True,
     )

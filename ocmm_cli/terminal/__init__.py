@@ -2,20 +2,18 @@
 
 In: texts, tables, arrays of pixels, points. Out: text for terminals and pipes, PNG, PGM, SVG.
 
-Read `_console` (printing), `_table` (tables for any width), `_speech` (language), `_interrupt`
-(Ctrl-C), then `_pictures` (16 bit images) and `_svg` (small plots without a plotting library). It
-must not know any command.
+Read `_console` (language, printing, Ctrl-C), `_table` (tables for any width), then `_pictures` (16
+bit images) and `_svg` (small plots without a plotting library). It must not know any command.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.terminal._console import (
-        PlainConsole, make_console, print_notes, print_table_account, progress_line, shown,
+        DeferredInterrupt, PlainConsole, heads, language, lead, make_console, print_notes,
+        print_table_account, progress_line, say, say_later, say_word, shown, told,
     )  # fmt: skip
-    from ocmm_cli.terminal._interrupt import DeferredInterrupt
     from ocmm_cli.terminal._pictures import encoder_for
-    from ocmm_cli.terminal._speech import heads, language, lead, say, say_later, say_word, told
     from ocmm_cli.terminal._svg import (
         bending, histogram, label, nice_limit, page, points_in_space, tip_map,
     )  # fmt: skip

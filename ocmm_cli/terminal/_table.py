@@ -11,8 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.terminal._console import shown
-from ocmm_cli.terminal._speech import say
+from ocmm_cli.terminal._console import say, shown
 
 _WHOLE = 24
 """A cell up to this width that holds a digit is a value: it stays on one line."""
@@ -57,10 +56,10 @@ def print_grid(
         )  # fmt: skip
     for row in chosen:
         table.add_row(*row)
-    console.print(table, highlight=False, soft_wrap=False, crop=False)
+    console.print(table, soft_wrap=False, crop=False)
     if left_out:
         hidden = ", ".join(head for head in heads if head in left_out)
-        console.print(say(f"A wider terminal also shows {hidden}."), style="dim", highlight=False)
+        console.print(say(f"A wider terminal also shows {hidden}."), style="dim")
 
 
 def _text(cell: str | Text) -> Text:
@@ -115,23 +114,23 @@ def _print_blocks(
 ) -> None:
     """Print the first cell of each row, and below it a line for each other cell."""
     if title:
-        console.print(title, style="italic", highlight=False)
+        console.print(title, style="italic")
     label = max(map(cell_len, heads[1:]), default=0) + 4
     for first, *others in rows:
         name = first.plain
         if _NUMBER.match(name) and heads[0]:
             first = Text(f"{shown(heads[0])} ") + first
         if name:
-            console.print(first, highlight=False)
+            console.print(first)
         for head, cell in zip(heads[1:], others, strict=True):
             if not cell.plain:
                 continue
             said = Text(f"  {shown(head)}")
             if "\n" not in cell.plain and label + cell_len(cell.plain) <= console.width:
                 said.pad_right(label - cell_len(said.plain))
-                console.print(said + cell, highlight=False)
+                console.print(said + cell)
                 continue
             if head:
-                console.print(said, highlight=False)
+                console.print(said)
             for line in cell.wrap(console, console.width - 4, overflow="fold"):
-                console.print(Text("    ") + line, highlight=False)
+                console.print(Text("    ") + line)

@@ -19,8 +19,6 @@ from ocmm_core.failure import contained
 from ocmm_core.seals import KeyFolder
 from ocmm_gui.acceptance._start_page import kind_word
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     ActionInfo,
     AnswerPanel,
     ChoiceBox,
@@ -28,6 +26,7 @@ from ocmm_gui.kit import (
     NumberTable,
     PathPanel,
     Theme,
+    Themed,
     caption,
     day_words,
     fill,
@@ -167,7 +166,7 @@ class _Reading:
         return artefact_fields(dcc, self.kind, quantity=self.quantity)
 
 
-class ArtefactSheet(WorkSheet):
+class ArtefactSheet(Themed, WorkSheet):
     """A table above, the fields of a new or renewed artefact below."""
 
     def __init__(
@@ -178,7 +177,6 @@ class ArtefactSheet(WorkSheet):
     ) -> None:
         super().__init__(tr("Artefacts"), _KEYS, tr("Reading the certificate"))
         self._bench, self._who, self._clock = bench, who, clock
-        self._theme = THEMES[DEFAULT_THEME]
         self._entries: tuple[ArtefactEntry, ...] = ()
         self._refused: dict[str, tuple[tuple[str, str], ...]] = {}
         # Reading verifies all hashes, and calibrations with their findings.

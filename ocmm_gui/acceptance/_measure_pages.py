@@ -26,8 +26,6 @@ from ocmm_core.typed_numbers import TEMPERATURE
 from ocmm_gui.acceptance._touch_picture import TouchPicture, planned_places, position_contents
 from ocmm_gui.charts import ErrorChart, InterimPlot, check_words
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     FitText,
     Mark,
     NarrowButton,
@@ -35,6 +33,7 @@ from ocmm_gui.kit import (
     OwnKeysField,
     PlainLabel,
     Theme,
+    Themed,
     dressed,
     fill,
     hbox,
@@ -75,7 +74,7 @@ class TemperatureLog(Protocol):
     def set_temperature(self, celsius: float, now: datetime) -> None: ...
 
 
-class MeasurePage(CollectPage):
+class MeasurePage(Themed, CollectPage):
     """Volume, artefact, progress, last errors, temperature; ``away`` (3,): cameras to volume."""
 
     keys = ("back", "automatic", "take", "next")
@@ -84,7 +83,6 @@ class MeasurePage(CollectPage):
 
     def __init__(self, rig: Rig, away: Float, procedure: TemperatureLog) -> None:
         super().__init__(rig, tr("Points taken"))
-        self._theme = THEMES[DEFAULT_THEME]
         self._procedure = procedure
         self._shown: object = None
         self._beyond = False
@@ -119,10 +117,6 @@ class MeasurePage(CollectPage):
         self._show_position(view)
         self._show_errors(view.test.values, view.latest)
         self.hint.setText(f"▲ {said(view.hint)}" if view.hint else "")
-        self._paint()
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
         self._paint()
 
     def _show_position(self, view: GuidedAcceptanceView) -> None:

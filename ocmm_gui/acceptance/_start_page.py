@@ -19,13 +19,11 @@ from PySide6.QtWidgets import (
 
 from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer, UsedArtefact
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     ChoiceBox,
     HintField,
     NumberTable,
     PlainLabel,
-    Theme,
+    Themed,
     caption,
     day_words,
     dressed,
@@ -106,7 +104,7 @@ _CONDITIONS = ((later("as found"), "as found"), (later("after adjustment"), "aft
 _SIDE_PX = 424
 
 
-class AcceptanceStart(QWidget):
+class AcceptanceStart(Themed, QWidget):
     """Procedures on the left; artefacts, conditions and unfinished tests on the right."""
 
     chosen = Signal(int)
@@ -118,7 +116,6 @@ class AcceptanceStart(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._theme = THEMES[DEFAULT_THEME]
         self._offers: tuple[ArtefactOffer, ...] = ()
         self._open: tuple[OpenTest, ...] = ()
         title = PlainLabel(tr("Acceptance test"))
@@ -284,10 +281,6 @@ class AcceptanceStart(QWidget):
         """Show why a test could not be started or resumed; empty text hides it."""
         self.trouble.setText(text)
         self.trouble.setVisible(bool(text))
-        self._paint()
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
         self._paint()
 
     def _choose(self) -> None:

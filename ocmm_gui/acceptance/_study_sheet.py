@@ -18,8 +18,6 @@ from ocmm_gui.acceptance._study_work import (
 )
 from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     ActionInfo,
     FitText,
     FormField,
@@ -27,6 +25,7 @@ from ocmm_gui.kit import (
     NumberTable,
     PathPanel,
     Theme,
+    Themed,
     caption,
     fill,
     form_field,
@@ -117,7 +116,7 @@ def fields_of_study(fields: dict[str, FormField]) -> QGridLayout:
     return form
 
 
-class StudySheet(WorkSheet):
+class StudySheet(Themed, WorkSheet):
     """Plan, progress, table and plots; record folders None are those of this user."""
 
     def __init__(
@@ -125,7 +124,6 @@ class StudySheet(WorkSheet):
     ) -> None:
         super().__init__(tr("Gauge study"), KEYS, tr("Analysing the jobs"))
         self._proposed, self._records = folder, (probes, calibrations)
-        self._theme = THEMES[DEFAULT_THEME]
         self._plan: StudyPlan | None = None
         self._jobs: Path | None = None
         self._report: StudyReport | None = None

@@ -3,17 +3,18 @@
 In: settings of the window, the screen, the contents of a window. Out: the same window, enlarged,
 with targets for a gloved finger, and scrolled if it no longer fits.
 
-Read `_zoom` (scale factor; scrolls pages that do not fit, except the far view), `_screen` (physical
-size of a pixel, and a line to measure for screens of unknown size), `_hands_and_eyes` (targets of
-15 mm; joins all to the keys and settings of a window).
+Read `_zoom` (scale factor; scrolls pages that do not fit, except the far view) and
+`_hands_and_eyes` (targets of 15 mm, by the physical size of a pixel, with a line to measure for
+screens of unknown size; joins all to the keys and settings of a window).
 It must not know any page: it uses the widgets that it finds.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_gui.access._hands_and_eyes import TARGET_MM, HandsAndEyes, TouchTargets
-    from ocmm_gui.access._screen import RULER_PX, RulerLine, screen_size
+    from ocmm_gui.access._hands_and_eyes import (
+        RULER_PX, TARGET_MM, HandsAndEyes, RulerLine, TouchTargets, screen_size,
+    )  # fmt: skip
     from ocmm_gui.access._zoom import (
         PageStack, Zoom, ZoomArea, fitting_factor, screen_factor, zoom_before_start,
     )  # fmt: skip

@@ -30,8 +30,6 @@ from ocmm_core.inspection.recall import (
 from ocmm_core.wording import Speech
 from ocmm_gui.archive._archive_words import labelled, read_day
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     ChoiceBox,
     ColouredRow,
     DataTable,
@@ -39,6 +37,7 @@ from ocmm_gui.kit import (
     FormField,
     Mark,
     Theme,
+    Themed,
     form_field,
     hbox,
     language_in_use,
@@ -119,12 +118,11 @@ _MOST_LINES = 3
 """Of jobs that were not judged: the table below needs the room."""
 
 
-class RecallResult(QWidget):
+class RecallResult(Themed, QWidget):
     """Result of any recall."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._theme = THEMES[DEFAULT_THEME]
         self.record: RecallRecord | None = None
         self._headline = FitText(tr("Result of the recall"), limit=26)
         self._headline.setFixedHeight(40)

@@ -20,11 +20,10 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import is_shipped
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     ActionInfo,
     Sheet,
     Theme,
+    Themed,
     dressed,
     later,
     literal,
@@ -76,7 +75,7 @@ class ReopeningTask:
                 tell.give(JobCardData(path, job.view, job.doubts))
 
 
-class JobCards(QListWidget):
+class JobCards(Themed, QListWidget):
     """The last jobs; a verdict is shown once it is computed, and never assumed."""
 
     def __init__(self) -> None:
@@ -86,7 +85,6 @@ class JobCards(QListWidget):
         self.setFont(text_font(16))
         self.setIconSize(_PICTURE)
         self.setWordWrap(True)
-        self._theme = THEMES[DEFAULT_THEME]
         self._jobs: tuple[LastJob, ...] = ()
         self._judged: dict[Path, JobCardData] = {}
         self.judging = SideProcess(self)

@@ -10,18 +10,17 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, StatusWord
 from ocmm_core.tolerances.decisions import Verdict
-from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme
+from ocmm_gui.kit._theme import Theme, Themed
 
 SCENE_SIZE, SCENE_LEAST = (460, 340), (200, 130)
 """Size and minimum of pictures that fill most of a page."""
 
 
-class PaintedWidget(QWidget):
+class PaintedWidget(Themed, QWidget):
     """A widget painted in the colours of a theme; ``size``: hint, ``least``: legible, px."""
 
     def __init__(self, name: str, size: tuple[int, int], least: tuple[int, int]) -> None:
         super().__init__()
-        self._theme = THEMES[DEFAULT_THEME]
         self._size_hint = QSize(*size)
         self._least_size = QSize(*least)
         self.setAccessibleName(name)

@@ -13,7 +13,7 @@ from ocmm_gui.kit._layouts import dressed, hbox
 from ocmm_gui.kit._narrow import HintField, NarrowButton
 from ocmm_gui.kit._shortcuts import is_never_typed
 from ocmm_gui.kit._texts import PlainLabel, later, tr
-from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
+from ocmm_gui.kit._theme import Themed, text_font
 
 
 class PathPanel(QFrame):
@@ -125,7 +125,7 @@ _FAR_SHARE, _DESK_PX = 34.0 / 1080.0, 16.0
 """Type size: relative to the window height, and in pixels."""
 
 
-class AnswerPanel(QFrame):
+class AnswerPanel(Themed, QFrame):
     """One line: the question, and the keys to agree and decline; other keys act as before."""
 
     agreed = Signal()
@@ -136,7 +136,6 @@ class AnswerPanel(QFrame):
         self.setObjectName("answer")
         self.setAccessibleName(name)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self._theme = THEMES[DEFAULT_THEME]
         self._before: QWidget | None = None
         self._far = False
         self._label = dressed(PlainLabel(), tr("Question"))
@@ -180,10 +179,6 @@ class AnswerPanel(QFrame):
     def decline(self) -> None:
         self._leave()
         self.declined.emit()
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self._paint()
 
     def minimumSizeHint(self) -> QSize:
         """Return a size that widens no window: the text wraps."""

@@ -17,7 +17,7 @@ from ocmm_gui.kit._panels import OwnKeysField
 from ocmm_gui.kit._parts import sentence_label
 from ocmm_gui.kit._shortcuts import key_words, make_button
 from ocmm_gui.kit._texts import PlainLabel, later, literal, tr
-from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font, use_role
+from ocmm_gui.kit._theme import Theme, Themed, text_font, use_role
 
 LEAVE = ActionInfo("leave", later("Back"), later("Back to measuring; nothing is lost"), ("Esc",))
 _BUTTON_PX = 42
@@ -133,14 +133,13 @@ class FormField(OwnKeysField):
         super().keyPressEvent(event)
 
 
-class ChoiceBox(QComboBox):
+class ChoiceBox(Themed, QComboBox):
     """A choice whose arrow follows the theme."""
 
     def __init__(
         self, name: str, tip: str, choices: Sequence[str], words: Callable[[str], str] | None = None
     ) -> None:
         super().__init__()
-        self._theme = THEMES[DEFAULT_THEME]
         self.setAccessibleName(name)
         self.setToolTip(literal(tip))
         for one in choices:

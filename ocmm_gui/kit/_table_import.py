@@ -15,7 +15,7 @@ from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._parts import DataTable, sentence_label
 from ocmm_gui.kit._sheet import ChoiceBox, caption, form_field
 from ocmm_gui.kit._texts import PlainLabel, said, tr
-from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
+from ocmm_gui.kit._theme import Theme, Themed, text_font
 
 _SIGNS = ("", "point", "comma")
 _CELL_PX = 110
@@ -23,7 +23,7 @@ _PAUSE_MS = 300
 """Typing ends before the table is read again."""
 
 
-class TableImport(QWidget):
+class TableImport(Themed, QWidget):
     """First and last lines of a table, with columns, unit and decimal sign, all changeable.
 
     Return takes the table over, Esc goes back; ``example``: columns as they are stated.
@@ -38,7 +38,6 @@ class TableImport(QWidget):
     def __init__(self, example: str) -> None:
         super().__init__()
         self.setAccessibleName(tr("Import of a table"))
-        self._theme = THEMES[DEFAULT_THEME]
         self._path = Path()
         self._found: TablePreview[Any] | None = None
         self.summary = sentence_label(tr("What the reader makes of the table"), 15)

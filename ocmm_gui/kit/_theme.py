@@ -75,6 +75,20 @@ class ThemedWidget(Protocol):
         ...
 
 
+class Themed:
+    """Base of widgets with a theme, which they show by `_paint` or an own `set_theme`."""
+
+    _theme = THEMES[DEFAULT_THEME]
+
+    def set_theme(self, theme: Theme) -> None:
+        """Show the widget in ``theme`` from now on."""
+        self._theme = theme
+        self._paint()
+
+    def _paint(self) -> None:
+        """Show the present state in the colours of the theme."""
+
+
 def contrast_ratio(first: str, second: str) -> float:
     """Return the contrast of two colours, 1 to 21 (WCAG 2.1, 1.4.3); for tests."""
     high, low = sorted((_luminance(first), _luminance(second)), reverse=True)

@@ -15,29 +15,18 @@ from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView
-from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
-    Theme,
-    hbox,
-    later,
-    make_button,
-    sentence_label,
-    text_font,
-    tr,
-)
+from ocmm_gui.kit import Theme, Themed, hbox, later, make_button, sentence_label, text_font, tr
 
 _BUTTON_PX = 40
 
 
-class HandStrip(QFrame):
+class HandStrip(Themed, QFrame):
     """One sentence with its buttons; hidden for real probes."""
 
     def __init__(self, hand: QAction, tour: QAction) -> None:
         super().__init__()
         self.setObjectName("hand")
         self.setAccessibleName(tr("Who holds the probe"))
-        self._theme = THEMES[DEFAULT_THEME]
         self._step = self._words = ""
         self._practises = False
         self._said = ""

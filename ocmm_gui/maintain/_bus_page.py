@@ -28,13 +28,12 @@ from ocmm_core.station import (
 )
 from ocmm_gui.charts import Curve, HistogramChart, RecentChart
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     FitText,
     Mark,
     PaintedWidget,
     PlainLabel,
     Theme,
+    Themed,
     digit_font,
     dressed,
     fill,
@@ -143,14 +142,13 @@ _FACTS = (
 )
 
 
-class BusPage(QStackedWidget):
+class BusPage(Themed, QStackedWidget):
     """The bus report, refreshed four times a second while visible."""
 
     def __init__(self, pull: Callable[[], BusView | None]) -> None:
         super().__init__()
         self.setAccessibleName(tr("Bus"))
         self._pull = pull
-        self._theme = THEMES[DEFAULT_THEME]
         self._view: BusView | None = None
         self._phase = FitText(tr("Phase of the bus"), limit=34)
         self._phase.setFixedHeight(44)

@@ -19,15 +19,13 @@ from ocmm_core.features.measured import (
     verify_folder,
 )
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     ChoiceBox,
     FitText,
     Mark,
     NarrowButton,
     NumberTable,
     OwnKeysField,
-    Theme,
+    Themed,
     digit_font,
     dressed,
     hbox,
@@ -67,7 +65,7 @@ def verified(folder: Path, convention: Convention, tell: Tell) -> tuple[SetRepor
     return verify_folder(folder, convention)
 
 
-class FitsPage(QWidget):
+class FitsPage(Themed, QWidget):
     """Folder and convention above, a table of the worst errors below."""
 
     failed = Signal(object)
@@ -76,7 +74,6 @@ class FitsPage(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Fits against certified pairs"))
-        self._theme = THEMES[DEFAULT_THEME]
         self._reports: tuple[SetReport, ...] = ()
         self.folder = dressed(OwnKeysField(), tr("Folder of reference pairs"))
         self.folder.setPlaceholderText(tr("Folder of reference pairs"))
@@ -125,10 +122,6 @@ class FitsPage(QWidget):
     def cancel(self) -> None:
         self._process.cancel()
         self._end()
-        self._paint()
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
         self._paint()
 
     def _end(self) -> None:

@@ -16,13 +16,12 @@ from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QStacke
 from ocmm_core.inspection.evaluation import LiveView
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     FitText,
     NarrowItems,
     NoticeCentre,
     PlainLabel,
     Theme,
+    Themed,
     dressed,
     hbox,
     literal,
@@ -52,12 +51,11 @@ class Page:
     """Keys of its actions; each gets a button."""
 
 
-class MaintainView(QWidget):
+class MaintainView(Themed, QWidget):
     """Pages with a list; up and down select."""
 
     def __init__(self, pages: Sequence[Page], actions: Mapping[str, QAction]) -> None:
         super().__init__()
-        self._theme = THEMES[DEFAULT_THEME]
         self._live: LiveView | None = None
         self._word = FitText(tr("Status"), limit=26, reserve=tr("INACCURATE"))
         self._word.setFixedHeight(40)

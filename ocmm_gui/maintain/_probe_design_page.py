@@ -28,8 +28,6 @@ from ocmm_core.tracking import ProbeBody, load_probe
 from ocmm_core.typed_numbers import SPOT_NOISE, TILT, NumberField
 from ocmm_gui.charts import BendingPlot, MapPlot
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     DataTable,
     FitText,
     Mark,
@@ -37,6 +35,7 @@ from ocmm_gui.kit import (
     OwnKeysField,
     PlainLabel,
     Theme,
+    Themed,
     dressed,
     hbox,
     later,
@@ -100,7 +99,7 @@ def plain_body(probe: ProbeInUse) -> ProbeBody:
     return probe_from_records(probe.design, records.calibration, records.qualification)
 
 
-class ProbeDesignPage(QWidget):
+class ProbeDesignPage(Themed, QWidget):
     """Uncertainty, maps, labels, mechanics and budget of a probe, computed on request."""
 
     failed = Signal(object)
@@ -111,7 +110,6 @@ class ProbeDesignPage(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Design of the probe"))
         self._rig, self._body = rig, body
-        self._theme = THEMES[DEFAULT_THEME]
         self._report: ProbeReport | None = None
         self._process = SideProcess(self)
         self._process.advanced.connect(self._on_advanced)

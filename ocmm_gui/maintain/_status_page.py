@@ -21,13 +21,12 @@ from ocmm_core.calibration.records import (
     ProbeView,
 )
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     DataTable,
     FitText,
     Mark,
     PlainLabel,
     Theme,
+    Themed,
     dressed,
     hbox,
     later,
@@ -172,7 +171,7 @@ H = TypeVar("H")
 """Contents of the store: history and trends."""
 
 
-class StatusPage(QWidget, Generic[V, H]):
+class StatusPage(Themed, QWidget, Generic[V, H]):
     """A large status word, its meaning, and facts; refreshed while visible.
 
     ``pull_overview`` returns the contents of the store, on opening and after status changes, as it
@@ -199,7 +198,6 @@ class StatusPage(QWidget, Generic[V, H]):
         self._in_doubt = in_doubt
         self._view: V | None = None
         self.setAccessibleName(name)
-        self._theme = THEMES[DEFAULT_THEME]
         self._mark = Mark.OPEN
         self._word = FitText(of, limit=34)
         self._word.setFixedHeight(44)

@@ -2,20 +2,18 @@
 
 In: live snapshots and views of the job from the bridge. Out: two screens, and selected points.
 
-Start with `_far_view` (legible at three metres) and `_desk_view` (everything), then their parts:
-`_readout`, `_status_strip`, `_status_bands`, `_far_parts`, `_feature_panel` with
-`_feature_details`, `_plan_list`, `_part_view`.
-`_job_sheet` starts a job, `_point_choice` selects a point, `_readout` plays sounds.
-It must not import results, plan editor, Maintain or wizards.
+Start with `_far_view` (legible at three metres) and `_desk_view` (everything, and the choice of a
+point), then their parts: `_readout`, `_status_strip`, `_status_bands`, `_far_parts`,
+`_feature_panel` with `_feature_details`, `_plan_list`, `_part_view`. `_job_sheet` starts a job,
+`_readout` plays sounds. It must not import results, plan editor, Maintain or wizards.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_gui.operator._desk_view import DeskView
+    from ocmm_gui.operator._desk_view import DeskView, PointChoice
     from ocmm_gui.operator._far_view import FarView
     from ocmm_gui.operator._job_sheet import JobSheet
-    from ocmm_gui.operator._point_choice import PointChoice
     from ocmm_gui.operator._readout import Feedback
     from ocmm_gui.operator._status_bands import SimulatedBand, TipLine, TrustBar, TrustPlace
 else:

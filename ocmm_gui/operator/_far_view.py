@@ -24,13 +24,12 @@ from ocmm_gui.charts import ToleranceBar
 from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import (
     DASHES,
-    DEFAULT_THEME,
     PAUSED,
-    THEMES,
     FitText,
     Mark,
     PaintedWidget,
     Theme,
+    Themed,
     far_type,
     feature_title,
     fill,
@@ -76,12 +75,11 @@ _PART_PX = (220, 30)
 """Maximum type of the part verdict, and minimum type below it."""
 
 
-class FarView(CoachedView):
+class FarView(Themed, CoachedView):
     """Status, feature, digits, tolerance bar, verdict and three large buttons."""
 
     def __init__(self, actions: dict[str, QAction]) -> None:
         super().__init__()
-        self._theme = THEMES[DEFAULT_THEME]
         self._job: JobView | None = None
         self._live: LiveView | None = None
         right = Qt.AlignmentFlag.AlignRight

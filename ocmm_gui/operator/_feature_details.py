@@ -11,10 +11,9 @@ from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.inspection.evaluation import FeatureView
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     PaintedWidget,
     Theme,
+    Themed,
     digit_font,
     fitted,
     ink,
@@ -30,13 +29,12 @@ from ocmm_gui.kit import (
 _LINE_PX = 22.0
 
 
-class PointDots(QWidget):
+class PointDots(Themed, QWidget):
     """One dot per needed point, filled when recorded, and the count in digits."""
 
     def __init__(self) -> None:
         super().__init__()
         self._taken, self._needed = 0, 0
-        self._theme = THEMES[DEFAULT_THEME]
         self.setAccessibleName(tr("Points"))
         self.setFixedHeight(30)
 
@@ -78,13 +76,12 @@ class PointDots(QWidget):
             painter.drawEllipse(QRectF(x, 0.5 * (self.height() - size), size, size))
 
 
-class CharacteristicList(QWidget):
+class CharacteristicList(Themed, QWidget):
     """Further characteristics of the feature, one line each."""
 
     def __init__(self) -> None:
         super().__init__()
         self._results: tuple[CharacteristicResult, ...] = ()
-        self._theme = THEMES[DEFAULT_THEME]
         self.setAccessibleName(tr("Other characteristics of this feature"))
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
 

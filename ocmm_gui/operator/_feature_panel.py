@@ -14,12 +14,11 @@ from ocmm_core.tolerances.kinds import spec_of
 from ocmm_gui.charts import ToleranceBar
 from ocmm_gui.kit import (
     DASHES,
-    DEFAULT_THEME,
-    THEMES,
     FitText,
     PaintedWidget,
     PlainLabel,
     Theme,
+    Themed,
     basis_words,
     characteristics_of,
     digit_font,
@@ -147,7 +146,7 @@ _PICTURE_PX, _SMALL_PX = 104, 84
 _MAX_OTHERS = 6
 
 
-class FeaturePanel(QFrame):
+class FeaturePanel(Themed, QFrame):
     """Results of a feature: points, value, deviation, U, form, bar and verdict.
 
     Numbers are provisional until the feature is complete. A click on a bar selects a point.
@@ -162,7 +161,6 @@ class FeaturePanel(QFrame):
         self._chosen = 0
         self.setProperty("role", "panel")
         self.setAccessibleName(tr("Feature"))
-        self._theme = THEMES[DEFAULT_THEME]
         self._job: JobView | None = None
         self._title = FitText(tr("Feature name"), limit=26)
         self._title.setFixedHeight(36)

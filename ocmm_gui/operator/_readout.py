@@ -19,14 +19,13 @@ from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import (
     CAP_HEIGHT,
     DASHES,
-    DEFAULT_THEME,
-    THEMES,
     WRAPPED,
     Approach,
     NoticeCentre,
     Sound,
     SoundPlayer,
     Theme,
+    Themed,
     digit_font,
     fitted,
     ink,
@@ -51,7 +50,7 @@ _LARGE_SHARE = 0.62
 """Height share of the remedy; the rest is the reason."""
 
 
-class Readout(QWidget):
+class Readout(Themed, QWidget):
     """Three rows of digits, replaced by the reason if the core withholds them."""
 
     def __init__(self) -> None:
@@ -60,7 +59,6 @@ class Readout(QWidget):
         self._caption = ""
         self._shown_at = 0.0
         self._flash: bool | None = None
-        self._theme = THEMES[DEFAULT_THEME]
         self._end_of_flash = QTimer(self, singleShot=True, interval=FLASH_MS)
         self._end_of_flash.timeout.connect(self._stop_flash)
         self._remedy = ""

@@ -12,12 +12,10 @@ from ocmm_core.calibration.records import CalibrationStatus, CalibrationView, Pr
 from ocmm_core.inspection.evaluation import SIMULATED
 from ocmm_gui.kit import (
     CAP_HEIGHT,
-    DEFAULT_THEME,
-    THEMES,
     Mark,
     PaintedWidget,
     PlainLabel,
-    Theme,
+    Themed,
     day_words,
     dressed,
     far_type,
@@ -85,7 +83,7 @@ _CALM_SHARE = 0.35
 """Relative to far type: good order need not be readable at three metres."""
 
 
-class TipLine(QFrame):
+class TipLine(Themed, QFrame):
     """A mark and a sentence about the probe; always visible."""
 
     turned = Signal(object)
@@ -95,7 +93,6 @@ class TipLine(QFrame):
         super().__init__()
         self.setObjectName("tipline")
         self.setAccessibleName(tr("Probe and tip"))
-        self._theme = THEMES[DEFAULT_THEME]
         self._view: ProbeView | None = None
         self._place = TrustPlace.DESK
         self._pixels = _NEAR_PX
@@ -127,10 +124,6 @@ class TipLine(QFrame):
 
     def text(self) -> str:
         return self._text.text()
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self._paint()
 
     def _paint(self) -> None:
         theme, view = self._theme, self._view
@@ -204,14 +197,13 @@ class TrustPlace(Enum):
     MAINTAIN = "maintain"
 
 
-class TrustBar(QFrame):
+class TrustBar(Themed, QFrame):
     """A mark with UNCALIBRATED, NO POINTS or a warning; hidden in good order."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("trust")
         self.setAccessibleName(tr("Calibration"))
-        self._theme = THEMES[DEFAULT_THEME]
         self._view: CalibrationView | None = None
         self._place = TrustPlace.DESK
         self._beside = ""
@@ -241,10 +233,6 @@ class TrustBar(QFrame):
     def text(self) -> str:
         """Return the text; empty while hidden."""
         return self._text.text()
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self._paint()
 
     def _paint(self) -> None:
         theme, view = self._theme, self._view

@@ -7,13 +7,12 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QSizePolicy
 
 from ocmm_core.inspection.evaluation import JobView, LiveView, ReferenceView
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
     PAUSED,
-    THEMES,
     FitText,
     Mark,
     PlainLabel,
     Theme,
+    Themed,
     approach_words,
     digit_font,
     dressed,
@@ -57,7 +56,7 @@ _NEEDED = 3
 """Minimum LEDs for a pose of the reference body."""
 
 
-class StatusStrip(QFrame):
+class StatusStrip(Themed, QFrame):
     """Word and reason on the left, counters on the right."""
 
     def __init__(self, n_cameras: int, n_leds: int) -> None:
@@ -67,7 +66,6 @@ class StatusStrip(QFrame):
         self._n_leds = n_leds
         self._live: LiveView | None = None
         self._job: JobView | None = None
-        self._theme = THEMES[DEFAULT_THEME]
         self._word = FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
         self._word.setFixedSize(250, 46)
         self._reason = dressed(PlainLabel(), tr("Reason for the status"))
@@ -160,13 +158,12 @@ def _short(count: int) -> str:
     return f"{count}" if count < 1_000_000 else localised(f"{count / 1e6:.2f}M")
 
 
-class Guidance(QFrame):
+class Guidance(Themed, QFrame):
     """Next step, plan text, distance to the next point, and trouble."""
 
     def __init__(self, pixels: int = 16) -> None:
         super().__init__()
         self._pixels = pixels
-        self._theme = THEMES[DEFAULT_THEME]
         self._job: JobView | None = None
         self._live: LiveView | None = None
         self._step = _sentence(tr("Next step"))
@@ -203,10 +200,6 @@ class Guidance(QFrame):
 
     def trouble(self) -> str:
         return self._trouble.text()
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self._paint()
 
     def _show_step(self) -> None:
         text = "" if self._job is None else next_step(self._job, self._live)

@@ -25,13 +25,12 @@ from ocmm_core.inspection.plan import (
 from ocmm_core.part_model import ModelFace, PartModel
 from ocmm_core.tables import TableOptions, TablePreview
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     AnswerPanel,
     DataTable,
     NarrowButton,
     TableImport,
     Theme,
+    Themed,
     hbox,
     later,
     said,
@@ -57,7 +56,7 @@ _GROUPS = {
 }
 
 
-class ToleranceAccount(QWidget):
+class ToleranceAccount(Themed, QWidget):
     """Number of imported items, and each with its reason: refused ones first.
 
     Datum references and labels are counted; they follow their items. Return accepts features and
@@ -73,7 +72,6 @@ class ToleranceAccount(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Tolerances of the model"))
-        self._theme = THEMES[DEFAULT_THEME]
         self._items: list[AccountItem] = []
         self.summary = sentence_label(tr("What became of the tolerances of the model"), 14)
         self.table = DataTable(

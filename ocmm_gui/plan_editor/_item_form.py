@@ -13,16 +13,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QPlainTextEdit, QS
 
 from ocmm_core.errors import InputError
 from ocmm_core.tolerances.kinds import KINDS, spec_of
-from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
-    ChoiceBox,
-    Theme,
-    caption,
-    form_field,
-    literal,
-    text_font,
-)
+from ocmm_gui.kit import ChoiceBox, Theme, Themed, caption, form_field, literal, text_font
 from ocmm_gui.plan_editor._field_labels import choice_word
 from ocmm_gui.plan_editor._field_text import FLAGS, text_of, value_of
 from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine, closed, form_lines, opened
@@ -54,7 +45,7 @@ class RowsField(QPlainTextEdit):
 Field = QLineEdit | ChoiceBox | RowsField
 
 
-class ItemForm(QScrollArea):
+class ItemForm(Themed, QScrollArea):
     """Edit an item; errors name the field.
 
     If a choice decides which fields exist, the lines follow it and keep compatible values.
@@ -85,7 +76,6 @@ class ItemForm(QScrollArea):
         if decider:
             fields = msgspec.structs.fields(make)
             self._defaults = {one.name: msgspec.to_builtins(_start(one)) for one in fields}
-        self._theme = THEMES[DEFAULT_THEME]
         self._faulty = ""
         self._data: dict[str, Any] = opened(make, None)
         self._lines: tuple[FormLine, ...] = ()

@@ -18,7 +18,7 @@ from ocmm_core.inspection.plan import (
     save_plan,
     without_file,
 )
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, said, sentence_label, tr, vbox
+from ocmm_gui.kit import Theme, Themed, said, sentence_label, tr, vbox
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, place_of
 
 
@@ -96,12 +96,11 @@ _FIELD = re.compile(r"field '(\w+)(?:\[(\d+)\])?\.?([^'\[]*)")
 """Part of the plan, index in its list, and field, in a sentence of the core."""
 
 
-class PlanChecks(QWidget):
+class PlanChecks(Themed, QWidget):
     """Valid, or the error and its remedy."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._theme = THEMES[DEFAULT_THEME]
         self._tone: Tone = "good"
         self._label = sentence_label(tr("Checks"), 15)
         vbox(self._label, parent=self, margins=0)

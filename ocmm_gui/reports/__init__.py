@@ -4,8 +4,8 @@ In: the frozen data of a report, or of a recall. Out: a PDF, verified by reading
 
 Read `_pdf` (the report), `_paper` (head and end, drawn without a window), `_sections` and
 `_part_picture`, `_canvas` (page layout), `_messages`, `_pdf_writer` (the file with attachments),
-`_recall`, `_certificate` (certificates of the machine), `_batch`, `_preview`. `_side`
-writes in a side process.
+`_recall`, `_certificate` (certificates of the machine), `_batch`, `_preview` (drawn and written in
+a side process).
 Numbers come from `export.report`, none is computed here. It must not know sheets or the station.
 """
 
@@ -14,11 +14,11 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_gui.reports._batch import BatchTask
     from ocmm_gui.reports._paper import drawing
-    from ocmm_gui.reports._preview import PagePreview
-    from ocmm_gui.reports._recall import pdf_bytes
-    from ocmm_gui.reports._side import (
-        CertificateTask, FormatText, PagePicture, PreviewTask, ReportTask, template_page,
+    from ocmm_gui.reports._preview import (
+        CertificateTask, FormatText, PagePicture, PagePreview, PreviewTask, ReportTask,
+        template_page,
     )  # fmt: skip
+    from ocmm_gui.reports._recall import pdf_bytes
 else:
     __getattr__ = door(__name__)
 

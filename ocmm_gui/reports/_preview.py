@@ -1,13 +1,177 @@
-"""Preview of the report's pages on the screen."""
+"""Reports drawn and written in a side process, from a frozen job, and their preview."""
 
 from __future__ import annotations
 
+import zlib
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QPixmap, QResizeEvent
+from PySide6.QtGui import QImage, QPixmap, QResizeEvent
 from PySide6.QtWidgets import QLabel, QScrollArea, QWidget
 
-from ocmm_gui.kit import dressed, vbox
-from ocmm_gui.reports._side import PagePicture
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.export import EXPORTERS, PDF, preview, preview_text, write_report, write_together
+from ocmm_core.export.certificate import Certificate, certificate_of_folder, signed_certificates
+from ocmm_core.export.report import ReportData, specimen_report
+from ocmm_core.export.template import Particulars, headed_paper, load_paper, template_in_use
+from ocmm_core.named_file import FileIdentity
+from ocmm_core.settings import Settings
+from ocmm_gui.kit import dressed, later, vbox
+from ocmm_gui.reports._certificate import certificate_pdf
+from ocmm_gui.reports._paper import drawing
+from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
+from ocmm_gui.work import Teller
+
+_MOST_LINES = 400
+"""Only the beginning of a cloud of points is shown."""
+_FAST = 1
+"""Level of zlib: 20 ms a page, and compression to 2 %."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReportTask:
+    """Write reports, all files or none."""
+
+    data: ReportData
+    formats: tuple[str, ...]
+    folder: Path
+    incomplete: bool
+    """The user requested the report of a possibly incomplete job."""
+
+    def __call__(self, tell: Teller) -> tuple[FileIdentity, ...]:
+        """Return the written files; errors as `write_report` and `pdf_file`."""
+        beside: dict[str, bytes] = {}
+        if PDF.name in self.formats:
+            tell(later("Drawing the PDF"), 0.3)
+            with drawing():
+                name, content = pdf_file(
+                    self.data,
+                    lambda page, pages: tell(
+                        f"Drawing page {page} of {pages}", 0.3 + 0.4 * page / pages
+                    ),
+                )
+            beside[name] = content
+        tables = tuple(name for name in self.formats if name != PDF.name)
+        tell(later("Writing and verifying the files"), 0.7)
+        tell.commit()
+        paths = write_report(
+            self.data, tables, self.folder, incomplete=self.incomplete, beside=beside
+        )
+        return tuple(map(FileIdentity.of_written, paths))
+
+
+@dataclass(frozen=True, slots=True)
+class CertificateTask:
+    """Write the certificates of records: pages, DCC and its signature, all files or none."""
+
+    source: Path
+    """Folder of the records of a rig or a probe, or the file of an acceptance record."""
+    folder: Path
+    tip: str = ""
+    """Of the probe; empty for everything else."""
+
+    def __call__(self, tell: Teller) -> tuple[Path, ...]:
+        """Return the paths of the files, pages first; errors as `certificate_of_folder`."""
+        papers = self._papers()
+        tell(later("Drawing the PDF"), 0.1)
+        with drawing():
+            pages = [(paper, partial(certificate_pdf, paper)) for paper in papers]
+            files = signed_certificates(pages, self.folder)
+        tell(later("Writing and verifying the files"), 0.7)
+        tell.commit()
+        write_together(files)
+        return tuple(files)
+
+    def _papers(self) -> tuple[Certificate, ...]:
+        """Return the certificates; for cameras, of verification and calibration."""
+        sheet = load_paper(template_in_use(), Particulars())
+        if self.tip or self.source.is_file():
+            return (certificate_of_folder(self.source, sheet, self.tip),)
+        found, faults = [], []
+        for calibration in (False, True):
+            try:
+                found.append(certificate_of_folder(self.source, sheet, calibration=calibration))
+            except InputError as error:
+                faults.append(error)
+        if not found:
+            raise faults[0]
+        return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class FormatText:
+    """The beginning of a format's content, or the reason for its absence, as text."""
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class PagePicture:
+    """One page of the PDF."""
+
+    index: int
+    count: int
+    """`index`, `count`: From zero; number of pages."""
+    width: int
+    height: int
+    """`width`, `height`: Pixels."""
+    packed: bytes
+    """Compressed, 32 bits a pixel, as ``QImage.Format_RGB32``: a page is mostly white, and a
+    hundred uncompressed ones are half a gigabyte."""
+
+    @property
+    def content(self) -> bytes:
+        return zlib.decompress(self.packed)
+
+    def image(self) -> QImage:
+        return QImage(self.content, self.width, self.height, QImage.Format.Format_RGB32)
+
+
+@dataclass(frozen=True, slots=True)
+class PreviewTask:
+    """Preview all formats: texts first, then the pages one by one."""
+
+    data: ReportData
+    width: int
+
+    def __call__(self, tell: Teller) -> None:
+        """Send a `FormatText` for every format of the core, then every `PagePicture`."""
+        for name in EXPORTERS:
+            tell.give(FormatText(name, _text(self.data, name)))
+        with drawing():
+            canvas = lay_out(self.data)
+            count = len(canvas.pages)
+            for index in range(count):
+                tell(f"Drawing page {index + 1} of {count}", (1 + index) / (1 + count))
+                image = page_picture(canvas, index, self.data, self.width)
+                tell.give(_pictured(image, index, count))
+
+
+def template_page(settings: Settings, width: int) -> PagePicture:
+    """Return page one of an empty report; InputError if template or logo cannot be used."""
+    data = replace(specimen_report(), paper=headed_paper(settings))
+    with drawing():
+        canvas = lay_out(data)
+        return _pictured(page_picture(canvas, 0, data, width), 0, len(canvas.pages))
+
+
+def _pictured(image: QImage, index: int, count: int) -> PagePicture:
+    packed = zlib.compress(bytes(image.constBits()), _FAST)
+    return PagePicture(index, count, image.width(), image.height(), packed)
+
+
+def _text(data: ReportData, name: str) -> str:
+    try:
+        lines = preview_text(preview(data, name)).splitlines()
+    except OcmmError as error:
+        return f"{error.what}\n{error.remedy}"
+    more = len(lines) - _MOST_LINES
+    shown = "\n".join(lines[:_MOST_LINES])
+    return f"{shown}\n… and {more} more lines" if more > 0 else shown
+
 
 _GAP_PX = 12
 _LEAST_PX, _MOST_PX = 300, 1240

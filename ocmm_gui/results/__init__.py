@@ -3,11 +3,9 @@
 In: the running job, or a job file opened read-only. Out: tables, budgets, trials, comparisons,
 reports.
 
-Read `_results_sheet` with `_job_source`, `_result_table`, `_result_detail` with
-`_budget_view` and `_drill`, then the other sheets: `_alignment_sheet`, `_compare_sheet`,
-`_report_sheet` with `_report_writer`.
-Long computations run in side processes. It must not know operator, plan editor, Maintain or
-wizards.
+Read `_results_sheet` with `_job_source`, `_result_table`, `_result_detail` with `_drill`, then the
+other sheets: `_alignment_sheet`, `_compare_sheet`, `_report_sheet` with `_report_writer`. Long
+computations run in side processes. It must not know operator, plan editor, Maintain or wizards.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

@@ -13,14 +13,12 @@ from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import (
     DASHES,
-    DEFAULT_THEME,
-    THEMES,
     ActionInfo,
     FitText,
     Mark,
     NumberTable,
     Sheet,
-    Theme,
+    Themed,
     digit_font,
     dressed,
     fill,
@@ -61,12 +59,11 @@ _COLUMNS = (
 )
 
 
-class AlignmentSheet(Sheet):
+class AlignmentSheet(Themed, Sheet):
     """Residuals on the left; on the right the frame, open degrees of freedom, and remarks."""
 
     def __init__(self, bridge: StationBridge) -> None:
         super().__init__(tr("Alignment"), _KEYS)
-        self._theme = THEMES[DEFAULT_THEME]
         self._bridge = bridge
         self._report: AlignmentReport | None = None
         self._of: JobView | None = None
@@ -136,10 +133,6 @@ class AlignmentSheet(Sheet):
 
     def is_busy(self) -> bool:
         return self._process.is_running()
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self._paint()
 
     def _on_report(self, report: object) -> None:
         self.progress.hide()

@@ -15,13 +15,12 @@ from ocmm_core.inspection.causes import Explanation, points_words
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     ActionInfo,
     FitText,
     PathPanel,
     Sheet,
     Theme,
+    Themed,
     counted_line,
     fill,
     hbox,
@@ -147,7 +146,7 @@ _KEYS = (
 )
 
 
-class ResultsSheet(Sheet):
+class ResultsSheet(Themed, Sheet):
     """Table on the left, budget and decision of the selected characteristic on the right.
 
     ``running`` returns the running job, ``calibration`` the state of cameras and probe, ``records``
@@ -166,7 +165,6 @@ class ResultsSheet(Sheet):
         records: Callable[[], tuple[Path | None, Path | None]] = lambda: (None, None),
     ) -> None:
         super().__init__(tr("Results"), _KEYS)
-        self._theme = THEMES[DEFAULT_THEME]
         self._running = self._source = running
         self._calibration = calibration
         self._records = records

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QGridLayout, QSizePolicy, QWidget
 from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import LiveView
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, FitText, Theme, slot_names, text_font, tr, vbox
+from ocmm_gui.kit import FitText, Themed, slot_names, text_font, tr, vbox
 
 TRAIL = 60
 """Snapshots in the trail: two seconds."""
@@ -50,7 +50,7 @@ _WAYS = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
 _Box = tuple[float, float, float, float]
 
 
-class CameraPlot(QWidget):
+class CameraPlot(Themed, QWidget):
     """One camera: spots as crosses with slot, LED, and trail.
 
     The region moves only when a spot reaches its edge, so that spot motion is visible.
@@ -59,7 +59,6 @@ class CameraPlot(QWidget):
     def __init__(self, camera: CameraModel, *, small: bool = False) -> None:
         super().__init__()
         self._camera = camera
-        self._theme = THEMES[DEFAULT_THEME]
         self._trail: deque[Float] = deque(maxlen=TRAIL)
         self._shown_at = 0.0
         self._middle = np.array([0.5 * camera.width, 0.5 * camera.height])
@@ -122,10 +121,6 @@ class CameraPlot(QWidget):
 
     def labels(self) -> tuple[str, ...]:
         return tuple(label.toPlainText().strip() for label in self._labels if label.isVisible())
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self._paint()
 
     def _place_labels(self, spots: Float, names: Sequence[str], seen: NDArray[np.bool_]) -> None:
         self._add_labels(len(spots))

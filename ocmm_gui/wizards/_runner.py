@@ -11,12 +11,11 @@ from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QStackedWidget, 
 
 from ocmm_core.calibration.guided import ProcedureDecision, ProcedureView
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     FitText,
     NarrowButton,
     Sound,
     Theme,
+    Themed,
     ThemedWidget,
     hbox,
     key_words,
@@ -52,7 +51,7 @@ GO_ON_MS = 1500
 """Delay before entering the next step automatically, for the sound."""
 
 
-class Runner(QWidget):
+class Runner(Themed, QWidget):
     """Show a procedure and forward commands; contains no logic.
 
     ``driver``: not started, closed by `close_driver`; ``extra``: commands of ``skip``, ``repeat``,
@@ -81,7 +80,6 @@ class Runner(QWidget):
         self._was_open = False
         self._go_on = QTimer(self, singleShot=True, interval=GO_ON_MS)
         self._go_on.timeout.connect(driver.advance)
-        self._theme = THEMES[DEFAULT_THEME]
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.actions_by_key = make_wizard_actions(self, self._calls(extra))
         self.buttons = {
@@ -295,7 +293,7 @@ def _nothing() -> None:
     """Do nothing: the page has no such command."""
 
 
-class GuidedStack(QStackedWidget):
+class GuidedStack(Themed, QStackedWidget):
     left = Signal()
     """Left; the procedure has ended and can be resumed."""
     taken = Signal()
@@ -306,7 +304,6 @@ class GuidedStack(QStackedWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._theme = THEMES[DEFAULT_THEME]
         self.runner: Runner | None = None
 
     def leave(self) -> None:

@@ -8,12 +8,10 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QListWidget, QListWidgetItem, QWidget
 
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     ChoiceBox,
     HintField,
     PlainLabel,
-    Theme,
+    Themed,
     dressed,
     fill,
     hbox,
@@ -33,7 +31,7 @@ from ocmm_gui.wizards.pages import Field, practice_title
 _ROW_PX = 58
 
 
-class WizardStart(QWidget):
+class WizardStart(Themed, QWidget):
     """Fields of a new session on the left, unfinished sessions on the right."""
 
     begun = Signal(object)
@@ -44,7 +42,6 @@ class WizardStart(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._theme = THEMES[DEFAULT_THEME]
         self._offers: tuple[UnfinishedSession, ...] = ()
         self._title = dressed(PlainLabel(), tr("Wizard"), font=text_font(28, bold=True))
         self._purpose = sentence_label(tr("Purpose"), 18)
@@ -99,10 +96,6 @@ class WizardStart(QWidget):
         """Show why a session could not be started or resumed; empty text hides it."""
         self.trouble.setText(text)
         self.trouble.setVisible(bool(text))
-        self._paint()
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
         self._paint()
 
     def _fill_form(self, fields: Sequence[Field]) -> None:

@@ -62,7 +62,7 @@ def serve_ippdme(
     failures: list[Exception] = []
 
     def tell(words: str) -> None:
-        console.print(say(words), highlight=False, markup=False)
+        console.print(say(words))
 
     def fail(error: Exception) -> None:
         failures.append(error)
@@ -77,7 +77,7 @@ def serve_ippdme(
         state = DmeState(machine, edition, frames, any_place=any_place)
         server = DmeServer(DmeSession(state, patience, tries), options, fail)
         machine.start(server.touched, server.refused)
-        console.print(f"{lead('Source  ')}{built.description.name}")
+        console.print(f"{lead('Source  ')}{built.description.name}", highlight=True)
         place, version = "{}:{}".format(*server.start()), edition.version
         tell(f"I++ DME {version} on {place}. Ctrl-C ends.")
         if sys.stdin is not None and sys.stdin.isatty():

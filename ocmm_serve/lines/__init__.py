@@ -2,8 +2,8 @@
 
 In: accepted points of a station. Out: one line each, in a format of the user.
 
-Read `_template` (the format and its checks), `_feed` (serial line), `_keyboard` (wedge), `_run`
-(the station) and `_command` (`ocmm serve lines`, `ocmm serve keyboard`). TCP is the server of the
+Read `_template` (the format and its checks), `_feed` (the station, a serial line, a wedge)
+and `_command` (`ocmm serve lines`, `ocmm serve keyboard`). TCP is the server of the
 live stream (`ocmm_core.station.stream`). It must not know I++ DME.
 """
 

@@ -12,8 +12,7 @@ from ocmm_serve.site import ServedAddress, ServedStation
 if TYPE_CHECKING:
     from ocmm_core.station import MeasuringStation
     from ocmm_core.station.stream import PlainLines, StreamServer
-    from ocmm_serve.lines._feed import LineFeed
-    from ocmm_serve.lines._run import Note
+    from ocmm_serve.lines._feed import LineFeed, Note
 
 _ENDS = {"crlf": b"\r\n", "lf": b"\n", "cr": b"\r", "enter": b"\n", "tab": b"\t", "none": b""}
 
@@ -38,8 +37,7 @@ def serve_lines(
     """
     from ocmm_core.failure import contained
     from ocmm_core.station.stream import StreamServer
-    from ocmm_serve.lines._feed import LineFeed, SerialReceiver
-    from ocmm_serve.lines._run import plan_for, run
+    from ocmm_serve.lines._feed import LineFeed, SerialReceiver, plan_for, run
 
     made = LineTemplate.of(template, unit, point, decimal)
     if device and (address.port is not None or address.allow or address.host != "127.0.0.1"):
@@ -79,9 +77,7 @@ def serve_keyboard(
     Needs xdotool (X11), wtype or ydotool (Wayland). A point is in the job file before it is typed,
     and typed once. State the window, so that no other program gets numbers. Ends by Ctrl-C.
     """
-    from ocmm_serve.lines._feed import LineFeed
-    from ocmm_serve.lines._keyboard import KeyboardReceiver, find_tool
-    from ocmm_serve.lines._run import plan_for, run
+    from ocmm_serve.lines._feed import KeyboardReceiver, LineFeed, find_tool, plan_for, run
 
     made = LineTemplate.of(template, unit, point, decimal)
     receiver = KeyboardReceiver(find_tool(), window)

@@ -1,19 +1,36 @@
-"""Feed of new points to a device that only receives: a serial line, or a keyboard."""
+"""A station that runs until Ctrl-C, and the feed of its points to a device that only receives.
+
+The device is a serial line, or a wedge that types into the program with the keyboard focus.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import importlib.util
 import math
+import os
 import queue
+import re
+import shutil
+import subprocess
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
+from ocmm_cli.terminal import lead, make_console, say, told
+from ocmm_core.composition import Origin, StationRequest, build_station, origin_of
+from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
 from ocmm_core.failure import contained
+from ocmm_core.options import DEMO_PLAN
+from ocmm_core.station import MeasuringStation
 from ocmm_core.station.stream import PlainLines, StepReader, StreamSource
+from ocmm_serve.lines._template import LineTemplate
+from ocmm_serve.site import POINTS, close_station, keep_open, stop_event
 
 MOST_WAITING = 100
 """Lines that wait for a device; more than a minute of touches."""
@@ -140,3 +157,152 @@ class SerialReceiver:
 
     def __str__(self) -> str:
         return f"{self._line.port}, {self._line.baudrate} baud"
+
+
+_POLL_S = 0.05
+
+Note = Callable[[str], None]
+Face = Callable[[MeasuringStation, PlainLines, Note], AbstractContextManager[object]]
+"""Connects the lines of a station to their destination; its text names that."""
+
+
+def plan_for(plan: Path | None, source: str) -> Path:
+    """Return the plan, else the demonstration of a virtual source, else a list of points."""
+    if plan is not None:
+        return plan
+    virtual = origin_of(source) is Origin.VIRTUAL
+    return DEMO_PLAN if virtual else resource("plans", POINTS)
+
+
+def run(request: StationRequest, template: LineTemplate, end: bytes, face: Face) -> None:
+    """Measure until Ctrl-C or the end of the source; OcmmError if the station fails."""
+    console = make_console(soft_wrap=True)
+    ended = stop_event()
+
+    def note(words: str) -> None:
+        console.print(say(words), style="yellow")
+
+    built = build_station(request)
+    station = built.station
+    try:
+        plain = PlainLines(lambda one: template.line(one).encode("ascii") + end, note)
+        if request.plan.name == POINTS:
+            keep_open(station)
+        station.events.point_refused.connect(
+            lambda refusal: note(f"{say('Point refused:')} {told(refusal)}")
+        )
+        station.faults.failed.connect(lambda error: note(str(error)))
+        with face(station, plain, note) as made:
+            console.print(f"{lead('Source  ')}{built.description.name}")
+            console.print(f"{lead('Job     ')}{built.job_path}")
+            console.print(say(template.words))
+            console.print(f"{lead('Lines   ')}{made}")
+            station.start()
+            while not ended.is_set() and not station.wait_finished(_POLL_S):
+                failure = station.faults.why_failed()
+                if failure is not None:
+                    raise failure
+    finally:
+        close_station(station)
+
+
+_LIMIT_S = 5.0
+"""s: a line is typed in some 0.1 s."""
+
+
+@dataclass(frozen=True, slots=True)
+class TypingTool:
+    """A program that presses keys."""
+
+    name: str
+    type_text: tuple[str, ...]
+    tab: tuple[str, ...]
+    enter: tuple[str, ...]
+    """`type_text`, `tab`, `enter`: arguments before a text, and of these keys."""
+
+
+_XDOTOOL = TypingTool(
+    "xdotool", ("type", "--clearmodifiers", "--delay", "2", "--"), ("key", "Tab"), ("key", "Return")
+)
+_WTYPE = TypingTool("wtype", ("--",), ("-k", "Tab"), ("-k", "Return"))
+# Codes of the kernel, pressed and released.
+_YDOTOOL = TypingTool("ydotool", ("type", "--"), ("key", "15:1", "15:0"), ("key", "28:1", "28:0"))
+
+
+def find_tool(environment: Mapping[str, str] = os.environ) -> TypingTool:
+    """Return the program that types in this desktop session; InputError: the missing one."""
+    wayland = bool(environment.get("WAYLAND_DISPLAY"))
+    if not wayland and not environment.get("DISPLAY"):
+        raise InputError(
+            "keyboard.display",
+            "There is no desktop session to type into (neither DISPLAY nor WAYLAND_DISPLAY).",
+            "Start the command in a terminal of the desktop; on Windows use ocmm serve lines.",
+        )
+    tools = (_WTYPE, _YDOTOOL) if wayland else (_XDOTOOL,)
+    for tool in tools:
+        if shutil.which(tool.name, path=environment.get("PATH")):
+            return tool
+    names = " or ".join(tool.name for tool in tools)
+    raise InputError(
+        "keyboard.tool",
+        f"Typing into other programs needs {names}, which is not installed.",
+        f"Install it: apt install {tools[0].name}",
+    )
+
+
+class KeyboardReceiver:
+    """Type lines. `window`: words in the title of the only window to type into; empty: any."""
+
+    def __init__(self, tool: TypingTool, window: str = "") -> None:
+        if window and tool is not _XDOTOOL:
+            raise InputError(
+                "keyboard.window",
+                f"{tool.name} cannot read the title of the active window.",
+                "Leave --window away, or use a desktop session of X11 with xdotool.",
+            )
+        self._tool, self._window = tool, window
+        # Absolute: the folder of the command may hold another program of this name.
+        self._program = shutil.which(tool.name) or tool.name
+
+    def send(self, line: bytes) -> None:
+        self._check_window()
+        for piece in re.findall(r"[\t\n]|[^\t\n]+", line.decode("ascii")):
+            keys = {"\t": self._tool.tab, "\n": self._tool.enter}
+            self._call(keys.get(piece) or (*self._tool.type_text, piece))
+
+    def close(self) -> None:
+        """Do nothing; no key is held."""
+
+    def __str__(self) -> str:
+        return f'window "{self._window}"' if self._window else "active window"
+
+    def _check_window(self) -> None:
+        if not self._window:
+            return
+        title = self._call(["getactivewindow", "getwindowname"])
+        if self._window.casefold() not in title.casefold():
+            raise MeasuringError(
+                "keyboard.other_window",
+                f'The active window is "{title.strip()}", not "{self._window}".',
+                "Click into the right field, then touch this point again.",
+            )
+
+    def _call(self, arguments: Sequence[str]) -> str:
+        try:
+            done = subprocess.run(  # noqa: S603 - numbers and keys, without a shell
+                [self._program, *arguments], capture_output=True, text=True, timeout=_LIMIT_S,
+                stdin=subprocess.DEVNULL, check=False,
+            )  # fmt: skip
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise _failed(self._tool, str(error)) from error
+        if done.returncode != 0:
+            raise _failed(self._tool, done.stderr.strip() or f"exit code {done.returncode}")
+        return done.stdout
+
+
+def _failed(tool: TypingTool, why: str) -> MeasuringError:
+    return MeasuringError(
+        "keyboard.failed",
+        f"{tool.name} could not type ({why}).",
+        "Check the last line in the other program, then touch this point again.",
+    )

@@ -3,8 +3,8 @@
 In: values of parts, operators and trials, or the jobs that hold them. Out: contribution of the
 gauge.
 
-Read `_gauge_rr` (analysis of variance) and `_single` (studies of one reference), `_plan` (random,
-blind order) and `_from_jobs` (one study per characteristic of a plan, bias over the range) and
+Read `_gauge_rr` (analysis of variance) and `_single` (studies of one reference), `_from_jobs`
+(plans in random, blind order; one study per characteristic of a plan, bias over the range) and
 `_part_study` (U from a calibrated part, for similar parts only).
 It must not know how a value was measured.
 """
@@ -13,17 +13,14 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_shop.studies._from_jobs import (
-        CharacteristicStudy, LinearityReport, StudyReport, linearity_of, open_runs, study_jobs,
-        study_of,
+        STUDY_SCHEMA, CharacteristicStudy, LinearityReport, StudyPlan, StudyReport, StudyRun,
+        linearity_of, load_study, open_runs, plan_study, plan_text, require_balanced, store_plan,
+        study_jobs, study_of,
     )  # fmt: skip
     from ocmm_shop.studies._gauge_rr import AIAG_LEVEL, GaugeStudy, SourceRow, gauge_study
     from ocmm_shop.studies._part_study import (
         AUDITED, PartStudy, load_part_study, load_task, make_part_study, part_procedure,
         save_part_study, uncertainty_for,
-    )  # fmt: skip
-    from ocmm_shop.studies._plan import (
-        STUDY_SCHEMA, StudyPlan, StudyRun, load_study, plan_study, plan_text, require_balanced,
-        store_plan,
     )  # fmt: skip
     from ocmm_shop.studies._single import (
         LinearityStudy, StatedScatter, Suitability, Type1Study, compare_stated, linearity_study,

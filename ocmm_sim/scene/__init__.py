@@ -4,9 +4,9 @@ In: documents of a rig, a probe and a part, a seed. Out: frames as a source, opt
 rendered pixels, and the true poses of camera, probe and ball.
 
 Start with `_world` (truth) and `_rig` (virtual rig); then `_operator` with `_hand` and `_touches`,
-`_surfaces` and `_artefacts`, `_source`. Pixels: `_sensor`, `_exposure`,
-`_spot_pattern`, `_pixel_frames`. `_kernels` holds the compiled loops; `_probe_study` is the
-simulation of the thesis. Truth and documents are separate: the product receives the documents only.
+`_surfaces` and `_artefacts`, `_source`. Pixels: `_sensor`, `_exposure`, `_pixel_frames`. `_kernels`
+holds the compiled loops; `_probe_study` is the simulation of the thesis. Truth and documents are
+separate: the product receives the documents only.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -28,11 +28,10 @@ if TYPE_CHECKING:
     from ocmm_sim.scene._source import (
         MOST_ROUNDS, LedHand, RigScript, SimulatedSource, decode_script,
     )  # fmt: skip
-    from ocmm_sim.scene._spot_pattern import SpotPattern, draw_pattern
     from ocmm_sim.scene._touches import sample
     from ocmm_sim.scene._world import (
-        ScriptedBump, ScriptedNudge, ScriptedOcclusion, World, WorldOptions, bumped, draw_world,
-        nudged, white_noise,
+        ScriptedBump, ScriptedNudge, ScriptedOcclusion, SpotPattern, World, WorldOptions, bumped,
+        draw_pattern, draw_world, nudged, white_noise,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)

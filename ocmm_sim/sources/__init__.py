@@ -2,8 +2,8 @@
 
 In: a station request, or a guided procedure. Out: feeds of frames, scripts of scenes, true values.
 
-Start with `_specs` (entry points of `ocmm.sources`) and `_feed_makers`, whose operator
-touches again what a station refused; `_model_part` makes a part of a plan with a CAD model,
+Start with `_specs` (entry points of `ocmm.sources`) and `_feed_makers`, whose operator touches
+again what a station refused, also on a part of a plan with a CAD model;
 `_calibrate_scenes` completes guided procedures, `_truth` has the true values of a plan.
 It must not import screens or commands.
 """
@@ -15,8 +15,7 @@ if TYPE_CHECKING:
         VirtualSite, acceptance_feed, relocation_by_step, scene_of_tip, scenes_of_known_points,
         scenes_of_relocation, scenes_of_verification, verification_by_step,
     )  # fmt: skip
-    from ocmm_sim.sources._feed_makers import script_of, segment_of
-    from ocmm_sim.sources._model_part import part_as_planned, part_text
+    from ocmm_sim.sources._feed_makers import part_as_planned, part_text, script_of, segment_of
     from ocmm_sim.sources._specs import PIXELS, SIMULATED, WIRE
     from ocmm_sim.sources._truth import true_values
 else:

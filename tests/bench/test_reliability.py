@@ -13,18 +13,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from ocmm_bench.campaign._clock import clock
 from ocmm_bench.campaign._faults import cuts, faults
 from ocmm_bench.campaign._faulty_disk import build, why_not_here, with_faults
-from ocmm_bench.campaign._hostile_forge import Forgery
-from ocmm_bench.campaign._hostile_runs import CommandResult
+from ocmm_bench.campaign._hostile_runs import CommandResult, Forgery
 from ocmm_bench.campaign._kills import SoakSamples, kills, soak
 from ocmm_bench.campaign._reliability import print_results
 from ocmm_bench.campaign._trials import LaneResult, NotRunError, Trial, bound, read_state, run_lane
 from ocmm_bench.campaign._work import WORKS, append_points, lost_points
 from ocmm_bench.campaign._writers import writers
+from ocmm_cli.terminal import PlainConsole
 from ocmm_core.errors import InputError
 from tests.host import HANG_S, not_run, on_linux_only
 
@@ -311,7 +310,7 @@ def test_a_run_goes_on_from_its_state(tmp_path: Path) -> None:
 def test_the_table_has_a_bound_beside_each_zero(capsys: pytest.CaptureFixture[str]) -> None:
     trials = tuple(lane(1, 300, frozenset()))
     results = [LaneResult("kills", trials), LaneResult("cuts", (), "needs root")]
-    print_results(results, Console(width=120))
+    print_results(results, PlainConsole(width=120))
     text = " ".join(capsys.readouterr().out.split())
     assert "kills 300 3000 acknowledged points lost 0 0.01 jobs half made 0 0.01" in text
     assert "audit faults 200 reopened" in text

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_cli.calibrate._probe_site import own_folder
 from ocmm_cli.calibrate._run import virtual_feed
+from ocmm_cli.calibrate._steps import own_folder
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration.records import CalibrationStore, store_folder
 from ocmm_core.camera import load_rig

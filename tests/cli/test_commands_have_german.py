@@ -151,12 +151,12 @@ def test_what_is_said_is_passed() -> None:
 
 
 def test_a_label_stays_as_wide_where_it_fits(monkeypatch: pytest.MonkeyPatch) -> None:
-    from ocmm_cli.terminal import _speech
+    from ocmm_cli.terminal import _console
     from ocmm_core.wording import load_translation
 
     assert lead("Source   ") == "Source   " or lead("Source   ") == "Quelle   "
-    monkeypatch.setattr(_speech, "_translation", lambda: load_translation("de"))
+    monkeypatch.setattr(_console, "_translation", lambda: load_translation("de"))
     assert lead("Source   ") == "Quelle   "
     assert lead("  Kept in     ") == "  Abgelegt in "
-    assert _speech.say("  Not done: ") == "  Nicht ausgeführt: "
-    assert _speech.say("Nobody ever says this.") == "Nobody ever says this."
+    assert _console.say("  Not done: ") == "  Nicht ausgeführt: "
+    assert _console.say("Nobody ever says this.") == "Nobody ever says this."

@@ -27,7 +27,7 @@ from ocmm_cli.calibrate._write_cameras import write_accepted
 from ocmm_cli.measure import missing_sentences, print_verdict
 from ocmm_cli.station._page import print_mended
 from ocmm_cli.study._fit import _print_rival
-from ocmm_cli.terminal import PlainConsole, _speech
+from ocmm_cli.terminal import PlainConsole, _console
 from ocmm_core.acceptance import InterimCheck, interim_chart
 from ocmm_core.calibration.records import Corner
 from ocmm_core.doctor import Mended, SystemChange
@@ -50,7 +50,7 @@ COMMANDS = Path(__file__).resolve().parents[2] / "ocmm_cli"
 @pytest.fixture(autouse=True)
 def german(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
-    monkeypatch.setattr(_speech, "_translation", lambda: load_translation("de"))
+    monkeypatch.setattr(_console, "_translation", lambda: load_translation("de"))
 
 
 def printed(console: PlainConsole) -> str:
@@ -117,14 +117,14 @@ def test_what_was_mended_is_counted() -> None:
     )
     done = [Mended(change), Mended(change, complaint="Permission denied")]
     console = page()
-    print_mended(done, _speech.say("taken back"), console)
+    print_mended(done, _console.say("taken back"), console)
     assert printed(console) == (
         "  Nicht ausgeführt: /sys/a: Keine Berechtigung\n1 von 2 zurückgenommen.\n"
     )
 
 
 def test_one_event_is_one() -> None:
-    assert [_speech.say(f"1 {one}") for one in ("event", "record", "session")] == [
+    assert [_console.say(f"1 {one}") for one in ("event", "record", "session")] == [
         "1 Ereignis", "1 Protokoll", "1 Sitzung",
     ]  # fmt: skip
 
@@ -193,9 +193,9 @@ def test_a_source_that_ended_too_early_is_told_as_a_whole() -> None:
         "touched.",
         "Start the command again: it continues this session.",
     )
-    assert "Die Quelle endete. Noch 12 Lagen. Am Ende: " in _speech.told(error)
+    assert "Die Quelle endete. Noch 12 Lagen. Am Ende: " in _console.told(error)
     error = CalibrationError("a.b", "Show the bar: the source ended. 3 bar placements to go.", "")
-    assert _speech.told(error) == "Show the bar: Die Quelle endete. Noch 3 Maßstablagen."
+    assert _console.told(error) == "Show the bar: Die Quelle endete. Noch 3 Maßstablagen."
 
 
 def test_points_of_a_test_are_planned() -> None:

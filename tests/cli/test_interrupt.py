@@ -12,10 +12,9 @@ import time
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 from ocmm_cli.measure import run_job
-from ocmm_cli.terminal import DeferredInterrupt
+from ocmm_cli.terminal import DeferredInterrupt, PlainConsole
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.storage import JobFile
@@ -120,7 +119,7 @@ def test_ctrl_c_at_the_report_keeps_it_and_ends_the_command(tmp_path: Path) -> N
     screen = InterruptedAtTheReport()
     # `--parts` would begin the next part.
     with pytest.raises(KeyboardInterrupt):
-        run_job(built, out, Console(file=screen, width=200))
+        run_job(built, out, PlainConsole(file=screen, width=200))
     reports = list(out.glob("*.csv"))
     assert reports
     assert all(str(report) in screen.getvalue() for report in reports)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from xml.etree import ElementTree
 
 import pytest
-from rich.console import Console
 
 from ocmm_cli.acceptance._msa_report import linearity_chart, print_linearity, text_chart
+from ocmm_cli.terminal import PlainConsole
 from ocmm_shop.studies import linearity_of
 from tests.shop.studies.test_linearity import REFERENCES, good, trend_of
 
@@ -26,7 +26,7 @@ def test_the_charts_show_line_band_and_verdict(steep: float) -> None:
     assert f"Linearity of WIDTH: {found.word}" in words
     assert "SIMULATED" not in "".join(map(str, words))
     assert "SIMULATED: Linearity of WIDTH" in linearity_chart(found, simulated=True)
-    console = Console(record=True, width=120)
+    console = PlainConsole(record=True, width=120)
     print_linearity(console, found)
     told = console.export_text()
     assert ("NOT LINEAR" in told) is bool(steep)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import io
 
 import pytest
-from rich.console import Console
 
 from ocmm_cli.measure import await_part
+from ocmm_cli.terminal import PlainConsole
 from ocmm_core.errors import MeasuringError
 
 
 def ask(said: str, monkeypatch: pytest.MonkeyPatch, *, replayed: bool = False) -> str:
     monkeypatch.setattr("sys.stdin", io.StringIO(said))
-    console = Console(file=io.StringIO(), width=200)
+    console = PlainConsole(file=io.StringIO(), width=200)
     await_part(console, 2, 5, "[A]-02", replayed=replayed)
     shown = console.file
     assert isinstance(shown, io.StringIO)

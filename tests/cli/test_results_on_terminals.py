@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from ocmm_cli.measure import print_table
-from ocmm_cli.terminal import PlainConsole, _speech, say_word
+from ocmm_cli.terminal import PlainConsole, _console, say_word
 from ocmm_core.wording import load_translation
 from tests.generated_jobs import generated_job
 from tests.host import amount
@@ -37,7 +37,7 @@ def test_shortens_no_number_and_no_verdict(
     monkeypatch: pytest.MonkeyPatch, language: str, is_terminal: bool
 ) -> None:
     if language != "en":
-        monkeypatch.setattr(_speech, "_translation", lambda: load_translation(language))
+        monkeypatch.setattr(_console, "_translation", lambda: load_translation(language))
     for width in WIDTHS:
         for seed in range(4):
             text, wanted = printed(seed, width, is_terminal=is_terminal, long_names=seed > 1)

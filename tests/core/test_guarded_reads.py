@@ -34,7 +34,7 @@ LISTS = {
     "ocmm_shop/archive/outbox/_outbox.py": "copies that are not needed",
     "ocmm_shop/cluster/_worker.py": "sources of this program",
     "ocmm_core/composition/_feeds.py": "folders that this program writes to",
-    "ocmm_sim/sources/_model_part.py": "copies that are not needed",
+    "ocmm_sim/sources/_feed_makers.py": "copies that are not needed",
     "ocmm_core/doctor/_computer.py": "errors are results of a check",
     "ocmm_core/documents.py": "the functions themselves",
     "ocmm_core/export/audits/_audit.py": "an unreadable folder is audited as a file",

@@ -22,8 +22,7 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.settings import SettingsStore
 from ocmm_gui.access import RULER_PX, TARGET_MM, TouchTargets, Zoom, screen_factor, screen_size
-from ocmm_gui.access._hands_and_eyes import _controls, _is_pressed, _row_heights
-from ocmm_gui.access._screen import believed_pitch
+from ocmm_gui.access._hands_and_eyes import _controls, _is_pressed, _row_heights, believed_pitch
 from ocmm_gui.kit import CAP_HEIGHT, NarrowButton
 from ocmm_gui.kit._theme import FAR_SHARE
 from tests.gui.window_pages import faults, walk

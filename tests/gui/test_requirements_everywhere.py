@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication, QWidget
-from rich.console import Console
 
 from benchmarks.house_tree import ROOTS
 from ocmm_cli.measure import print_verdict
+from ocmm_cli.terminal import PlainConsole
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.export import EXPORTERS
@@ -79,7 +79,7 @@ def shown_by_screens(screens: tuple[FarView, DeskView], job: JobView) -> dict[st
 
 def printed(job: JobView) -> str:
     stream = io.StringIO()
-    print_verdict(Console(file=stream, width=60), job)
+    print_verdict(PlainConsole(file=stream, width=60), job)
     return stream.getvalue()
 
 

@@ -10,9 +10,9 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
-from rich.console import Console
 
 from ocmm_cli.measure import print_explanations
+from ocmm_cli.terminal import PlainConsole
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.export import EXPORTERS
@@ -99,7 +99,7 @@ def test_the_json_file_holds_all_of_it(data: ReportData, step: Explanation) -> N
 
 
 def test_the_table_ends_with_a_line_for_it(step: Explanation) -> None:
-    console = Console(width=400)
+    console = PlainConsole(width=400)
     with console.capture() as captured:
         print_explanations(console, (step,))
     assert captured.get() == f"{STEP}: {step.why} {step.suggestion}\n"

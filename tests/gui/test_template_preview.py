@@ -15,7 +15,7 @@ from ocmm_core.export.template import standard_template
 from ocmm_core.settings import SettingsFile, SettingsStore
 from ocmm_gui.home import SettingsPage
 from ocmm_gui.reports import PagePicture, PagePreview
-from ocmm_gui.reports import _side as side
+from ocmm_gui.reports import _preview as side
 from tests.host import HANG_MS
 
 

@@ -16,8 +16,7 @@ from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.station.stream import PlainLines
-from ocmm_serve.lines._feed import LineFeed
-from ocmm_serve.lines._keyboard import KeyboardReceiver, find_tool
+from ocmm_serve.lines._feed import KeyboardReceiver, LineFeed, find_tool
 from ocmm_serve.lines._template import LineTemplate
 from tests.host import HANG_S, needs_tools, on_linux_only
 from tests.waiting import wait_until

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.camera import SpotNoise
-from ocmm_sim.scene._spot_pattern import draw_pattern
+from ocmm_sim.scene._world import draw_pattern
 
 
 def test_a_pattern_is_its_waves_added_up_one_by_one() -> None:

@@ -82,8 +82,10 @@ def part_of(
         [part.triangles + start for part, start in zip(parts, starts, strict=False)]
     )
     if not np.abs(vertices).max() <= FARTHEST_MM:
-        msg = f"its faces lie {np.abs(vertices).max() / 1000.0:.0f} m from its origin"
-        raise UnusableModelError(msg, "Export the model with its origin at the part.")
+        raise UnusableModelError(
+            f"its faces lie {np.abs(vertices).max() / 1000.0:.0f} m from its origin",
+            "Export the model with its origin at the part.",
+        )
     points, edge_starts, sides = _edges(faces, parts)
     return PartModel(
         source_name=source[0],

@@ -136,9 +136,9 @@ def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
     with_surface = [face for face in faces if surface_of(face) is not None]
     if faces and not with_surface:
         count = len(faces) + loose
-        msg = f"it is a tessellated model: {count} faces, and none of a part has an exact surface"
         raise UnusableModelError(
-            msg, "Export the model with exact geometry (B-rep), not tessellated (mesh)."
+            f"it is a tessellated model: {count} faces, and none of a part has an exact surface",
+            "Export the model with exact geometry (B-rep), not tessellated (mesh).",
         )
     others: Counter[str] = Counter()
     if loose:
@@ -186,8 +186,9 @@ def _take_faces(shape: Any, faces: list[Any]) -> None:
     for face in explored(shape, "FACE"):
         faces.append(face)
         if len(faces) > MOST_FACES:
-            msg = f"it has more than {MOST_FACES} faces, and no part can have more"
-            raise UnusableModelError(msg, LESS)
+            raise UnusableModelError(
+                f"it has more than {MOST_FACES} faces, and no part can have more", LESS
+            )
 
 
 def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | None]:

@@ -3,16 +3,15 @@
 In: the snapshot of a step. Out: its display, and the user's input.
 
 Start with `_shown` (common types, fields, texts) and `_pages` (collecting pages) with
-`_hands_pages`, `_live_panel`, `_picture`, `_result_frame`, `_calculation` (in a separate process).
-By subject: `_relocation_pages`, `_result_pages` (cameras, probe), `_verdict_page` (verification),
-`_sweep_page`, `_touch_pages`, `_tip_result_page` (tip), `_definition_page` with `_definition_form`
+`_hands_pages`, `_live_panel`, `_picture`, `_result_frame`.
+By subject: `_relocation_pages`, `_result_pages` (cameras, probe), `_sweep_page`, `_touch_pages`,
+`_tip_result_page` (tip, verification), `_definition_page` with `_definition_form`
 (definition of a probe). Pages get their data by constructor, and must not import the wizard.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_gui.wizards.pages._calculation import ProcessCalculation
     from ocmm_gui.wizards.pages._definition_page import DefinitionPage
     from ocmm_gui.wizards.pages._hands_pages import (
         PreparePage, ProbePreparePage, StepPlan, planned_lines, planned_points,
@@ -26,13 +25,14 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.pages._result_pages import PivotResultPage, ResultPage
     from ocmm_gui.wizards.pages._shown import (
         CALIBRATION_ENDS, TEMPERATURE, THERMOMETER, VERDICT_ENDS, WHO, Calculation, Field,
-        StepProcedure, StepSnapshot, Tap, TemperatureReadings, WizardTexts, gate_words, is_unstored,
-        practice_title,
+        ProcessCalculation, StepProcedure, StepSnapshot, Tap, TemperatureReadings, WizardTexts,
+        gate_words, is_unstored, practice_title,
     )  # fmt: skip
     from ocmm_gui.wizards.pages._sweep_page import FirstConePage, SpheresPage, SweepPage
-    from ocmm_gui.wizards.pages._tip_result_page import TipCheckResultPage, TipResultPage
+    from ocmm_gui.wizards.pages._tip_result_page import (
+        TipCheckResultPage, TipResultPage, VerdictPage, repeat_worst,
+    )  # fmt: skip
     from ocmm_gui.wizards.pages._touch_pages import ConePage, SpherePage
-    from ocmm_gui.wizards.pages._verdict_page import VerdictPage, repeat_worst
 else:
     __getattr__ = door(__name__)
 

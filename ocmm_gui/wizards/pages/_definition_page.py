@@ -21,14 +21,13 @@ from ocmm_core.calibration.records import ProbeRecord
 from ocmm_core.errors import OcmmError
 from ocmm_core.tracking import LedEntry, ProbeDocument
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     FitText,
     Mark,
     NarrowButton,
     PathPanel,
     PlainLabel,
     Theme,
+    Themed,
     dressed,
     hbox,
     later,
@@ -56,7 +55,7 @@ _PURPOSE = later(
 )
 
 
-class DefinitionPage(QWidget):
+class DefinitionPage(Themed, QWidget):
     """Form and LEDs on the left, picture and verdict on the right."""
 
     left = Signal()
@@ -66,7 +65,6 @@ class DefinitionPage(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Define a probe"))
-        self._theme = THEMES[DEFAULT_THEME]
         self._mark = Mark.OPEN
         self._measured: ProbeRecord | None = None
         self.form = DefinitionForm()

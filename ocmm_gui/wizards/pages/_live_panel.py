@@ -13,13 +13,12 @@ from PySide6.QtWidgets import QFrame, QWidget
 from ocmm_core.calibration.guided import CameraLive, Live
 from ocmm_core.camera import CameraModel, Rig
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     FitText,
     Mark,
     PaintedWidget,
     PlainLabel,
     Theme,
+    Themed,
     digit_font,
     dressed,
     far_type,
@@ -146,13 +145,12 @@ class CameraRow(QWidget):
             camera.show_live(of_camera)
 
 
-class LivePanel(QFrame):
+class LivePanel(Themed, QFrame):
     """Readiness in a word and a sentence, with the cameras below."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__()
         self.setProperty("role", "panel")
-        self._theme = THEMES[DEFAULT_THEME]
         self._live = Live()
         self._automatic = self._complete = False
         self._word = FitText(tr("Seen now"), limit=30)

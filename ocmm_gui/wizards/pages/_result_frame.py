@@ -10,13 +10,12 @@ from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QStackedWidget, QVBoxLa
 
 from ocmm_core.calibration.records import Finding
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     FitText,
     Mark,
     NarrowButton,
     PlainLabel,
     Theme,
+    Themed,
     dressed,
     fill,
     hbox,
@@ -82,7 +81,7 @@ class PlotTabs(QWidget):
         return self.titles[self._stack.currentIndex()]
 
 
-class ResultFrame(StepPage):
+class ResultFrame(Themed, StepPage):
     """Plots on the left, selected with the keys 1 to 4; the verdict on the right."""
 
     keys: tuple[str, ...] = (
@@ -91,7 +90,6 @@ class ResultFrame(StepPage):
 
     def __init__(self, plots: Sequence[tuple[str, QWidget]]) -> None:
         super().__init__()
-        self._theme = THEMES[DEFAULT_THEME]
         self._shown: object | None = None
         self._seen: StepSnapshot | None = None
         self.tabs = PlotTabs(plots)

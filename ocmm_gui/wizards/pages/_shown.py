@@ -1,10 +1,16 @@
-"""Types, facts, fields and texts shared by the parts of a wizard."""
+"""Types, facts, fields and texts shared by the parts of a wizard, and its calculation.
+
+A separate process resumes the session from its file, calculates, and returns the result. A dense
+solution holds the GIL for more than a second; in a thread it would block the window.
+"""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from multiprocessing.connection import Connection
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 from PySide6.QtCore import Qt
@@ -13,6 +19,9 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLay
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import Procedure, ProcedureDecision, ProcedureView
 from ocmm_core.calibration.probe_design import Temperature
+from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.failure import contained
+from ocmm_core.processes import process_context
 from ocmm_core.tables import TableReader
 from ocmm_gui.kit import Mark, PlainLabel, dressed, later, said, sentence_label, text_font, tr
 
@@ -236,3 +245,77 @@ class WizardTexts:
 
 def practice_title(title: str) -> str:
     return tr("PRACTICE: {title}").format(title=title)
+
+
+_LOOK_S = 0.05
+_END_S = 1.0
+
+
+class ProcessCalculation:
+    """Repeatable calculation of a procedure; module-level ``resume`` remakes it elsewhere."""
+
+    def __init__(self, procedure: StepProcedure, resume: Callable[[], StepProcedure]) -> None:
+        self._procedure = procedure
+        self._resume = resume
+        self._given_up = threading.Event()
+
+    def run(self) -> None:
+        """Calculate; raise OcmmError on failure or cancellation."""
+        self._given_up.clear()
+        self._procedure.compute(self._elsewhere)
+
+    def cancel(self) -> None:
+        """Make `run` end early; thread-safe."""
+        self._given_up.set()
+
+    def _elsewhere(self) -> object:
+        context = process_context()
+        receiver, sender = context.Pipe(duplex=False)
+        process = context.Process(
+            target=_calculate, args=(self._resume, sender), name="ocmm-calculation", daemon=True
+        )
+        process.start()
+        sender.close()
+        try:
+            while not receiver.poll(_LOOK_S):
+                if self._given_up.is_set():
+                    raise CalibrationError(
+                        "calculation.given_up",
+                        "Calculation cancelled.",
+                        "Recalculate when you are ready.",
+                    )
+            answer: object = receiver.recv()
+        except EOFError as error:
+            raise CalibrationError(
+                "calculation.died",
+                "The calculation ended unexpectedly; the computer may be out of memory.",
+                "Close other programs and recalculate.",
+            ) from error
+        finally:
+            process.terminate()
+            process.join(_END_S)
+            if process.is_alive():
+                process.kill()
+                process.join()
+            process.close()
+            receiver.close()
+        if isinstance(answer, OcmmError):
+            raise answer
+        return answer
+
+
+def _calculate(resume: Callable[[], StepProcedure], sender: Connection) -> None:
+    answer: object
+    try:
+        procedure = resume()
+        procedure.compute()
+        outcome = procedure.view.outcome
+        if outcome is None:
+            raise CalibrationError(
+                "calculation.nothing", "The calculation gave no result.", "Recalculate."
+            )
+        answer = outcome
+    except Exception as error:
+        answer = contained(error, "The calculation")
+    sender.send(answer)
+    sender.close()

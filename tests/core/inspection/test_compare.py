@@ -119,7 +119,7 @@ def test_a_batch_of_simulated_jobs_says_so(batch: tuple[ReopenedJob, ...]) -> No
 def test_a_german_comparison_has_german_verdict_lines(
     batch: tuple[ReopenedJob, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    place = "ocmm_cli.terminal._speech._translation"
+    place = "ocmm_cli.terminal._console._translation"
     monkeypatch.setattr(place, lambda: load_translation("de"))
     said = CliRunner().invoke(app, ["compare", *(str(job.path) for job in batch)])
     for line, job in zip(said.output.splitlines()[1:], batch, strict=False):

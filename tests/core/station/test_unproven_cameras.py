@@ -10,9 +10,9 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from rich.console import Console
 
 from ocmm_cli.measure import run_job
+from ocmm_cli.terminal import PlainConsole
 from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.records import CalibrationStore, judge, open_design
 from ocmm_core.camera import load_rig
@@ -119,7 +119,7 @@ def test_measured_knowingly_job_and_report_say_it_and_it_costs_u(tmp_path: Path)
     ):
         folder = tmp_path / name
         built = build_station(request(folder, plan, rig))
-        view = run_job(built, folder / "out", Console(file=told, width=400), formats=["json"])
+        view = run_job(built, folder / "out", PlainConsole(file=told, width=400), formats=["json"])
         assert view.complete
         job = reopen_job(built.job_path)
         assert job.doubts == ()

@@ -1,7 +1,9 @@
-"""``ocmm audit`` and ``ocmm key``.
+"""``ocmm audit`` and ``ocmm key``: integrity, signers and trusted keys.
+
+In: a job, a folder of records, the seal of a report; a public key. Out: sentences, and exit codes.
 
 Authors, times, steps and integrity of files; the signing key of this station, and trusted keys of
-others.
+others. Judgement is in `export.audits` and `seals`.
 """
 
 from __future__ import annotations

@@ -1,9 +1,13 @@
-"""Two firmware banks, one always running, safe against power loss, and their FoE server.
+"""Firmware of a software camera: two memory banks and their FoE server.
+
+In: packets of FoE in the state BOOT. Out: the running bank, also after a power loss at any moment.
 
 A page is erased and written in pieces; a power loss leaves a piece half written. New firmware
 arrives in packets (ETG.1000.6, 5.8) and is written to the idle bank; only when it is complete and
 its signature valid, a one-piece record with its own checksum selects it. It then runs on trial
 until a master brings it to PREOP; otherwise the next start reverts.
+
+It must not import other parts of the camera.
 """
 
 from __future__ import annotations

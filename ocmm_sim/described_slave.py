@@ -1,4 +1,11 @@
-"""Slave built from a description (ETG.2010, ETG.1000.6): EEPROM, objects, exposures, spots."""
+"""Software camera built from a description `ocmm.device/1` only.
+
+In: the description, the sensor view, and its correction lens. Out: an EtherCAT slave whose bytes
+follow the description.
+
+EEPROM, object dictionary and exposures follow ETG.2010 and ETG.1000.6. It must not import the
+host's decoder.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +56,7 @@ _BY_SIZE = {1: DataType.USINT, 2: DataType.UINT, 4: DataType.UDINT, 8: DataType.
 SyncManagers = tuple[tuple[int, ...], ...]
 
 
-def sync_managers(device: DeviceDescription, image: ProcessImage) -> SyncManagers:
+def _sync_managers(device: DeviceDescription, image: ProcessImage) -> SyncManagers:
     out, out_bytes, into, in_bytes = device.mailbox
     outputs, inputs = device.memory
     return (
@@ -60,7 +67,7 @@ def sync_managers(device: DeviceDescription, image: ProcessImage) -> SyncManager
     )
 
 
-def described_eeprom(
+def _described_eeprom(
     device: DeviceDescription, image: ProcessImage, serial: int, alias: int
 ) -> bytes:
     head = bytearray(SII_CONFIGURATION)
@@ -71,7 +78,7 @@ def described_eeprom(
     head += bytes(16) + struct.pack("<HHHHH", *device.mailbox, _PROTOCOL_COE)
     head = head.ljust(0x7C, b"\x00") + struct.pack("<HH", SII_BYTES * 8 // 1024 - 1, 1)
     name = device.name.encode("ascii", errors="replace")[:64]
-    managers = b"".join(struct.pack("<HHBBBB", *each) for each in sync_managers(device, image))
+    managers = b"".join(struct.pack("<HHBBBB", *each) for each in _sync_managers(device, image))
     general = struct.pack("<BBBBBB8xBBH", 1, 0, 1, 1, 0, _COE_SDO, 1, 0, _PORTS).ljust(32, b"\x00")
     body = _category(_STRINGS, bytes([1, len(name)]) + name)
     body += _category(_GENERAL, general)
@@ -92,7 +99,7 @@ def described_eeprom(
     return (bytes(head) + body + b"\xff\xff").ljust(SII_BYTES, b"\xff")
 
 
-def described_dictionary(
+def _described_dictionary(
     device: DeviceDescription, image: ProcessImage, serial: int
 ) -> dict[int, DictionaryObject]:
     name = device.name.encode("ascii", errors="replace")
@@ -177,16 +184,17 @@ class DescribedCamera:
         self._block: int | None = None
         self._pieces: dict[int, Frames] = {}
         self.esc = Esc(
-            described_eeprom(device, self._image, serial, alias),
+            _described_eeprom(device, self._image, serial, alias),
             7_000_000_000 * (index + 1),
             self,
-            sync_managers(device, self._image),
+            _sync_managers(device, self._image),
         )
         self.coe = CoeServer(
-            described_dictionary(device, self._image, serial), device.mailbox[1], {}
+            _described_dictionary(device, self._image, serial), device.mailbox[1], {}
         )
 
     def answer(self, mailbox: bytes) -> bytes | None:
+        """Return the answer to a mailbox; None while mailboxes hang."""
         return None if self.mailbox_hangs else self.coe.answer(mailbox)
 
     def state_changed(self, state: int) -> None:
@@ -252,6 +260,7 @@ class DescribedCamera:
         return image.pack_inputs(values)
 
     def generate(self, now_ns: int) -> bool:
+        """Make a piece of frames ahead; return whether one was made."""
         self.esc.now_ns = now_ns
         if not self.period_ns:
             return False

@@ -1,8 +1,13 @@
-"""Archived jobs affected by a finding, their outcome, and the decided recall.
+"""Recalls: later findings applied to all archived jobs of all stations.
+
+In: an archive, the histories of the stations' calibrations, a finding. Out: a recall of all
+affected jobs; marks in the archive that exclude jobs from statistics and hold them at stations.
 
 Histories of stations are sibling folders; the one with the calibration of a job decides, else
 CANNOT BE KNOWN. Artefacts and tips: the archive's records of use. The document of the recall and
 its marks are written to the archive in one transaction.
+
+It must not know a running station: stations learn by the marks (`archive.learn_marks`).
 """
 
 from __future__ import annotations
@@ -76,6 +81,7 @@ class ArchiveFinding:
 
     @property
     def sentence(self) -> str:
+        """Return the finding as a sentence."""
         since = self.since.date().isoformat()
         return f"{self.kind.capitalize()} {self.identity} was found to be wrong since {since}."
 

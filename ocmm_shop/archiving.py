@@ -1,7 +1,10 @@
-"""Thread that queues a job of a station in the outbox when finished or paused.
+"""Queue the jobs of a running station in the outbox of the archive, as soon as they are saved.
 
-It waits for a pause, so that bursts become one version, and reads as others do. Archive and outbox
-are those of the settings of the station; they change no number (decision 85).
+In: a job that is finished, paused or closed. Out: the same in the outbox; the sender delivers it.
+
+A separate thread waits for a pause, so that bursts become one version, and reads as others do.
+Archive and outbox are those of the settings of the station; they change no number (decision 85). It
+must not know an archive: measuring does not depend on a server.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ from ocmm_shop.archive.stores import check_address, is_server, parse_server
 LOCAL, OFF = "local", "off"
 
 
-def is_off(address: str) -> bool:
+def _is_off(address: str) -> bool:
     return address.strip().lower() == OFF
 
 
@@ -33,7 +36,7 @@ def archive_place(
     """
     settings = settings or SettingsStore.of_this_user().load().settings
     chosen = (address if address is not None else settings.archive_address).strip()
-    if is_off(chosen):
+    if _is_off(chosen):
         return None
     if chosen.lower() == LOCAL:
         chosen = ""

@@ -1,4 +1,10 @@
-"""Practice of guided procedures: a virtual hand, in separate folders."""
+"""Practice of guided procedures with a virtual hand, in separate folders.
+
+In: the request that the station was built from, and the practised procedure.
+Out: frames of a hand that performs the current step; the results are never valid.
+
+It must not import a window or command.
+"""
 
 from __future__ import annotations
 
