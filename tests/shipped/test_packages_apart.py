@@ -104,6 +104,17 @@ def test_fits_need_the_core_alone(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+def test_the_import_of_the_fits_loads_no_compiler(tmp_path: Path) -> None:
+    # numba and scipy's solvers are two thirds of the time of the import.
+    done = _run(
+        "import sys\nfrom ocmm_core.features import fit_shape\n"
+        "print(sorted({'numba', 'scipy.optimize', 'scipy.linalg', 'scipy.spatial'}"
+        " & set(sys.modules)))\n",
+        tmp_path,
+    )
+    assert done.stdout == "[]\n", done.stderr
+
+
 def test_without_the_virtual_rig_commands_and_window_measure_a_recording(
     recording: tuple[Path, Path], tmp_path: Path
 ) -> None:
