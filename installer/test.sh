@@ -311,7 +311,15 @@ reads_the_old_job() {
     as tester "ocmm audit verify first/*.ocmm" && as tester "ocmm report first/*.ocmm --format json --out again"
     [ $? -le 1 ]
 }
-upgrade() { inside env SUDO_USER=tester dpkg -i /newer.deb && [ "$(inside ocmm --version | cut -c1-9)" = "ocmm 99.0" ]; }
+is_newer() { case $(inside ocmm --version) in "ocmm $(dpkg-deb -f "$newer" Version | cut -d- -f1)"*) ;; *) false ;; esac; }
+# The older package is refused with a sentence, and the newer one stays as it was.
+refuses_downgrade() {
+    ! inside dpkg -i /old.deb >"$work/seen/downgrade.txt" 2>&1 || return 1
+    grep 'remove .* first (apt-get remove ocmm)' "$work/seen/downgrade.txt" || return 1
+    [ "$(inside dpkg-query -W -f='${Status}' ocmm)" = "install ok installed" ] &&
+        is_newer && rights
+}
+upgrade() { inside env SUDO_USER=tester dpkg -i /newer.deb && is_newer; }
 remove() { inside dpkg -r ocmm && [ ! -e "$root/opt/ocmm" ] && [ ! -e "$root/usr/bin/ocmm" ]; }
 purge() {
     inside dpkg -P ocmm | tee "$work/seen/purge.txt"
@@ -321,6 +329,7 @@ purge() {
 
 # Kill dpkg at a moment of the upgrade, then mend.
 one_kill() {
+    inside dpkg -r ocmm >/dev/null 2>&1
     inside dpkg -i /old.deb >/dev/null 2>&1 || return 1
     inside setsid dpkg -i /newer.deb >/dev/null 2>&1 &
     started=$!
@@ -418,6 +427,7 @@ for suite in $suites; do
         verdict "$round-upgrade" upgrade
         verdict "$round-rights-after-upgrade" rights
         verdict "$round-old-job" reads_the_old_job
+        verdict "$round-downgrade-refused" refuses_downgrade
         [ "$round" != 1 ] || [ "$kills" = 0 ] || verdict kills kills
         verdict "$round-remove" remove
         verdict "$round-same-bytes" same_bytes
