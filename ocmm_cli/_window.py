@@ -9,6 +9,7 @@ import sys
 from ocmm_cli.terminal import say, say_later, told
 from ocmm_core.errors import InputError
 from ocmm_core.host import display_answers, library_fault
+from ocmm_core.plugins import install_line
 
 _WITHOUT_QT = say_later("The window needs the package PySide6, which is not installed here.")
 
@@ -19,7 +20,7 @@ def open_window(*arguments: str) -> None:
         raise InputError(
             "window.missing",
             _WITHOUT_QT,
-            "Install it: pip install 'ocmm[gui]'. Without it, measure with 'ocmm measure'.",
+            f"Install it: {install_line('gui')}. Without it, measure with 'ocmm measure'.",
         )
     command = [sys.executable, "-m", "ocmm_gui", *arguments]
     sys.stdout.flush()

@@ -13,6 +13,7 @@ from typing import Protocol
 
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
 from ocmm_core.failure import contained
+from ocmm_core.plugins import install_line
 from ocmm_core.station.stream import PlainLines, StepReader, StreamSource
 
 MOST_WAITING = 100
@@ -105,7 +106,7 @@ class SerialReceiver:
             raise InputError(
                 "lines.package",
                 "A serial line needs a package that is not installed.",
-                "Install the extra `sensors`: ./run setup --sensors",
+                f"Install it: {install_line('sensors')}.",
             )
         import serial
 

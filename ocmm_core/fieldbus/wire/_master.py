@@ -32,6 +32,7 @@ from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
 from ocmm_core.fieldbus.wire._sockets import drain, packet_sockets
 from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
 from ocmm_core.host import HOST
+from ocmm_core.plugins import install_line
 
 if HOST.is_linux_like:
     # Other systems need a network driver that is normally absent.
@@ -41,7 +42,7 @@ if HOST.is_linux_like:
         raise BusError(
             "bus.pysoem",
             "The package pysoem, the EtherCAT master, is not installed here.",
-            "Install it: pip install 'ocmm[bus]'.",
+            f"Install it: {install_line('bus')}.",
         ) from error
 
 # ETG.1000.6, 6.4.1.
