@@ -145,6 +145,21 @@ def test_a_virtual_source_without_its_package_is_a_sentence(tmp_path: Path) -> N
     assert "needs the package 'ocmm_sim'" in done.stderr
 
 
+def test_cameras_without_their_master_are_refused_before_the_job(tmp_path: Path) -> None:
+    plan = ROOT / "resources" / "plans" / "quick.toml"
+    done = _run(
+        "import sys\nsys.modules['pysoem'] = None\n"
+        + _ocmm((), "measure", "--source", "ethercat:lo", "--plan", plan, "--out", "jobs"),
+        tmp_path,
+    )
+    assert done.returncode == 2, done.stderr
+    assert "pysoem, the EtherCAT master, is not installed here. Install it: " in " ".join(
+        done.stderr.split()
+    )
+    assert "points" not in done.stderr
+    assert not list(tmp_path.glob("jobs/*.ocmm"))
+
+
 def test_a_package_of_one_file_adds_a_source(recording: tuple[Path, Path], tmp_path: Path) -> None:
     """And others that claim a name of ours, or are none, change nothing."""
     path, rig = recording

@@ -24,6 +24,7 @@ from ocmm_core.fieldbus.device import (
     FoundDevice,
 )
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
+from ocmm_core.fieldbus.wire._interface import require_pysoem
 from ocmm_core.fieldbus.wire._object_calls import ObjectCalls, check_room, fuse, set_blocking
 from ocmm_core.fieldbus.wire._other_masters import refuse_other_programs
 from ocmm_core.fieldbus.wire._port import HostTime, Passage, Port
@@ -32,18 +33,11 @@ from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
 from ocmm_core.fieldbus.wire._sockets import drain, packet_sockets
 from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
 from ocmm_core.host import HOST
-from ocmm_core.plugins import install_line
 
 if HOST.is_linux_like:
     # Other systems need a network driver that is normally absent.
-    try:
-        import pysoem
-    except ModuleNotFoundError as error:
-        raise BusError(
-            "bus.pysoem",
-            "The package pysoem, the EtherCAT master, is not installed here.",
-            f"Install it: {install_line('bus')}.",
-        ) from error
+    require_pysoem()
+    import pysoem
 
 # ETG.1000.6, 6.4.1.
 INIT, PREOP, SAFEOP, OP = 1, 2, 4, 8
