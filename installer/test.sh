@@ -172,7 +172,8 @@ exact() {
     for file in "$1"/numbers/*[A-Z].json; do
         echo "${file##*/}"
         # A report names its own number, the time and the head of the chain as values, too.
-        sed -E -e 's/"([a-z_]*uuid|[a-z_]*utc|head|key|line|sha256|software_version|seconds)": "[^"]*"//g' \
+        sed -E -e 's/"([a-z_]*uuid|[a-z_]*utc|head|key|line|sha256|software_version|measured_with|written_with|seconds)": "[^"]*"//g' \
+            -e 's/OCMM [0-9][0-9.]*(\+g[0-9a-z.]*)?//g' \
             -e 's/"value": "([0-9]{4}-[0-9-]{5} [0-9:]{8}|step [0-9]+, [0-9a-f]{16}|.*-[0-9a-f]{8}-[0-9]+)"//' "$file"
     done
 }
