@@ -1,8 +1,8 @@
 """Install the wheel without extras, then with each extra alone, into empty environments.
 
-The core must fit points without any extra: size of the environment (without pip, and also without
-compiled bytecode), and time of the import of the fits, the median of some processes. A command that
-needs an extra must end with 2 and print the line that installs it. Each extra alone must import.
+The core must fit points without any extra: size of the environment (and without bytecode), and time
+of the import of the fits, the median of some processes. A command that needs an extra must end with
+2 and print the line that installs it. Each extra alone must import.
 The limits: 250 MB and 0.3 s.
 Run: ``python -m benchmarks.core_only [--wheel FILE] [--extras gui,bus,...] [--work DIR]``.
 """
@@ -15,7 +15,6 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -47,7 +46,6 @@ _FIT = (
 )
 IMPORTS = 7
 _MB = 1e6
-_PIP = ("pip", "setuptools", "pkg_resources", "_distutils_hack")
 
 
 def _run(*command: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -67,24 +65,28 @@ def _done(*command: str | Path, folder: Path) -> str:
 
 def _environment(folder: Path, wheel: Path, extra: str = "") -> Path:
     """Return the folder of programs of a new environment with the wheel and one extra."""
-    _done(sys.executable, "-m", "venv", folder, folder=folder.parent)
+    uv: list[str | Path] = [
+        sys.executable,
+        "-m",
+        "uv",
+        "--quiet",
+        "--cache-dir",
+        folder.with_name("cache"),
+    ]
+    _done(*uv, "venv", "--python", sys.executable, folder, folder=folder.parent)
+    # Bytecode as pip compiles it.
+    more = () if extra else ("--compile-bytecode",)
     wanted = f"{wheel}[{extra}]" if extra else str(wheel)
-    _done(folder / "bin/pip", "--quiet", "install", wanted, folder=folder)
+    python = folder / "bin/python"
+    _done(*uv, "pip", "install", "--python", python, *more, wanted, folder=folder)
     return folder / "bin"
-
-
-def _files(folder: Path) -> Iterator[Path]:
-    for path in folder.rglob("*"):
-        mine = path.relative_to(folder).parts[0].partition("-")[0]
-        if path.is_file() and not path.is_symlink() and mine not in _PIP:
-            yield path
 
 
 def core(folder: Path, wheel: Path) -> bool:
     """Print size, time of the import and answers without extras; return whether all is well."""
     programs = _environment(folder, wheel)
     (packages,) = (folder / "lib").glob("python*/site-packages")
-    sizes = {path: path.stat().st_size for path in _files(packages)}
+    sizes = {path: path.stat().st_size for path in packages.rglob("*") if path.is_file()}
     source = sum(size for path, size in sizes.items() if path.suffix != ".pyc")
     _done(programs / "python", "-c", _FIT, "fit", folder=folder)
     times = [
