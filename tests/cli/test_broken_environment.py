@@ -18,7 +18,7 @@ import pytest
 from ocmm_core.documents import resource
 from tests.cli.test_stale_display import _STALE
 from tests.host import HANG_S, on_linux_only
-from tests.shipped import test_run_in_trouble
+from tests.shipped.test_run_in_trouble import TROUBLES
 
 pytestmark = [on_linux_only, pytest.mark.slow]
 
@@ -103,9 +103,8 @@ def test_ends_with_a_sentence_and_a_code_of_the_table(case: Broken, tmp_path: Pa
 
 
 def test_thirty_kinds_are_tried() -> None:
-    (set_up,) = test_run_in_trouble.test_says_why_and_ends_with_2.pytestmark
     kinds = [case.kind for case in CASES] + [f"display: {one}" for one in _STALE]
-    kinds += [f"set-up: {one}" for one in set_up.args[1]]
+    kinds += [f"set-up: {one}" for one in TROUBLES]
     assert len(set(kinds)) == len(kinds) >= 30
     assert {kind.split(":")[0] for kind in kinds} >= {
         "display", "locale", "disk", "home", "rights", "python", "network", "set-up",
