@@ -69,7 +69,8 @@ class BuildWithManual(build_py):
             self.mkpath(str(target.parent))
             self.copy_file(str(path), str(target))
         resources = Path(self.build_lib, "ocmm_core/resources")
-        self.copy_file(str(docs.with_name("CHANGELOG.md")), str(resources))
+        for name in ("CHANGELOG.md", "LICENSE", "THIRD_PARTY_LICENCES.md"):
+            self.copy_file(str(docs.with_name(name)), str(resources))
         write_build(Path(self.build_lib))
 
 

@@ -164,6 +164,9 @@ cp "$kernels"/kernels/* "$bundle/_internal/kernels/"
 cp "$bundle/ocmm" "$bundle/ocmm-acq"
 ln -s ocmm.pkg "$bundle/ocmm-acq.pkg"
 
+# Libraries are loaded, not run.
+find "$bundle" -type f -name '*.so*' -exec chmod a-x {} +
+
 # 6. What goes with them.
 say "Writing the pages, licences and the bill of materials."
 "$python" -m installer.bundle.pages "$work/pages"
@@ -213,6 +216,7 @@ place "$work/pages/completion/zsh/_ocmm" usr/share/zsh/vendor-completions
 place "$work/pages/completion/fish/ocmm.fish" usr/share/fish/vendor_completions.d
 place "$work/units/ocmm-acq.socket" usr/lib/systemd/system
 place "$work/units/ocmm-acq@.service" usr/lib/systemd/system
+place installer/debian/lintian-overrides usr/share/lintian/overrides ocmm
 place installer/linux/ocmm.sysusers usr/lib/sysusers.d ocmm.conf
 for page in "$work"/pages/man/*.1; do
     mkdir -p "$deb/usr/share/man/man1"

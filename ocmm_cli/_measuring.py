@@ -16,6 +16,7 @@ from ocmm_cli.terminal import make_console, print_notes, say, say_later, shown, 
 from ocmm_core.composition import DEMO_PLAN
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.host import display_answers, library_fault
+from ocmm_core.plugins import install_line
 from ocmm_core.surroundings import TypedRoom
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def open_window(*arguments: str) -> None:
         raise InputError(
             "window.missing",
             _WITHOUT_QT,
-            "Install it: pip install 'ocmm[gui]'. Without it, measure with 'ocmm measure'.",
+            f"Install it: {install_line('gui')}. Without it, measure with 'ocmm measure'.",
         )
     command = [sys.executable, "-m", "ocmm_gui", *arguments]
     sys.stdout.flush()

@@ -6,10 +6,14 @@ processes may write it at once.
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable, Iterable
-from functools import cache
-from typing import Any, TypeVar
+from functools import cache, update_wrapper
+from pathlib import Path
+from threading import RLock
+from types import ModuleType
+from typing import Any, TypeVar, cast
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -51,22 +55,81 @@ def environment(kind: str) -> dict[str, str]:
     return {_NAME: kind, "NUMBA_CPU_FEATURES": ""}
 
 
-def njit(**options: object) -> Callable[[F], F]:
-    """Return numba's decorator for the kind of this processor, or that in the environment."""
-    _choose()
-    import numba
+def njit(*needs: ModuleType, **options: object) -> Callable[[F], F]:
+    """Return numba's decorator for the kind of this processor, or that in the environment.
 
-    decorate: Callable[[F], F] = numba.njit(**options)
+    The function is made on its first use, which imports numba. `needs`: modules that it inlines
+    compiled functions or constants of. Numba does not notice changes there.
+    """
 
-    def decorate_kept(function: F) -> F:
-        dispatcher: Any = decorate(function)
-        if options.get("cache") and hasattr(dispatcher._cache._cache_file, "load"):  # noqa: SLF001
-            # The package has its loops in a library.
-            dispatcher._cache._cache_file = _KeptCode(dispatcher._cache._cache_file)  # noqa: SLF001
-        made: F = dispatcher
-        return made
+    def defer(function: F) -> F:
+        return cast("F", Deferred(function, needs, options))
 
-    return decorate_kept
+    return defer
+
+
+class Deferred:
+    """Function to be compiled: replaced by numba's dispatcher in its module on the first use."""
+
+    _lock = RLock()
+    _made: Any = None
+
+    def __init__(
+        self, function: Callable[..., Any], needs: tuple[ModuleType, ...], options: dict[str, Any]
+    ) -> None:
+        update_wrapper(self, function)
+        self._function, self._needs, self._options = function, needs, options
+
+    def __call__(self, *args: Any, **named: Any) -> Any:
+        """Call the compiled function."""
+        return (self._made or self._dispatcher())(*args, **named)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self._made or self._dispatcher(), name)
+
+    def __reduce__(self) -> str:
+        return self._function.__qualname__
+
+    def is_made(self) -> bool:
+        """Return whether it was used."""
+        return self._made is not None
+
+    def _dispatcher(self) -> Any:
+        with self._lock:
+            if self._made is None:
+                self._made = self._make()
+                # Numba compiles calls of dispatchers only.
+                names = self._function.__globals__
+                for name, value in list(names.items()):
+                    if isinstance(value, Deferred):
+                        names[name] = value._dispatcher()  # noqa: SLF001 - of this class
+            return self._made
+
+    def _make(self) -> Any:
+        _choose()
+        import numba
+
+        dispatcher: Any = numba.njit(**self._options)(self._function)
+        if self._options.get("cache"):
+            # numba 0.61 to 0.69 have no other way; if one keeps its stamp elsewhere, this fails at
+            # once instead of running stale code.
+            file = dispatcher._cache._cache_file  # noqa: SLF001
+            if self._needs:
+                file._source_stamp = (file._source_stamp, *map(_digest, self._needs))  # noqa: SLF001
+            if hasattr(file, "load"):
+                # The package has its loops in a library.
+                dispatcher._cache._cache_file = _KeptCode(file)  # noqa: SLF001
+        return dispatcher
+
+
+def _digest(module: ModuleType) -> bytes:
+    try:
+        return hashlib.sha256(Path(module.__file__ or "").read_bytes()).digest()
+    except OSError:
+        # A frozen program has no files; numba then uses the stamp of the whole program.
+        return b""
 
 
 class _KeptCode:
@@ -80,27 +143,21 @@ class _KeptCode:
     def __init__(self, file: Any) -> None:
         self._file = file
 
-    @property
-    def _source_stamp(self) -> object:
-        """Return numba's stamp of the source; `ocmm_core.camera.compiled` adds to it."""
-        return self._file._source_stamp  # noqa: SLF001
-
-    @_source_stamp.setter
-    def _source_stamp(self, stamp: object) -> None:
-        self._file._source_stamp = stamp  # noqa: SLF001
-
     def flush(self) -> None:
         self._file.flush()
 
     def save(self, key: object, data: object) -> None:
-        self._file.save(key, (_KEPT, self._source_stamp, key, data))
+        self._file.save(key, (*self._named(key), data))
 
     def load(self, key: object) -> Any:
         """Return the code for a key; None if it must be compiled."""
         found = self._file.load(key)
-        if found is None or tuple(found[:3]) != (_KEPT, self._source_stamp, key):
+        if found is None or tuple(found[:3]) != self._named(key):
             return None
         return found[3]
+
+    def _named(self, key: object) -> tuple[object, ...]:
+        return (_KEPT, self._file._source_stamp, key)  # noqa: SLF001
 
 
 @cache

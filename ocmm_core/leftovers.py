@@ -106,8 +106,10 @@ def clear_leftovers(folders: Iterable[Path]) -> int:
     count = 0
     for folder in {folder.absolute() for folder in folders}:
         count += clear(path for path in _in(folder) if _BEING_WRITTEN.fullmatch(path.name))
-    there = Path(tempfile.gettempdir())
-    count += clear(path for path in _in(there) if path.name.startswith(_SCRATCH))
+    # Without space or rights there is no such folder.
+    with contextlib.suppress(OSError):
+        there = Path(tempfile.gettempdir())
+        count += clear(path for path in _in(there) if path.name.startswith(_SCRATCH))
     if count:
         _log.info("Temporary files and folders of killed programs removed: %d.", count)
     return count

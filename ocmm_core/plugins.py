@@ -12,6 +12,7 @@ import logging
 from collections.abc import Iterator
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -19,6 +20,14 @@ T = TypeVar("T")
 _OURS = "ocmm"
 """Distribution of this program."""
 _log = logging.getLogger(__name__)
+
+
+def install_line(extra: str) -> str:
+    """Return the command that installs an extra into this checkout or environment."""
+    if (Path(__file__).parents[1] / "run").is_file():
+        return "./run setup" + (f" --{extra}" if extra in ("sensors", "shop", "step") else "")
+    # pip reads the extras of the installed package, and queries no index for it.
+    return f"pip install 'ocmm[{extra}]'"
 
 
 def names(group: str) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
 from ocmm_cli import kernel_groups
+from ocmm_core.instructions import Deferred
 
 _FOR_TESTS = {
     "ellipse_foot", "ambiguity_score", "normal_equations", "backward", "cholesky", "forward",
@@ -69,7 +70,7 @@ class _Loaded:
 
     def __init__(self) -> None:
         self._modules: dict[str, Any] = {}
-        self._dispatchers: list[Dispatcher] = []
+        self._dispatchers: list[Any] = []
         self._seen = (0, 0)
 
     def new_calls(self) -> list[tuple[Any, Any]]:
@@ -89,15 +90,20 @@ class _Loaded:
                 continue
             self._modules[name] = module
             self._dispatchers += [
-                value for value in vars(module).values() if isinstance(value, Dispatcher)
+                value
+                for value in vars(module).values()
+                if isinstance(value, (Deferred, Dispatcher))
             ]
         self._seen = (modules, self._count())
         return [
             (dispatcher, tuple(called))
-            for dispatcher in self._dispatchers
+            for dispatcher in self._made()
             for called in list(dispatcher.overloads)
             if not any(isinstance(one, types.Literal) for one in called)
         ]
 
     def _count(self) -> int:
-        return sum(len(dispatcher.overloads) for dispatcher in self._dispatchers)
+        return sum(len(dispatcher.overloads) for dispatcher in self._made())
+
+    def _made(self) -> list[Any]:
+        return [one for one in self._dispatchers if not isinstance(one, Deferred) or one.is_made()]

@@ -102,7 +102,7 @@ class Kernel:
     """A function of OCMM that was compiled, for each combination of types that Python calls."""
 
     _cache = SimpleNamespace(_cache_file=SimpleNamespace(_source_stamp=None))
-    """`ocmm_core.camera.compiled` lists the dependencies of a result in a clone."""
+    """`ocmm_core.instructions.njit` lists the dependencies of a result in a clone."""
 
     def __init__(self, kernels: Kernels, function: Callable[..., Any]) -> None:
         update_wrapper(self, function)

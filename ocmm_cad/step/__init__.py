@@ -15,7 +15,7 @@ sides of free-form faces, `_profiled` also has the message of the process and na
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_cad.step._asking import READER_MODULES, STEP_SETUP, STEP_SIZE_MB, has_step
+    from ocmm_cad.step._asking import READER_MODULES, STEP_SIZE_MB, has_step
     from ocmm_cad.step._chosen_reach import (
         FREE_FORM, Choice, ChosenReach, FacesAccount, Offer, ask_for_chosen, chosen, faces_account,
         offers_of,
@@ -31,9 +31,9 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "FREE_FORM", "NOT_EXACT", "READER_MODULES", "STEP", "STEP_SETUP", "STEP_SIZE_MB",
-    "USUAL_BALL_MM", "Choice", "ChosenReach", "FacesAccount", "FreeForm", "LeftOut", "ModelFiles",
-    "Offer", "ReachableTargets", "StepModel", "StepRequest", "ask_for_chosen", "chosen",
-    "faces_account", "has_step", "model_files", "offers_of", "read_model", "read_part",
-    "setting_for", "setting_of", "up_of", "usual_request",
+    "FREE_FORM", "NOT_EXACT", "READER_MODULES", "STEP", "STEP_SIZE_MB", "USUAL_BALL_MM", "Choice",
+    "ChosenReach", "FacesAccount", "FreeForm", "LeftOut", "ModelFiles", "Offer", "ReachableTargets",
+    "StepModel", "StepRequest", "ask_for_chosen", "chosen", "faces_account", "has_step",
+    "model_files", "offers_of", "read_model", "read_part", "setting_for", "setting_of", "up_of",
+    "usual_request",
 ]  # fmt: skip

@@ -22,9 +22,9 @@ from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.host import HOST
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
+from ocmm_core.plugins import install_line
 from ocmm_core.processes import process_context
 
-STEP_SETUP = "the README says how"
 """How the extra is installed, by its lock file and with hashes."""
 STEP_SIZE_MB = 400
 _LOOK_S = 0.05
@@ -180,8 +180,8 @@ def _checked(path: Path, said: StepAnswer) -> StepAnswer:
         raise InputError(
             "plan.step_extra",
             "Reading STEP files needs an extra that is not installed.",
-            f"Install it ({STEP_SETUP}; some {STEP_SIZE_MB} MB on the disk); or import the "
-            "features from CSV.",
+            f"Install it: {install_line('step')}, some {STEP_SIZE_MB} MB on the disk. Or import "
+            "the features from CSV.",
         )
     if said.fault:
         raise step_error(path, said.fault, said.remedy or REMEDY)

@@ -22,6 +22,7 @@ from ocmm_core.calibration.probe_design import Temperature, stated_temperature
 from ocmm_core.documents import read_text
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import HOST
+from ocmm_core.plugins import install_line
 from ocmm_core.tables import typed_number
 
 _EQUAL = "thermometers.json"
@@ -134,7 +135,7 @@ def read_source(source: TemperatureSource) -> tuple[float, datetime]:
             raise InputError(
                 "thermometer.package",
                 f"Thermometers by {wire} need a package that is not installed.",
-                "Install the extra `sensors`: ./run setup --sensors",
+                f"Install it: {install_line('sensors')}.",
             )
     reader = {"serial": _serial, "file": _file, "modbus": _modbus, "mqtt": _mqtt}[source.kind]
     try:

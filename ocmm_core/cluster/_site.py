@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.host import HOST
-from ocmm_core.plugins import load
+from ocmm_core.plugins import install_line, load
 from ocmm_core.processes import processes_for, side_by_side
 
 
@@ -102,7 +102,7 @@ def no_dask() -> InputError:
     return InputError(
         "cluster.dask",
         "Dask is not installed, so a scheduler cannot be used.",
-        "Install it with ./run setup --shop, or leave out --scheduler to compute here.",
+        f"Install it: {install_line('shop')}. Or leave out --scheduler to compute here.",
     )
 
 

@@ -14,7 +14,7 @@ from ocmm_core.composition._defaults import REAL_WIRE, SERVICE
 from ocmm_core.composition._feeds import Feed, StationRequest
 from ocmm_core.fieldbus.described import DeviceDescription, load_device, refuse_coarse
 from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
-from ocmm_core.fieldbus.wire import is_virtual_interface
+from ocmm_core.fieldbus.wire import is_virtual_interface, require_pysoem
 from ocmm_core.inspection.plan import Plan
 
 
@@ -55,6 +55,7 @@ def rate_of(rig: Rig) -> float:
 
 def cameras_feed(request: StationRequest, _plan: Plan, rig: Rig, interface: str) -> Feed:
     """Return the cameras on an interface, or on a ring of two joined by ``+``."""
+    require_pysoem()
     ring = FrameRing.create(len(rig.cameras))
     period_ns = round(1e9 / rate_of(rig))
     first, _, second = interface.partition("+")

@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from ocmm_core.manual._document import (
         ENGLISH, Chapter, ManualPart, ManualSection, anchors_of, mark_of,
     )  # fmt: skip
-    from ocmm_core.manual._manual import Manual, Place, changes_since, load_manual, manual_folder
+    from ocmm_core.manual._manual import (
+        Manual, Place, changes_since, load_manual, manual_folder, shipped_text,
+    )  # fmt: skip
     from ocmm_core.manual._search import ManualHit, search_words, word_fits
 else:
     __getattr__ = door(__name__)
@@ -22,5 +24,5 @@ else:
 __all__ = [
     "ENGLISH", "Chapter", "Manual", "ManualHit", "ManualPart", "ManualSection", "Place",
     "anchors_of", "changes_since", "load_manual", "manual_folder", "mark_of", "search_words",
-    "word_fits",
+    "shipped_text", "word_fits",
 ]  # fmt: skip

@@ -105,12 +105,17 @@ def manual_folder() -> Path:
     return shipped if shipped.is_dir() else resource().parent / "docs"
 
 
+def shipped_text(name: str) -> str:
+    """Return a document next to the manual, such as a licence."""
+    return (manual_folder().parent / name).read_text("utf-8")
+
+
 def changes_since(version: str = "") -> list[str]:
     """Return the sections of the changelog after ``version``; without one, the newest release.
 
     InputError if the changelog does not contain that version.
     """
-    text = (manual_folder().parent / "CHANGELOG.md").read_text("utf-8")
+    text = shipped_text("CHANGELOG.md")
     sections = [f"## {one}".rstrip() for one in text.split("\n## ")[1:]]
     names = [section.split("]")[0].removeprefix("## [") for section in sections]
     filled = [at for at, section in enumerate(sections) if "\n" in section]

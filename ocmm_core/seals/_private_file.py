@@ -93,16 +93,17 @@ def private_temporary(path: Path, content: bytes) -> Path:
         descriptor, temporary = temporary_file(path)
     except OSError as error:
         raise unwritable(folder, error) from error
-    with open(descriptor, "wb") as stream:  # noqa: PTH123 - made next to the key
-        try:
+    try:
+        # On a full disk, closing fails again.
+        with open(descriptor, "wb") as stream:  # noqa: PTH123 - made next to the key
             # Other users must not read it, not even while it is empty.
             temporary.chmod(0o600)
             stream.write(content)
             stream.flush()
             os.fsync(descriptor)
-        except OSError as error:
-            temporary.unlink(missing_ok=True)
-            raise unwritable(folder, error) from error
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise unwritable(folder, error) from error
     return temporary
 
 

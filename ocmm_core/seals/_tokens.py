@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Final
 import msgspec
 
 from ocmm_core.errors import StorageError
+from ocmm_core.plugins import install_line
 from ocmm_core.seals._public import compressed_p256, low_s, public_from_text, public_text, verifies
 
 if TYPE_CHECKING:
@@ -150,7 +151,8 @@ class _Tokens:
                 "key.token_reader",
                 "The key of this station is in a token, and the package python-pkcs11, which reads "
                 "tokens, is not installed here.",
-                "Install it, or use the computer on which the token was set up.",
+                f"Install it: {install_line('token')}. Or use the computer on which the token was "
+                "set up.",
             ) from error
         with self._lock:
             if place in self._wrong:

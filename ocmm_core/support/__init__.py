@@ -1,16 +1,17 @@
 """Support bundle: diagnostic data without secrets.
 
-In: settings, logs, records, the doctor, the last raw frames. Out: a draft that shows exactly what
-would be packed, and a ZIP file of it; nothing is sent.
+In: settings, logs, records, the doctor, the last raw frames. Out: facts about this program; a draft
+that shows exactly what would be packed, and a ZIP file of it; nothing is sent.
 
-Read `_parts` (table of the contents) and `_bundle` (collect, remove secrets always and names on
-request, show, write).
+Read `_about` (build, licences, folders), `_parts` (table of the contents) and `_bundle` (collect,
+remove secrets always and names on request, show, write).
 It must not know a station or a screen: callers pass in what exists only at run time.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
+    from ocmm_core.support._about import DOCUMENTS, AboutDocument, AboutLine, about_lines
     from ocmm_core.support._bundle import (
         MASKED, BundleDraft, BundleItem, Cleaner, draft_bundle, write_bundle,
     )  # fmt: skip
@@ -19,6 +20,7 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "MASKED", "PARTS", "BundleDraft", "BundleItem", "Cleaner", "PartSpec", "SupportSite",
-    "draft_bundle", "site_of_this_user", "write_bundle",
+    "DOCUMENTS", "MASKED", "PARTS", "AboutDocument", "AboutLine", "BundleDraft", "BundleItem",
+    "Cleaner", "PartSpec", "SupportSite", "about_lines", "draft_bundle", "site_of_this_user",
+    "write_bundle",
 ]  # fmt: skip

@@ -4,17 +4,18 @@ In: the coach's state, refusals, the sentences of the core, a support site. Out:
 probe with an arrow, a searchable page, a preview of the support bundle.
 
 Start with `_coach_panel`; then `_what_to_do` with its table, `_support_sheet` (bundle, and all keys
-on one page). Hints and remedies come from `ocmm_core.coach`, bundle contents from
+on one page), `_about_sheet`. Hints and remedies come from `ocmm_core.coach`, bundle contents from
 `ocmm_core.support`. It must not import operator, Maintain or wizards.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
+    from ocmm_gui.help._about_sheet import AboutSheet
     from ocmm_gui.help._coach_panel import CoachPanel
     from ocmm_gui.help._support_sheet import KeysSheet, SupportSheet
     from ocmm_gui.help._what_to_do import WhatToDoSheet, answers
 else:
     __getattr__ = door(__name__)
 
-__all__ = ["CoachPanel", "KeysSheet", "SupportSheet", "WhatToDoSheet", "answers"]
+__all__ = ["AboutSheet", "CoachPanel", "KeysSheet", "SupportSheet", "WhatToDoSheet", "answers"]

@@ -56,6 +56,7 @@ _KEYS = (
     ),
     ActionInfo("part", later("Leave out"), later("Leave the selected part out, or not"), ("F7",)),
     ActionInfo("again", later("Gather again"), later("Look again at everything"), ("F9",)),
+    ActionInfo("about", later("About"), later("Version, licences and folders of OCMM"), ("F10",)),
 )
 _CLOSE_S = 1.0
 _SHOWN = 200_000
@@ -65,7 +66,10 @@ _SHOWN = 200_000
 class SupportSheet(Sheet):
     """Parts with check boxes, their files, and the selected file's content."""
 
-    def __init__(self, site: Callable[[], SupportSite], folder: Callable[[], Path]) -> None:
+    def __init__(
+        self, site: Callable[[], SupportSite], folder: Callable[[], Path],
+        about: Callable[[], None],
+    ) -> None:  # fmt: skip
         super().__init__(tr("Support bundle"), _KEYS)
         self._site, self._folder = site, folder
         self._worker = Worker("ocmm-support", self)
@@ -111,6 +115,7 @@ class SupportSheet(Sheet):
                 "names": self.mask_names.toggle,
                 "part": self._toggle_part,
                 "again": self.gather,
+                "about": about,
             },
             primary="write",
         )

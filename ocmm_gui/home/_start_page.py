@@ -60,11 +60,13 @@ START_ACTIONS = (
     ActionInfo(
         "manual", later("Manual"), later("Read about this page, and search the manual"), ("F1",),
     ),
+    ActionInfo("about", later("About"), later("Version, licences and folders of OCMM"), ("F10",)),
     ActionInfo("theme", later("Theme"), later("Switch between dark, light and high contrast"),
                ("T",)),
     ActionInfo("quit", later("Quit"), later("Close OCMM"), ("Ctrl+Q",)),
 )  # fmt: skip
-_SMALL = ("archive", "manual", "theme", "quit")
+_SMALL = ("archive", "manual", "about", "theme", "quit")
+_ONE_ROW = ("settings", "about")
 _BUTTON_PX = 64
 
 
@@ -84,13 +86,17 @@ class StartPage(QWidget):
         self.hint = sentence_label(tr("What to do first"), 17)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         buttons = vbox(spacing=8)
+        row = hbox(spacing=8)
         small = hbox(spacing=4)
         for info in START_ACTIONS:
             button = self._button(info, calls[info.key])
-            if info.key in _SMALL:
+            if info.key in _ONE_ROW:
+                row.addWidget(button, 1 if info.key == "settings" else 0)
+            elif info.key in _SMALL:
                 small.addWidget(button)
             else:
                 buttons.addWidget(button)
+        buttons.addLayout(row)
         buttons.addStretch(1)
         buttons.addLayout(small)
         self.state = QGridLayout()

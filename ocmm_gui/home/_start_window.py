@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeySequence
@@ -23,6 +24,7 @@ from ocmm_gui.kit import (
     THEMES,
     NoticeCentre,
     NoticeWindow,
+    Sheet,
     apply_theme,
     dress,
     dress_application,
@@ -38,9 +40,12 @@ if TYPE_CHECKING:
     from ocmm_core.composition import StationState
     from ocmm_core.inspection.archive import LastJob
     from ocmm_gui.archive import ArchiveSheet
+    from ocmm_gui.help import AboutSheet
     from ocmm_gui.home._settings_page import SettingsPage
     from ocmm_gui.manual import ManualSheet
 
+
+S = TypeVar("S", bound=Sheet)
 
 _ANEW = ("window_language", "window_decimal", "window_units")
 """Settings that affect every text of a window."""
@@ -108,6 +113,7 @@ class StartWindow(NoticeWindow):
                 "demo": lambda: self._leave_for(StartPurpose.DEMO),
                 "settings": self.show_settings,
                 "manual": self._open_manual,
+                "about": self._open_about,
                 "theme": self._next_theme,
                 "quit": self._quit,
             }
@@ -258,12 +264,8 @@ class StartWindow(NoticeWindow):
                 lambda: archive_place(settings=self.loaded.settings),
                 lambda: self.loaded.settings.job_folder,
             )
-            sheet.left.connect(self.show_start)
-            sheet.failed.connect(self._notices.error)
             sheet.told.connect(self._notices.inform)
-            sheet.set_theme(THEMES[self.loaded.settings.window_theme])
-            self._stack.addWidget(sheet)
-            self._archive_sheet = sheet
+            self._archive_sheet = self._added(sheet, self.show_start)
         self._stack.setCurrentWidget(self._archive_sheet)
         self._archive_sheet.open()
 
@@ -273,12 +275,7 @@ class StartWindow(NoticeWindow):
         from ocmm_gui.manual import ManualSheet, place_of
 
         if self.manual is None:
-            sheet = ManualSheet()
-            sheet.left.connect(self._leave_manual)
-            sheet.failed.connect(self._notices.error)
-            self._stack.addWidget(sheet)
-            self.manual = sheet
-            dress(sheet, THEMES[self.loaded.settings.window_theme])
+            self.manual = self._added(ManualSheet(), self._leave_manual)
         self.manual.come_from(shown)
         self._stack.setCurrentWidget(self.manual)
         self.manual.open(place_of(shown))
@@ -295,13 +292,28 @@ class StartWindow(NoticeWindow):
         from ocmm_gui.home._settings_page import SettingsPage
 
         page = SettingsPage(self._store)
-        page.left.connect(self.show_start)
-        page.failed.connect(self._notices.error)
         page.told.connect(self._notices.warn)
         page.changed.connect(self._on_settings)
-        dress(page, THEMES[self.loaded.settings.window_theme])
-        self._stack.addWidget(page)
-        return page
+        return self._added(page, self.show_start)
+
+    @cached_property
+    def about(self) -> AboutSheet:
+        """Return the page about this program, created on demand."""
+        from ocmm_core.support import site_of_this_user
+        from ocmm_gui.help import AboutSheet
+
+        return self._added(AboutSheet(lambda: site_of_this_user(self._store)), self.show_start)
+
+    def _open_about(self) -> None:
+        self._stack.setCurrentWidget(self.about)
+        self.about.open()
+
+    def _added(self, sheet: S, left: Callable[[], None]) -> S:
+        sheet.left.connect(left)
+        sheet.failed.connect(self._notices.error)
+        self._stack.addWidget(sheet)
+        dress(sheet, THEMES[self.loaded.settings.window_theme])
+        return sheet
 
     def _has_settings(self) -> bool:
         # `cached_property` stores its value under its name.
@@ -357,12 +369,7 @@ class StartWindow(NoticeWindow):
         self._on_settings(self._store.load())
 
     def _dress(self) -> None:
-        theme = THEMES[self.loaded.settings.window_theme]
-        apply_theme(self, theme)
-        if self._archive_sheet is not None:
-            self._archive_sheet.set_theme(theme)
-        if self.manual is not None:
-            dress(self.manual, theme)
+        apply_theme(self, THEMES[self.loaded.settings.window_theme])
 
 
 def _state(settings: Settings) -> StationState:

@@ -13,7 +13,6 @@ from PySide6.QtCore import Qt, Signal
 
 from ocmm_cad.drawing import NOT_IMPORTED, Account, plan_with_tolerances, with_account
 from ocmm_cad.step import (
-    STEP_SETUP,
     STEP_SIZE_MB,
     FacesAccount,
     LeftOut,
@@ -43,6 +42,7 @@ from ocmm_core.inspection.plan import (
     with_profiles,
 )
 from ocmm_core.part_model import STEP_ENDINGS
+from ocmm_core.plugins import install_line
 from ocmm_core.tables import TableOptions, TablePreview, preview_table
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import said, tr
@@ -189,7 +189,7 @@ def what_is_missing() -> str:
     if has_step():
         return ""
     return tr("CAD models (STEP) need an extra of some {size} MB: {command}.").format(
-        size=STEP_SIZE_MB, command=STEP_SETUP
+        size=STEP_SIZE_MB, command=install_line("step")
     )
 
 

@@ -21,7 +21,7 @@ from ocmm_gui.operator import JobSheet
 if TYPE_CHECKING:
     from ocmm_core.support import SupportSite
     from ocmm_gui.archive import ArchiveSheet
-    from ocmm_gui.help import SupportSheet, WhatToDoSheet
+    from ocmm_gui.help import AboutSheet, SupportSheet, WhatToDoSheet
     from ocmm_gui.home import SettingsPage
     from ocmm_gui.maintain import RecallSheet
     from ocmm_gui.manual import ManualSheet
@@ -148,7 +148,14 @@ class Sheets(LateParts):
     def support(self) -> SupportSheet:
         from ocmm_gui.help import SupportSheet
 
-        return self._join(SupportSheet(self._support_site, self._folder), self.left)
+        sheet = SupportSheet(self._support_site, self._folder, self.open_about)
+        return self._join(sheet, self.left)
+
+    @cached_property
+    def about(self) -> AboutSheet:
+        from ocmm_gui.help import AboutSheet
+
+        return self._join(AboutSheet(self._support_site), self.open_support)
 
     @cached_property
     def recall(self) -> RecallSheet:
@@ -239,6 +246,10 @@ class Sheets(LateParts):
     def open_support(self) -> None:
         self.wanted.emit(self.support)
         self.support.open()
+
+    def open_about(self) -> None:
+        self.wanted.emit(self.about)
+        self.about.open()
 
     def _support_site(self) -> SupportSite:
         from ocmm_core.support import site_of_this_user

@@ -27,6 +27,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.options import DEMO_PLAN
+from ocmm_core.plugins import install_line
 from ocmm_core.station import MeasuringStation
 from ocmm_core.station.stream import PlainLines, StepReader, StreamSource
 from ocmm_serve.lines._template import LineTemplate
@@ -122,7 +123,7 @@ class SerialReceiver:
             raise InputError(
                 "lines.package",
                 "A serial line needs a package that is not installed.",
-                "Install the extra `sensors`: ./run setup --sensors",
+                f"Install it: {install_line('sensors')}.",
             )
         import serial
 

@@ -6556,6 +6556,14 @@ Startet: {source}</translation>
         <translation>Dieses Fenster wurde ohne Annahmeprüfungen geöffnet.</translation>
     </message>
     <message>
+        <source>About</source>
+        <translation>Über</translation>
+    </message>
+    <message>
+        <source>Version, licences and folders of OCMM</source>
+        <translation>Version, Lizenzen und Ordner von OCMM</translation>
+    </message>
+    <message>
         <source>mode in which the key works</source>
         <translation>Betriebsart, in der die Taste wirkt</translation>
     </message>
@@ -9454,6 +9462,62 @@ Startet: {source}</translation>
     <message>
         <source>{label} is &apos;{text}&apos;, which is not {wanted}.</source>
         <translation>{label} ist „{text}“; verlangt: {wanted}.</translation>
+    </message>
+    <message>
+        <source>Copy</source>
+        <translation>Kopieren</translation>
+    </message>
+    <message>
+        <source>Copy this table, for a message to support</source>
+        <translation>Diese Tabelle kopieren, für eine Nachricht an den Support</translation>
+    </message>
+    <message>
+        <source>Licence</source>
+        <translation>Lizenz</translation>
+    </message>
+    <message>
+        <source>Show the licence of OCMM</source>
+        <translation>Die Lizenz von OCMM zeigen</translation>
+    </message>
+    <message>
+        <source>Third-party</source>
+        <translation>Pakete</translation>
+    </message>
+    <message>
+        <source>Show the licences of the packages in OCMM</source>
+        <translation>Die Lizenzen der Pakete in OCMM zeigen</translation>
+    </message>
+    <message>
+        <source>Changes</source>
+        <translation>Änderungen</translation>
+    </message>
+    <message>
+        <source>Show the changes of this version</source>
+        <translation>Die Änderungen dieser Version zeigen</translation>
+    </message>
+    <message>
+        <source>About OCMM</source>
+        <translation>Über OCMM</translation>
+    </message>
+    <message>
+        <source>property of this program</source>
+        <translation>Merkmal dieses Programms</translation>
+    </message>
+    <message>
+        <source>Value</source>
+        <translation>Wert</translation>
+    </message>
+    <message>
+        <source>version, licence or folder</source>
+        <translation>Version, Lizenz oder Ordner</translation>
+    </message>
+    <message>
+        <source>Text of the licence</source>
+        <translation>Text der Lizenz</translation>
+    </message>
+    <message>
+        <source>Copied. Paste it into a message to support.</source>
+        <translation>Kopiert. Fügen Sie es in eine Nachricht an den Support ein.</translation>
     </message>
 </context>
 </TS>

@@ -140,6 +140,15 @@ def test_the_support_page_shows_what_it_writes(
         assert "Names of people were masked." in archive.read("CONTENTS.txt").decode()
 
 
+def test_the_support_page_leads_to_the_page_about_the_program(open_window: OpenWindow) -> None:
+    sheets = open_window(start=False).window.sheets
+    sheets.open_support()
+    sheets.support.keys["about"].trigger()
+    assert sheets.about.isVisible()
+    sheets.about.keys["leave"].trigger()
+    assert sheets.support.isVisible()
+
+
 def test_the_page_opens_with_what_was_refused(open_window: OpenWindow) -> None:
     window = open_window(start=False).window
     window.actions_by_key["what_to_do"].trigger()

@@ -14,6 +14,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from ocmm_core.build import this_build
 from ocmm_core.calibration.records import CalibrationStore, store_folder
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
@@ -275,3 +276,26 @@ def test_the_browser_lists_folders_beside_the_work_and_gives_a_file(
     assert "not there" in window.browser.told.text()
     files.itemActivated.emit(files.item(2))
     assert window.choice == StartChoice(StartPurpose.LOOK, tmp_path / "jobs" / "a.ocmm")
+
+
+def test_the_page_about_the_program_copies_build_and_folders(
+    make_start: MakeStart, tmp_path: Path
+) -> None:
+    window = make_start()
+    window.page.keys["about"].trigger()
+    assert window.about.isVisible()
+    assert "MIT License" in window.about.text.toPlainText()
+    window.about.keys["third_party"].trigger()
+    assert "| numpy |" in window.about.text.toPlainText()
+    window.about.keys["changes"].trigger()
+    assert "## [" in window.about.text.toPlainText()
+    window.about.keys["copy"].trigger()
+    build = this_build()
+    copied = QApplication.clipboard().text().splitlines()
+    for line in (
+        f"Version: {build.version}", f"Commit: {build.commit}", f"Jobs: {tmp_path / 'jobs'}",
+        f"Your settings: {tmp_path / 'user' / 'settings.toml'}",
+    ):  # fmt: skip
+        assert line in copied
+    window.about.keys["leave"].trigger()
+    assert window.page.isVisible()

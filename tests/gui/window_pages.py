@@ -65,6 +65,7 @@ def pages(window: MainWindow) -> Iterator[tuple[str, Callable[[], None]]]:
     yield "keys", sheets.open_keys
     yield "what to do", sheets.open_what_to_do
     yield "support", sheets.open_support
+    yield "about", sheets.open_about
     for sheet in (sheets.report, sheets.batch, sheets.alignment):
         yield sheet.accessibleName(), partial(sheets.wanted.emit, sheet)
     for kind in ProcedureKind:

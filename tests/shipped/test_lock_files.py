@@ -23,7 +23,6 @@ from installer.locks import (
     normalised,
     read_lock,
 )
-from ocmm_cad.step import STEP_SETUP
 from ocmm_core.errors import InputError
 from tests.host import HANG_S
 
@@ -111,8 +110,6 @@ def test_the_extra_is_installed_with_hashes_wherever_it_is_named() -> None:
     assert len(re.findall(r'--require-hashes -r "\$1"', locked)) == 2
     for place in ("README.md", "docs/integrator/shop.md"):
         assert "./run setup --shop" in (ROOT / place).read_text(encoding="utf-8"), place
-    # The window refers to the README: it names no command.
-    assert "README" in STEP_SETUP
     for place in ("README.md", "docs/inspector/plans.md"):
         text = (ROOT / place).read_text(encoding="utf-8")
         assert "./run setup --step" in text, place

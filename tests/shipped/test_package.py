@@ -19,7 +19,7 @@ from installer.bundle import kernels, pages
 from installer.locks import ROOT
 from ocmm_cli import app, kernel_groups
 from ocmm_core import instructions
-from tests.host import HANG_S, on_linux_only
+from tests.host import HANG_S, needs_tools, on_linux_only
 
 _DEBIAN = ROOT / "installer" / "debian"
 _BUILD = (ROOT / "installer" / "build.sh").read_text(encoding="utf-8")
@@ -282,6 +282,33 @@ def test_after_unpacking_user_group_and_rights_are_there(tmp_path: Path) -> None
     settings.write_text("OCMM_INTERFACE=\n# mine\n", encoding="utf-8")
     configured()
     assert "# mine" in settings.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("words", "refused"),
+    [
+        ("upgrade 0.3.0-1 0.2.0-1", True),
+        ("upgrade 0.2.0-1+git20261201.1a2b 0.2.0-1", True),
+        ("upgrade 0.2.0-1 0.2.0-1~git20261128.1a2b", True),
+        ("upgrade 0.1.0-1 0.2.0-1", False),
+        ("upgrade 0.2.0-1 0.2.0-1", False),
+        ("upgrade 0.2.0-1~git20261128.1a2b 0.2.0-1~git20261129.0a0b", False),
+        ("install", False),
+        # Removed before: this is the way that the message names.
+        ("install 0.3.0-1 0.2.0-1", False),
+    ],
+)
+def test_an_older_package_is_not_installed_over_a_newer_one(words: str, refused: bool) -> None:
+    needs_tools("dpkg")
+    done = subprocess.run(
+        [str(_DEBIAN / "preinst"), *words.split()], capture_output=True, text=True, timeout=HANG_S,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == int(refused), done.stderr
+    assert ("remove" in done.stderr) is refused
+    if refused:
+        _, installed, older = words.split()
+        assert f"version {installed} is installed and newer than {older}" in done.stderr
 
 
 def test_removing_touches_nothing_of_the_users(tmp_path: Path) -> None:

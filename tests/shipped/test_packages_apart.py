@@ -104,6 +104,17 @@ def test_fits_need_the_core_alone(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+def test_the_import_of_the_fits_loads_no_compiler(tmp_path: Path) -> None:
+    # numba and scipy's solvers are two thirds of the time of the import.
+    done = _run(
+        "import sys\nfrom ocmm_core.features import fit_shape\n"
+        "print(sorted({'numba', 'scipy.optimize', 'scipy.linalg', 'scipy.spatial'}"
+        " & set(sys.modules)))\n",
+        tmp_path,
+    )
+    assert done.stdout == "[]\n", done.stderr
+
+
 def test_without_the_virtual_rig_commands_and_window_measure_a_recording(
     recording: tuple[Path, Path], tmp_path: Path
 ) -> None:
@@ -132,6 +143,21 @@ def test_a_virtual_source_without_its_package_is_a_sentence(tmp_path: Path) -> N
     done = _run(_ocmm(("ocmm_sim",), "study", "probe-calibration"), tmp_path)
     assert done.returncode == 2
     assert "needs the package 'ocmm_sim'" in done.stderr
+
+
+def test_cameras_without_their_master_are_refused_before_the_job(tmp_path: Path) -> None:
+    plan = ROOT / "resources" / "plans" / "quick.toml"
+    done = _run(
+        "import sys\nsys.modules['pysoem'] = None\n"
+        + _ocmm((), "measure", "--source", "ethercat:lo", "--plan", plan, "--out", "jobs"),
+        tmp_path,
+    )
+    assert done.returncode == 2, done.stderr
+    assert "pysoem, the EtherCAT master, is not installed here. Install it: " in " ".join(
+        done.stderr.split()
+    )
+    assert "points" not in done.stderr
+    assert not list(tmp_path.glob("jobs/*.ocmm"))
 
 
 def test_a_package_of_one_file_adds_a_source(recording: tuple[Path, Path], tmp_path: Path) -> None:

@@ -22,6 +22,19 @@ FAKES = {
     "dpkg": 'echo "dpkg $*" >&2', "apt-get": 'echo "apt-get $*" >&2',
 }  # fmt: skip
 NO_PYTHON = "Python 3.11 or newer is needed and was not found"
+TROUBLES: list[tuple[dict[str, str], str]] = [
+    ({}, NO_PYTHON),
+    ({"df": "printf 'head\\na b c 90000 e f\\n'"}, "needs 1000 MB on the disk"),
+    ({"sudo": "exit 1"}, "sudo refuses. As root, run: apt-get install libegl1"),
+    ({"sudo": "exit 1"}, NO_PYTHON),
+    ({"without": "sudo"}, "As root, run: apt-get install libegl1"),
+    ({"apt-get": "exit 100"}, "These packages were not installed. As root, run: apt-get"),
+    ({"dpkg": 'case $1 in --audit) echo x ;; *) echo "dpkg $*" >&2 ;; esac'},
+     "dpkg --configure -a --force-confdef"),
+    ({"python3": "kill -SEGV $$"}, NO_PYTHON),
+    ({"words": "setup --all"}, "has no option '--all'"),
+    ({"words": "tests"}, "There is no 'tests'"),
+]  # fmt: skip
 
 
 def run(
@@ -47,23 +60,7 @@ def run(
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("fakes", "told"),
-    [
-        ({}, NO_PYTHON),
-        ({"df": "printf 'head\\na b c 90000 e f\\n'"}, "needs 1000 MB on the disk"),
-        ({"sudo": "exit 1"}, "sudo refuses. As root, run: apt-get install libegl1"),
-        ({"sudo": "exit 1"}, NO_PYTHON),
-        ({"without": "sudo"}, "As root, run: apt-get install libegl1"),
-        ({"apt-get": "exit 100"}, "These packages were not installed. As root, run: apt-get"),
-        ({"dpkg": 'case $1 in --audit) echo x ;; *) echo "dpkg $*" >&2 ;; esac'},
-         "dpkg --configure -a --force-confdef"),
-        ({"python3": "kill -SEGV $$"}, NO_PYTHON),
-        ({"words": "setup --all"}, "has no option '--all'"),
-        ({"words": "tests"}, "There is no 'tests'"),
-    ],
-    ids=str,
-)  # fmt: skip
+@pytest.mark.parametrize(("fakes", "told"), TROUBLES, ids=str)
 def test_says_why_and_ends_with_2(fakes: dict[str, str], told: str, tmp_path: Path) -> None:
     done = run(tmp_path, **fakes)
     assert told in done.stderr

@@ -16,6 +16,7 @@ from benchmarks.house_tree import ROOTS
 from tests.host import HANG_S, needs_tools, not_run
 
 _ROOT = Path(__file__).resolve().parents[2]
+_TOP = ("CHANGELOG.md", "LICENSE", "THIRD_PARTY_LICENCES.md")
 _PACKAGES = (*ROOTS, "resources")
 _WHERE = (
     "import ocmm_core.documents as d, ocmm_core.manual as m; "
@@ -78,7 +79,7 @@ def test_wheel_holds_every_file_of_the_packages_and_of_resources(
             if ".dist-info/" not in name
         }
         manual = {name for name in held if name.startswith("resources/manual/")}
-        assert held - manual == {*shipped, "resources/CHANGELOG.md"}
+        assert held - manual == {*shipped, *map("resources/{}".format, _TOP)}
         # Every document of the repository, and the pictures that they show, not the programs there.
         shown = {f"docs/{name.removeprefix('resources/manual/')}" for name in manual}
         assert shown <= set(tracked)

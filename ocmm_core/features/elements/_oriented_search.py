@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.elements._ball import WORST_CONDITION
@@ -205,7 +205,7 @@ class OrientedSearch:
             rows, limits = sign * slopes, -sign * residuals
             cost[2] = sign
             bounds[2] = (None, None)
-        answer = linprog(cost, A_ub=rows, b_ub=limits, bounds=bounds, method="highs")
+        answer = scipy.optimize.linprog(cost, A_ub=rows, b_ub=limits, bounds=bounds, method="highs")
         if answer.status != 0 or answer.x is None:
             raise unsettled(self._start.shape)
         held = np.flatnonzero(-answer.ineqlin.marginals > _SHARE)

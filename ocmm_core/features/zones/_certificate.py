@@ -18,8 +18,7 @@ from itertools import combinations
 from math import comb
 
 import numpy as np
-from scipy.linalg import null_space
-from scipy.optimize import nnls
+import scipy
 
 from ocmm_core.features.search import refuse_masked
 from ocmm_core.features.shapes import Criterion, Fit
@@ -211,13 +210,15 @@ def balance_of(task: ZoneTask, placed: ElementPose, noise: float) -> Balance:
     sides = np.abs(by_bounds(surface, signs).T)
     touch = np.concatenate([by_step[rows].T * signs, sides])
     right = np.concatenate([np.zeros(by_step.shape[1]), np.ones(len(sides))])
-    forces, remainder = nnls(touch, right)
+    forces, remainder = scipy.optimize.nnls(touch, right)
     unbalanced = float(remainder)
     bend, way = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
     if bend < FLAT_CURVATURE and np.count_nonzero(forces) < len(rows) and unbalanced < IN_BALANCE:
         # More contacts than needed: the shortest vector of forces uses them all.
         heavy = np.concatenate([SHARING * touch, np.eye(len(rows))])
-        forces, _ = nnls(heavy, np.concatenate([SHARING * right, np.zeros(len(rows))]))
+        forces, _ = scipy.optimize.nnls(
+            heavy, np.concatenate([SHARING * right, np.zeros(len(rows))])
+        )
         unbalanced = float(np.linalg.norm(touch @ forces - right))
         bend, way = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
     if bend < -FLAT_CURVATURE and unbalanced < IN_BALANCE:
@@ -253,7 +254,7 @@ def _least_curvature(
 def _loose(touch: Float, k: int) -> Float:
     """Return the directions (k, m) in which contacts (columns) stay at their bounds."""
     directions, strength, _ = np.linalg.svd(
-        null_space(touch.T, rcond=1e-10)[:k], full_matrices=False
+        scipy.linalg.null_space(touch.T, rcond=1e-10)[:k], full_matrices=False
     )
     loose: Float = directions[:, strength > 1e-9]
     return loose

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import null_space
+import scipy
 
 from ocmm_core.features.zones._certificate import FLAT_CURVATURE, Balance
 from ocmm_core.features.zones._elements import ZoneTask
@@ -103,7 +103,7 @@ def _loose(
         at = local[level.rows]
         _, jacobian = distances(task.surface, at, placed.sizes)
         touch = jacobian[:, places] @ steps @ free
-        free = free @ null_space(touch, rcond=RANK)
+        free = free @ scipy.linalg.null_space(touch, rcond=RANK)
         curvature, _, _ = second_derivatives(task.surface, at, placed.sizes, level.weights)
         hessian = steps.T @ curvature[np.ix_(places, places)] @ steps
         bends, turns = np.linalg.eigh(free.T @ hessian @ free)

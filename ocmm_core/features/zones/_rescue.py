@@ -8,7 +8,7 @@ SLSQP). It is slow and inexact, so it only provides a start from which settling 
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import Bounds, NonlinearConstraint, minimize, nnls
+import scipy
 
 from ocmm_core.features.zones._solver import (
     Zone,
@@ -85,7 +85,7 @@ def _forces(surface: ElementFamily, points: Float, zone: Zone, gap: float) -> tu
     sides = np.abs(by_bounds(surface, signs).T)
     touch = np.concatenate([by_step[rows].T * signs, sides])
     right = np.concatenate([np.zeros(by_step.shape[1]), np.ones(len(sides))])
-    forces, _ = nnls(touch, right)
+    forces, _ = scipy.optimize.nnls(touch, right)
     held = forces > 0.0
     coded = np.where(signs > 0.0, 0, len(points)) + rows
     return coded[held].astype(np.int64), forces[held]
@@ -142,13 +142,13 @@ def _quadratic_round(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
     def width(unknown: Float) -> tuple[float, Float]:
         return float(downhill @ unknown), downhill
 
-    result = minimize(
+    result = scipy.optimize.minimize(
         width,
         start,
         jac=True,
         method="SLSQP",
-        bounds=Bounds(-box, box),
-        constraints=NonlinearConstraint(
+        bounds=scipy.optimize.Bounds(-box, box),
+        constraints=scipy.optimize.NonlinearConstraint(
             lambda unknown: gaps(unknown)[0], 0.0, np.inf, jac=lambda unknown: gaps(unknown)[1]
         ),
         tol=1e-14,

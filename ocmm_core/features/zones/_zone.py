@@ -16,7 +16,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError
+import scipy
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.search import centred, checked_points, degenerate
@@ -222,8 +222,8 @@ def _held_centres(points: Float) -> Float:
     """Return centres (m, d) of empty circumspheres inside their own simplex, largest first."""
     d = points.shape[1]
     try:
-        simplices = points[Delaunay(points).simplices]
-    except QhullError:
+        simplices = points[scipy.spatial.Delaunay(points).simplices]
+    except scipy.spatial.QhullError:
         # Degenerate, such as points on one exact circle; start from the least-squares centre.
         return np.zeros((0, d))
     edges = simplices[:, 1:] - simplices[:, :1]

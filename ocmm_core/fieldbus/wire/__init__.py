@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         Command, Datagram, decode_frame, encode_frame, frame_index, has_passed,
     )  # fmt: skip
     from ocmm_core.fieldbus.wire._interface import (
-        check_interface, is_virtual_cable, is_virtual_interface,
+        check_interface, is_virtual_cable, is_virtual_interface, require_pysoem,
     )  # fmt: skip
     from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
     from ocmm_core.fieldbus.wire._object_calls import check_mapping
@@ -45,5 +45,6 @@ __all__ = [
     "TappedFrame", "al_text", "check_interface", "check_mapping", "decode_frame", "decode_scan",
     "encode_frame", "encode_scan", "frame_index", "has_passed", "is_virtual_cable",
     "is_virtual_interface", "make_link", "namespace_command", "pcapng_end", "pcapng_frame",
-    "pcapng_head", "read_words", "remove_link", "scan_devices", "set_link", "tool", "write_word",
+    "pcapng_head", "read_words", "remove_link", "require_pysoem", "scan_devices", "set_link",
+    "tool", "write_word",
 ]  # fmt: skip

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import errno
+import importlib.util
 import re
 import socket
 import struct
@@ -16,6 +17,7 @@ from pathlib import Path
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire._sockets import query_socket
+from ocmm_core.plugins import install_line
 
 _INTERFACES = Path("/sys/class/net")
 _NETWORK = Path("/proc/self/net")
@@ -34,6 +36,16 @@ _RIGHTS = (
     "Grant the bus process its rights once: sudo installer/linux/grant-rights.sh; "
     "or, with the installed package: sudo usermod -aG ocmm NAME"
 )
+
+
+def require_pysoem() -> None:
+    """Raise BusError if the EtherCAT master is not installed."""
+    if importlib.util.find_spec("pysoem") is None:
+        raise BusError(
+            "bus.pysoem",
+            "The package pysoem, the EtherCAT master, is not installed here.",
+            f"Install it: {install_line('bus')}.",
+        )
 
 
 def is_virtual_interface(name: str) -> bool:

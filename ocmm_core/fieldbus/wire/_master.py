@@ -24,6 +24,7 @@ from ocmm_core.fieldbus.device import (
     FoundDevice,
 )
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
+from ocmm_core.fieldbus.wire._interface import require_pysoem
 from ocmm_core.fieldbus.wire._object_calls import ObjectCalls, check_room, fuse, set_blocking
 from ocmm_core.fieldbus.wire._other_masters import refuse_other_programs
 from ocmm_core.fieldbus.wire._port import HostTime, Passage, Port
@@ -35,14 +36,8 @@ from ocmm_core.host import HOST
 
 if HOST.is_linux_like:
     # Other systems need a network driver that is normally absent.
-    try:
-        import pysoem
-    except ModuleNotFoundError as error:
-        raise BusError(
-            "bus.pysoem",
-            "The package pysoem, the EtherCAT master, is not installed here.",
-            "Install it: pip install 'ocmm[bus]'.",
-        ) from error
+    require_pysoem()
+    import pysoem
 
 # ETG.1000.6, 6.4.1.
 INIT, PREOP, SAFEOP, OP = 1, 2, 4, 8

@@ -23,6 +23,7 @@ from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.inspection.archive import Trend
 from ocmm_core.inspection.evaluation import SIMULATED
 from ocmm_core.names import normal_name
+from ocmm_core.plugins import install_line
 from ocmm_core.seals import KeptKeys, KeyFolder, SealState, SealWord, Signature, shown_key
 from ocmm_core.storage import JobFile, judge_head
 from ocmm_core.tolerances.decisions import Verdict
@@ -84,7 +85,7 @@ def parquet_of(columns: Sequence[str], rows: Sequence[Row]) -> bytes:
         raise InputError(
             "archive.parquet",
             "Parquet needs pyarrow, which is not installed.",
-            "Export to CSV, or install it: pip install pyarrow.",
+            f"Install it: {install_line('shop')}. Or export to CSV.",
         )
     import pyarrow
     import pyarrow.parquet

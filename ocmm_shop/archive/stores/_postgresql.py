@@ -25,6 +25,7 @@ from uuid import UUID
 from ocmm_core import __version__
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.host import HOST
+from ocmm_core.plugins import install_line
 from ocmm_shop.archive.stores._address import PostgresAddress
 from ocmm_shop.archive.stores._faults import (
     endless_answer,
@@ -132,7 +133,7 @@ def require_psycopg() -> None:
         raise InputError(
             "archive.shop",
             "An archive on a server needs psycopg, which is not installed.",
-            "Install the extra `shop` (docs/integrator/shop.md).",
+            f"Install it: {install_line('shop')}.",
         )
 
 
