@@ -84,7 +84,7 @@ def rr(*, part: str, characteristic: str, archive: str | None, export: Path | No
 def export_command(view: str, file: Path, *, archive: str | None, most: int) -> None:
     """Write a whole view of the archive to a file."""
     from ocmm_shop.archive.questions import ArchiveAnswer, export_answer
-    from ocmm_shop.archive.stores import VIEW_NAMES
+    from ocmm_shop.archive.stores import MALFORMED, VIEW_NAMES
 
     if view not in VIEW_NAMES:
         raise InputError(
@@ -94,7 +94,10 @@ def export_command(view: str, file: Path, *, archive: str | None, most: int) -> 
         table = open_one.ask(f"SELECT * FROM {view} LIMIT :most", {"most": most})  # noqa: S608 - one of the views above
     export_answer(ArchiveAnswer(view, table.columns, table.rows), file)
     rows = f"{len(table.rows)} row{'' if len(table.rows) == 1 else 's'}"
-    make_console().print(say(f"{rows}  {file}"), highlight=False, markup=False)
+    console = make_console()
+    console.print(say(f"{rows}  {file}"), highlight=False, markup=False)
+    if table.malformed:
+        console.print(say(MALFORMED), style="yellow", highlight=False, markup=False)
 
 
 def _answer(name: str, archive: str | None, asked: Query, export: Path | None) -> None:

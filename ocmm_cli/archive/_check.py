@@ -35,7 +35,10 @@ def rebuild(
     with contextlib.ExitStack() as stack:
         if old is not None:
             from_archive = stack.enter_context(old)
-            contents, names = files_in(from_archive), stations_of(from_archive) | names
+            contents, names = (
+                files_in(from_archive, unread.append),
+                stations_of(from_archive) | names,
+            )
         else:
             contents = files_of(folders or [], unread.append)
         target = stack.enter_context(open_archive(new))
