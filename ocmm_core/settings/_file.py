@@ -80,6 +80,11 @@ class SettingsFile:
 
     def read(self) -> Contents:
         """Return the usable contents; never raises, problems are in the notes."""
+        found = self._read()
+        # Another program may have signed a later version since the file was read.
+        return self._read() if self._older() in found.notes else found
+
+    def _read(self) -> Contents:
         try:
             if not os.path.lexists(self.path):
                 return Contents(notes=self._missing(), state="missing")
@@ -175,6 +180,8 @@ class SettingsFile:
     def signer(self) -> SealState:
         """Return the state of the signature; InputError if the document is unusable or older."""
         entries = self._good_entries()
+        if is_older(self.path, entries):
+            entries = self._good_entries()
         if is_older(self.path, entries):
             note = self._older()
             raise InputError("settings.older", note.what, note.remedy)
