@@ -5,16 +5,23 @@ from __future__ import annotations
 import multiprocessing
 from collections import Counter
 from collections.abc import Callable, Iterator
+from multiprocessing.context import SpawnProcess
 from multiprocessing.synchronize import Event
 from pathlib import Path
 
 import pytest
 
+from ocmm_core.camera import load_rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.host import HOST
 from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.measuring import Touch
 from ocmm_core.storage import JobFile
-from tests.core.inspection.conftest import Bench
+from ocmm_core.tracking import load_probe
+from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench
 from tests.host import HANG_S, amount
 
 REOPENED = amount(30, 2000)
@@ -25,14 +32,15 @@ A_JOB = 400
 """Reopenings of one job: a long one takes longer."""
 
 
-def write(bench: Bench, path: Path, stored: Event, stop: Event) -> None:
+def write(touches: tuple[Touch, ...], path: Path, stored: Event, stop: Event) -> None:
     """Take and undo points until the event; close the job after `STEPS` steps."""
+    plan, rig, body = load_plan(PLAN), load_rig(RIG), load_probe(PROBE)
     while not stop.is_set():
         with JobFile.open(path) as job:
-            session = bench.session(job)
+            session = InspectionSession(plan, rig, body, job, SessionOptions())
             done = 0
             while done < STEPS and not stop.is_set():
-                session.touches.take(bench.touches[done % 2])
+                session.touches.take(touches[done % 2])
                 session.steps.undo()
                 job.append_event("note", f"step {done}")
                 done += 3
@@ -49,10 +57,15 @@ def load(stop: Event) -> None:
 def writer(bench: Bench) -> Iterator[Callable[[int], Path]]:
     """Return what makes a job that another process writes from then on."""
     spawn = multiprocessing.get_context("spawn")
-    stop, running = spawn.Event(), []
+    stop = spawn.Event()
+    running: list[tuple[Event, SpawnProcess]] = []
+
+    def start(until: Event, process: SpawnProcess) -> None:
+        process.start()
+        running.append((until, process))
+
     for _ in range(BUSY_LOOPS):
-        running.append((stop, spawn.Process(target=load, args=(stop,))))
-        running[-1][1].start()
+        start(stop, spawn.Process(target=load, args=(stop,)))
 
     def make(number: int) -> Path:
         path = bench.folder / f"job{number}.ocmm"
@@ -60,9 +73,7 @@ def writer(bench: Bench) -> Iterator[Callable[[int], Path]]:
         if number:
             running[-1][0].set()
         stored, until = spawn.Event(), spawn.Event()
-        process = spawn.Process(target=write, args=(bench, path, stored, until))
-        running.append((until, process))
-        process.start()
+        start(until, spawn.Process(target=write, args=(bench.touches[:2], path, stored, until)))
         assert stored.wait(HANG_S)
         return path
 
