@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -168,12 +169,14 @@ def settings_edit(kind: Kind, rng: Rng, number: int) -> Mapping[Path, bytes | No
             if isinstance(items, dict)
             for name, value in items.items()
         }
-        content = {"settings": values, "who": table["who"], "utc": table["utc"]}
+        names = ("who", "utc", "id", "number")
+        content = {"settings": values, **{name: table[name] for name in names}}
         made = _signature(kind, how, msgspec.json.encode(content, order="sorted"), None, None)
         table = {**table, **made}
     if how == "of another":
         body, table = head, {**table, "who": "Mallory"}
-    lines = "\n".join(f'{name} = "{value}"' for name, value in table.items())
+    # A JSON text or number is one of TOML.
+    lines = "\n".join(f"{name} = {json.dumps(value)}" for name, value in table.items())
     return {kind.path: f"{body}\n[seal]\n{lines}\n".encode()}
 
 

@@ -1,9 +1,11 @@
 """Attacks on the memory of the station, and honest moves of its files.
 
-Attacks: an older copy of a history, or a complete older history of the same cameras, is put back
+Things: histories of calibrations; folders with a released plan and signed settings.
+Attacks: an older copy of a thing, or a complete older history of the same cameras, is put back
 under another path (symbolic link of the folder or its parent, renamed, hard links, `..`, another
 case, a copy elsewhere), with the memory whole or damaged; the clock is set back after such a move;
-changed jobs are adopted. None may be VALID or INTACT.
+changed jobs are adopted. None may be VALID, INTACT or released. Plans and settings are trusted if
+the memory of them is deleted: those attacks are not tried.
 Honest moves: folders renamed, homes moved, computers exchanged, programs upgraded, backups restored
 by name. None may be called a forgery.
 Run: ``python -m benchmarks.station_memory --n 5000 --honest 500``.
@@ -21,6 +23,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import timedelta
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -30,14 +33,19 @@ from benchmarks.evidence_site import NOW
 from benchmarks.tampering import EDITS, Site, make_site
 from ocmm_bench.campaign import other_station
 from ocmm_core.calibration.records import CalibrationStore, State
+from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.audits import audit
+from ocmm_core.inspection.plan import plan_release, release_plan
 from ocmm_core.seals import KeyFolder, memory_folder, start_memory
+from ocmm_core.settings import SettingsFile
 from ocmm_core.storage import JobFile
 from tests.core.calibration.made_records import MADE, make_record, make_verification
 
 TRIALS, HONEST = 5_000, 500
 Rng = np.random.Generator
+Move = Callable[["Template", Rng], tuple[Path, bool]]
+"""An honest move; returns the folder afterwards, and whether it must count."""
 _LATER = MADE + timedelta(days=600)
 ACCUSING = ("forged", "does not belong", "was replaced", "was changed", "signature")
 """Words that call a file a forgery."""
@@ -50,6 +58,15 @@ class Found:
     done: Counter[str] = field(default_factory=Counter)
     passed: list[str] = field(default_factory=list)
     accused: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """Whether a folder counts, None if only parts of it do, and why not."""
+
+    valid: bool | None
+    reason: str
+    remedy: str
 
 
 def _history(folder: Path, day: int, shift: int = 0, by: str = "technician") -> CalibrationStore:
@@ -223,7 +240,7 @@ def _fresh(template: Template, folder: Path, number: int) -> Iterator[Template]:
     shutil.copytree(template.older.parent, here / "kept")
     try:
         yield Template(
-            template.home, here / "calibrations", here / "calibrations" / "recommended",
+            template.home, here / "calibrations", here / "calibrations" / template.current.name,
             here / "kept" / "older", here / "kept" / "former",
         )  # fmt: skip
     finally:
@@ -253,6 +270,61 @@ def run_attacks(trials: int, seed: int, folder: Path) -> Found:
             found.done[f"{what}, memory {memory.__name__.strip('_')}"] += 1
             if _state(there) in (State.VALID, State.DUE):
                 found.passed.append(name)
+    return found
+
+
+def make_documents(folder: Path) -> Template:
+    """Return a station with a folder of a plan and settings, in two versions each."""
+    now, older = folder / "calibrations" / "documents", folder / "kept" / "older"
+    now.mkdir(parents=True)
+    plan, settings = now / "plan.toml", SettingsFile(now / "settings.toml")
+    shutil.copy(resource("plans", "quick.toml"), plan)
+    for number, revision in enumerate("CD"):
+        plan.write_text(f"{plan.read_text('utf-8')}# {revision}\n", "utf-8")
+        release_plan(plan, "Grace", f"revision {revision}")
+        settings.change({"temperature.part_c": 20.5 + number}, stamp="2026-11-28")
+        if not number:
+            shutil.copytree(now, older)
+    shutil.copytree(memory_folder().parent, folder / "memory")
+    return Template(folder / "memory", now.parent, now, older, older)
+
+
+def _judged_documents(folder: Path) -> Judged:
+    """Return whether plan and settings of a folder count, which must be the same of both."""
+    try:
+        plan = plan_release(folder / "plan.toml")
+        settings = SettingsFile(folder / "settings.toml")
+        sound = settings.signer().sound
+    except OcmmError as error:
+        return Judged(False, error.what, error.remedy)
+    notes = settings.read().notes
+    said = " ".join((plan.words, *(f"{one.what} {one.remedy}" for one in notes)))
+    if plan.released != sound:
+        return Judged(None, said, "")
+    return Judged(sound, said, said)
+
+
+def run_older_documents(trials: int, seed: int, folder: Path) -> Found:
+    """Put an older plan and older settings back; return the counts of those that are believed."""
+    found = Found()
+    template = make_documents(folder)
+    memories = [one for one in MEMORIES if one not in (_deleted, _all_deleted)]
+    for number in range(trials):
+        rng = np.random.default_rng((seed, number, 3))
+        path = PATHS[number % len(PATHS)]
+        memory = memories[(number // len(PATHS)) % len(memories)]
+        with _fresh(template, folder, number) as at:
+            memory(memory_folder())
+            there = path(at.older, at.current, rng)
+            found.done[f"older documents, memory {memory.__name__.strip('_')}"] += 1
+            with suppress(OcmmError):
+                if plan_release(there / "plan.toml").released:
+                    found.passed.append(f"plan, {path.__name__}, {memory.__name__}, trial {number}")
+            with suppress(OcmmError):
+                if SettingsFile(there / "settings.toml").signer().sound:
+                    found.passed.append(
+                        f"settings, {path.__name__}, {memory.__name__}, trial {number}"
+                    )
     return found
 
 
@@ -387,7 +459,30 @@ def _upgraded(at: Template, rng: Rng) -> tuple[Path, bool]:
     return at.current, True
 
 
-MOVES: tuple[Callable[[Template, Rng], tuple[Path, bool]], ...] = (
+def _released_again(at: Template, rng: Rng) -> tuple[Path, bool]:
+    """Restore an older backup and answer for it by name."""
+    del rng
+    shutil.rmtree(at.current)
+    shutil.copytree(at.older, at.current)
+    release_plan(at.current / "plan.toml", "Grace", "restored")
+    SettingsFile(at.current / "settings.toml").confirm("Grace")
+    return at.current, True
+
+
+def _copied(at: Template, rng: Rng) -> tuple[Path, bool]:
+    return Path(shutil.copytree(at.current, at.root.with_name(f"usb{rng.integers(99)}"))), True
+
+
+def _key_moved_with_documents(at: Template, rng: Rng) -> tuple[Path, bool]:
+    """Bring key and documents to another user without the memory: they are the last versions."""
+    return _key_moved_silently(at, rng)[0], True
+
+
+DOCUMENT_MOVES: tuple[Move, ...] = (
+    _folder_renamed, _folder_linked, _home_moved, _key_moved, _key_moved_with_documents,
+    _other_computer, _released_again, _backup_restored_silently, _newest_restored, _copied,
+)  # fmt: skip
+MOVES: tuple[Move, ...] = (
     _folder_renamed, _folder_linked, _home_moved, _key_moved, _key_moved_silently, _other_computer,
     _backup_restored, _backup_restored_silently, _newest_restored, _same_name, _practised,
     _upgraded,
@@ -413,24 +508,31 @@ def old_memory(current: Path, folder: Path) -> None:
         (folder / f"{digest}.json").write_bytes(msgspec.json.encode(seen))
 
 
-def run_honest(trials: int, seed: int, folder: Path) -> Found:
+def _judged_history(folder: Path) -> Judged:
+    said = CalibrationStore(folder).status(NOW)
+    return Judged(said.state is State.VALID, said.reason, said.remedy)
+
+
+def run_honest(trials: int, seed: int, folder: Path, *, documents: bool = False) -> Found:
     """Move files as their owner does; return those that were called a forgery."""
     found = Found()
-    template = make_template(folder)
+    template = make_documents(folder) if documents else make_template(folder)
+    judge = _judged_documents if documents else _judged_history
+    moves = DOCUMENT_MOVES if documents else MOVES
     for number in range(trials):
         rng = np.random.default_rng((seed, number, 1))
-        move = MOVES[number % len(MOVES)]
+        move = moves[number % len(moves)]
         names = ("XDG_DATA_HOME", "XDG_STATE_HOME")
         before = {name: os.environ[name] for name in names}
         try:
             with _fresh(template, folder, number) as at:
                 there, valid = move(at, rng)
-                said = CalibrationStore(there).status(NOW)
+                said = judge(there)
         finally:
             os.environ.update(before)
-        found.done[move.__name__.strip("_")] += 1
+        found.done[f"{template.current.name} {move.__name__.strip('_')}"] += 1
         called = [word for word in ACCUSING if word in said.reason]
-        if called or (said.state is State.VALID) != valid or (not valid and not said.remedy):
+        if called or said.valid != valid or (not valid and not said.remedy):
             found.accused.append(f"{move.__name__}, trial {number}: {said}")
     return found
 
@@ -442,9 +544,11 @@ def main() -> int:
     parser.add_argument("--honest", type=int, default=HONEST)
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
-    half = arguments.n // 2
+    third, honest = arguments.n // 3, arguments.honest // 2
     runs = (
-        (run_attacks, half), (run_adopted, arguments.n - half), (run_honest, arguments.honest)
+        (run_attacks, third), (run_older_documents, third),
+        (run_adopted, arguments.n - 2 * third), (run_honest, arguments.honest - honest),
+        (partial(run_honest, documents=True), honest),
     )  # fmt: skip
     results = []
     for run, trials in runs:
@@ -456,7 +560,7 @@ def main() -> int:
         for kind, count in sorted(found.done.items()):
             print(f"{kind:50}{count:8}")
     passed = [one for found in results for one in found.passed]
-    accused = results[2].accused
+    accused = [one for found in results for one in found.accused]
     print(f"{'VALID or INTACT':50}{len(passed):8} of {arguments.n} (limit 0)")
     print(f"{'honest moves called a forgery':50}{len(accused):8} of {arguments.honest} (limit 0)")
     for line in (*passed[:10], *accused[:10]):

@@ -95,14 +95,25 @@ class ChainFile(Generic[T]):
         self._lost: StorageError | None = None
         if not os.path.lexists(path):
             return
-        whole = read_bytes(path, follow=False)
-        self._name = NamedFile(path)
+        self._load(kind, known)
+        if not (remembered and self.links):
+            return
+        seen = recall(_name(self.links))
+        if seen is not None and not seen.holds_in(self.links):
+            # Another program may have appended: what it remembered before this reading is there.
+            self._load(kind, None)
+        self._require_all(seen)
+
+    def _load(self, kind: type[T], known: ChainFile[T] | None) -> None:
+        self._end, self._digest = _FIRST_LINK, hashlib.sha256()
+        whole = read_bytes(self.path, follow=False)
+        self._name = NamedFile(self.path)
         content = whole[: whole.rfind(b"\n") + 1]
         links: list[str] = []
         items: list[T] = []
         signatures: list[Signature | None] = []
         begin = 0
-        on = None if known is None or signed is not None else known.begins(content)
+        on = None if known is None or self._signed is not None else known.begins(content)
         if known is not None and on is not None:
             links, items = list(known.links), list(known.items)
             self._end = links[-1] if links else _FIRST_LINK
@@ -112,17 +123,18 @@ class ChainFile(Generic[T]):
             try:
                 line = msgspec.json.decode(text, type=_Line)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-                raise _broken(path, number) from error
+                raise _broken(self.path, number) from error
             # Compare bytes: a line of an earlier version lacks newer fields of the item.
-            signature = None if signed is None else line.signature
+            signature = None if self._signed is None else line.signature
             if text != _encode(_line(number, self._end, bytes(line.item), signature)):
-                raise _broken(path, number)
+                raise _broken(self.path, number)
             try:
                 item = msgspec.json.decode(line.item, type=kind)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
                 raise StorageError(
                     "chain.kind",
-                    f"{path}: line {number} is of another kind of file, or of a later version.",
+                    f"{self.path}: line {number} is of another kind of file, or of a later "
+                    "version.",
                     USE_ITS_OWN,
                 ) from error
             self._end = _end_of(line)
@@ -137,12 +149,9 @@ class ChainFile(Generic[T]):
         self._pieces = [content]
         self._signatures = tuple(signatures)
         self.signer = self._judged()
-        if remembered and links:
-            self._require_all()
 
-    def _require_all(self) -> None:
+    def _require_all(self, seen: KnownEnd | None) -> None:
         """Raise StorageError if the memory of this station contradicts the chain, or is missing."""
-        seen = recall(_name(self.links))
         if seen is None:
             if self.signer.station == THIS_STATION:
                 utc = str(getattr(self.items[-1], "utc", ""))

@@ -35,7 +35,7 @@ from ocmm_core.inspection.archive import (
 )
 from ocmm_core.inspection.recall import DoubtedJob, Doubting, headline, recall_doubted
 from ocmm_shop.archive.records import JobRecord, MarkRow, shown_text
-from ocmm_shop.archive.stores import CLOCK_TELL_S, Archive, Cell, open_archive, time_of
+from ocmm_shop.archive.stores import CLOCK_TELL_S, MALFORMED, Archive, Cell, open_archive, time_of
 
 Tell = Callable[[str, float], None]
 
@@ -122,7 +122,11 @@ def recall_archive(
     archive or the site cannot be used, or the archive has no job.
     """
     with open_archive(places.address, password=places.password, read_only=True) as archive:
-        rows = [_archived(row) for row in archive.ask(_JOBS).rows]
+        table = archive.ask(_JOBS)
+        rows = [
+            _archived(row, MALFORMED if at in table.malformed else "")
+            for at, row in enumerate(table.rows)
+        ]
         if not rows:
             raise InputError(
                 "recall.no_jobs", f"No job in {archive.place}.", "Hand jobs over first."
@@ -138,17 +142,18 @@ def recall_archive(
             tell(f"Checking {row.path.name}", _LOOKING * done / len(rows))
             try:
                 found = _touched(archive, row, doubtings)
+                if row.job_id in used and finding is not None and not isinstance(found, DoubtedJob):
+                    lost.append(_unknown(row, archive.record(row.job_id), finding))
+                    continue
             except OcmmError as error:
                 unread.append(f"{row.path}: {error.what}")
                 continue
-            if found is _ELSEWHERE and row.job_id not in used:
+            if found is _ELSEWHERE:
                 key = row.station, row.rig, row.calibration
                 elsewhere[key] = elsewhere.get(key, 0) + 1
             elif isinstance(found, DoubtedJob):
                 touched.append(found)
                 hashes[row.path] = row.sha256
-            elif row.job_id in used and finding is not None:
-                lost.append(_unknown(row, archive.record(row.job_id), finding))
         unread += [
             f"{'1 job' if count == 1 else f'{count} jobs'} of station {station}: the history of "
             f"{'its' if count == 1 else 'their'} calibration "
@@ -182,14 +187,14 @@ def recall_archive(
 _ELSEWHERE = "elsewhere"
 
 
-def _archived(row: tuple[object, ...]) -> _Archived:
+def _archived(row: tuple[object, ...], off: str) -> _Archived:
     number, *texts, simulated, fault = row
     job_uuid, sha256, station, part, serial, created_utc, rig, calibration = map(
         shown_text, map(str, texts)
     )
     return _Archived(
         int(str(number)), job_uuid, sha256, station, part, serial, created_utc, rig, calibration,
-        bool(simulated), str(fault),
+        bool(simulated), off or str(fault),
     )  # fmt: skip
 
 
@@ -202,7 +207,11 @@ def _users(archive: Archive, finding: ArchiveFinding | None) -> frozenset[int]:
         _USED_LATE, {"kind": finding.kind, "identity": finding.identity, "since": since}
     )
     # A slow station clock makes a job look older than the finding.
-    behind = (row[0] for row in late.rows if _was_behind(archive.place, row[1], row[2]))
+    behind = (
+        row[0]
+        for at, row in enumerate(late.rows)
+        if at in late.malformed or _was_behind(archive.place, row[1], row[2])
+    )
     return frozenset(int(str(one)) for one in (*(row[0] for row in table.rows), *behind))
 
 

@@ -92,7 +92,7 @@ def rr(*, part: str, characteristic: str, archive: str | None, export: Path | No
 def export_command(view: str, file: Path, *, archive: str | None, most: int) -> None:
     """Write a whole view of the archive to a file."""
     from ocmm_shop.archive.questions import ArchiveAnswer, export_answer
-    from ocmm_shop.archive.stores import VIEW_NAMES
+    from ocmm_shop.archive.stores import MALFORMED, VIEW_NAMES
 
     if view not in VIEW_NAMES:
         raise InputError(
@@ -102,7 +102,10 @@ def export_command(view: str, file: Path, *, archive: str | None, most: int) -> 
         table = open_one.ask(f"SELECT * FROM {view} LIMIT :most", {"most": most})  # noqa: S608 - one of the views above
     export_answer(ArchiveAnswer(view, table.columns, table.rows), file)
     rows = f"{len(table.rows)} row{'' if len(table.rows) == 1 else 's'}"
-    make_console().print(say(f"{rows}  {file}"))
+    console = make_console()
+    console.print(say(f"{rows}  {file}"))
+    if table.malformed:
+        console.print(say(MALFORMED), style="yellow")
 
 
 def _answer(name: str, archive: str | None, asked: Query, export: Path | None) -> None:
@@ -136,7 +139,8 @@ def rebuild(
     with contextlib.ExitStack() as stack:
         if old is not None:
             from_archive = stack.enter_context(old)
-            contents, names = files_in(from_archive), stations_of(from_archive) | names
+            contents = files_in(from_archive, unread.append)
+            names = stations_of(from_archive) | names
         else:
             contents = files_of(folders or [], unread.append)
         target = stack.enter_context(open_archive(new))

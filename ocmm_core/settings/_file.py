@@ -80,6 +80,11 @@ class SettingsFile:
 
     def read(self) -> Contents:
         """Return the usable contents; never raises, problems are in the notes."""
+        found = self._read()
+        # Another program may have signed a later version since the file was read.
+        return self._read() if self._older() in found.notes else found
+
+    def _read(self) -> Contents:
         try:
             if not os.path.lexists(self.path):
                 return Contents(notes=self._missing(), state="missing")
@@ -176,6 +181,8 @@ class SettingsFile:
         """Return the state of the signature; InputError if the document is unusable or older."""
         entries = self._good_entries()
         if is_older(self.path, entries):
+            entries = self._good_entries()
+        if is_older(self.path, entries):
             note = self._older()
             raise InputError("settings.older", note.what, note.remedy)
         return signer_of(entries)
@@ -195,7 +202,7 @@ class SettingsFile:
         self._good_entries()  # A missing folder cannot be locked.
         with _held(self.path.parent):
             found = self._good_entries()
-            entries = {**found, SEAL: sealed_table(found, who)}
+            entries = {**found, SEAL: sealed_table(self.path, found, who)}
             write_atomic(self.path, toml_text(entries).encode("utf-8"))
             note_sealed(self.path, entries)
 
@@ -205,7 +212,7 @@ class SettingsFile:
         fresh = SEAL not in before and not verdict_entries(before) and not lost
         try:
             if fresh or (signer_of(before).sound and not is_older(self.path, before)):
-                entries[SEAL] = sealed_table(entries)
+                entries[SEAL] = sealed_table(self.path, entries)
                 return ()
         except StorageError as error:
             return (Note(f"The settings could not be signed. {error.what}", error.remedy),)
@@ -262,16 +269,19 @@ class SettingsFile:
                             f"Correct {spec.key} there, or set it again in Settings.",
                         )
                     )
-        if (SEAL in data or was_sealed(self.path, data)) and not signer_of(data).sound:
-            notes.append(
-                Note(
-                    f"{self.path}: settings that change verdicts were edited outside this program, "
-                    "or signed by an unknown station.",
-                    _CONFIRM,
+        try:
+            if (SEAL in data or was_sealed(self.path, data)) and not signer_of(data).sound:
+                notes.append(
+                    Note(
+                        f"{self.path}: settings that change verdicts were edited outside this "
+                        "program, or signed by an unknown station.",
+                        _CONFIRM,
+                    )
                 )
-            )
-        elif is_older(self.path, data):
-            notes.append(self._older())
+            elif is_older(self.path, data):
+                notes.append(self._older())
+        except StorageError as error:
+            notes.append(Note(error.what, error.remedy))
         return Contents(values, data, tuple(notes), stamps=stamps)
 
     def _older(self) -> Note:

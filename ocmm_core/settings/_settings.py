@@ -241,10 +241,13 @@ def released_plans_only() -> bool:
     A lost or replaced document does not end it; StorageError if the memory is damaged.
     """
     store = SettingsStore.of_this_user()
-    return any(
-        file.read().values.get("job.released_only") is True or remembers_released_only(file.path)
-        for file in (store.station, store.user)
-    )
+    for file in (store.station, store.user):
+        now = file.read()
+        if now.values.get("job.released_only") is True or remembers_released_only(
+            file.path, now.entries
+        ):
+            return True
+    return False
 
 
 def _set_in(file: SettingsFile, keys: Iterable[str]) -> frozenset[str]:

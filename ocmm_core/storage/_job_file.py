@@ -168,6 +168,19 @@ class JobFile(JobReader):
         Additions go to this copy alone, unless it is ``read_only``. Raises StorageError as
         `read_job`, or if it is damaged.
         """
+        made = cls._copied(path, read_only=read_only)
+        with contextlib.suppress(StorageError):
+            # Damaged memory is reported with the seal. Another program may store steps: those that
+            # it remembered before the job is read are in it, later ones need not be.
+            end = made.known_end()
+            made.known_end = lambda: end
+            if made.seal().older:
+                made = cls._copied(path, read_only=read_only)
+                made.known_end = lambda: end
+        return made
+
+    @classmethod
+    def _copied(cls, path: Path, *, read_only: bool) -> JobFile:
         content = read_job(path)
         made = cls.in_memory(path, content.file, content.left_out, read_only=read_only)
         made.identity = content.identity

@@ -8,14 +8,15 @@ from __future__ import annotations
 import contextlib
 import sqlite3
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.part_model import PartModel
-from ocmm_core.seals import KeyFolder
+from ocmm_core.seals import KeyFolder, KnownEnd
 from ocmm_core.storage._audit import (
     AUDITED,
     AuditedStep,
@@ -28,7 +29,7 @@ from ocmm_core.storage._connection import connection_in_memory
 from ocmm_core.storage._faults import FAULTS, damaged, storage_error
 from ocmm_core.storage._guard import GuardedConnection, with_log
 from ocmm_core.storage._job_content import read_job
-from ocmm_core.storage._job_seal import JobSeal, check_line, read_seal, remember_job
+from ocmm_core.storage._job_seal import JobSeal, check_line, read_seal, recalled_end, remember_job
 from ocmm_core.storage._rows import (
     JobEvent,
     JobHead,
@@ -113,6 +114,8 @@ class JobReader:
         self._db: GuardedConnection | None = db
         self._lock = threading.Lock()
         self._name: str | None = None
+        self.known_end: Callable[[], KnownEnd | None] = partial(recalled_end, head.job_uuid)
+        """Return the end in the station's memory by which the job is judged."""
 
     def content(self) -> bytes:
         """Return the bytes of the file with all that is stored, without a log."""
@@ -206,9 +209,10 @@ class JobReader:
             return check_line(db, self.head.job_uuid, line, KeyFolder())
 
     def note_seen(self, place: Path, seal: JobSeal | None = None) -> None:
-        """Store the end of the job at ``place`` in the station's memory."""
+        """Store the end of the job at ``place`` in the station's memory if it is no earlier one."""
         seal = seal or self.seal()
-        if not seal.doubts:
+        known = None if seal.doubts else recalled_end(seal.job_uuid)
+        if not seal.doubts and (known is None or known.count <= seal.steps):
             remember_job(seal.job_uuid, seal.steps, seal.head, place)
 
     @contextlib.contextmanager
@@ -225,7 +229,7 @@ class JobReader:
                 raise storage_error(self.path, error) from error
 
     def _sealed(self, db: sqlite3.Connection, keys: KeyFolder | None = None) -> JobSeal:
-        return read_seal(db, self.path, self.head.job_uuid, keys or KeyFolder())
+        return read_seal(db, self.path, self.head.job_uuid, keys or KeyFolder(), self.known_end)
 
 
 @dataclass(frozen=True, slots=True)

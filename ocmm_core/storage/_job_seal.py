@@ -8,7 +8,7 @@ The memory of the station (`seals`), or a line on paper, reveals a removed end.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -97,8 +97,17 @@ def insert_seal(db: sqlite3.Connection, key: StationKey) -> tuple[int, str]:
     return steps, head
 
 
-def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder) -> JobSeal:
-    """Return a job's end and signature state; StorageError: malformed row, or key ring."""
+def read_seal(
+    db: sqlite3.Connection,
+    path: Path,
+    job_uuid: str,
+    keys: KeyFolder,
+    end: Callable[[], KnownEnd | None],
+) -> JobSeal:
+    """Return a job's end and signature state; StorageError: malformed row, or key ring.
+
+    `end`: returns the end in the memory of the station, as `recalled_end`.
+    """
     steps, head = _last(db)
     # All rows, also those not evaluated: a row that this program never writes is damage.
     fault = seal_fault(db.execute("SELECT sequence, key, signature FROM seal"), steps)
@@ -108,7 +117,7 @@ def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder
     signature = None if row is None else Signature(*row)
     state = judge_signature(keys, Signed.JOB, _content(steps, head), signature)
     (first,) = db.execute("SELECT coalesce(min(sequence), 0) FROM seal").fetchone()
-    missing, older = _missing(db, job_uuid, steps, state, keys)
+    missing, older = _missing(db, job_uuid, steps, state, keys, end)
     forgotten = memory_start(keys) if not missing and _is_forgotten(job_uuid, state) else ""
     adopted = db.execute("SELECT text FROM event WHERE kind = ? ORDER BY rowid", (ADOPTED,))
     return JobSeal(
@@ -210,11 +219,16 @@ def require_sealed(seal: JobSeal, path: Path) -> None:
 
 
 def _missing(
-    db: sqlite3.Connection, job_uuid: str, steps: int, state: SealState, keys: KeyFolder
+    db: sqlite3.Connection,
+    job_uuid: str,
+    steps: int,
+    state: SealState,
+    keys: KeyFolder,
+    end: Callable[[], KnownEnd | None],
 ) -> tuple[str, bool]:
     """Return how a job contradicts the memory, and whether only its end or the memory is lost."""
     try:
-        seen = recall(_name(job_uuid))
+        seen = end()
     except StorageError as error:
         return f"{error.what} {error.remedy}", True
     if seen is None:
@@ -237,8 +251,13 @@ def _missing(
     )
 
 
+def recalled_end(job_uuid: str) -> KnownEnd | None:
+    """Return the end of a job in the memory of the station; StorageError if it is damaged."""
+    return recall(_name(job_uuid))
+
+
 def _is_forgotten(job_uuid: str, state: SealState) -> bool:
-    return state.station == THIS_STATION and recall(_name(job_uuid)) is None
+    return state.station == THIS_STATION and recalled_end(job_uuid) is None
 
 
 def _last(db: sqlite3.Connection) -> tuple[int, str]:

@@ -92,7 +92,8 @@ def stored_times(db: sqlite3.Connection, path: Path) -> dict[int, str]:
 
 def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list[MeasuredPoint]:
     """Return the annulled or the other points, oldest first; StorageError if altered."""
-    among = f"number {'IN' if annulled else 'NOT IN'} (SELECT number FROM annulment)"  # noqa: S608 - constants
+    # The plus sign keeps SQLite from reading the whole audit for each annulled point.
+    among = f"+number {'IN' if annulled else 'NOT IN'} (SELECT number FROM annulment)"  # noqa: S608 - constants
     rows = db.execute(
         f"SELECT {_POINT_COLUMNS}, content_sha256 FROM observation "  # noqa: S608 - constants
         "LEFT JOIN audit ON subject = 'observation' AND key = number "

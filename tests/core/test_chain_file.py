@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -203,3 +204,21 @@ def test_a_chain_whose_disk_failed_is_not_written_again(
         chain.append(Note("lost", 2.0))
     assert len(synced) == 1
     assert [item.text for item in ChainFile(path, Note).items] == ["stored"]
+
+
+def test_a_chain_that_grows_while_it_is_read_is_no_cut_one(tmp_path: Path) -> None:
+    """Another program appends 400 lines while this one reads: 0 of at least 20 readings refused."""
+    chain = ChainFile(tmp_path / "notes.jsonl", Note, remembered=True)
+    chain.append(NOTES[0])
+
+    def append() -> None:
+        for _ in range(400):
+            chain.append(NOTES[0])
+
+    writer = threading.Thread(target=append)
+    writer.start()
+    readings = 0
+    while writer.is_alive() or readings < 20:
+        readings += 1
+        assert ChainFile(chain.path, Note, remembered=True).items
+    writer.join()

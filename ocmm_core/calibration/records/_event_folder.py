@@ -152,6 +152,11 @@ class EventFolder(ABC, Generic[T]):
         if seen is not None and seen.replaced_by:
             return self._older("another one took its place", seen.replaced_by)
         if seen is not None and not seen.holds_in(links):
+            # Another program may have appended since the chain was read.
+            with contextlib.suppress(StorageError):
+                self._chain = self._read_whole()
+            links = self._chain.links
+        if seen is not None and not seen.holds_in(links):
             return self._older(_missing(seen.count), seen.place)
         if (
             latest is not None

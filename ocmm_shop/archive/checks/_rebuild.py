@@ -101,10 +101,13 @@ def files_of(folders: Iterable[Path], unread: Callable[[str], None]) -> Iterator
                 unread(error.what)
 
 
-def files_in(archive: Archive) -> Iterator[tuple[str, bytes]]:
-    """Yield the job files in an archive, regardless of its rows."""
+def files_in(archive: Archive, unread: Callable[[str], None]) -> Iterator[tuple[str, bytes]]:
+    """Yield the job files in an archive, regardless of its rows; ``unread`` gets faults."""
     for (sha256,) in archive.ask("SELECT sha256 FROM file ORDER BY sha256").rows:
-        yield f"{str(sha256)[:12]}{SUFFIX}", archive.content(str(sha256))
+        try:
+            yield f"{str(sha256)[:12]}{SUFFIX}", archive.content(str(sha256))
+        except OcmmError as error:
+            unread(error.what)
 
 
 def stations_of(archive: Archive) -> dict[str, str]:

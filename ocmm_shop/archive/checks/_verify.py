@@ -6,7 +6,7 @@ Every column is recomputed from the file; each difference is named.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -24,6 +24,7 @@ from ocmm_shop.archive.records import (
     MarkRow,
     delivery_claim,
     extract_job,
+    is_identity,
     shown_text,
 )
 from ocmm_shop.archive.stores import Archive, Cell, stations_by_key, verifies
@@ -97,6 +98,7 @@ def verify_archive(
             faults.append((number, str(job), _differs(stored, made)))
     if deep:
         faults += [*_forked(archive, jobs), *_beside(archive), *_claims(archive)]
+        faults += [(None, "", why) for why in archive.malformed()]
     counts = {row[0] for row in archive.ask("SELECT job_id FROM archived_job").rows}
     return Checked(
         len(rows),
@@ -236,24 +238,29 @@ def mark_altered(archive: Archive, checked: Checked, who: str) -> int:
     marks = [
         MarkRow(job_uuid=job, kind="altered", holds=True, why=why[:3000], who=who, utc=utc)
         for job, why in checked.faults
-        if job in checked.suspect
+        if job in checked.suspect and is_identity(job)
     ]
     if marks:
         archive.add_finding("verify", archive.place[:300], "{}", who, utc, marks)
     return len(marks)
 
 
-def records_of(archive: Archive) -> Iterator[JobRecord]:
-    """Yield the rows of all jobs in an order independent of their arrival."""
+def records_of(archive: Archive, unread: Callable[[str], None]) -> Iterator[JobRecord]:
+    """Yield the rows of all jobs independent of their arrival; ``unread`` gets faults."""
     rows = archive.ask("SELECT id FROM job ORDER BY job_uuid, steps, head, sound, station").rows
     for (number,) in rows:
-        yield archive.record(int(str(number)))
+        try:
+            yield archive.record(int(str(number)))
+        except OcmmError as error:
+            unread(error.what)
 
 
 def differences(first: Archive, second: Archive, most: int = 100) -> list[str]:
     """Return the differences between two archives' rows in sentences; empty if none."""
     found: list[str] = []
-    one, two = ({_key(r): r for r in records_of(archive)} for archive in (first, second))
+    one, two = (
+        {_key(r): r for r in records_of(archive, found.append)} for archive in (first, second)
+    )
     for key in sorted(one.keys() | two.keys()):
         if len(found) >= most:
             found.append("There are more differences.")

@@ -27,8 +27,8 @@ from ocmm_core.plugins import install_line
 from ocmm_core.seals import KeptKeys, KeyFolder, SealState, SealWord, Signature, shown_key
 from ocmm_core.storage import JobFile, judge_head
 from ocmm_core.tolerances.decisions import Verdict
-from ocmm_shop.archive.records import extract_job, shown_text
-from ocmm_shop.archive.stores import Archive, Cell, Row, stations_by_key
+from ocmm_shop.archive.records import PART_VERDICTS, VERDICTS, extract_job, is_identity, shown_text
+from ocmm_shop.archive.stores import MALFORMED, Archive, Cell, Row, Table, stations_by_key
 from ocmm_shop.studies import GaugeStudy
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
@@ -123,6 +123,18 @@ _PAGE = 1000
 Entry = dict[str, Cell]
 
 
+def _entries(table: Table) -> Iterator[Entry]:
+    """Yield rows by column; those with a value that they cannot have get a fault."""
+    for at, row in enumerate(table.rows):
+        entry = dict(zip(table.columns, row, strict=True))
+        verdict, pair = entry.get("verdict"), (entry.get("value"), entry.get("uncertainty"))
+        off = verdict is not None and verdict not in (*VERDICTS, *PART_VERDICTS)
+        off |= not is_identity(entry["job_uuid"])
+        if at in table.malformed or off or (entry.get("counted") and None in pair):
+            entry["fault"] = entry["fault"] or MALFORMED
+        yield entry
+
+
 class Judge:
     """Judge rows of an archive, for one reading. `keys`: trusted ones; None: those of this user."""
 
@@ -147,9 +159,8 @@ class Judge:
             page = self._archive.ask(
                 f"{sql} LIMIT :page OFFSET :offset", values | {"page": _PAGE, "offset": offset}
             )
-            for row in page.rows:
-                cells = (shown_cell(cell) for cell in row)
-                entry = self.judged(dict(zip(page.columns, cells, strict=True)))
+            for row in _entries(page):
+                entry = self.judged({name: shown_cell(cell) for name, cell in row.items()})
                 if entry is None:
                     continue
                 kept += keep(entry)
@@ -211,8 +222,7 @@ class Judge:
     def _line_of(self, job: str) -> tuple[Cell, int]:
         """Return the valid line of a job, and how many other versions differ from it."""
         if job not in self._taken:
-            table = self._archive.ask(_LINES, {"job": job})
-            lines = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+            lines = list(_entries(self._archive.ask(_LINES, {"job": job})))
             good = [one for one in lines if not one["fault"] and self.word(one) is SealWord.SEALED]
             ranked = sorted(good or lines, key=self._rank)
             taken = ranked[0]
@@ -294,7 +304,7 @@ class Query:
 def parts(archive: Archive) -> tuple[tuple[str, str], ...]:
     """Return the archived parts and characteristics, sorted."""
     table = archive.ask("SELECT part, characteristic FROM archive_characteristic ORDER BY 1, 2")
-    return tuple((shown_text(str(part)), shown_text(str(name))) for part, name in table.rows)
+    return tuple((shown_text(str(part)), shown_text(str(name))) for part, name in table.sound)
 
 
 def nothing_of(archive: Archive, asked: Query) -> InputError:

@@ -13,16 +13,17 @@ if TYPE_CHECKING:
         Extract, ExtractedJob, extract_job, signature_of, snapshot,
     )  # fmt: skip
     from ocmm_shop.archive.records._rows import (
-        FORGED, LONGEST_SENTENCE, NOT_SIGNED, SIGNED, USES, Delivery, JobRecord, JobRow, MarkRow,
-        ResultRow, Sender, UseRow, check_delivery, check_mark, delivery_claim, shown_text,
-        station_claim, utc_text,
+        FORGED, LONGEST_SENTENCE, MOST_WHOLE, NOT_SIGNED, PART_VERDICTS, SIGNED, USES, VERDICTS,
+        Delivery, JobRecord, JobRow, MarkRow, ResultRow, Sender, UseRow, check_delivery, check_mark,
+        delivery_claim, is_identity, shown_text, station_claim, utc_text,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "FORGED", "LONGEST_SENTENCE", "NOT_SIGNED", "SIGNED", "USES", "Delivery", "Extract",
-    "ExtractedJob", "JobRecord", "JobRow", "MarkRow", "ResultRow", "Sender", "UseRow",
-    "check_delivery", "check_mark", "delivery_claim", "extract_job", "shown_text", "signature_of",
-    "snapshot", "station_claim", "utc_text",
+    "FORGED", "LONGEST_SENTENCE", "MOST_WHOLE", "NOT_SIGNED", "PART_VERDICTS", "SIGNED", "USES",
+    "VERDICTS", "Delivery", "Extract", "ExtractedJob", "JobRecord", "JobRow", "MarkRow",
+    "ResultRow", "Sender", "UseRow", "check_delivery", "check_mark", "delivery_claim",
+    "extract_job", "is_identity", "shown_text", "signature_of", "snapshot", "station_claim",
+    "utc_text",
 ]  # fmt: skip

@@ -39,6 +39,7 @@ SIGNED, NOT_SIGNED, FORGED = SEALS = ("SIGNED", "NOT SIGNED", "FORGED")
 LONGEST_NAME = 300
 LONGEST_SENTENCE = 3000
 MOST_RESULTS = 20_000
+MOST_WHOLE = 1 << 53
 LARGEST_CONTENT = 256 << 20
 """Bytes of a job file; one of 100,000 points has less."""
 
@@ -188,6 +189,11 @@ _HEX64 = re.compile(r"[0-9a-f]{64}")
 _UUID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 
 
+def is_identity(text: object) -> bool:
+    """Return whether a text can be the identity of a job."""
+    return _has_form(_UUID, text)
+
+
 def utc_text(text: str) -> str:
     """Return a time in UTC as the archive sorts it; InputError if invalid."""
     try:
@@ -202,7 +208,7 @@ def utc_text(text: str) -> str:
 def check_delivery(delivery: Delivery) -> None:
     """Raise InputError if a delivery cannot be stored."""
     check_sender(delivery.sender)
-    _whole("sequence", delivery.sequence, 1, 1 << 53)
+    _whole("sequence", delivery.sequence, 1, MOST_WHOLE)
     utc_text(delivery.sent_utc)
     _name("signature", delivery.signature, empty=True)
     if not isinstance(delivery.content, bytes):
@@ -229,7 +235,7 @@ def check_sender(sender: Sender) -> None:
 def check_record(record: JobRecord) -> None:
     """Raise InputError if the rows of a job are inconsistent."""
     job = record.job
-    if not _has_form(_UUID, job.job_uuid):
+    if not is_identity(job.job_uuid):
         raise _bad("job", job.job_uuid, "is no identity of a job")
     for field in ("head", "sha256", "plan_sha256"):
         if not _has_form(_HEX64, getattr(job, field)):
@@ -245,8 +251,8 @@ def check_record(record: JobRecord) -> None:
             raise _bad(field, getattr(job, field), "is not in UTC to the millisecond")
     for field in ("part_c", "probe_c"):
         _number(field, getattr(job, field))
-    _whole("steps", job.steps, 1, 1 << 53)
-    _whole("points", job.points, 0, 1 << 53)
+    _whole("steps", job.steps, 1, MOST_WHOLE)
+    _whole("points", job.points, 0, MOST_WHOLE)
     _whole("size", job.size, 1, LARGEST_CONTENT)
     _one_of("state", job.state, STATES)
     _one_of("verdict", job.verdict, PART_VERDICTS)
@@ -274,13 +280,13 @@ def check_record(record: JobRecord) -> None:
 
 def check_mark(mark: MarkRow) -> None:
     """Raise InputError if a mark cannot be stored."""
-    if not _has_form(_UUID, mark.job_uuid):
+    if not is_identity(mark.job_uuid):
         raise _bad("job", mark.job_uuid, "is no identity of a job")
     _one_of("kind", mark.kind, ("altered", "recall", "quality"))
     _name("why", mark.why, LONGEST_SENTENCE)
     _name("who", mark.who)
     utc_text(mark.utc)
-    _whole("finding", mark.finding, 0, 1 << 53)
+    _whole("finding", mark.finding, 0, MOST_WHOLE)
 
 
 def _has_form(form: re.Pattern[str], value: object) -> bool:

@@ -23,6 +23,7 @@ Kind = type | UnionType
 
 HEADS = "heads"
 """Kind of the findings with the signed ends of histories (`seals.signed_heads`)."""
+MALFORMED = "Altered in the archive: a value of this row does not fit its column."
 CLOCK_TELL_S = 300.0
 """Larger clock differences are reported: a day's list would have jobs of another day."""
 
@@ -49,6 +50,13 @@ class Table:
 
     columns: tuple[str, ...]
     rows: tuple[Row, ...]
+    malformed: frozenset[int] = frozenset()
+    """Indices of rows with a value that its column cannot have, replaced by a neutral one."""
+
+    @property
+    def sound(self) -> tuple[Row, ...]:
+        """Return the rows that are not malformed."""
+        return tuple(row for at, row in enumerate(self.rows) if at not in self.malformed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +116,9 @@ class Archive(Protocol):
 
     def marks(self, after: int = 0) -> list[tuple[int, MarkRow]]:
         """Return marks with a higher number, oldest first, each with its number."""
+
+    def malformed(self) -> list[str]:
+        """Return the values in all tables that their columns cannot have, as sentences."""
 
     def admit(self, login: str, station: str) -> None:
         """Authorise a login of the server to send as a station."""

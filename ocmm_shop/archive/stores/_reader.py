@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import math
 from abc import ABC, abstractmethod
@@ -14,9 +15,18 @@ from typing import Self
 import msgspec
 
 from ocmm_core.errors import StorageError
-from ocmm_shop.archive.records import JobRecord, JobRow, MarkRow, ResultRow, UseRow, shown_text
+from ocmm_shop.archive.records import (
+    MOST_WHOLE,
+    JobRecord,
+    JobRow,
+    MarkRow,
+    ResultRow,
+    UseRow,
+    shown_text,
+)
 from ocmm_shop.archive.stores._faults import damaged_file, not_understood
 from ocmm_shop.archive.stores._interface import ArchivedDocument, Cell, Kind, Row, Table
+from ocmm_shop.archive.stores._schema import column_kinds
 
 JOB_FIELDS = JobRow.__struct_fields__
 RESULT_FIELDS = ResultRow.__struct_fields__
@@ -70,6 +80,40 @@ _COLUMNS = ", ".join(JOB_FIELDS)
 OF_JOB = f"SELECT {_COLUMNS} FROM job WHERE id = :id"  # noqa: S608 - names of our own class
 
 
+_NEUTRAL: Mapping[str, Cell] = {
+    "TEXT": "", "INTEGER": 0, "BLOB": b"", "REAL": None, "TIME": "1970-01-01T00:00:00.000+00:00",
+}  # fmt: skip
+
+
+def _fits(cell: Cell, kind: str) -> bool:
+    """Return whether a column of a kind (`column_kinds`, empty: unknown) can have this value."""
+    if isinstance(cell, float):
+        return kind in ("REAL", "") and math.isfinite(cell)
+    if kind == "TIME" and isinstance(cell, str):
+        with contextlib.suppress(ValueError):
+            return 1 < datetime.fromisoformat(cell).year < datetime.max.year
+        return False
+    return not kind or (kind == "REAL" and cell is None) or type(cell) is type(_NEUTRAL[kind])
+
+
+def _neutral(table: Table) -> Table:
+    """Return a table with neutral values in place of those that its columns cannot have.
+
+    Files of SQLite accept any type in any column, both stores any text as a time and any float.
+    """
+    bad: dict[int, list[Cell]] = {}
+    for column, name in enumerate(table.columns):
+        kind = column_kinds().get(name, "")
+        simple = type(_NEUTRAL[kind]) if kind in ("TEXT", "INTEGER", "BLOB") else None
+        for at, row in enumerate(table.rows):
+            if type(row[column]) is not simple and not _fits(row[column], kind):
+                bad.setdefault(at, list(row))[column] = _NEUTRAL.get(kind)
+    if not bad:
+        return table
+    rows = tuple(tuple(bad.get(at, row)) for at, row in enumerate(table.rows))
+    return Table(table.columns, rows, frozenset(bad))
+
+
 class SqlReader(ABC):
     """Read an archive in SQL."""
 
@@ -106,15 +150,15 @@ class SqlReader(ABC):
             " AND sound = 1 ORDER BY id DESC",
             {"job_uuid": job_uuid, "station": station}, int, str,
         )  # fmt: skip
-        return {whole_of(steps): str(head) for steps, head in table.rows}
+        return {whole_of(steps): str(head) for steps, head in table.sound}
 
     def last_sequence(self, outbox: str) -> int:
         """Return the highest number of an outbox that arrived: see `Archive`."""
         with self._reading():
             (last,) = self._one(
-                "SELECT coalesce(max(sequence), 0) FROM delivery WHERE outbox = :outbox"  # noqa: S608
-                f" AND role = {self._who}",
-                {"outbox": outbox}, int,
+                "SELECT coalesce(max(CAST(sequence AS bigint)), 0) FROM delivery"  # noqa: S608
+                f" WHERE outbox = :outbox AND sequence <= :most AND role = {self._who}",
+                {"outbox": outbox, "most": MOST_WHOLE}, int,
             )  # fmt: skip
         return whole_of(last)
 
@@ -144,27 +188,29 @@ class SqlReader(ABC):
 
     def record(self, job: int) -> JobRecord:
         """Return the rows of a job by its number: see `Archive`."""
-        found = self.ask(OF_JOB, {"id": job}).rows
-        if not found:
+        jobs = self.ask(OF_JOB, {"id": job})
+        if not jobs.rows:
             raise StorageError(
                 "archive.no_job", f"{self.place}: there is no job {job}.", "Ask for another one."
             )
         results = self.ask(
             f"SELECT {', '.join(RESULT_FIELDS)} FROM result WHERE job = :id ORDER BY position",  # noqa: S608 - names of our own class
             {"id": job},
-        ).rows
+        )
         uses = self.ask(
             "SELECT kind, identity, name FROM used WHERE job = :id ORDER BY kind, identity",
             {"id": job},
-        ).rows
+        )
+        if any(table.malformed for table in (jobs, results, uses)):
+            raise not_understood(self.place, f"a value of another type in job {job}")
         try:
-            fields = dict(zip(JOB_FIELDS, found[0], strict=True))
+            fields = dict(zip(JOB_FIELDS, jobs.rows[0], strict=True))
             fields |= {name: bool(fields[name]) for name in ("complete", "simulated")}
             return msgspec.convert(
                 {
                     "job": fields,
-                    "results": [dict(zip(RESULT_FIELDS, row, strict=True)) for row in results],
-                    "uses": [dict(zip(USE_FIELDS, row, strict=True)) for row in uses],
+                    "results": [dict(zip(RESULT_FIELDS, row, strict=True)) for row in results.rows],
+                    "uses": [dict(zip(USE_FIELDS, row, strict=True)) for row in uses.rows],
                 },
                 JobRecord,
             )
@@ -174,16 +220,13 @@ class SqlReader(ABC):
     def ask(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
         with self._reading():
             table = self._ask(sql, values)
-        for row in table.rows:
-            for cell in row:
-                if type(cell) is float and not math.isfinite(cell):
-                    raise not_understood(self.place, f"{cell} is no number")
-        return self._of(table, kinds) if kinds else table
+        return self._of(table, kinds) if kinds else _neutral(table)
 
     def _ask(self, sql: str, values: Mapping[str, Cell] | None) -> Table:
         return self._run(sql, values)
 
     def _of(self, table: Table, kinds: Sequence[Kind]) -> Table:
+        table = _neutral(table)
         for row in table.rows:
             if len(row) != len(kinds) or not all(map(isinstance, row, kinds)):
                 shown = ", ".join(type(cell).__name__ for cell in row[:20])
@@ -205,7 +248,7 @@ class SqlReader(ABC):
         )  # fmt: skip
         return [
             ArchivedDocument(whole_of(row[0]), *(str(cell) for cell in row[1:]))
-            for row in table.rows
+            for row in table.sound
         ]
 
     def marks(self, after: int = 0) -> list[tuple[int, MarkRow]]:
@@ -219,12 +262,16 @@ class SqlReader(ABC):
             (
                 whole_of(number),
                 MarkRow(
-                    job_uuid=str(job), kind=str(kind), holds=bool(holds), why=_line(why),
-                    who=_line(who), utc=_line(utc), finding=whole_of(finding),
+                    job_uuid=str(job), kind=str(kind), holds=bool(holds) or at in table.malformed,
+                    why=_line(why), who=_line(who), utc=_line(utc), finding=whole_of(finding),
                 ),
             )
-            for number, job, kind, holds, why, who, utc, finding in table.rows
+            for at, (number, job, kind, holds, why, who, utc, finding) in enumerate(table.rows)
         ]  # fmt: skip
+
+    def malformed(self) -> list[str]:
+        """Return none: a server checks the types of its columns."""
+        return []
 
     def __enter__(self) -> Self:
         return self

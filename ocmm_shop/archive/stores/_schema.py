@@ -11,7 +11,10 @@ job. A suspect job is NOT PROVEN.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+import functools
+import sqlite3
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 # A mark holds until a later one of its kind lifts it.
@@ -111,11 +114,7 @@ JUDGED_VIEWS = (
     SELECT part, characteristic FROM c WHERE characteristic IS NOT NULL""",  # noqa: S608
 )
 
-VIEW_NAMES = (
-    "archived_job", "archived_result", "archived_use", "archived_line", "archived_line_result",
-    "archive_today", "archive_month", "archive_station", "archive_station_key", "archive_mark",
-    "archive_characteristic",
-)  # fmt: skip
+VIEW_NAMES = tuple(statement.split()[2] for statement in JUDGED_VIEWS)
 
 
 APPLICATION_ID = 0x4F434D41  # "OCMA"
@@ -269,14 +268,7 @@ _FIRST = (
     "CREATE INDEX mark_by_job ON mark (job_uuid, kind, id)",
 )
 
-_VIEWS_BEFORE = tuple(
-    f"DROP VIEW IF EXISTS {name}"
-    for name in (
-        "archived_use", "archive_today", "archive_month", "archived_result",
-        "archived_line_result", "archived_job", "archived_line", "archive_station",
-        "archive_station_key", "archive_mark", "archive_characteristic",
-    )
-)  # fmt: skip
+_VIEWS_BEFORE = tuple(f"DROP VIEW IF EXISTS {name}" for name in reversed(VIEW_NAMES))
 """The last step makes all views; earlier steps no longer do."""
 _SECOND = ("CREATE INDEX job_by_arrival ON job (station, received_utc)",)
 
@@ -359,6 +351,42 @@ MIGRATIONS: tuple[Callable[[Dialect], tuple[str, ...]], ...] = (
 """Statements of each step; the version of an archive is the number of its steps."""
 
 VERSION = len(MIGRATIONS)
+
+
+_TIMES = ("created_utc", "changed_utc", "received_utc", "sent_utc", "used_utc")
+
+
+@functools.cache
+def column_kinds() -> Mapping[str, str]:
+    """Return the type of each column of tables and views: TEXT, INTEGER, REAL, BLOB or TIME.
+
+    A name has the same type everywhere. Computed columns are missing.
+    """
+    return {
+        name: "TIME" if name in _TIMES else kind
+        for _, name, kind, _ in (*columns_of("table"), *columns_of("view"))
+        if kind in ("TEXT", "INTEGER", "REAL", "BLOB")
+    }
+
+
+@functools.cache
+def columns_of(what: str) -> tuple[tuple[str, str, str, bool], ...]:
+    """Return the columns of each table or each view: its name, theirs, type, may be NULL."""
+    with contextlib.closing(made_in_memory()) as made:
+        return tuple(
+            (table, name, kind, not (filled or key))
+            for (table,) in made.execute("SELECT name FROM sqlite_master WHERE type = ?", (what,))
+            for _, name, kind, filled, _, key in made.execute(f"PRAGMA table_info({table})")
+        )
+
+
+def made_in_memory() -> sqlite3.Connection:
+    """Return an empty archive of this version in memory."""
+    made = sqlite3.connect(":memory:")
+    for step in range(VERSION):
+        for statement in statements(step, SQLITE):
+            made.execute(statement)
+    return made
 
 
 def statements(step: int, dialect: Dialect) -> tuple[str, ...]:

@@ -20,7 +20,14 @@ from ocmm_core.side_files import Trusted
 from ocmm_core.storage import HeldConnection, database_content, open_in_place
 from ocmm_shop.archive.stores._faults import foreign, newer, sqlite_fault
 from ocmm_shop.archive.stores._interface import Cell, Table
-from ocmm_shop.archive.stores._schema import APPLICATION_ID, SQLITE, VERSION, statements
+from ocmm_shop.archive.stores._schema import (
+    APPLICATION_ID,
+    SQLITE,
+    VERSION,
+    columns_of,
+    made_in_memory,
+    statements,
+)
 from ocmm_shop.archive.stores._store import SqlArchive
 
 _WAIT_S = 5.0
@@ -30,10 +37,7 @@ _VIEWS = "SELECT type, name, sql FROM sqlite_master WHERE type IN ('view', 'trig
 @functools.cache
 def _own_views() -> frozenset[tuple[str, str, str]]:
     """Return type, name and SQL of the views and triggers that this version makes."""
-    with contextlib.closing(sqlite3.connect(":memory:")) as made:
-        for step in range(VERSION):
-            for statement in statements(step, SQLITE):
-                made.execute(statement)
+    with contextlib.closing(made_in_memory()) as made:
         return frozenset(made.execute(_VIEWS))
 
 
@@ -164,6 +168,22 @@ class SqliteArchive(SqlArchive):
 
     def _run_many(self, sql: str, values: Sequence[Mapping[str, Cell]]) -> None:
         self._open().executemany(sql, values)
+
+    def malformed(self) -> list[str]:
+        """Return values of another type than their column, as sentences."""
+        found: list[str] = []
+        for table, name, kind, empty in columns_of("table"):
+            odd = self.ask(
+                f"SELECT rowid, typeof({name}) FROM {table} WHERE typeof({name}) <> :kind"  # noqa: S608 - names of ours
+                f" AND NOT (:empty AND {name} IS NULL)",
+                {"kind": kind.lower(), "empty": empty},
+            )
+            found += [
+                f"Altered in the archive: {name} of row {row!s} of table {table} has the type "
+                f"{other!s}."
+                for row, other in odd.rows
+            ]
+        return found
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[None]:

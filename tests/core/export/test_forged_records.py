@@ -17,7 +17,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export.audits import audit
 from ocmm_core.inspection.plan import note_release, plan_release, release_in_job, release_plan
-from ocmm_core.seals import KeyFolder, SealWord, release_path
+from ocmm_core.seals import KeyFolder, SealWord, memory_file, release_path
 from ocmm_core.settings import Scope, SettingsFile, SettingsStore
 from ocmm_core.storage import JobFile, JobHead, make_head
 from tests.commands import Ocmm
@@ -259,10 +259,8 @@ def test_settings_edited_outside_need_a_name(tmp_path: Path, ocmm_here: Ocmm) ->
 def test_older_settings_put_back_need_a_name(tmp_path: Path) -> None:
     file = SettingsFile(tmp_path / "settings.toml")
     file.change({"temperature.sigma_k": 0.01})
-    older, first = file.path.read_bytes(), file.read().entries["seal"]["utc"]
-    # The seal has seconds.
-    while file.read().entries["seal"]["utc"] == first:
-        file.change({"temperature.sigma_k": 0.3})
+    older = file.path.read_bytes()
+    file.change({"temperature.sigma_k": 0.3})
     assert audit(file.path).intact
     file.path.write_bytes(older)
     (note,) = file.read().notes
@@ -276,6 +274,66 @@ def test_older_settings_put_back_need_a_name(tmp_path: Path) -> None:
     file.confirm("Ada")
     assert audit(file.path).intact
     assert file.read().notes == ()
+
+
+def test_older_settings_are_recognised_in_any_folder(tmp_path: Path) -> None:
+    """Six places of an older version; the last one in a moved folder is no older one."""
+    folder, kept = tmp_path / "settings", tmp_path / "kept"
+    file = SettingsFile(folder / "settings.toml")
+    file.change({"job.released_only": True, "temperature.sigma_k": 0.01})
+    shutil.copytree(folder, kept)
+    file.change({"temperature.sigma_k": 0.3})
+    linked, far = tmp_path / "linked", tmp_path / "far" / "deep"
+    linked.symlink_to(kept, target_is_directory=True)
+    shutil.copytree(kept, far)
+    (tmp_path / "hard").mkdir()
+    (tmp_path / "hard" / "other.toml").hardlink_to(kept / "settings.toml")
+    older = [
+        kept / "settings.toml", linked / "settings.toml", far / "settings.toml",
+        tmp_path / "hard" / "other.toml", linked / ".." / "kept" / "settings.toml",
+    ]  # fmt: skip
+    moved = folder.rename(tmp_path / "moved")
+    shutil.copytree(kept, folder)
+    older.append(file.path)
+    for path in older:
+        (note,) = SettingsFile(path).read().notes
+        assert "older than the last ones that this station signed" in note.what
+        with pytest.raises(InputError, match="older than the last ones"):
+            audit(path)
+    # Honest moves: renamed, linked, copied as a whole.
+    again = tmp_path / "again"
+    again.symlink_to(moved, target_is_directory=True)
+    for there in (moved, again, Path(shutil.copytree(moved, tmp_path / "copied"))):
+        now = SettingsFile(there / "settings.toml")
+        assert now.read().notes == ()
+        assert audit(now.path).intact
+    now = SettingsFile(moved / "settings.toml")
+    now.change({"temperature.sigma_k": 0.2})
+    assert audit(now.path).intact
+    with pytest.raises(InputError, match="older than the last ones"):
+        audit(tmp_path / "copied" / "settings.toml")
+
+
+def test_settings_started_again_are_later_versions_of_the_lost_ones(tmp_path: Path) -> None:
+    file = SettingsFile(tmp_path / "settings.toml")
+    file.change({"temperature.sigma_k": 0.01})
+    lost = file.path.rename(tmp_path / "elsewhere.toml")
+    file.change({"temperature.sigma_k": 0.3})
+    file.confirm("Ada")
+    assert audit(file.path).intact
+    with pytest.raises(InputError, match="older than the last ones"):
+        audit(lost)
+
+
+def test_damaged_memory_of_settings_is_a_note(tmp_path: Path) -> None:
+    file = SettingsFile(tmp_path / "settings.toml")
+    file.change({"temperature.sigma_k": 0.01})
+    memory_file(f"settings {file.path}").write_bytes(b"")
+    (note,) = file.read().notes
+    assert "the station's memory is damaged" in note.what
+    assert file.read().values["temperature.sigma_k"] == 0.01
+    with pytest.raises(StorageError, match="the station's memory is damaged"):
+        audit(file.path)
 
 
 def test_files_of_another_kind_or_version_are_not_called_changed(

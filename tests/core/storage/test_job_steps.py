@@ -5,6 +5,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -54,3 +55,15 @@ def test_a_point_that_was_changed_is_not_given_out(
     with JobFile.open(path) as job, pytest.raises(StorageError) as caught:
         job.steps()
     assert "point 1 was changed after it was stored" in caught.value.what
+
+
+def test_reads_a_job_with_thousands_of_annulled_points(
+    tmp_path: Path, head: JobHead, make_point: MakePoint
+) -> None:
+    """5,000 points: a reading of quadratic cost exceeds the time of a job of its size."""
+    first, count = make_point(1), 5000
+    with JobFile.create(tmp_path / "j.ocmm", head) as job:
+        job.change(append=[replace(first, number=number) for number in range(1, count + 1)])
+        job.change(annul=dict.fromkeys(range(1, count + 1), "undo"))
+        assert len(job.annulled()) == count
+        assert job.points() == []

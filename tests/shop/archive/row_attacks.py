@@ -60,6 +60,8 @@ TAKEN = (
 )  # fmt: skip
 """Columns that the attacker copies from another station."""
 KINDS = (*TEXTS, *NUMBERS, *(("taken", name) for name in TAKEN))
+HOWS = ("insert", "copy", "insert", "update", "insert", "delete")
+"""Each column meets all of them in as many rounds."""
 
 
 @dataclass(slots=True)
@@ -185,7 +187,7 @@ def attack(
 ) -> AttackCounts:
     """Send hostile rows, each judged alone and removed afterwards.
 
-    `first`: Number of the first one, which selects its column.
+    `first`: Number of the first one, which selects its column and its kind of statement.
     """
     outcome = AttackCounts()
     assert shop.send("attacker", shop.attacker, "Station 2", shop.theirs) == ""
@@ -205,7 +207,7 @@ def attack(
             table, column = plan[number % len(plan)]
             kind = rng.choice(KINDS)
             value = shop.taken[kind[1]] if isinstance(kind, tuple) else kind
-            how = rng.choice(("insert", "insert", "insert", "copy", "update", "delete"))
+            how = HOWS[(number % len(plan) + number // len(plan)) % len(HOWS)]
             what = f"{how} {table}.{column} {kind!r:.60}"
             outcome.tried += 1
             with contextlib.suppress(UnicodeError):

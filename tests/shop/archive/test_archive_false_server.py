@@ -95,7 +95,7 @@ class Lying:
     codes: tuple[str, ...]
 
 
-SEQUENCE = "max(sequence)"
+SEQUENCE = "max(CAST(sequence"
 LIES = {
     "10^9 rows": Lying(at(SEQUENCE, endless_rows), ("archive.too_large", "archive.slow")),
     "rows of a BEGIN": Lying(
