@@ -309,7 +309,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
 
     def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
-        self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._chain.path)
+        self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._log.path)
 
 
 def _listed(serials: tuple[int, ...]) -> str:

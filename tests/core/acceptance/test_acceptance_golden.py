@@ -31,7 +31,7 @@ def test_an_interrupted_session_resumes_and_gives_the_same_record(station: Path)
     view = session.view
     assert (view.done, view.current, view.next_item) == ((9, 2, 0), 1, 2)
     assert view.refusals == ("These spots were used before, in the calibration or in this test.",)
-    assert not session.torn
+    assert not session.log.torn
     machine = Machine(seed=8, sigma=0.001, now=BEGIN + timedelta(hours=1))
     machine.run(session)
     record = session.finish(machine.now, ROOM)
@@ -44,5 +44,5 @@ def test_a_torn_last_line_is_dropped(station: Path) -> None:
     path = station / "open.chain"
     path.write_bytes(path.read_bytes() + b'{"number":17,"previous":"')
     session = AcceptanceSession.resume(path)
-    assert session.torn
+    assert session.log.torn
     assert session.view.done == (9, 2, 0)
