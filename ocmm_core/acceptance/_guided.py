@@ -30,9 +30,9 @@ from ocmm_core.calibration.guided import (
     PLACE_DONE,
     STILL_FRAMES,
     Average,
-    GuidedSteps,
     Live,
     ProbeSpotAverager,
+    Procedure,
     ProcedureDecision,
     Step,
     handle_axis,
@@ -51,10 +51,11 @@ _APART_MM, _TURN_RAD = 1.5, 0.15
 _ANEW = "The position is measured again: {hint}"
 
 
-class AcceptanceProcedure(GuidedSteps[AcceptanceOutcome]):
+class AcceptanceProcedure(Procedure):
     """A test to its verdict; thread-safe. `charted`: charts an interim check before it counts."""
 
     kind = GuidedKind.ACCEPTANCE
+    _outcome: AcceptanceOutcome | None
     gate_code = "acceptance.gate"
     torn = "A point was being written when the program stopped; it is not there. All others are."
 

@@ -3,12 +3,12 @@
 In: frames during operation, commands (next, record, repeat), lines of a session file.
 Out: snapshots of the procedure for any screen, averaged observations, a record to accept.
 
-Read `_procedure` (steps and gates) and `_procedure_views` (snapshots), `_engine` (durable events,
-steps; of acceptance tests as well), `_session` and `_session_events` (state from a file),
-`_collecting` (from frames to observations), `_labelling` (LEDs before cameras are calibrated),
-`_repeats`, `_articulation`, `_session_drift` and `_session_events` (detection of motion, shocks),
-then `_conclusion` (the record). It is independent of specific procedures and of Qt: a script runs a
-procedure as a window does.
+Read `_procedure` (steps, gates, durable events; of acceptance tests as well) and `_procedure_views`
+(snapshots), `_session` and `_session_events` (state from a file), `_collecting` (from frames to
+observations), `_labelling` (LEDs before cameras are calibrated), `_repeats`, `_articulation`,
+`_session_drift` and `_session_events` (detection of motion, shocks), then `_conclusion` (the
+record). It is independent of specific procedures and of Qt: a script runs a procedure as a window
+does.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -26,12 +26,9 @@ if TYPE_CHECKING:
         CalibrationContext, Findings, build_outcome, hash_of, length_sigma, location_gains,
         random_lines,
     )  # fmt: skip
-    from ocmm_core.calibration.guided._engine import (
-        GuidedSteps, O, SessionLog, require_fresh_temperature,
-    )  # fmt: skip
     from ocmm_core.calibration.guided._procedure import (
         OPEN, CameraLive, Gate, Live, Procedure, ProcedureDecision, ProcedureKind, ProcedureView,
-        Step,
+        SessionLog, Step, require_fresh_temperature,
     )  # fmt: skip
     from ocmm_core.calibration.guided._procedure_views import (
         CalibrationComparison, CalibrationOutcome, CameraChange, CameraResiduals, KnownPoint,
@@ -60,18 +57,18 @@ __all__ = [
     "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM", "STILL_FRAMES",
     "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace", "CalibrationComparison",
     "CalibrationContext", "CalibrationOutcome", "CameraChange", "CameraLive", "CameraProcedure",
-    "CameraResiduals", "CommonEvent", "Decided", "Entered", "Findings", "Gate", "GuidedSteps",
-    "JudgedRepeat", "KnownPoint", "KnownPointsView", "LinePlan", "Live", "O", "ProbeProcedure",
-    "ProbeSpotAverager", "Procedure", "ProcedureDecision", "ProcedureKind", "ProcedureView",
-    "RelocationView", "Repeat", "Rest", "RestingPosition", "RestingTouch", "SeatVisited",
-    "SessionChange", "SessionEvent", "SessionFormat", "SessionHeader", "SessionLine", "SessionLog",
-    "ShockDetector", "Shot", "Spots", "StaticSpotAverager", "Step", "Tilt", "TimeCourse",
-    "VerificationOutcome", "VerificationView", "VolumeCoverage", "again_gate", "again_instruction",
-    "articulate", "build_outcome", "change_findings", "coverage", "first_gate", "first_instruction",
-    "from_spots", "handle_axis", "hash_of", "is_ended", "joint_covariance", "judge_first_visit",
-    "judge_repeats", "judge_visit_again", "length_sigma", "load_shots", "location_gains",
-    "place_of_ball", "random_lines", "range_limit", "record_shock", "repeat_finding",
-    "require_fresh_temperature", "require_no_doubt_since", "require_probe", "rest_of",
-    "session_changes", "sessions", "shared_covariance", "sigma_of_mean", "tips_of", "to_spots",
-    "touch_of", "utc_text", "viewer_axes",
+    "CameraResiduals", "CommonEvent", "Decided", "Entered", "Findings", "Gate", "JudgedRepeat",
+    "KnownPoint", "KnownPointsView", "LinePlan", "Live", "ProbeProcedure", "ProbeSpotAverager",
+    "Procedure", "ProcedureDecision", "ProcedureKind", "ProcedureView", "RelocationView", "Repeat",
+    "Rest", "RestingPosition", "RestingTouch", "SeatVisited", "SessionChange", "SessionEvent",
+    "SessionFormat", "SessionHeader", "SessionLine", "SessionLog", "ShockDetector", "Shot", "Spots",
+    "StaticSpotAverager", "Step", "Tilt", "TimeCourse", "VerificationOutcome", "VerificationView",
+    "VolumeCoverage", "again_gate", "again_instruction", "articulate", "build_outcome",
+    "change_findings", "coverage", "first_gate", "first_instruction", "from_spots", "handle_axis",
+    "hash_of", "is_ended", "joint_covariance", "judge_first_visit", "judge_repeats",
+    "judge_visit_again", "length_sigma", "load_shots", "location_gains", "place_of_ball",
+    "random_lines", "range_limit", "record_shock", "repeat_finding", "require_fresh_temperature",
+    "require_no_doubt_since", "require_probe", "rest_of", "session_changes", "sessions",
+    "shared_covariance", "sigma_of_mean", "tips_of", "to_spots", "touch_of", "utc_text",
+    "viewer_axes",
 ]  # fmt: skip

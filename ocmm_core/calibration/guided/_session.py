@@ -6,10 +6,16 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
-from typing import Generic, Protocol
+from typing import Generic, Protocol, TypeVar
 
-from ocmm_core.calibration.guided._engine import GuidedSteps, O, SessionLog
-from ocmm_core.calibration.guided._procedure import Live, ProcedureDecision, ProcedureKind, Step
+from ocmm_core.calibration.guided._procedure import (
+    Live,
+    Procedure,
+    ProcedureDecision,
+    ProcedureKind,
+    SessionLog,
+    Step,
+)
 from ocmm_core.calibration.guided._session_events import (
     CommonEvent,
     Decided,
@@ -32,6 +38,8 @@ from ocmm_core.errors import CalibrationError
 
 WARMTH_STEP_K = 0.5
 
+O = TypeVar("O")  # noqa: E741 - an outcome, as T is a type
+
 
 class Dated(Protocol):
     """Anything with a time, ISO 8601 text."""
@@ -47,14 +55,15 @@ class Store(Protocol):
     def events(self) -> Sequence[Dated]: ...
 
 
-class GuidedProcedure(GuidedSteps[O], Generic[E, O]):
-    """Base of all calibrations; see `procedure.Procedure`.
+class GuidedProcedure(Procedure, Generic[E, O]):
+    """Base of all calibrations.
 
     ``chain`` has at least its first line, ``begun``; ``store`` gets the accepted result.
     CalibrationError if the session was started with another rig.
     """
 
     kind: ProcedureKind
+    _outcome: O | None
     step_names: tuple[str, ...]
 
     def __init__(
@@ -194,7 +203,7 @@ class GuidedProcedure(GuidedSteps[O], Generic[E, O]):
         return None if self._typed.temperature_c is None else datetime.fromisoformat(last.utc)
 
     def accept(self, now: datetime, reason: str) -> None:
-        """Store the result and end the procedure; see `procedure.Procedure.accept`."""
+        """Store the result and end the procedure."""
         with self._lock:
             if self._outcome is None:
                 raise CalibrationError("session.no_result", "No result yet.", "Calculate it first.")

@@ -10,10 +10,10 @@ import threading
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
+from ocmm_core.calibration.guided import Procedure
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.processes import process_context
-from ocmm_gui.wizards.pages._shown import StepProcedure
 
 _LOOK_S = 0.05
 _END_S = 1.0
@@ -22,7 +22,7 @@ _END_S = 1.0
 class ProcessCalculation:
     """Repeatable calculation of a procedure; module-level ``resume`` remakes it elsewhere."""
 
-    def __init__(self, procedure: StepProcedure, resume: Callable[[], StepProcedure]) -> None:
+    def __init__(self, procedure: Procedure, resume: Callable[[], Procedure]) -> None:
         self._procedure = procedure
         self._resume = resume
         self._given_up = threading.Event()
@@ -72,7 +72,7 @@ class ProcessCalculation:
         return answer
 
 
-def _calculate(resume: Callable[[], StepProcedure], sender: Connection) -> None:
+def _calculate(resume: Callable[[], Procedure], sender: Connection) -> None:
     answer: object
     try:
         procedure = resume()

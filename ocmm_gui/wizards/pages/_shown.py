@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import datetime
-from typing import Any, Protocol, TypeAlias, TypeVar
+from typing import Protocol, TypeAlias, TypeVar
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import Procedure, ProcedureDecision, ProcedureView
-from ocmm_core.calibration.probe_design import Temperature
+from ocmm_core.calibration.guided import ProcedureDecision, ProcedureView
 from ocmm_core.tables import TableReader
 from ocmm_gui.kit import Mark, PlainLabel, dressed, later, said, sentence_label, text_font, tr
 
@@ -35,23 +33,6 @@ class StepView(Protocol):
     @property
     def outcome(self) -> object | None:
         """Return the result; None before calculation."""
-        ...
-
-
-class StepProcedure(Procedure, Protocol):
-    @property
-    def view(self) -> StepView: ...
-
-    def compute(self, elsewhere: Callable[[], Any] | None = None) -> None:
-        """Calculate the result here, or by ``elsewhere`` if supported."""
-        ...
-
-    def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Store sensor temperatures during observations."""
-        ...
-
-    def note_temperature(self, now: datetime, temperature: Temperature) -> None:
-        """Store a new reading of the thermometer in the room."""
         ...
 
 
