@@ -115,11 +115,6 @@ class InUse(ABC, Generic[S, V, R]):
     def overtaken(self, store: S, used: R) -> Blocker | None:
         """Return what replaced its records since the start of the job, or None."""
 
-    @property
-    def is_design(self) -> bool:
-        """Return whether the geometry comes from a document alone."""
-        return self.used is None
-
     def refuse_fault(self, code: str) -> None:
         """Raise CalibrationError with ``code`` if use is forbidden."""
         if self.fault is not None:
