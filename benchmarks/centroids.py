@@ -19,15 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from ocmm_core.camera import (
-    N_READING,
-    NO_BLACK,
-    FinderState,
-    SpotOptions,
-    SpotStatus,
-    measure_window,
-    windows,
-)
+from benchmarks.spot_readings import measure_window
+from ocmm_core.camera import N_READING, NO_BLACK, FinderState, SpotOptions, SpotStatus, windows
 from ocmm_core.geometry import Float
 from ocmm_sim.scene import Sensor, SensorOptions, exposure, normal_table
 

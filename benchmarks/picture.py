@@ -33,7 +33,9 @@ from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.part_model import ModelFace, PartModel, PlacedPart
-from ocmm_core.rendering import (
+from ocmm_gui.app import make_application
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.rendering import (
     Canvas,
     Rendering,
     RenderMesh,
@@ -43,8 +45,6 @@ from ocmm_core.rendering import (
     face_colours,
     mesh_of,
 )
-from ocmm_gui.app import make_application
-from ocmm_gui.bridge import StationBridge
 from ocmm_gui.views import PointView
 
 SIZE = (1920, 1080)

@@ -48,8 +48,7 @@ LEFT_OUT = (
     "ocmm_bench/conform",
     # Documents of the cameras, in English as the ETG wants them.
     "ocmm_core/fieldbus/device/_camera_", "ocmm_core/fieldbus/device/_object_",
-    "ocmm_core/fieldbus/device/_page_of_", "ocmm_core/fieldbus/device/_profile_objects.py",
-    "ocmm_core/fieldbus/device/_esi.py",
+    "ocmm_core/fieldbus/device/_profile_objects.py", "ocmm_core/fieldbus/device/_esi.py",
     "ocmm_core/fieldbus/device/_diagnosis.py",
     # Help of commands, which stays English.
     "ocmm_core/options.py",

@@ -147,19 +147,19 @@ ocmm_core.calibration.pivot._shape_kernel
     average_turned f3 f1 f2 f2
     fit_turns f2 f3 f3 f2 f1
 
-ocmm_core.rendering._raster_kernel
+ocmm_gui.rendering._raster_kernel
     hides f2 j2 f1 f1 f
     project_mesh f2 f2 u2 f2 f1 f2 s2
     into_bands f2 j2 i i j1
     raster f2 s2 j2 j1 u1 f j1 i i i i s2 f s2 j2 v2
-ocmm_core.rendering._line_kernel
+ocmm_gui.rendering._line_kernel
     blend_polygon f2 i f f s2 v2
     draw_lines f2 j1 i i f i f f f s2 v2
     draw_segments f2 j1 f1 j1 f f s2 v2
     draw_outline s2 i i f i f i v2
     lay_ground i i i v2
     merge_layers v2 v2 i i f f
-ocmm_core.rendering._rendering
+ocmm_gui.rendering._rendering
     paint_frame f2 f2 u2 j2 j1 u1 f2 j1 f2 f1 f b f2 s2 f2 f i f f f f i i s2 j2 v2
 """
 

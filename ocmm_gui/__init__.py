@@ -5,8 +5,8 @@ Out: display and sound, and commands to the core.
 
 Read `app` (arguments in, a running window out) and `window`; under it `operator` (the inspector's
 screens), `results`, `plan_editor`, `maintain`, `wizards`; under these `bridge` (to the station),
-`charts`, `views`, `reports`; at the bottom `kit`. A package imports only lower ones, and those of
-one row are independent.
+`charts`, `views`, `reports`; at the bottom `kit` and `rendering`. A package imports only lower
+ones, and those of one row are independent.
 It must not know the commands of `ocmm`, nor the virtual rig.
 """
 

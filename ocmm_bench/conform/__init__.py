@@ -8,6 +8,7 @@ Start with `_run` (order of the rules), `_findings` (results, report, its text a
 `_sdo_talk` can send malformed requests. Rules: `_rules_eeprom`, `_rules_states`, `_rules_objects`,
 `_rules_mailbox`, `_rules_frames`, `_rules_clock`, `_rules_errors`, `_rules_services`,
 `_rules_firmware`.
+`_object_page` with `_page_of_the_wire` writes docs/integrator/camera_objects.md and the ESI file.
 `_conform_process` runs them with the rights of a bus process, `_command` is `ocmm camera conform`.
 The rules must not import bring-up, supervision or the software camera.
 """

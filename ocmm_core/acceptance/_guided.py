@@ -7,7 +7,6 @@ after its points. Recorded points stay: `drop` is refused.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -33,16 +32,15 @@ from ocmm_core.calibration.guided import (
     Average,
     Live,
     ProbeSpotAverager,
+    Procedure,
     ProcedureDecision,
-    ProcedureView,
+    Step,
     handle_axis,
-    require_fresh_temperature,
     to_spots,
 )
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig
-from ocmm_core.errors import CalibrationError, StorageError
+from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking import ProbeBody, solve
 
@@ -50,12 +48,16 @@ Charted: TypeAlias = Callable[[AcceptanceRecord, datetime], InterimChart]
 _PREPARE, _MEASURE, _RESULT = range(3)
 _APART_MM, _TURN_RAD = 1.5, 0.15
 """Minimum movement of the ball, or turn of the probe, since the previous point."""
-_TORN = "A point was being written when the program stopped; it is not there. All others are."
 _ANEW = "The position is measured again: {hint}"
 
 
-class AcceptanceProcedure:
+class AcceptanceProcedure(Procedure):
     """A test to its verdict; thread-safe. `charted`: charts an interim check before it counts."""
+
+    kind = GuidedKind.ACCEPTANCE
+    _outcome: AcceptanceOutcome | None
+    gate_code = "acceptance.gate"
+    torn = "A point was being written when the program stopped; it is not there. All others are."
 
     def __init__(
         self,
@@ -66,18 +68,16 @@ class AcceptanceProcedure:
         temperature: Temperature,
         charted: Charted | None = None,
     ) -> None:
+        super().__init__(session.log)
         self._charted = charted
         self._session, self._rig, self._body, self._records = session, rig, body, records
         self._temperature = temperature
-        self._read_at: datetime | None = None
-        self._lock = threading.RLock()
+        self._temperature_utc: datetime | None = None
         self._axis = handle_axis(body)
         self._probe = self._averager()
-        self._live = Live()
+        self._at_rest = Live()
         self._ready: tuple[Average, Float, Float] | None = None
-        self._hint = self._lost = ""
-        self._error: Finding | None = None
-        self._outcome: AcceptanceOutcome | None = None
+        self._hint = ""
         self._test = session.view
         self._step = _MEASURE if any(self._test.done) else _PREPARE
         if self._test.finished:
@@ -88,38 +88,48 @@ class AcceptanceProcedure:
         return self._session
 
     @property
-    def base(self) -> ProcedureView:
-        """Return the part of the snapshot common to all procedures."""
-        return self.view.base
-
-    @property
     def view(self) -> GuidedAcceptanceView:
         with self._lock:
-            test, begun = self._test, self._session.state.begun
-            stored = test.finished and self._outcome is not None and self._outcome.file is not None
-            decision = ProcedureDecision.OPEN
-            if test.finished:
-                decision = ProcedureDecision.ACCEPTED
-            elif test.abandoned:
-                decision = ProcedureDecision.KEPT
-            base = ProcedureView(
-                kind=GuidedKind.ACCEPTANCE, session=self._session.path,
-                rig=begun.instrument.rig, begun_utc=begun.utc, who=begun.made_by,
-                steps=steps_of(test), current=self._step, live=self._live, decision=decision,
-                stored=stored, error=self._error, torn=_TORN if self._session.torn else "",
-            )  # fmt: skip
             return GuidedAcceptanceView(
-                base=base, test=test, stage=self._session.stage, notes=begun.notes,
-                latest=latest_values(test), hint=self._hint,
-                temperature_c=self._temperature.celsius,                outcome=self._outcome,
+                base=self.base, test=self._test, stage=self._session.stage,
+                notes=self._session.notes, latest=latest_values(self._test), hint=self._hint,
+                temperature_c=self._temperature.celsius, outcome=self._outcome,
             )  # fmt: skip
+
+    @property
+    def _started(self) -> tuple[str, str, str]:
+        begun = self._session.state.begun
+        return begun.instrument.rig, begun.utc, begun.made_by
+
+    @property
+    def _current(self) -> int:
+        return self._step
+
+    @property
+    def _ended_as(self) -> ProcedureDecision:
+        if self._test.finished:
+            return ProcedureDecision.ACCEPTED
+        return ProcedureDecision.KEPT if self._test.abandoned else ProcedureDecision.OPEN
+
+    def _is_stored(self) -> bool:
+        outcome = self._outcome
+        return self._test.finished and outcome is not None and outcome.file is not None
+
+    def _steps_now(self) -> tuple[Step, ...]:
+        return steps_of(self._test)
+
+    def _live(self) -> Live:
+        return self._at_rest
+
+    def _read_at(self) -> datetime | None:
+        return self._temperature_utc
 
     # Frames and points.
 
     def watch(self, block: FrameBlock) -> None:
         """Process frames; never records a point on its own."""
         with self._lock:
-            if self._lost or self._step != _MEASURE or self._test.current < 0:
+            if self._log.lost or self._step != _MEASURE or self._test.current < 0:
                 return
             self._probe.feed(block)
             live = self._probe.live()
@@ -134,48 +144,32 @@ class AcceptanceProcedure:
                 else:
                     handle = unit(pose.rotation_world_from_probe[0] @ self._axis)
                     self._ready = average, tip, handle
-            self._live = live
+            self._at_rest = live
 
-    def require_name(self) -> None:
-        """Raise StorageError if the file is lost; see `procedure.Procedure.require_name`."""
+    def _store_observation(self, now: datetime) -> None:
+        assert self._ready is not None  # noqa: S101 - as Live.ready states
+        average, tip, handle = self._ready
+        if self._session.needs_temperature():
+            self._session.note_temperature(self._temperature, now)
+        self._outdate()
         try:
-            self._session.require_name()
-        except StorageError as error:
-            with self._lock:
-                self._lost, self._ready = error.what, None
-                self._live = replace(self._live, ready=False, hint=error.what)
+            hint = self._session.take(
+                tip, now, handle=handle, uv=to_spots(average.uv), sigma_px=average.sigma_px
+            )
+        except CalibrationError as error:
+            self._hint = error.what
             raise
-
-    def take(self, now: datetime) -> None:
-        """Record the probe position as the next point; CalibrationError, or StorageError."""
-        with self._lock:
-            if self._ready is None:
-                raise CalibrationError(
-                    "session.not_ready", self._live.hint or "Nothing to take.", "Hold still there."
-                )
-            average, tip, handle = self._ready
-            require_fresh_temperature(self._read_at, now)
-            if self._session.needs_temperature():
-                self._session.note_temperature(self._temperature, now)
-            self._outcome = None
-            try:
-                hint = self._session.take(
-                    tip, now, handle=handle, uv=to_spots(average.uv), sigma_px=average.sigma_px
-                )
-            except CalibrationError as error:
-                self._hint = error.what
-                raise
-            finally:
-                self._ready = None
-                self._test = self._session.view
-            self._hint = _ANEW.format(hint=hint) if hint else ""
-            self._probe.taken(average)
-            self._live = replace(self._live, ready=False, hint=PLACE_DONE)
+        finally:
+            self._ready, self._at_rest = None, replace(self._at_rest, ready=False)
+            self._test = self._session.view
+        self._hint = _ANEW.format(hint=hint) if hint else ""
+        self._probe.taken(average)
+        self._at_rest = replace(self._at_rest, hint=PLACE_DONE)
 
     @property
     def ready(self) -> bool:
         """Return whether `take` would record a point now."""
-        return self._ready is not None
+        return self._ready is not None and not self._log.lost
 
     def drop(self, now: datetime) -> None:
         """Refuse: accepted points are never replaced."""
@@ -194,55 +188,48 @@ class AcceptanceProcedure:
         """Log a reading of a thermometer and use it from now on."""
         with self._lock:
             self._session.note_temperature(temperature, now)
-            self._temperature, self._read_at = temperature, now
+            self._temperature, self._temperature_utc = temperature, now
             self._test = self._session.view
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
         """Ignore the sensors, which heat up; the room temperature was typed at the start."""
-        self._read_at = self._read_at or now
+        self._temperature_utc = self._temperature_utc or now
 
-    def advance(self, now: datetime) -> None:
-        """Enter the next step; raise CalibrationError if its gate is closed."""
-        del now
-        with self._lock:
-            gate = steps_of(self._test)[self._step].gate
-            if not gate.open:
-                raise CalibrationError("acceptance.gate", gate.reason, gate.remedy)
-            self._step += 1
-            self._probe, self._live, self._ready = self._averager(), Live(), None
+    def _not_ready(self, hint: str) -> CalibrationError:
+        return CalibrationError(
+            "session.not_ready", hint or "Nothing to take.", "Hold still there."
+        )
 
-    def back(self, now: datetime) -> None:
-        """Return to the previous step; points are kept."""
-        del now
-        with self._lock:
-            self._step = max(self._step - 1, _PREPARE)
+    def _enter(self, step: int, now: datetime) -> None:
+        """Show a page, which is not part of the file; points are kept."""
+        if step > self._step:
+            self._probe, self._at_rest, self._ready = self._averager(), Live(), None
+        self._step = step
 
-    def compute(self, elsewhere: object = None) -> None:
-        """Compute the verdict for storing; raise CalibrationError if incomplete."""
-        del elsewhere
-        with self._lock:
-            missing = "" if self._test.finished else self._session.open_end()
-            if missing:
-                remedy = "Begin a new test whose plan reaches it."
-                if self._test.current >= 0:
-                    remedy = "Take them first."
-                self._error = Finding("acceptance.open_end", missing, remedy, refuses=True)
-                raise CalibrationError("acceptance.open_end", missing, remedy)
-            self._error = None
-            test = self._test
-            self._outcome = AcceptanceOutcome(
-                verdict=test.verdict or AcceptanceVerdict.VOID, values=test.values,
-                quantities=quantities_of(test.values), void_reasons=test.void_reasons,
-                retests_left=test.retests_left,
-            )  # fmt: skip
+    def _calculation(self) -> Callable[[], AcceptanceOutcome]:
+        return self._verdict
+
+    def _verdict(self) -> AcceptanceOutcome:
+        test = self._test
+        missing = "" if test.finished else self._session.open_end()
+        if missing:
+            remedy = "Begin a new test whose plan reaches it."
+            if test.current >= 0:
+                remedy = "Take them first."
+            raise CalibrationError("acceptance.open_end", missing, remedy)
+        return AcceptanceOutcome(
+            verdict=test.verdict or AcceptanceVerdict.VOID, values=test.values,
+            quantities=quantities_of(test.values), void_reasons=test.void_reasons,
+            retests_left=test.retests_left,
+        )  # fmt: skip
 
     def retest(self, now: datetime) -> None:
         """Start the permitted retest and return to measuring; CalibrationError if none is."""
         with self._lock:
             self._session.retest(now)
             self._test = self._session.view
-            self._outcome, self._error, self._hint = None, None, ""
-            self._step = _MEASURE
+            self._outdate()
+            self._hint, self._step = "", _MEASURE
 
     def accept(self, now: datetime, reason: str) -> None:
         """Store the verdict, whatever it is; may be repeated after an interruption."""

@@ -5,7 +5,6 @@ Each line of a chain file is on disk before a method returns; a test resumes aft
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -21,7 +20,7 @@ from ocmm_core.acceptance._planning import vector
 from ocmm_core.acceptance._result import AcceptanceRecord, RoomAir
 from ocmm_core.acceptance._session_state import SessionState
 from ocmm_core.acceptance._situation import Situation, Stage, wanted
-from ocmm_core.calibration.guided import Spots, utc_text
+from ocmm_core.calibration.guided import SessionLog, Spots, utc_text
 from ocmm_core.calibration.probe_design import Temperature, check_temperature
 from ocmm_core.calibration.records import ArtefactUse, let_pass
 from ocmm_core.chain_file import ChainFile
@@ -34,8 +33,8 @@ class AcceptanceSession:
     """One test, from `begin` or `resume`; thread-safe."""
 
     def __init__(self, chain: ChainFile[log.Line]) -> None:
-        self._chain = chain
-        self._lock = threading.RLock()
+        self.log = SessionLog(chain, log.Line)
+        self._lock = self.log.lock
         first = chain.items[0].event if chain.items else None
         if not isinstance(first, log.Begun):
             raise CalibrationError(
@@ -44,8 +43,7 @@ class AcceptanceSession:
                 "Choose another file, or begin a new test.",
             )
         self.state = SessionState(first)
-        for line in chain.items[1:]:
-            self.state.fold(line.event)
+        self.log.replay(self.state.fold)
 
     @classmethod
     def begin(
@@ -104,7 +102,7 @@ class AcceptanceSession:
 
     @property
     def path(self) -> Path:
-        return self._chain.path
+        return self.log.path
 
     def note_temperature(self, temperature: Temperature, now: datetime) -> None:
         """Log the temperature, which ends the previous and starts the next interval."""
@@ -224,7 +222,7 @@ class AcceptanceSession:
     def record(self) -> AcceptanceRecord:
         """Return the record of a finished test; raise CalibrationError if unfinished."""
         with self._lock:
-            return self.state.record(self._chain.links[0][:12], self._chain.links[-1])
+            return self.state.record(self.log.chain.links[0][:12], self.head)
 
     @property
     def stage(self) -> Stage:
@@ -245,17 +243,7 @@ class AcceptanceSession:
     @property
     def head(self) -> str:
         """Return the hash of the last line, the `AcceptanceRecord.chain_head` at the end."""
-        return self._chain.links[-1]
-
-    def require_name(self) -> None:
-        """Raise StorageError if the session file is not on the disk under its name."""
-        self._chain.require_name()
-
-    @property
-    def torn(self) -> bool:
-        """Return whether an incomplete last line was dropped."""
-        return self._chain.torn
+        return self.log.chain.links[-1]
 
     def _append(self, event: log.Event) -> None:
-        self._chain.append(log.Line(event))
-        self.state.fold(event)
+        self.log.append(event, self.state.fold)

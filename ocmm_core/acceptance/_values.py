@@ -45,8 +45,6 @@ class SpatValues:
     """Distance of the farthest point from the mean, mm."""
     two_sigma: float
     """2 sqrt(sum d^2 / (n - 1)), mm."""
-    half_ranges: Float
-    """Half of the coordinate ranges (3,), mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,11 +129,7 @@ def spat_values(points: Points3) -> SpatValues:
             "acceptance.spat", f"{len(points)} points show no scatter.", "Take ten."
         )
     away = np.linalg.norm(points - points.mean(axis=0), axis=1)
-    return SpatValues(
-        float(away.max()),
-        2.0 * float(np.sqrt(np.sum(away**2) / (len(points) - 1))),
-        0.5 * np.ptp(points, axis=0),
-    )
+    return SpatValues(float(away.max()), 2.0 * float(np.sqrt(np.sum(away**2) / (len(points) - 1))))
 
 
 def volumetric_values(errors: Float) -> VolumetricValues:

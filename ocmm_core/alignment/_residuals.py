@@ -110,8 +110,7 @@ class Residual:
     distance_uncertainty: float | None
     """mm, k = 2, in the least certain direction; None without point uncertainty."""
     angle: float
-    angle_uncertainty: float | None
-    """`angle`, `angle_uncertainty`: rad, of its direction, or zero; k = 2."""
+    """rad, of its direction, or zero."""
 
 
 def residuals_of(
@@ -192,7 +191,7 @@ def _residual(
 ) -> Residual:
     shape, geometry = feature.fit.shape, feature.fit.geometry
     place, gain = geometry[POINT], feature.jacobian[POINT]
-    direction, turning = geometry[DIRECTION], feature.jacobian[DIRECTION]
+    direction = geometry[DIRECTION]
     if shape is Shape.CONE:
         # The point of a cone is at the diameter of its plan.
         place, gain = gauge_point(geometry, float(nominal[RADIUS])), _gauge_gain(feature, nominal)
@@ -206,12 +205,11 @@ def _residual(
         # A touch next to its nominal place on the same face is equally valid.
         off, normal = on_model
         keep, offset = np.outer(normal, normal), off * normal
-    angle, tilted = 0.0, Rows.nothing(3)
+    angle = 0.0
     if np.any(nominal[DIRECTION]) and np.any(direction):
         here, there = rotation @ unit(direction), unit(nominal[DIRECTION])
         sense = 1.0 if shape.spec.has_sense or here @ there >= 0.0 else -1.0
         angle = float(np.arctan2(np.linalg.norm(np.cross(here, there)), sense * (here @ there)))
-        tilted = -skew(here) @ frame_jacobian[:3] + rotation @ turning
     return Residual(
         feature=feature.nominal.name,
         aligned=aligned,
@@ -219,7 +217,6 @@ def _residual(
         distance=float(np.linalg.norm(offset)),
         distance_uncertainty=_worst(keep @ moved, factors),
         angle=angle,
-        angle_uncertainty=_worst(tilted, factors),
     )
 
 

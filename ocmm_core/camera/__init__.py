@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ocmm_core.camera import _windows as windows
     from ocmm_core.camera._centroid import N_READING
     from ocmm_core.camera._compiled import compiled
-    from ocmm_core.camera._finder import NO_BLACK, FinderState, SpotFinder, measure_window
+    from ocmm_core.camera._finder import NO_BLACK, FinderState, SpotFinder
     from ocmm_core.camera._model import (
         N_PARAMETERS, PARAMETERS, CameraModel, distort, distortion_jacobian, from_pixels,
         ideal_from_pixels, on_sensor, project, projection_jacobians, to_pixels,
@@ -35,6 +35,6 @@ __all__ = [
     "USUAL_SLOTS", "CalibrationDesign", "CameraEntry", "CameraModel", "FinderState", "Rig",
     "SpotBlock", "SpotFinder", "SpotNoise", "SpotOptions", "SpotStatus", "ThermalShare", "Vector3",
     "Window", "camera_of", "centroid", "compiled", "distort", "distortion_jacobian", "from_pixels",
-    "ideal_from_pixels", "known_points_covariance", "load_rig", "measure_window", "on_sensor",
-    "project", "projection_jacobians", "search", "to_pixels", "windows",
+    "ideal_from_pixels", "known_points_covariance", "load_rig", "on_sensor", "project",
+    "projection_jacobians", "search", "to_pixels", "windows",
 ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Spot finder of one camera, frame by frame, and measurement of a single window."""
+"""Spot finder of one camera, frame by frame."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ocmm_core.camera import _centroid as centroid
 from ocmm_core.camera import _search as search
 from ocmm_core.camera import _windows as windows
 from ocmm_core.camera._rig import USUAL_SLOTS
-from ocmm_core.camera._spots import SpotBlock, SpotOptions, SpotReading, SpotStatus, Window
+from ocmm_core.camera._spots import SpotBlock, SpotOptions, Window
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int
 
@@ -93,38 +93,6 @@ class SpotFinder:
             readings, block.uv[0], block.variance[0], block.status[0]
         )
         return block
-
-
-def measure_window(
-    pixels: NDArray[np.uint16],
-    left: int,
-    top: int,
-    options: SpotOptions,
-    black: NDArray[np.uint16] = NO_BLACK,
-) -> SpotReading:
-    """Return the reading of ``pixels`` (h, w) from (left, top), less ``black`` (whole sensor)."""
-    reading = np.empty(centroid.N_READING)
-    centroid.measure(
-        np.ascontiguousarray(pixels, np.uint16),
-        left,
-        top,
-        black,
-        options.packed(),
-        np.empty(pixels.shape),
-        np.empty(pixels.shape, np.uint8),
-        np.empty(pixels.size, np.int64),
-        reading,
-    )
-    return SpotReading(
-        status=SpotStatus(int(reading[centroid.STATUS])),
-        uv=reading[[centroid.U, centroid.V]],
-        variance=reading[[centroid.VAR_U, centroid.VAR_V]],
-        flux=float(reading[centroid.FLUX]),
-        peak=float(reading[centroid.PEAK]),
-        background=float(reading[centroid.BACKGROUND]),
-        pixels=int(reading[centroid.PIXELS]),
-        elongation=float(reading[centroid.ELONGATION]),
-    )
 
 
 def _regions(start: tuple[Window, ...], width: int, height: int) -> Int:

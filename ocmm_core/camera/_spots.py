@@ -145,24 +145,6 @@ class SpotOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class SpotReading:
-    """Reading of one window alone."""
-
-    status: SpotStatus
-    uv: Float
-    """(2,), px of the sensor: also for refused spots, NaN in the dark."""
-    variance: Float
-    """(2,), px^2: due to read noise, photons, converter, and residual pixel differences."""
-    flux: float
-    peak: float
-    background: float
-    """`flux`, `peak`, `background`: weighted light, brightest pixel above background, counts."""
-    pixels: int
-    elongation: float
-    """Ratio of the axes."""
-
-
-@dataclass(frozen=True, slots=True)
 class SpotBlock:
     """Result of a camera for consecutive frames."""
 

@@ -130,8 +130,6 @@ class Ellipsoid:
     """(3, 3), unit: the axes as rows."""
     outline_mm: Float
     """(3,): half axes of its view, mm, longer first; its angle from his right towards up, rad."""
-    depth_mm: float
-    """Half extent along the view."""
 
     @property
     def u_mm(self) -> float:
@@ -147,10 +145,7 @@ def ellipsoid_of(covariance: Float, stance: Stance) -> Ellipsoid:
     flat, axes = np.linalg.eigh(across @ covariance @ across.T)
     longer, shorter = COVERAGE_FACTOR * np.sqrt(np.maximum(flat[::-1], 0.0))
     angle = float(np.arctan2(axes[1, 1], axes[0, 1]))
-    depth = COVERAGE_FACTOR * float(
-        np.sqrt(max(float(stance.away @ covariance @ stance.away), 0.0))
-    )
-    return Ellipsoid(half, vectors.T[::-1], np.array([longer, shorter, angle]), depth)
+    return Ellipsoid(half, vectors.T[::-1], np.array([longer, shorter, angle]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,7 +5,7 @@ Out: for every frame labels, pose, tip in mm with covariance and chi-square, or 
 
 Read `_body` (LEDs and ball of a probe), `_identify` (assignment of slots to LEDs), `_body_tracker`
 (one body through blocks of frames), `_pipeline` (probe and reference body), `_result` (result of
-each frame), `_pose` (reference in plain numpy). Then `_sensitivity`, `_stillness` with
+each frame), `_pose` (poses and their derivatives). Then `_sensitivity`, `_stillness` with
 `_spot_spectrum`, `_ambiguity`, `_strobe`, and the reference body: `_reference_body`, `_reference`.
 `kernels` is the compiled hot path. The package is independent of calibration
 records, touches and points.

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.camera import Rig, project
+from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking._ambiguity import FEW_LEDS, least_in_sight
 from ocmm_core.tracking._body import LedBody, ProbeBody
@@ -176,27 +176,6 @@ def extended_labels(
         return labels
     taken = (labels[:, :, None] == more[:, None, :]).any(axis=2)
     return np.where((more < 0) & ~taken, labels, more)
-
-
-def nearest_slots(
-    rig: Rig, body: LedBody | ProbeBody, spots: Float, rotation: Float, origin: Float,
-    gate_px: float,
-) -> Int:  # fmt: skip
-    """Return the slot with a spot at each LED, (C, L), -1 if none; for tests.
-
-    Within ``gate_px``, and LED and spot must be nearest to each other. Spots as in `identify`;
-    rotation and origin are the pose of the body in the world.
-    """
-    body = led_body(body)
-    leds_world = body.leds_body @ rotation.T + origin
-    slot_of_led = np.full((len(rig.cameras), body.n_leds), -1, dtype=np.int64)
-    for c, camera in enumerate(rig.cameras):
-        distance = np.linalg.norm(project(camera, leds_world)[:, None] - spots[c][None], axis=2)
-        distance = np.where(np.isfinite(distance), distance, np.inf)
-        for led, slot in np.argwhere(distance < gate_px):
-            if distance[led, slot] == distance[led].min() == distance[:, slot].min():
-                slot_of_led[c, led] = slot
-    return slot_of_led
 
 
 def _least_named(n_leds: int) -> int:

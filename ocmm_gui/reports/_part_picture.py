@@ -10,9 +10,9 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 
 from ocmm_core.export.report import ReportData
 from ocmm_core.geometry import Float
-from ocmm_core.rendering import RenderMode
 from ocmm_core.tolerances.decisions import DeviationPicture
 from ocmm_gui.kit import ink, text_font
+from ocmm_gui.rendering import RenderMode
 from ocmm_gui.reports._canvas import INK, SMALL, WIDTH, PageCanvas, Style, paint_text, printable
 from ocmm_gui.scene import Orbit, StillScene, Tag, paint_scene, painted_still
 from ocmm_gui.views import SCALE_PX, deviation_part, deviations_of, job_items, paint_scale

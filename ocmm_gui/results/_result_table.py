@@ -10,7 +10,6 @@ from PySide6.QtGui import QPaintEvent, QResizeEvent
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView
-from ocmm_core.rendering import RenderMode
 from ocmm_core.tolerances.decisions import NO_DEVIATIONS, U_LABEL, CharacteristicResult, Verdict
 from ocmm_gui.kit import (
     ColouredRow,
@@ -27,6 +26,7 @@ from ocmm_gui.kit import (
     verdict_colour,
     with_unit,
 )
+from ocmm_gui.rendering import RenderMode
 from ocmm_gui.scene import (
     Item,
     Orbit,

@@ -14,7 +14,8 @@ from PySide6.QtGui import QColor
 
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.part_model import PartModel
-from ocmm_core.rendering import (
+from ocmm_gui.kit import Theme
+from ocmm_gui.rendering import (
     Canvas,
     Colours,
     Rendering,
@@ -26,7 +27,6 @@ from ocmm_core.rendering import (
     mesh_of,
     with_closed,
 )
-from ocmm_gui.kit import Theme
 from ocmm_gui.scene._scene import Orbit
 
 MOVING_TRIANGLES = 50_000

@@ -17,7 +17,7 @@ import numpy as np
 from PySide6.QtCore import QObject, QRectF, QSize, QTimer, Signal
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
-from ocmm_core.rendering import Bundle, Canvas, RenderMode, blend_flat, draw_bundles
+from ocmm_gui.rendering import Bundle, Canvas, RenderMode, blend_flat, draw_bundles
 from ocmm_gui.scene._part_scene import PartScene
 from ocmm_gui.scene._scene import Face, Item, Lines, Orbit
 from ocmm_gui.scene._scene_painter import Depth, ScenePainter

@@ -13,7 +13,7 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
 
 from ocmm_core.geometry import Float
-from ocmm_core.rendering import Canvas
+from ocmm_gui.rendering import Canvas
 from ocmm_gui.scene._labels import LabelPlaces, PlacedLabel, StandingLabels, leader, place_tag
 from ocmm_gui.scene._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
 

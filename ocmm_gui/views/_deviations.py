@@ -21,7 +21,9 @@ from PySide6.QtGui import QColor, QFont, QLinearGradient, QPainter, QPen
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.part_model import PartModel, PlacedPart
-from ocmm_core.rendering import (
+from ocmm_core.tolerances.decisions import DeviationClass, DeviationPicture, deviation_picture
+from ocmm_gui.kit import Theme, fitted, is_longer, later, length_number, length_words, text_font, tr
+from ocmm_gui.rendering import (
     Colours,
     RenderMesh,
     RenderMode,
@@ -31,8 +33,6 @@ from ocmm_core.rendering import (
     mesh_of,
     value_field,
 )
-from ocmm_core.tolerances.decisions import DeviationClass, DeviationPicture, deviation_picture
-from ocmm_gui.kit import Theme, fitted, is_longer, later, length_number, length_words, text_font, tr
 from ocmm_gui.scene import (
     Diamonds,
     Dots,

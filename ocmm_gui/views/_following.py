@@ -17,8 +17,8 @@ from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import Target
-from ocmm_core.rendering import choose_side
 from ocmm_gui.kit import WRAPPED, Theme, ink, text_font, tr, wrapped_pixels
+from ocmm_gui.rendering import choose_side
 from ocmm_gui.scene import Dots, Lines, Orbit, Tag, paint_scene
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import grid_step

@@ -12,7 +12,6 @@ from PySide6.QtGui import QColor, QImage, QImageReader, QKeyEvent, QPaintEvent
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.part_model import PartModel
-from ocmm_core.rendering import NO_FACE, Colours, RenderMode
 from ocmm_gui.kit import (
     SCENE_LEAST,
     SCENE_SIZE,
@@ -23,6 +22,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
 )
+from ocmm_gui.rendering import NO_FACE, Colours, RenderMode
 from ocmm_gui.scene import (
     Orbit,
     OrbitView,

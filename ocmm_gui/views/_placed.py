@@ -11,9 +11,9 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import Target
 from ocmm_core.part_model import PartModel, PlacedPart
-from ocmm_core.rendering import Colours, RenderMesh, RenderMode, ValueField, coarser, is_hidden
 from ocmm_core.tolerances.decisions import DeviationPicture
 from ocmm_gui.kit import Theme
+from ocmm_gui.rendering import Colours, RenderMesh, RenderMode, ValueField, coarser, is_hidden
 from ocmm_gui.scene import MOVING_TRIANGLES, PartDrawing, PartScene, blended, part_colour
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._deviations import FieldRequest, field_colours, field_request, make_field

@@ -12,9 +12,9 @@ from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView, LiveView, Target
 from ocmm_core.part_model import PlacedPart
-from ocmm_core.rendering import RenderMode
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Theme, text_font, tr
+from ocmm_gui.rendering import RenderMode
 from ocmm_gui.scene import (
     Item,
     Lines,

@@ -17,16 +17,10 @@ from datetime import UTC, datetime
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import ProcedureDecision
+from ocmm_core.calibration.guided import Procedure, ProcedureDecision
 from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import contained
-from ocmm_gui.wizards.pages import (
-    Calculation,
-    StepProcedure,
-    StepSnapshot,
-    Tap,
-    TemperatureReadings,
-)
+from ocmm_gui.wizards.pages import Calculation, StepSnapshot, Tap, TemperatureReadings
 
 LOOK_S = 0.02
 """Interval of automatic takes."""
@@ -66,7 +60,7 @@ class WizardDriver(QObject):
 
     def __init__(
         self,
-        procedure: StepProcedure,
+        procedure: Procedure,
         tap: Tap,
         calculation: Calculation,
         predict: Callable[[], None] | None = None,

@@ -6,7 +6,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from ocmm_core.calibration.guided import ProcedureKind, RelocationView, VerificationView
+from ocmm_core.calibration.guided import Procedure, ProcedureKind, RelocationView, VerificationView
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TouchView
@@ -31,7 +31,6 @@ from ocmm_gui.wizards.pages import (
     SpherePage,
     SpheresPage,
     StepPage,
-    StepProcedure,
     SweepPage,
     TipCheckResultPage,
     TipResultPage,
@@ -44,7 +43,7 @@ from ocmm_gui.wizards.pages import (
     repeat_worst,
 )
 
-P = TypeVar("P", bound=StepProcedure)
+P = TypeVar("P", bound=Procedure)
 Command = Callable[[datetime], None]
 
 

@@ -11,6 +11,7 @@ from typing import Protocol, TypeVar
 
 from ocmm_core.acceptance import read_temperature
 from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.guided import Procedure
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore, rig_in_force
 from ocmm_core.camera import Rig
@@ -20,7 +21,7 @@ from ocmm_core.tracking import ProbeBody
 from ocmm_core.typed_numbers import TEMPERATURE
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import read_number, tr
-from ocmm_gui.wizards.pages import Calculation, StepProcedure, Tap, TemperatureReadings
+from ocmm_gui.wizards.pages import Calculation, Tap, TemperatureReadings
 
 C = TypeVar("C", bound=str)
 
@@ -60,7 +61,7 @@ class WizardSite:
     practice: PracticeRoom | None = None
     """Practice with a virtual hand; None for real use."""
 
-    def tap_for(self, procedure: StepProcedure, failed: Callable[[OcmmError], None]) -> Tap:
+    def tap_for(self, procedure: Procedure, failed: Callable[[OcmmError], None]) -> Tap:
         """Return the frame source: a virtual hand in practice, otherwise the cameras."""
         if self.practice is None:
             return self.tap
@@ -94,7 +95,7 @@ class PracticeRoom(Protocol):
         """Activate initial records; raise OcmmError if impossible."""
         ...
 
-    def hand(self, procedure: StepProcedure, failed: Callable[[OcmmError], None]) -> Tap: ...
+    def hand(self, procedure: Procedure, failed: Callable[[OcmmError], None]) -> Tap: ...
 
 
 def practice_site(bridge: StationBridge, room: PracticeRoom) -> WizardSite:
@@ -165,7 +166,7 @@ class UnfinishedSession:
 class OpenSession:
     """A procedure with the data of its pages."""
 
-    procedure: StepProcedure
+    procedure: Procedure
     place: SessionPlace
     calculation: Calculation
     predict: Callable[[], None] | None = None
@@ -200,7 +201,7 @@ class SessionPlace:
 class DirectCalculation:
     """A synchronous calculation."""
 
-    def __init__(self, procedure: StepProcedure) -> None:
+    def __init__(self, procedure: Procedure) -> None:
         self._procedure = procedure
 
     def run(self) -> None:

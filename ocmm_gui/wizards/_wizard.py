@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind, sessions
+from ocmm_core.calibration.guided import Procedure, ProcedureDecision, ProcedureKind, sessions
 from ocmm_core.calibration.records import practice_name, require_real_name
 from ocmm_core.errors import OcmmError
 from ocmm_core.tables import TableOptions, preview_table
@@ -31,7 +31,7 @@ from ocmm_gui.wizards._site import (
     temperature,
 )
 from ocmm_gui.wizards._start_page import WizardStart
-from ocmm_gui.wizards.pages import WHO, Field, ProcessCalculation, StepProcedure
+from ocmm_gui.wizards.pages import WHO, Field, ProcessCalculation
 
 _PAST = ("session.rig", "session.empty")
 """Sessions not offered: of a replaced calibration, or empty."""
@@ -93,7 +93,7 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[UnfinishedSession, 
     return tuple(found)
 
 
-def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: StepProcedure) -> OpenSession:
+def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: Procedure) -> OpenSession:
     predict = None if spec.predict is None else partial(spec.predict, procedure)
     if not spec.is_slow:
         return OpenSession(procedure, place, DirectCalculation(procedure), predict)

@@ -26,7 +26,7 @@ def test_a_frame_is_not_accepted_for_points_that_have_changed_since(
     )
     used, other = job.features[:2]
     placed = RigidTransform(np.eye(3), np.zeros(3))
-    residual = Residual(used.name, True, np.zeros(3), 0.0, None, 0.0, None)
+    residual = Residual(used.name, True, np.zeros(3), 0.0, None, 0.0)
     report = AlignmentReport("frame of the part", placed, placed, (residual,), (), None, None, ())
     sheet = bench.window.sheets.alignment
     bench.bridge.shown.job = job

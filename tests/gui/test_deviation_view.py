@@ -16,10 +16,10 @@ from PySide6.QtWidgets import QApplication
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import JobView
-from ocmm_core.rendering import ValueField, mesh_of
 from ocmm_core.tolerances.decisions import DeviationClass, deviation_picture
 from ocmm_core.tracking import load_probe
 from ocmm_gui.kit import THEMES
+from ocmm_gui.rendering import ValueField, mesh_of
 from ocmm_gui.reports._pdf import lay_out
 from ocmm_gui.results._result_table import DeviationView
 from ocmm_gui.scene import Diamonds, Dots, Lines, Tag

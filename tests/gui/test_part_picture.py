@@ -12,8 +12,8 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.part_model import PartModel
-from ocmm_core.rendering import NO_FACE, RenderMode
 from ocmm_gui.kit import THEMES
+from ocmm_gui.rendering import NO_FACE, RenderMode
 from ocmm_gui.scene._part_scene import MOVING_TRIANGLES, PartDrawing
 from ocmm_gui.views import PartPicture
 from tests.host import HANG_MS

@@ -21,9 +21,9 @@ from ocmm_core.documents import resource
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.part_model import PartModel
-from ocmm_core.rendering import RenderMode
 from ocmm_core.tracking import load_probe
 from ocmm_gui.kit import THEMES
+from ocmm_gui.rendering import RenderMode
 from ocmm_gui.views import PointView
 from tests.cad.step_models import bent_pocket, written
 from tests.gui.plan_steps import Step, measured_steps, nominal_steps

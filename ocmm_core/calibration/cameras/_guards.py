@@ -1,12 +1,14 @@
 """Criteria of a camera calibration: its design may be overruled, contradictions not.
 
-One of them: k3 and the thin prism must not be needed, by fits with and without them.
+One of them: k3 and the thin prism must not be needed, by fits with and without them. If a list does
+not fit its spots, the reason is sought: order, handedness or unit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from scipy.special import fdtrc
@@ -17,14 +19,17 @@ from ocmm_core.calibration.cameras._lens import EXTRA_TERMS, project_extended
 from ocmm_core.calibration.cameras._model_fit import (
     CameraFit,
     CameraProblem,
+    fit_camera,
     free_parameters,
     indices_of_wrong,
     whitening_of,
     without_wrong_points,
 )
 from ocmm_core.calibration.records import Finding
-from ocmm_core.camera import PARAMETERS
-from ocmm_core.geometry import Float
+from ocmm_core.camera import PARAMETERS, CameraModel
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Pixels, Points3
+from ocmm_core.units import named_unit
 
 SIGNIFICANT = 1e-4
 """Probability below which a gain by the extra terms is not attributed to chance."""
@@ -32,6 +37,19 @@ SIGNIFICANT = 1e-4
 ENOUGH = 1e-4
 """Chi-square; a prism and a shifted principal point are nearly equivalent, and the end of that
 valley would take longer than all the rest. At a hundredth, the chance gain was missed."""
+
+Pattern: TypeAlias = tuple[str, str, Points3, Pixels]
+
+UNITS_MM = {
+    word: named_unit(word, "length").factor
+    for word in ("inches", "centimetres", "metres", "micrometres")
+}
+"""A list in one of these that was taken for millimetres makes the rig this much too small."""
+
+UNIT_TOLERANCE = 0.15
+"""Relative deviation of a baseline from the rig document within which the unit is named."""
+
+MAX_BASELINE_RATIO = 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,15 +61,12 @@ class LensTerms:
     """`values`, `sigmas`: (3,), in the order of `lens.EXTRA_TERMS`; infinite sigmas if the points
     cannot separate the terms from the running model, as in a small field, where they have no
     effect."""
-    f_statistic: float
     p_value: float
-    """`f_statistic`, `p_value`: Gain in chi-square per term over the remaining chi-square per
-    degree of freedom, and the probability of at least that gain by chance (F-test of nested models;
-    valid also for a spot sigma of unknown scale)."""
+    """Probability of at least the gain in chi-square by chance (F-test of nested models; valid also
+    for a spot sigma of unknown scale)."""
     effect_rms_px: float
-    effect_max_px: float
-    """`effect_rms_px`, `effect_max_px`: Shift of the calibrated spots, per coordinate and at most,
-    when the terms are added and all else is refitted: the error of the running model."""
+    """Shift of the calibrated spots, per coordinate, when the terms are added and all else is
+    refitted: the error of the running model."""
 
     @property
     def significant(self) -> bool:
@@ -81,10 +96,8 @@ def judge_lens_terms(fit: CameraFit) -> LensTerms:
     return LensTerms(
         values=full.state.extra,
         sigmas=np.sqrt(variances),
-        f_statistic=statistic,
         p_value=float(fdtrc(terms, dof, statistic)),
         effect_rms_px=float(np.sqrt(np.mean(effect**2))),
-        effect_max_px=float(np.linalg.norm(effect, axis=1).max()),
     )
 
 
@@ -272,3 +285,76 @@ def _focal(fit: CameraFit, name: str) -> list[Finding]:
             forcible=True,
         )
     ]
+
+
+def explain_misfit(
+    nominal: CameraModel, points_world: Points3, uv: Pixels, sigma_px: float, reference_sigma: float
+) -> Finding | None:
+    """Return the mix-up of the list that makes it fit the spots, or None.
+
+    (n, 3), mm, and (n, 2), px, in list order. Two swapped axes, one reversed axis, and swapped u
+    and v differ by a rotation only, which the pose absorbs: they are named together.
+    """
+    for code, sentence, points, spots in _patterns(points_world, uv):
+        try:
+            fit = fit_camera(nominal, points, spots, sigma_px, reference_sigma)
+        except CalibrationError:
+            continue
+        good = ratio_of(fit) < RMS_REFUSED and np.mean(~fit.used) <= OUTLIERS_REFUSED
+        if good:
+            return Finding(
+                code,
+                f"The list of points does not fit the spots of camera '{nominal.name}', but it "
+                f"would {sentence}.",
+                "Correct the list of points or of spots, and calibrate again.",
+                refuses=True,
+            )
+    return None
+
+
+def explain_baseline(first: str, second: str, found_mm: float, expected_mm: float) -> list[Finding]:
+    """Return findings on the unit by the camera distance of the rig; residuals hide it."""
+    ratio = found_mm / expected_mm
+    said = (
+        f"According to the list of points, cameras '{first}' and '{second}' are {found_mm:.4g} "
+        f"mm apart, according to the rig document {expected_mm:.4g} mm"
+    )
+    for unit, size in UNITS_MM.items():
+        for factor, problem in (
+            (1.0 / size, f"the list is in {unit}, but declares mm"),
+            (size, f"the list is in mm, but declares {unit}"),
+        ):
+            if abs(ratio / factor - 1.0) <= UNIT_TOLERANCE:
+                return [
+                    Finding(
+                        "calibration.wrong_unit",
+                        f"{said}: {problem}.",
+                        "Correct the unit in the header of the list.",
+                        refuses=True,
+                    )
+                ]
+    if 1.0 / MAX_BASELINE_RATIO <= ratio <= MAX_BASELINE_RATIO:
+        return []
+    return [
+        Finding(
+            "calibration.baseline",
+            f"{said}.",
+            "Check the unit of the list, and the camera positions in the rig document.",
+            refuses=True,
+            forcible=True,
+        )
+    ]
+
+
+def _patterns(points: Points3, uv: Pixels) -> Iterator[Pattern]:
+    order = "calibration.wrong_order"
+    yield order, "if the points were in reverse order", points[::-1], uv
+    yield order, "if every spot belonged to the next point", points[1:], uv[:-1]
+    yield order, "if every spot belonged to the previous point", points[:-1], uv[1:]
+    yield (
+        "calibration.wrong_axes",
+        "if it were mirrored: two of its axes are swapped, one has the wrong sign, or u and v of "
+        "the spots are swapped",
+        points * np.array([1.0, 1.0, -1.0]),
+        uv,
+    )

@@ -1,15 +1,13 @@
 """Calibration of all cameras of a rig from one list of known points.
 
 Each is fitted alone (a joint fit differs by less than a thousandth, measured); the common error of
-the reference points couples their uncertainties. If a list does not fit its spots, the reason is
-sought: order, handedness or unit.
+the reference points couples their uncertainties. Points held back show the errors.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -17,7 +15,8 @@ from scipy.spatial import ConvexHull, QhullError
 from ocmm_core.calibration.cameras._guards import (
     OUTLIERS_REFUSED,
     RMS_REFUSED,
-    LensTerms,
+    explain_baseline,
+    explain_misfit,
     judge_fit,
     judge_lens,
     judge_lens_terms,
@@ -31,97 +30,12 @@ from ocmm_core.calibration.cameras._model_fit import (
     whitening_of,
 )
 from ocmm_core.calibration.cameras._reference_points import KnownPoints, SpotTable
+from ocmm_core.calibration.guided import CameraResiduals, Findings
 from ocmm_core.calibration.records import Finding, let_pass
 from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Pixels, Points3
-from ocmm_core.units import named_unit
-
-Pattern: TypeAlias = tuple[str, str, Points3, Pixels]
-
-UNITS_MM = {
-    word: named_unit(word, "length").factor
-    for word in ("inches", "centimetres", "metres", "micrometres")
-}
-"""A list in one of these that was taken for millimetres makes the rig this much too small."""
-
-UNIT_TOLERANCE = 0.15
-"""Relative deviation of a baseline from the rig document within which the unit is named."""
-
-MAX_BASELINE_RATIO = 1.5
-
-
-def explain_misfit(
-    nominal: CameraModel, points_world: Points3, uv: Pixels, sigma_px: float, reference_sigma: float
-) -> Finding | None:
-    """Return the mix-up of the list that makes it fit the spots, or None.
-
-    (n, 3), mm, and (n, 2), px, in list order. Two swapped axes, one reversed axis, and swapped u
-    and v differ by a rotation only, which the pose absorbs: they are named together.
-    """
-    for code, sentence, points, spots in _patterns(points_world, uv):
-        try:
-            fit = fit_camera(nominal, points, spots, sigma_px, reference_sigma)
-        except CalibrationError:
-            continue
-        good = ratio_of(fit) < RMS_REFUSED and np.mean(~fit.used) <= OUTLIERS_REFUSED
-        if good:
-            return Finding(
-                code,
-                f"The list of points does not fit the spots of camera '{nominal.name}', but it "
-                f"would {sentence}.",
-                "Correct the list of points or of spots, and calibrate again.",
-                refuses=True,
-            )
-    return None
-
-
-def explain_baseline(first: str, second: str, found_mm: float, expected_mm: float) -> list[Finding]:
-    """Return findings on the unit by the camera distance of the rig; residuals hide it."""
-    ratio = found_mm / expected_mm
-    said = (
-        f"According to the list of points, cameras '{first}' and '{second}' are {found_mm:.4g} "
-        f"mm apart, according to the rig document {expected_mm:.4g} mm"
-    )
-    for unit, size in UNITS_MM.items():
-        for factor, problem in (
-            (1.0 / size, f"the list is in {unit}, but declares mm"),
-            (size, f"the list is in mm, but declares {unit}"),
-        ):
-            if abs(ratio / factor - 1.0) <= UNIT_TOLERANCE:
-                return [
-                    Finding(
-                        "calibration.wrong_unit",
-                        f"{said}: {problem}.",
-                        "Correct the unit in the header of the list.",
-                        refuses=True,
-                    )
-                ]
-    if 1.0 / MAX_BASELINE_RATIO <= ratio <= MAX_BASELINE_RATIO:
-        return []
-    return [
-        Finding(
-            "calibration.baseline",
-            f"{said}.",
-            "Check the unit of the list, and the camera positions in the rig document.",
-            refuses=True,
-            forcible=True,
-        )
-    ]
-
-
-def _patterns(points: Points3, uv: Pixels) -> Iterator[Pattern]:
-    order = "calibration.wrong_order"
-    yield order, "if the points were in reverse order", points[::-1], uv
-    yield order, "if every spot belonged to the next point", points[1:], uv[:-1]
-    yield order, "if every spot belonged to the previous point", points[:-1], uv[1:]
-    yield (
-        "calibration.wrong_axes",
-        "if it were mirrored: two of its axes are swapped, one has the wrong sign, or u and v of "
-        "the spots are swapped",
-        points * np.array([1.0, 1.0, -1.0]),
-        uv,
-    )
+from ocmm_core.tracking import triangulate
 
 
 def own_covariance(fit: CameraFit, points: KnownPoints) -> Float:
@@ -209,8 +123,6 @@ class CameraCalibration:
     """(n,): False for the outliers."""
     outliers: tuple[Outlier, ...]
     """Worst first."""
-    lens_terms: LensTerms
-    """Whether k3 and the thin prism are needed."""
     warnings: tuple[Finding, ...]
     """Findings that did not refuse it."""
     start: str
@@ -256,7 +168,6 @@ def calibrate_rig(
     fits: list[CameraFit] = []
     indices: list[Int] = []
     findings: list[list[Finding]] = []
-    terms: list[LensTerms] = []
     for nominal, row in zip(rig.cameras, rows, strict=True):
         seen = np.flatnonzero(np.isfinite(spots.uv[row]).all(axis=1)).astype(np.int64)
         at, uv = points.positions_world[seen], spots.uv[row, seen]
@@ -264,16 +175,15 @@ def calibrate_rig(
         found = judge_fit(fit, [points.names[i] for i in seen])
         # Refuse hopeless fits here: a test of their lens terms would be meaningless.
         let_pass(found, force=True)
-        terms.append(judge_lens_terms(fit))
         fits.append(fit)
         indices.append(seen)
-        findings.append([*found, *judge_lens(fit, terms[-1])])
+        findings.append([*found, *judge_lens(fit, judge_lens_terms(fit))])
     of_rig = _baselines(rig, fits)
     everything = [*of_rig, *(one for found in findings for one in found)]
     warnings = let_pass(everything, force)
     cameras = tuple(
-        _camera_calibration(fit, points, seen, term, let_pass(found, force))
-        for fit, seen, term, found in zip(fits, indices, terms, findings, strict=True)
+        _camera_calibration(fit, points, seen, let_pass(found, force))
+        for fit, seen, found in zip(fits, indices, findings, strict=True)
     )
     return RigCalibration(
         cameras=cameras,
@@ -339,7 +249,7 @@ def _baselines(rig: Rig, fits: Sequence[CameraFit]) -> list[Finding]:
 
 
 def _camera_calibration(
-    fit: CameraFit, points: KnownPoints, seen: Int, terms: LensTerms, warnings: tuple[Finding, ...]
+    fit: CameraFit, points: KnownPoints, seen: Int, warnings: tuple[Finding, ...]
 ) -> CameraCalibration:
     outliers = tuple(
         Outlier(points.names[seen[i]], fit.residuals_px[i], float(fit.distances[i]))
@@ -348,7 +258,7 @@ def _camera_calibration(
     return CameraCalibration(
         model=fit.camera.model, covariance=own_covariance(fit, points), rms_px=fit.rms_px,
         chi2=fit.chi2, dof=fit.dof, indices=seen, uv=fit.uv, residuals_px=fit.residuals_px,
-        used=fit.used, outliers=outliers, lens_terms=terms, warnings=warnings, start=fit.start,
+        used=fit.used, outliers=outliers, warnings=warnings, start=fit.start,
     )  # fmt: skip
 
 
@@ -365,3 +275,80 @@ def _hull(points: KnownPoints, fits: Sequence[CameraFit], indices: Sequence[Int]
             f"Only {len(common)} points, or points in one plane, were seen by two cameras.",
             "Aim the cameras at one common volume, and take the points there.",
         ) from error
+
+
+def split(points: KnownPoints, calibration: int, rng: np.random.Generator) -> tuple[Int, Int]:
+    """Return random disjoint calibration, evaluation indices; CalibrationError if one is empty."""
+    n = len(points.names)
+    if not 0 < calibration < n:
+        raise CalibrationError(
+            "calibration.split",
+            f"{calibration} of {n} points for calibration leave none for evaluation.",
+            f"Use between 1 and {n - 1} points, typically half of them.",
+        )
+    order = rng.permutation(n).astype(np.int64)
+    return np.sort(order[:calibration]), np.sort(order[calibration:])
+
+
+def subset(points: KnownPoints, spots: SpotTable, indices: Int) -> tuple[KnownPoints, SpotTable]:
+    """Return the points with these indices and their spots."""
+    names = tuple(points.names[index] for index in indices)
+    return (
+        replace(points, names=names, positions_world=points.positions_world[indices]),
+        SpotTable(spots.serials, spots.uv[:, indices], spots.sigma_px),
+    )
+
+
+def located_errors(rig: Rig, points: KnownPoints, spots: SpotTable) -> Points3:
+    """Return located minus reference (n, 3), mm; NaN if seen by fewer than two cameras.
+
+    CalibrationError if no point was seen by two cameras.
+    """
+    rows = [spots.serials.index(camera.serial) for camera in rig.cameras]
+    errors: Points3 = triangulate(rig, spots.uv[rows]) - points.positions_world
+    if not np.isfinite(errors).all(axis=1).any():
+        raise CalibrationError(
+            "calibration.no_evaluation",
+            "No evaluation point was seen by two cameras.",
+            "Take evaluation points where the camera views overlap.",
+        )
+    return errors
+
+
+def found_by(
+    rig: Rig, points: KnownPoints, table: SpotTable, evaluation: int, force: bool
+) -> Findings:
+    """Return the findings, ``evaluation`` points held back; raises as `calibrate_rig`."""
+    used, held = (points, table), None
+    if evaluation:
+        chosen, rest = split(points, len(points.names) - evaluation, np.random.default_rng(0))
+        used, held = subset(points, table, chosen), subset(points, table, rest)
+    calibration = calibrate_rig(rig, *used, force)
+    at, errors = np.empty((0, 3)), np.empty((0, 3))
+    if held is not None:
+        located = located_errors(calibration.applied_to(rig, rig.identity), *held)
+        seen = np.isfinite(located).all(axis=1)
+        at, errors = held[0].positions_world[seen], located[seen]
+    squares = [(one.chi2, one.dof) for one in calibration.cameras]
+    residuals = np.concatenate([one.residuals_px[one.used] for one in calibration.cameras])
+    return Findings(
+        cameras=tuple(one.model for one in calibration.cameras),
+        covariance=calibration.covariance,
+        volume_world=calibration.volume_world,
+        hull_world=calibration.hull_world,
+        residuals=tuple(
+            CameraResiduals(one.model.name, one.uv, one.residuals_px, one.used)
+            for one in calibration.cameras
+        ),
+        rms_px=float(np.sqrt(np.mean(residuals**2))),
+        chi2_per_dof=sum(chi2 for chi2, _ in squares) / sum(dof for _, dof in squares),
+        points=len({int(i) for one in calibration.cameras for i in one.indices[one.used]}),
+        outliers=tuple(
+            f"{one.name} in {camera.model.name}"
+            for camera in calibration.cameras
+            for one in camera.outliers
+        ),
+        errors_at_world=at,
+        errors_world=errors,
+        warnings=calibration.warnings,
+    )

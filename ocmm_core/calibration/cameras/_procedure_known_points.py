@@ -5,18 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.cameras._known_points_session import (
-    KnownPointsBegun,
-    KnownPointsEvent,
-    ReferencePointEvent,
-    found_by,
-    views_of,
-)
 from ocmm_core.calibration.cameras._model_fit import MINIMUM_POINTS
+from ocmm_core.calibration.cameras._network import found_by
 from ocmm_core.calibration.cameras._reference_points import KnownPoints, SpotTable
 from ocmm_core.calibration.guided import (
     OPEN,
@@ -30,7 +25,9 @@ from ocmm_core.calibration.guided import (
     KnownPointsView,
     Live,
     ProcedureKind,
+    SessionEvent,
     SessionFormat,
+    SessionHeader,
     SessionLine,
     Spots,
     StaticSpotAverager,
@@ -51,6 +48,39 @@ EVALUATION_FROM = 80
 """Minimum list length for keeping a part for evaluation."""
 
 PREPARE, COLLECT, RESULT = "prepare", "collect", "result"
+
+
+class KnownPointsBegun(SessionHeader, frozen=True, kw_only=True):
+    """First line."""
+
+    names: tuple[str, ...]
+    positions: tuple[tuple[float, float, float], ...]
+    reference_sigma: float
+    frame: str
+    length_sigma: float
+    """`names`, `positions`, `reference_sigma`, `frame`, `length_sigma`: As `KnownPoints`; mm."""
+    evaluation: int
+    valid_days: int
+    artefacts: tuple[ArtefactUse, ...]
+    """The CMM that positioned the points, with its certificate."""
+
+
+class ReferencePointEvent(SessionEvent, frozen=True, kw_only=True, tag="PointTaken"):
+    """Spots at one reference point; replaces an earlier event of it."""
+
+    point: str
+    uv: Spots
+    """(C, 1), px; all None for a skipped point."""
+    sigma_px: float
+
+
+KnownPointsEvent: TypeAlias = KnownPointsBegun | ReferencePointEvent
+
+
+def views_of(taken: ReferencePointEvent) -> int:
+    """Return the number of cameras that saw a point."""
+    return sum(camera[0] is not None for camera in taken.uv)
+
 
 _SESSIONS = SessionFormat(
     ProcedureKind.KNOWN_POINTS, SessionLine[KnownPointsEvent], KnownPointsBegun
@@ -309,7 +339,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
 
     def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
-        self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._chain.path)
+        self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._log.path)
 
 
 def _listed(serials: tuple[int, ...]) -> str:

@@ -3,11 +3,12 @@
 In: frames during operation, commands (next, record, repeat), lines of a session file.
 Out: snapshots of the procedure for any screen, averaged observations, a record to accept.
 
-Read `_procedure` (steps and gates) and `_procedure_views` (snapshots), `_session` and
-`_session_events` (state from a file), `_collecting` (from frames to observations), `_labelling`
-(LEDs before cameras are calibrated), `_repeats`, `_articulation`, `_session_drift` and
-`_session_events` (detection of motion, shocks), then `_conclusion` (the record). It is independent
-of specific procedures and of Qt: a script runs a procedure as a window does.
+Read `_procedure` (steps, gates, durable events; of acceptance tests as well) and `_procedure_views`
+(snapshots), `_session` and `_session_events` (state from a file), `_collecting` (from frames to
+observations), `_labelling` (LEDs before cameras are calibrated), `_repeats`, `_articulation`,
+`_session_drift` and `_session_events` (detection of motion, shocks), then `_conclusion` (the
+record). It is independent of specific procedures and of Qt: a script runs a procedure as a window
+does.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.calibration.guided._procedure import (
         OPEN, CameraLive, Gate, Live, Procedure, ProcedureDecision, ProcedureKind, ProcedureView,
-        Step,
+        SessionLog, Step, require_fresh_temperature,
     )  # fmt: skip
     from ocmm_core.calibration.guided._procedure_views import (
         CalibrationComparison, CalibrationOutcome, CameraChange, CameraResiduals, KnownPoint,
@@ -39,9 +40,7 @@ if TYPE_CHECKING:
         again_instruction, first_gate, first_instruction, judge_first_visit, judge_repeats,
         judge_visit_again, repeat_finding,
     )  # fmt: skip
-    from ocmm_core.calibration.guided._session import (
-        CameraProcedure, O, ProbeProcedure, require_fresh_temperature,
-    )  # fmt: skip
+    from ocmm_core.calibration.guided._session import CameraProcedure, ProbeProcedure
     from ocmm_core.calibration.guided._session_drift import (
         Rest, SessionChange, TimeCourse, change_findings, rest_of, session_changes,
     )  # fmt: skip
@@ -59,10 +58,10 @@ __all__ = [
     "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace", "CalibrationComparison",
     "CalibrationContext", "CalibrationOutcome", "CameraChange", "CameraLive", "CameraProcedure",
     "CameraResiduals", "CommonEvent", "Decided", "Entered", "Findings", "Gate", "JudgedRepeat",
-    "KnownPoint", "KnownPointsView", "LinePlan", "Live", "O", "ProbeProcedure", "ProbeSpotAverager",
+    "KnownPoint", "KnownPointsView", "LinePlan", "Live", "ProbeProcedure", "ProbeSpotAverager",
     "Procedure", "ProcedureDecision", "ProcedureKind", "ProcedureView", "RelocationView", "Repeat",
     "Rest", "RestingPosition", "RestingTouch", "SeatVisited", "SessionChange", "SessionEvent",
-    "SessionFormat", "SessionHeader", "SessionLine", "ShockDetector", "Shot", "Spots",
+    "SessionFormat", "SessionHeader", "SessionLine", "SessionLog", "ShockDetector", "Shot", "Spots",
     "StaticSpotAverager", "Step", "Tilt", "TimeCourse", "VerificationOutcome", "VerificationView",
     "VolumeCoverage", "again_gate", "again_instruction", "articulate", "build_outcome",
     "change_findings", "coverage", "first_gate", "first_instruction", "from_spots", "handle_axis",

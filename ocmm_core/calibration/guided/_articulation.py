@@ -138,8 +138,6 @@ _WORST_CONDITION = 1e10
 class Articulation:
     """The ball in a cone."""
 
-    mean_world: Float
-    """(3,), mm."""
     off_world: Points3
     """(n, 3), mm: tips less their mean."""
     spread_2s: float
@@ -150,8 +148,6 @@ class Articulation:
     spread_limit: float
     largest_limit: float
     """`spread_limit`, `largest_limit`: mm: allowed by the stated uncertainties."""
-    half_range_limit: Float
-    """(3,), mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,23 +203,19 @@ def articulate(
             "Hold the probe in five attitudes.",
         )
     tips = tips_of(touches)
-    mean = tips.mean(axis=0)
-    off = tips - mean
+    off = tips - tips.mean(axis=0)
     square = np.sum(off**2, axis=1)
     centring = np.kron(np.eye(n) - 1.0 / n, np.eye(3))
     covariance = centring @ _covariance(touches, rig, body, seat_sigma_mm) @ centring.T
     blocks = covariance.reshape(n, 3, n, 3)
     largest = max(square_limit(blocks[i, :, i], chance / n) for i in range(n))
     return Articulation(
-        mean_world=mean,
         off_world=off,
         spread_2s=2.0 * float(np.sqrt(square.sum() / (n - 1))),
         largest=float(np.sqrt(square.max())),
         half_range=0.5 * np.ptp(tips, axis=0),
         spread_limit=2.0 * float(np.sqrt(square_limit(covariance, chance) / (n - 1))),
         largest_limit=float(np.sqrt(largest)),
-        half_range_limit=0.5
-        * np.array([range_limit(blocks[:, axis, :, axis], chance / 3.0) for axis in range(3)]),
     )
 
 

@@ -1,24 +1,19 @@
-"""State of a guided procedure, folded from its session file.
-
-Every event is one line of a chained file (`chain_file`), on disk before its call returns; nothing
-else may change the state. `GuidedProcedure` is the common base.
-"""
+"""State of a guided calibration, folded from its session file; `GuidedProcedure` is the base."""
 
 from __future__ import annotations
 
-import threading
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import replace
-from datetime import datetime, timedelta
+from datetime import datetime
 from typing import Generic, Protocol, TypeVar
 
-from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided._procedure import (
     Live,
+    Procedure,
     ProcedureDecision,
     ProcedureKind,
-    ProcedureView,
+    SessionLog,
     Step,
 )
 from ocmm_core.calibration.guided._session_events import (
@@ -36,14 +31,12 @@ from ocmm_core.calibration.guided._session_events import (
     utc_text,
 )
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import CalibrationStore, Finding, ProbeStore
+from ocmm_core.calibration.records import CalibrationStore, ProbeStore
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
-from ocmm_core.errors import CalibrationError, OcmmError, StorageError
+from ocmm_core.errors import CalibrationError
 
 WARMTH_STEP_K = 0.5
-REREAD_AFTER = timedelta(minutes=30)
-"""Age of a typed temperature from which observations need a new reading."""
 
 O = TypeVar("O")  # noqa: E741 - an outcome, as T is a type
 
@@ -62,30 +55,15 @@ class Store(Protocol):
     def events(self) -> Sequence[Dated]: ...
 
 
-TORN = (
-    "The last entry was being written when the program stopped: it is not in the session. "
-    "Take that observation again."
-)
-
-
-def require_fresh_temperature(read: datetime | None, now: datetime) -> None:
-    """Raise CalibrationError if a temperature was read too long ago; None if never."""
-    if read is not None and now - read > REREAD_AFTER:
-        raise CalibrationError(
-            "session.temperature_old",
-            f"The temperature was read {(now - read).total_seconds() / 60.0:.0f} min ago.",
-            "Read the thermometer again, and enter it when you resume this session.",
-        )
-
-
-class GuidedProcedure(ABC, Generic[E, O]):
-    """Base of all procedures; see `procedure.Procedure`.
+class GuidedProcedure(Procedure, Generic[E, O]):
+    """Base of all calibrations.
 
     ``chain`` has at least its first line, ``begun``; ``store`` gets the accepted result.
     CalibrationError if the session was started with another rig.
     """
 
     kind: ProcedureKind
+    _outcome: O | None
     step_names: tuple[str, ...]
 
     def __init__(
@@ -98,23 +76,17 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 "or calibration has changed since.",
                 "Start a new session.",
             )
+        super().__init__(SessionLog(chain, SessionLine))
         self.rig = rig
         self._accepted = store
-        self._chain = chain
-        self._torn = TORN if chain.torn else ""
-        self._lost = ""
         # Including a line cut off by a crash, which the next line replaces.
         self._size = chain.path.stat().st_size
         self._first = self._typed = begun
         self._readings: list[Reread] = []
-        self._lock = threading.RLock()
         self._step = self.step_names[0]
         self._decided: Decided | None = None
         self._forced = False
         self._sensors_c: tuple[float, ...] = ()
-        self._version = 0
-        self._outcome: O | None = None
-        self._error: Finding | None = None
         self._kept_steps: tuple[object, tuple[Step, ...]] | None = None
 
     # Implemented by each procedure.
@@ -152,10 +124,6 @@ class GuidedProcedure(ABC, Generic[E, O]):
         """Remove the last observation of a step from the state."""
 
     @abstractmethod
-    def _calculation(self) -> Callable[[], O]:
-        """Return the calculation for the present observations, independent of the state."""
-
-    @abstractmethod
     def _put(self, outcome: O, decided: Decided) -> None:
         """Put an accepted result into the store."""
 
@@ -163,31 +131,19 @@ class GuidedProcedure(ABC, Generic[E, O]):
     def _in_force(self) -> str:
         """Return the hash of the record that an accepted result would replace, or empty."""
 
-    @abstractmethod
-    def watch(self, block: FrameBlock) -> None:
-        """Process frames; see `procedure.Procedure.watch`."""
-
     # Common to all procedures.
 
     @property
-    def base(self) -> ProcedureView:
-        with self._lock:
-            return ProcedureView(
-                kind=self.kind,
-                session=self._chain.path,
-                rig=self._first.rig,
-                begun_utc=self._first.utc,
-                who=self._first.who,
-                steps=self._steps_now(),
-                current=self.step_names.index(self._step),
-                live=self._live(),
-                decision=ProcedureDecision.OPEN
-                if self._decided is None
-                else self._decided.decision,
-                stored=self._is_stored(),
-                error=self._error,
-                torn=self._torn,
-            )
+    def _started(self) -> tuple[str, str, str]:
+        return self._first.rig, self._first.utc, self._first.who
+
+    @property
+    def _current(self) -> int:
+        return self.step_names.index(self._step)
+
+    @property
+    def _ended_as(self) -> ProcedureDecision:
+        return ProcedureDecision.OPEN if self._decided is None else self._decided.decision
 
     def _steps_now(self) -> tuple[Step, ...]:
         """Return the steps, cached because views poll them between observations."""
@@ -200,50 +156,20 @@ class GuidedProcedure(ABC, Generic[E, O]):
         return self._kept_steps[1]
 
     def _live(self) -> Live:
-        seen = self._seen()
-        if self._lost:
-            return replace(seen, ready=False, hint=self._lost)
         if self._decided is not None or not self._wants():
-            return replace(seen, ready=False, hint="Nothing to take in this step.")
-        return seen
+            return replace(self._seen(), ready=False, hint="Nothing to take in this step.")
+        return self._seen()
 
-    def require_name(self) -> None:
-        """Raise StorageError if the file is lost; see `procedure.Procedure.require_name`."""
-        try:
-            self._chain.require_name()
-        except StorageError as error:
-            self._lost = error.what
-            raise
-
-    def take(self, now: datetime) -> None:
-        """Record the current observation; see `procedure.Procedure.take`."""
-        with self._lock:
-            live = self._live()
-            if not live.ready:
-                raise CalibrationError("session.not_ready", live.hint, "Then repeat it.")
-            require_fresh_temperature(self._read_at(), now)
-            self._append(self._observation(utc_text(now)))
+    def _store_observation(self, now: datetime) -> None:
+        self._append(self._observation(utc_text(now)))
 
     def drop(self, now: datetime) -> None:
         with self._lock:
             if self._has_observation(self._step):
                 self._append(Dropped(utc=utc_text(now), step=self._step))
 
-    def advance(self, now: datetime) -> None:
-        """Enter the next step; raise CalibrationError if the gate is closed."""
-        with self._lock:
-            index = self.step_names.index(self._step)
-            gate = self._steps_now()[index].gate
-            if not gate.open:
-                raise CalibrationError("session.gate", gate.reason, gate.remedy)
-            if index + 1 < len(self.step_names):
-                self._append(Entered(utc=utc_text(now), step=self.step_names[index + 1]))
-
-    def back(self, now: datetime) -> None:
-        with self._lock:
-            index = self.step_names.index(self._step)
-            if index:
-                self._append(Entered(utc=utc_text(now), step=self.step_names[index - 1]))
+    def _enter(self, step: int, now: datetime) -> None:
+        self._append(Entered(utc=utc_text(now), step=self.step_names[step]))
 
     def force(self, now: datetime, reason: str) -> None:
         """Overrule the guards that question how the observations were taken; see `guards`."""
@@ -276,23 +202,8 @@ class GuidedProcedure(ABC, Generic[E, O]):
         last = self._readings[-1] if self._readings else self._typed
         return None if self._typed.temperature_c is None else datetime.fromisoformat(last.utc)
 
-    def compute(self, elsewhere: Callable[[], O] | None = None) -> None:
-        """Calculate the result; ``elsewhere``: result of another process for this session."""
-        with self._lock:
-            calculate, version = elsewhere or self._calculation(), self._version
-        try:
-            outcome = calculate()
-        except OcmmError as error:
-            with self._lock:
-                if version == self._version:
-                    self._error = Finding(error.code, error.what, error.remedy, refuses=True)
-            raise
-        with self._lock:
-            if version == self._version:
-                self._outcome, self._error = outcome, None
-
     def accept(self, now: datetime, reason: str) -> None:
-        """Store the result and end the procedure; see `procedure.Procedure.accept`."""
+        """Store the result and end the procedure."""
         with self._lock:
             if self._outcome is None:
                 raise CalibrationError("session.no_result", "No result yet.", "Calculate it first.")
@@ -328,15 +239,14 @@ class GuidedProcedure(ABC, Generic[E, O]):
         return decided
 
     def _fold(self) -> None:
-        for line in self._chain.items[1:]:
-            self._change(line.event)
+        self._log.replay(self._change)
 
     def _refuse_older(self, which: str) -> None:
         """Refuse to resume a session of an older version, which lacks ``which``."""
         if self._decided is None:
             raise CalibrationError(
                 "session.older",
-                f"{self._chain.path}: this session was started by an earlier version, which "
+                f"{self._log.path}: this session was started by an earlier version, which "
                 f"{which}: movement in the meantime could go unnoticed.",
                 "Start a new session.",
             )
@@ -345,16 +255,15 @@ class GuidedProcedure(ABC, Generic[E, O]):
         if self._decided is not None:
             raise self._ended(self._decided)
         self.require_name()
-        if self._size != self._chain.path.stat().st_size:
+        if self._size != self._log.path.stat().st_size:
             # Appending would overwrite lines of another program.
             raise CalibrationError(
                 "session.elsewhere",
-                f"{self._chain.path}: another program is using this session.",
+                f"{self._log.path}: another program is using this session.",
                 "Close the other one, then open the session again.",
             )
-        self._chain.append(SessionLine(event))
-        self._size = self._chain.path.stat().st_size
-        self._change(event)
+        self._log.append(event, self._change)
+        self._size = self._log.path.stat().st_size
 
     def _change(self, event: E | CommonEvent) -> None:
         if isinstance(event, Decided):
@@ -377,13 +286,12 @@ class GuidedProcedure(ABC, Generic[E, O]):
                         setattr(holder, name, self._first)
             else:
                 self._observe(event)
-            self._version += 1
-            self._outcome, self._error = None, None
+            self._outdate()
 
     def _ended(self, decided: Decided) -> CalibrationError:
         return CalibrationError(
             "session.ended",
-            f"{self._chain.path}: this session has ended: {decided.decision.value}.",
+            f"{self._log.path}: this session has ended: {decided.decision.value}.",
             "Start a new session.",
         )
 

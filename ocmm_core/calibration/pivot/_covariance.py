@@ -339,11 +339,9 @@ def coverage_of(rotations: Float, middle_probe: Float) -> SweepCoverage:
     axes = np.linalg.svd(vectors - vectors.mean(axis=0), full_matrices=False)[2]
     along = vectors @ axes.T
     low, high = np.percentile(along, [1.0, 99.0], axis=0)
-    order = np.argsort(low - high)
+    ranges = np.sort(high - low)[::-1]
     cells = np.unique(np.round(vectors / ATTITUDE_STEP).astype(np.int64), axis=0)
-    return SweepCoverage(
-        axes[order], (high - low)[order], len(cells), unit(rotations @ middle_probe)
-    )
+    return SweepCoverage(ranges, len(cells), unit(rotations @ middle_probe))
 
 
 def preview_pivot(

@@ -116,10 +116,9 @@ class ExcludedFrame:
 class SweepCoverage:
     """Rotation range of the probe."""
 
-    axes_probe: Float
-    """(3, 3): rows are the probe's rotation axes by decreasing range."""
     ranges: Float
-    """(3,), rad: from the 1st to the 99th percentile of the rotation about each of them."""
+    """(3,), rad: from the 1st to the 99th percentile of the rotation about each axis of the probe,
+    by decreasing range."""
     attitudes: int
     """Number of attitudes at least two degrees apart."""
     directions_world: Points3

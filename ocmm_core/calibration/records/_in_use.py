@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from datetime import datetime
 from itertools import zip_longest
 from pathlib import Path
 
 import platformdirs
 
 from ocmm_core.calibration.records._history import CalibrationStore
-from ocmm_core.calibration.records._record_store import RecordStatus
 from ocmm_core.calibration.records._records import CameraRecord, rig_from_record
 from ocmm_core.calibration.records._sealed import canonical, record_hash
 from ocmm_core.calibration.records._usable import (
@@ -18,13 +16,12 @@ from ocmm_core.calibration.records._usable import (
     CalibrationStatus,
     InUse,
     ViewInUse,
-    blocker_of,
     named_folder,
     replaced_in,
 )
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import read_text
-from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.errors import CalibrationError
 from ocmm_core.fieldbus.described import DeviceDescription, doubt_line, doubt_sentences, load_device
 
 
@@ -44,7 +41,7 @@ class CalibrationView(ViewInUse):
 
 
 @dataclass(frozen=True, slots=True)
-class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
+class CalibrationInUse(InUse[CalibrationStore, CalibrationView, CameraRecord]):
     """Calibration at the start of a job; see also `InUse`."""
 
     rig: Rig
@@ -61,9 +58,8 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
         return () if self.device is None else doubt_sentences(self.device)
 
     @property
-    def is_design(self) -> bool:
-        """Return whether the rig comes from the rig document alone."""
-        return self.record is None
+    def used(self) -> CameraRecord | None:
+        return self.record
 
     @property
     def as_opened(self) -> CalibrationView:
@@ -77,19 +73,16 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
             record=self.record,
         )
 
-    def overtaken(self, store: CalibrationStore) -> Blocker | None:
-        """Return what replaced it since the start of the job, or None."""
-        if store.active_hash == record_hash(self._used):
+    def overtaken(self, store: CalibrationStore, used: CameraRecord) -> Blocker | None:
+        if store.active_hash == record_hash(used):
             return None
-        return replaced_in(store, _REPLACED)
-
-    def status(self, store: CalibrationStore, now: datetime) -> RecordStatus:
-        return store.status_of(self._used, now, thorough=False)
-
-    @property
-    def _used(self) -> CameraRecord:
-        assert self.record is not None  # noqa: S101 - only asked where it is no design
-        return self.record
+        return replaced_in(
+            store,
+            Blocker(
+                "Another calibration has been activated since this job was started.",
+                "End this job and start a new one.",
+            ),
+        )
 
 
 def default_folder() -> Path:
@@ -120,26 +113,35 @@ def open_calibration(
     """
     design = open_design(document, uncalibrated=uncalibrated)
     place = store_folder(folder, design.rig.name)
-    try:
-        store = CalibrationStore(place)
-    except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
-    design = replace(design, store=store)
-    try:
-        record = store.active()
+
+    def with_store(design: CalibrationInUse, store: CalibrationStore) -> CalibrationInUse:
+        record, name = store.active(), design.rig.name
         if record is None:
-            return replace(design, fault=(CalibrationStatus.NONE, _never(design.rig)))
+            never = Blocker(
+                f"The cameras of rig '{name}' were never calibrated.", "Calibrate them."
+            )
+            return design.refused(never, CalibrationStatus.NONE)
         rig = rig_in_force(record, design.rig)
-    except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
-    if record.rig != design.rig.name:
-        other = _other_rig(document, design.rig.name, record.rig, place)
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, other))
-    if _cameras(rig) != _cameras(design.rig):
-        return replace(
-            design, fault=(CalibrationStatus.UNUSABLE, _others(document, design.rig, rig))
-        )
-    return replace(design, rig=rig, rig_text=canonical(record).decode("utf-8"), record=record)
+        if record.rig != name:
+            return design.refused(
+                Blocker(
+                    f"The calibration in {place} belongs to rig '{record.rig}', but "
+                    f"{document.name} describes rig '{name}'.",
+                    f"Restore the folder of rig '{name}' from a backup, or calibrate this rig in "
+                    "an empty folder.",
+                )
+            )
+        if _cameras(rig) != _cameras(design.rig):
+            return design.refused(
+                Blocker(
+                    f"The active calibration belongs to {_names(rig)}, but {document.name} names "
+                    f"{_names(design.rig)}.",
+                    "Give the rig document of the calibrated cameras, or calibrate these.",
+                )
+            )
+        return replace(design, rig=rig, rig_text=canonical(record).decode("utf-8"), record=record)
+
+    return design.opened(lambda: CalibrationStore(place), with_store)
 
 
 def rig_in_force(record: CameraRecord, design: Rig) -> Rig:
@@ -169,35 +171,6 @@ def require_record(in_use: CalibrationInUse) -> CameraRecord:
             "Choose the folder of camera records (Settings, Instrument).",
         )
     return in_use.record
-
-
-_REPLACED = Blocker(
-    "Another calibration has been activated since this job was started.",
-    "End this job and start a new one.",
-)
-
-
-def _never(rig: Rig) -> Blocker:
-    return Blocker(f"The cameras of rig '{rig.name}' were never calibrated.", "Calibrate them.")
-
-
-def _other_rig(document: Path, name: str, found: str, place: Path) -> Blocker:
-    return Blocker(
-        f"The calibration in {place} belongs to rig '{found}', but {document.name} describes "
-        f"rig '{name}'.",
-        (
-            f"Restore the folder of rig '{name}' from a backup, or calibrate this rig in an "
-            "empty folder."
-        ),
-    )
-
-
-def _others(document: Path, design: Rig, calibrated: Rig) -> Blocker:
-    return Blocker(
-        f"The active calibration belongs to {_names(calibrated)}, but {document.name} names "
-        f"{_names(design)}.",
-        "Give the rig document of the calibrated cameras, or calibrate these.",
-    )
 
 
 def _cameras(rig: Rig) -> list[tuple[str, int, int, int, int]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
-from datetime import datetime
 from pathlib import Path
 
 import msgspec
@@ -13,19 +12,17 @@ import platformdirs
 from ocmm_core.calibration.records._events import TipEventKind, TipRecords
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipRecord, probe_from_records
 from ocmm_core.calibration.records._probe_store import ProbeStore
-from ocmm_core.calibration.records._record_store import RecordStatus
 from ocmm_core.calibration.records._sealed import canonical, record_hash
 from ocmm_core.calibration.records._usable import (
     Blocker,
     CalibrationStatus,
     InUse,
     ViewInUse,
-    blocker_of,
     named_folder,
     replaced_in,
 )
 from ocmm_core.documents import read_text
-from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody, load_probe
 
 TEXT_SCHEMA = "ocmm.probe-in-use/1"
@@ -82,7 +79,7 @@ class ProbeView(ViewInUse):
 
 
 @dataclass(frozen=True, slots=True)
-class ProbeInUse(InUse[ProbeStore, ProbeView]):
+class ProbeInUse(InUse[ProbeStore, ProbeView, TipRecords]):
     """Probe at the start of a job; see also `InUse`."""
 
     body: ProbeBody
@@ -96,9 +93,8 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
     """None if the geometry comes from the document."""
 
     @property
-    def is_design(self) -> bool:
-        """Return whether the geometry comes from the probe document alone."""
-        return self.records is None
+    def used(self) -> TipRecords | None:
+        return self.records
 
     @property
     def as_opened(self) -> ProbeView:
@@ -109,21 +105,23 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
             uncalibrated=self.uncalibrated, records=self.records,
         )  # fmt: skip
 
-    def overtaken(self, store: ProbeStore) -> Blocker | None:
-        """Return what replaced it since the start of the job, or None."""
-        if _is_replaced(self._used, store):
-            return replaced_in(store, _replaced(self.tip))
-        if store.mounted != self.tip:
-            return _other_mounted(self.tip, store.mounted or "")
-        return None
-
-    def status(self, store: ProbeStore, now: datetime) -> RecordStatus:
-        return store.status_of(self._used, now, thorough=False)
-
-    @property
-    def _used(self) -> TipRecords:
-        assert self.records is not None  # noqa: S101 - only asked where it is no design
-        return self.records
+    def overtaken(self, store: ProbeStore, used: TipRecords) -> Blocker | None:
+        if _is_replaced(used, store):
+            return replaced_in(
+                store,
+                Blocker(
+                    f"Another calibration or qualification of tip '{self.tip}' has been activated "
+                    "since this job was started.",
+                    "End this job and start a new one.",
+                ),
+            )
+        if store.mounted == self.tip:
+            return None
+        return Blocker(
+            f"Tip '{store.mounted or ''}' is mounted, but this job was started with tip "
+            f"'{self.tip}'.",
+            f"Mount tip '{self.tip}' again and check it, or end this job and start a new one.",
+        )
 
 
 def default_probe_folder() -> Path:
@@ -154,30 +152,28 @@ def open_probe(
     """
     design = open_probe_design(document, uncalibrated=uncalibrated)
     place = probe_store_folder(folder, design.body.name)
-    design = replace(design, tip=tip or "")
-    try:
-        store = ProbeStore(place)
-    except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
-    wanted = tip if tip is not None else store.mounted
-    design = replace(design, tip=wanted or "", store=store)
-    try:
+
+    def with_store(design: ProbeInUse, store: ProbeStore) -> ProbeInUse:
+        wanted = tip if tip is not None else store.mounted
+        design = replace(design, tip=wanted or "")
         records = store.active(wanted) if wanted is not None else None
         if records is None:
-            return replace(design, fault=(CalibrationStatus.NONE, _never(design)))
+            with_tip = f" with tip '{design.tip}'" if design.tip else ""
+            never = Blocker(
+                f"Probe '{design.body.name}' was never calibrated{with_tip}.",
+                "Calibrate the probe.",
+            )
+            return design.refused(never, CalibrationStatus.NONE)
         body = probe_from_records(design.body, records.calibration, records.qualification)
-    except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
-    text = canonical(
-        ProbeText(
-            schema=TEXT_SCHEMA,
-            document=design.probe_text,
-            calibration=records.calibration,
+        source = ProbeText(
+            schema=TEXT_SCHEMA, document=design.probe_text, calibration=records.calibration,
             qualification=records.qualification,
-        )
-    )
-    body = replace(body, identity=hashlib.sha256(text).hexdigest())
-    return replace(design, body=body, probe_text=text.decode("utf-8"), records=records)
+        )  # fmt: skip
+        text = canonical(source)
+        body = replace(body, identity=hashlib.sha256(text).hexdigest())
+        return replace(design, body=body, probe_text=text.decode("utf-8"), records=records)
+
+    return replace(design, tip=tip or "").opened(lambda: ProbeStore(place), with_store)
 
 
 def require_records(in_use: ProbeInUse) -> TipRecords:
@@ -202,23 +198,3 @@ def _is_replaced(records: TipRecords, store: ProbeStore) -> bool:
     newer = [one.record for one in own[begun:] if one.kind is TipEventKind.QUALIFIED]
     used = None if records.qualification is None else record_hash(records.qualification)
     return bool(newer) and newer[-1] != used
-
-
-def _replaced(tip: str) -> Blocker:
-    return Blocker(
-        f"Another calibration or qualification of tip '{tip}' has been activated since this job "
-        "was started.",
-        "End this job and start a new one.",
-    )
-
-
-def _other_mounted(tip: str, mounted: str) -> Blocker:
-    return Blocker(
-        f"Tip '{mounted}' is mounted, but this job was started with tip '{tip}'.",
-        f"Mount tip '{tip}' again and check it, or end this job and start a new one.",
-    )
-
-
-def _never(in_use: ProbeInUse) -> Blocker:
-    tip = f" with tip '{in_use.tip}'" if in_use.tip else ""
-    return Blocker(f"Probe '{in_use.body.name}' was never calibrated{tip}.", "Calibrate the probe.")

@@ -125,6 +125,10 @@ class RecordStore(EventFolder[T]):
         return found
 
     @abstractmethod
+    def status_of(self, record: Any, now: datetime, *, thorough: bool) -> RecordStatus:
+        """Return the status of a record, including the integrity of its evidence."""
+
+    @abstractmethod
     def _renewed_by(self, event: T) -> int:
         """Return the index of the renewal that makes up for lost files of an event."""
 

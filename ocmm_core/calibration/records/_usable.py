@@ -17,9 +17,9 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
-from ocmm_core.calibration.records._record_store import RecordStatus, RecordStore
+from ocmm_core.calibration.records._record_store import RecordStore
 from ocmm_core.calibration.records._records import CameraRecord
 from ocmm_core.calibration.records._sealed import record_hash
 from ocmm_core.camera import CameraEntry, camera_of
@@ -87,10 +87,11 @@ class ViewInUse:
 
 V = TypeVar("V", bound=ViewInUse)
 S = TypeVar("S", bound=RecordStore[Any])
+R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InUse(ABC, Generic[S, V]):
+class InUse(ABC, Generic[S, V, R]):
     """Cameras or probe as opened at the start of a job."""
 
     store: S | None = None
@@ -102,8 +103,8 @@ class InUse(ABC, Generic[S, V]):
 
     @property
     @abstractmethod
-    def is_design(self) -> bool:
-        """Return whether the geometry comes from a document alone."""
+    def used(self) -> R | None:
+        """Return the records in use; None if the geometry comes from a document alone."""
 
     @property
     @abstractmethod
@@ -111,18 +112,29 @@ class InUse(ABC, Generic[S, V]):
         """Return the view before any status is evaluated."""
 
     @abstractmethod
-    def overtaken(self, store: S) -> Blocker | None:
-        """Return what replaced it since the start of the job, or None."""
-
-    @abstractmethod
-    def status(self, store: S, now: datetime) -> RecordStatus:
-        """Return whether its records may be trusted."""
+    def overtaken(self, store: S, used: R) -> Blocker | None:
+        """Return what replaced its records since the start of the job, or None."""
 
     def refuse_fault(self, code: str) -> None:
         """Raise CalibrationError with ``code`` if use is forbidden."""
         if self.fault is not None:
             _, blocker = self.fault
             raise CalibrationError(code, blocker.what, blocker.remedy)
+
+    def refused(
+        self, blocker: Blocker, word: CalibrationStatus = CalibrationStatus.UNUSABLE
+    ) -> Self:
+        return replace(self, fault=(word, blocker))
+
+    def opened(self, store: Callable[[], S], with_store: Callable[[Self, S], Self]) -> Self:
+        """Return it with the records of a store, or with the fault that prevents their use."""
+        found = self
+        try:
+            records = store()
+            found = replace(self, store=records)
+            return with_store(found, records)
+        except OcmmError as error:
+            return found.refused(blocker_of(error))
 
 
 PRACTICE = "PRACTICE"
@@ -152,23 +164,23 @@ def require_real_name(who: str) -> str:
     return who
 
 
-def judge(in_use: InUse[S, V], now: datetime) -> V:
+def judge(in_use: InUse[S, V, R], now: datetime) -> V:
     """Return the status at a moment; the first call reads all evidence, some milliseconds."""
     view = in_use.as_opened
     if in_use.fault is not None:
         word, blocker = in_use.fault
         return replace(view, word=word, blocker=blocker)
-    store = in_use.store
-    if in_use.is_design or store is None:
+    store, used = in_use.store, in_use.used
+    if used is None or store is None:
         return view
     try:
         store.refresh()
     except (OcmmError, OSError) as error:
         return replace(view, word=CalibrationStatus.UNUSABLE, blocker=blocker_of(error))
-    other = in_use.overtaken(store)
+    other = in_use.overtaken(store, used)
     if other is not None:
         return replace(view, word=CalibrationStatus.UNUSABLE, blocker=other)
-    found = in_use.status(store, now)
+    found = store.status_of(used, now, thorough=False)
     word = CalibrationStatus(found.state.value)
     if not found.state.usable:
         doubt = Blocker(found.reason, found.remedy)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import CameraModel, Rig
-from ocmm_core.geometry import Float, Int, Pixels, Points3, RigidTransform
+from ocmm_core.geometry import Float, Int, Pixels, Points3
 
 LensMode = Literal["fixed", "prior", "free"]
 """Treatment of the lenses: kept (their uncertainty stays in the covariance), free with their
@@ -183,8 +183,6 @@ class RelocationResult:
     """(14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera, in the new world
     frame including its uncertainty; scaled by chi-square per degree of freedom if above one, never
     shrunk."""
-    T_world_from_start: RigidTransform
-    """Motion from the world of the start rig to the new one, as moved after the adjustment."""
     leds_probe: Points3
     tip_probe: Float
     """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm, from these frames."""

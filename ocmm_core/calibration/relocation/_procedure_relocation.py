@@ -407,7 +407,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
 
     def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
-        self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._chain.path)
+        self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._log.path)
 
 
 def _term(begun: RelocationBegun, found: RelocationResult) -> ThermalTerm | None:

@@ -180,7 +180,7 @@ def relocate(
         *judge_focal(state.cameras, covariance),
     ]
     return RelocationResult(
-        cameras=state.cameras, covariance=covariance[cameras, cameras], T_world_from_start=motion,
+        cameras=state.cameras, covariance=covariance[cameras, cameras],
         leds_probe=state.leds, tip_probe=state.tip,
         geometry_covariance=covariance[of_probe, of_probe],
         rms_px=float(np.sqrt(np.mean(residuals[used] ** 2))), chi2=chi2, dof=dof,

@@ -332,4 +332,4 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         reason = decided.reason if outcome.must_be_confirmed else ""
         record = msgspec.structs.replace(outcome.record, change_reason=reason)
         now = datetime.fromisoformat(decided.utc)
-        self._store.calibrate(record, self._begun.who, decided.reason, now, self._chain.path)
+        self._store.calibrate(record, self._begun.who, decided.reason, now, self._log.path)

@@ -167,4 +167,4 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
 
     def _put(self, outcome: TipOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
-        self._store.qualify(outcome.record, now, self._chain.path)
+        self._store.qualify(outcome.record, now, self._log.path)

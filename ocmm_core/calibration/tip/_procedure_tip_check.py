@@ -192,7 +192,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
 
     def _put(self, outcome: TipCheckOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
-        self._store.check(outcome.record, now, self._chain.path)
+        self._store.check(outcome.record, now, self._log.path)
 
 
 def _qualified(records: TipRecords, digest: str | None) -> TipRecord:

@@ -23,7 +23,6 @@ from ocmm_core.calibration.tip._fit import (
     DiameterErrors,
     centre_of_few,
     fit_ball_on,
-    predicted_covariance,
     predicted_errors,
 )
 from ocmm_core.calibration.tip._qualification import BallInCone, BallOnSphere, TouchBegun
@@ -178,7 +177,6 @@ class TouchState:
         slots = match_places(directions, wanted.places)
         points = points_of_places(slots, len(wanted.places.names))
         missing = [i for i, point in enumerate(points) if point is None]
-        so_far = predicted_covariance(touches, directions, self.rig, self.body, none)
         sigma = self._sigma(touches, directions, none)
         complete = len(points) - len(missing) >= wanted.places_needed and n >= wanted.points
         also = None
@@ -197,12 +195,6 @@ class TouchState:
             directions_world=directions,
             slots=slots,
             residuals_mm=np.full(n, np.nan) if fit is None else fit.residuals,
-            sigmas_mm=np.array(
-                [
-                    float(np.sqrt(way @ one.noise @ way))
-                    for one, way in zip(touches, directions, strict=True)
-                ]
-            ),
             doubtful=() if fit is None else fit.doubtful,
             diameter_mm=np.nan if fit is None else fit.diameter,
             diameter_sigma_mm=sigma,
@@ -210,7 +202,6 @@ class TouchState:
                 self._sigma(touches, directions, wanted.places.directions[missing]) if n else np.nan
             ),
             diameter_sigma_limit_mm=wanted.diameter_sigma,
-            centre_sigma_mm=np.sqrt(np.diag(so_far)[:3]),
             form_mm=np.nan if fit is None else fit.form,
         )
 
@@ -252,7 +243,6 @@ class TouchState:
             half_range_mm=nothing if found is None else found.half_range,
             spread_limit_mm=np.nan if found is None else found.spread_limit,
             largest_limit_mm=np.nan if found is None else found.largest_limit,
-            length_error_mm=np.nan if place is None else place.length_error,
             length_sigma_mm=np.inf if place is None else place.length_sigma,
         )
 

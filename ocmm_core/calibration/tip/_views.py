@@ -67,8 +67,6 @@ class SphereProgress:
     """(n,): index of the place of each point, -1 if none."""
     residuals_mm: Float
     """(n,): from the best-fit sphere, positive outside; NaN before four points."""
-    sigmas_mm: Float
-    """(n,): predicted standard deviations of one point along its normal."""
     doubtful: tuple[int, ...]
     """Indices of significantly inconsistent points. They are used unless the user removes them
     (`drop`: the last one, `take_back`: any)."""
@@ -80,8 +78,6 @@ class SphereProgress:
     diameter_sigma_end_mm: float
     """The same for the complete layout; NaN before the first point."""
     diameter_sigma_limit_mm: float
-    centre_sigma_mm: Float
-    """(3,): predicted standard uncertainties of the sphere's centre; infinite until determined."""
     form_mm: float
     """Largest less smallest radius; NaN before four points."""
 
@@ -125,10 +121,9 @@ class ConeProgress:
     largest_limit_mm: float
     """`spread_limit_mm`, `largest_limit_mm`: Allowed by the stated uncertainties (exceeded once in
     a thousand); NaN before two."""
-    length_error_mm: float
     length_sigma_mm: float
-    """`length_error_mm`, `length_sigma_mm`: True less calibrated distance of the ball from the
-    handle, and its standard uncertainty; NaN and infinite until determined by the attitudes."""
+    """Standard uncertainty of the distance of the ball from the handle; infinite until determined
+    by the attitudes."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -420,7 +420,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
 
     def _put(self, outcome: VerificationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
-        self._store.verify(outcome.record, now, self._chain.path)
+        self._store.verify(outcome.record, now, self._log.path)
 
 
 def _bare(corner: str) -> str:

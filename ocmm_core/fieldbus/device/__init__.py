@@ -1,13 +1,12 @@
-"""Device model of the smart camera: objects, identity, ESI file, and its page.
+"""Device model of the smart camera: objects, identity and ESI file.
 
 In: only the tables here.
 Out: one model for master, software camera, ESI file and page.
 
 Start with `_camera_objects` (object dictionary), `_object_entries` and `_profile_objects`; then
 `_camera_slave` (process data and configuration), `_input_layout` (header by revision), `_identity`
-(device to camera assignment), `_firmware` (blocks in a camera), `_diagnosis`, `_esi` (also EEPROM
-and clock), and `_object_page` with `_page_of_the_wire`, which writes
-docs/integrator/camera_objects.md.
+(device to camera assignment), `_firmware` (blocks in a camera), `_diagnosis`, and `_esi` (also
+EEPROM and clock).
 
 It must not import sockets, cycles or the virtual rig.
 """
@@ -16,22 +15,25 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.device._camera_objects import (
-        ERROR_REGISTER, HISTORY, HISTORY_FIRST, HISTORY_MESSAGES, IDENTITY, IDENTITY_SERIAL,
-        INPUT_SYNC, OUTPUT_SYNC, SM_ASSIGNMENT, SYNC_CYCLE, SYNC_ERROR, SYNC_EXCEEDED, SYNC_MISSED,
-        SYNC_MODE, TIMESTAMP, ErrorCode, ErrorRegister, configuration_values, object_dictionary,
+        ERROR_REGISTER, ERROR_TEXTS, HISTORY, HISTORY_FIRST, HISTORY_MESSAGES, IDENTITY,
+        IDENTITY_SERIAL, INPUT_SYNC, OUTPUT_SYNC, SM_ASSIGNMENT, SYNC_CYCLE, SYNC_ERROR,
+        SYNC_EXCEEDED, SYNC_MISSED, SYNC_MODE, TIMESTAMP, ErrorCode, ErrorRegister,
+        configuration_values, object_dictionary,
     )  # fmt: skip
     from ocmm_core.fieldbus.device._camera_slave import (
         COUNTER_MODULUS, DEFAULT_FRAME_PERIOD_NS, DEVICE_NAME, FRAMES_PER_CYCLE, FRAME_DTYPE,
-        HEADER_STRUCT, INPUT_DTYPE, INPUT_PDOS, INPUT_START, MAILBOX_BYTES, MAILBOX_IN_START,
-        MAILBOX_OUT_START, N_SLOTS, OUTPUT_DTYPE, OUTPUT_PDO, OUTPUT_START, OUTPUT_STRUCT,
-        PRODUCT_CODE, REVISION, SM_INPUTS, SM_MAILBOX_IN, SM_MAILBOX_OUT, SM_OUTPUTS, SUBPIXELS,
-        SYNC0_NS, SYNC1_NS, SYNC_MANAGERS, VENDOR_ID, VENDOR_NAME, CameraConfig, CameraMode,
-        CameraStatus, Control, DataType, Pdo, Window, decode_spots, encode_frames, require_raw,
+        FRAME_PDOS, HEADER_PDO, HEADER_STRUCT, INPUT_DTYPE, INPUT_PDOS, INPUT_START, MAILBOX_BYTES,
+        MAILBOX_IN_START, MAILBOX_OUT_START, N_SLOTS, OUTPUT_DTYPE, OUTPUT_PDO, OUTPUT_START,
+        OUTPUT_STRUCT, PRODUCT_CODE, REVISION, SM_INPUTS, SM_MAILBOX_IN, SM_MAILBOX_OUT, SM_OUTPUTS,
+        SUBPIXELS, SYNC0_NS, SYNC1_NS, SYNC_MANAGERS, VENDOR_ID, VENDOR_NAME, CameraConfig,
+        CameraMode, CameraStatus, Control, DataType, Pdo, Window, decode_spots, encode_frames,
+        require_raw,
     )  # fmt: skip
-    from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
+    from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, MESSAGE_BYTES, DiagnosisMessage
     from ocmm_core.fieldbus.device._esi import (
-        CLOCK_MODES, CONTROLLERS, DC_ACTIVATE, DEVICE_GROUP, MAILBOX_REPEATS, MEMORY_END,
-        PHYSICAL_PORTS, SII_BYTES, SII_CONFIGURATION, ClockMode,
+        CLOCK_MODES, CONTROLLERS, DC_ACTIVATE, DEVICE_GROUP, ESI_FILE, MAILBOX_REPEATS, MEMORY_END,
+        PHYSICAL_PORTS, SII_BYTES, SII_CONFIGURATION, SYNC_PULSE_NS, ClockMode, esi_document,
+        type_name,
     )  # fmt: skip
     from ocmm_core.fieldbus.device._firmware import BLOB_BYTES, Firmware, Intrinsics
     from ocmm_core.fieldbus.device._identity import (
@@ -54,19 +56,20 @@ __all__ = [
     "BLACK_IMAGE", "BLOB_BYTES", "CALIBRATION", "CHUNK_BYTES", "CLOCK_MODES", "CONFIGURATION",
     "CONTROLLERS", "COUNTERS", "COUNTER_MODULUS", "DATA_BYTES", "DATA_CRC", "DATA_CRC_AT",
     "DC_ACTIVATE", "DEFAULT_FRAME_PERIOD_NS", "DEVICE_GROUP", "DEVICE_NAME", "ERROR_REGISTER",
-    "FRAMES_PER_CYCLE", "FRAME_DTYPE", "HEADER_STRUCT", "HISTORY", "HISTORY_FIRST",
-    "HISTORY_MESSAGES", "IDENTIFY", "IDENTITY", "IDENTITY_SERIAL", "INFORMATION", "INPUT_DTYPE",
-    "INPUT_LAYOUTS", "INPUT_PDOS", "INPUT_START", "INPUT_SYNC", "MAILBOX_BYTES", "MAILBOX_IN_START",
-    "MAILBOX_OUT_START", "MAILBOX_REPEATS", "MAX_BLACK_FRAMES", "MEMORY_END", "NEWEST_LAYOUT",
-    "NOTE_BYTES", "NO_MARK", "N_SLOTS", "OUTPUT_DTYPE", "OUTPUT_PDO", "OUTPUT_START",
-    "OUTPUT_STRUCT", "OUTPUT_SYNC", "PHYSICAL_PORTS", "PRODUCT_CODE", "REVISION", "SII_BYTES",
-    "SII_CONFIGURATION", "SM_ASSIGNMENT", "SM_INPUTS", "SM_MAILBOX_IN", "SM_MAILBOX_OUT",
-    "SM_OUTPUTS", "SNAPSHOT", "SUBPIXELS", "SYNC0_NS", "SYNC1_NS", "SYNC_CYCLE", "SYNC_ERROR",
-    "SYNC_EXCEEDED", "SYNC_MANAGERS", "SYNC_MISSED", "SYNC_MODE", "TIMESTAMP", "VENDOR_ID",
-    "VENDOR_NAME", "VERSIONS", "WINDOWS", "Access", "BlackCommand", "BlackImage", "CameraConfig",
-    "CameraIdentity", "CameraMode", "CameraStatus", "ClockMode", "Control", "DataType",
-    "DiagnosisMessage", "DictionaryObject", "ErrorCode", "ErrorRegister", "Firmware", "FoundDevice",
-    "Header", "InputLayout", "Intrinsics", "ObjectEntry", "Pdo", "SnapshotCommand", "Window",
-    "Work", "assign", "check_sensor", "configuration_values", "data_mark", "decode_spots",
-    "encode_frames", "object_dictionary", "require_raw",
+    "ERROR_TEXTS", "ESI_FILE", "FRAMES_PER_CYCLE", "FRAME_DTYPE", "FRAME_PDOS", "HEADER_PDO",
+    "HEADER_STRUCT", "HISTORY", "HISTORY_FIRST", "HISTORY_MESSAGES", "IDENTIFY", "IDENTITY",
+    "IDENTITY_SERIAL", "INFORMATION", "INPUT_DTYPE", "INPUT_LAYOUTS", "INPUT_PDOS", "INPUT_START",
+    "INPUT_SYNC", "MAILBOX_BYTES", "MAILBOX_IN_START", "MAILBOX_OUT_START", "MAILBOX_REPEATS",
+    "MAX_BLACK_FRAMES", "MEMORY_END", "MESSAGE_BYTES", "NEWEST_LAYOUT", "NOTE_BYTES", "NO_MARK",
+    "N_SLOTS", "OUTPUT_DTYPE", "OUTPUT_PDO", "OUTPUT_START", "OUTPUT_STRUCT", "OUTPUT_SYNC",
+    "PHYSICAL_PORTS", "PRODUCT_CODE", "REVISION", "SII_BYTES", "SII_CONFIGURATION", "SM_ASSIGNMENT",
+    "SM_INPUTS", "SM_MAILBOX_IN", "SM_MAILBOX_OUT", "SM_OUTPUTS", "SNAPSHOT", "SUBPIXELS",
+    "SYNC0_NS", "SYNC1_NS", "SYNC_CYCLE", "SYNC_ERROR", "SYNC_EXCEEDED", "SYNC_MANAGERS",
+    "SYNC_MISSED", "SYNC_MODE", "SYNC_PULSE_NS", "TIMESTAMP", "VENDOR_ID", "VENDOR_NAME",
+    "VERSIONS", "WINDOWS", "Access", "BlackCommand", "BlackImage", "CameraConfig", "CameraIdentity",
+    "CameraMode", "CameraStatus", "ClockMode", "Control", "DataType", "DiagnosisMessage",
+    "DictionaryObject", "ErrorCode", "ErrorRegister", "Firmware", "FoundDevice", "Header",
+    "InputLayout", "Intrinsics", "ObjectEntry", "Pdo", "SnapshotCommand", "Window", "Work",
+    "assign", "check_sensor", "configuration_values", "data_mark", "decode_spots", "encode_frames",
+    "esi_document", "object_dictionary", "require_raw", "type_name",
 ]  # fmt: skip

@@ -127,13 +127,6 @@ def move_item(plan: Plan, name: str, place: int, group: str = "") -> Plan:
     return msgspec.structs.replace(plan, **{group: items})
 
 
-def rename_item(plan: Plan, old: str, new: str) -> Plan:
-    """Rename an item, also in references, for tests; InputError if unknown, taken, no name."""
-    if new == old:
-        return plan
-    return _checked(_renamed(plan, group_of_name(plan, old), old, new))
-
-
 def users_of(plan: Plan, name: str) -> list[str]:
     """Return the references to a feature or construction, in words."""
     users = [

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.pages._result_pages import PivotResultPage, ResultPage
     from ocmm_gui.wizards.pages._shown import (
         CALIBRATION_ENDS, TEMPERATURE, THERMOMETER, VERDICT_ENDS, WHO, Calculation, Field,
-        ProcessCalculation, StepProcedure, StepSnapshot, Tap, TemperatureReadings, WizardTexts,
-        gate_words, is_unstored, practice_title,
+        ProcessCalculation, StepSnapshot, Tap, TemperatureReadings, WizardTexts, gate_words,
+        is_unstored, practice_title,
     )  # fmt: skip
     from ocmm_gui.wizards.pages._sweep_page import FirstConePage, SpheresPage, SweepPage
     from ocmm_gui.wizards.pages._tip_result_page import (
@@ -41,8 +41,8 @@ __all__ = [
     "Calculation", "CollectPage", "ConePage", "Contents", "DefinitionPage", "Field",
     "FirstConePage", "KnownPointsPage", "LinesPage", "PivotResultPage", "PlotTabs", "PreparePage",
     "ProbePreparePage", "ProcessCalculation", "ResultFrame", "ResultPage", "ResultVerdict",
-    "SeatsPage", "SpherePage", "SpheresPage", "StepPage", "StepPlan", "StepProcedure",
-    "StepSnapshot", "SweepPage", "Tap", "TemperatureReadings", "TipCheckResultPage",
-    "TipResultPage", "VerdictPage", "WavePage", "WizardTexts", "WorldPage", "bars", "gate_words",
-    "is_unstored", "planned_lines", "planned_points", "practice_title", "repeat_worst",
+    "SeatsPage", "SpherePage", "SpheresPage", "StepPage", "StepPlan", "StepSnapshot", "SweepPage",
+    "Tap", "TemperatureReadings", "TipCheckResultPage", "TipResultPage", "VerdictPage", "WavePage",
+    "WizardTexts", "WorldPage", "bars", "gate_words", "is_unstored", "planned_lines",
+    "planned_points", "practice_title", "repeat_worst",
 ]  # fmt: skip

@@ -9,16 +9,14 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from multiprocessing.connection import Connection
-from typing import Any, Protocol, TypeAlias, TypeVar
+from typing import Protocol, TypeAlias, TypeVar
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import Procedure, ProcedureDecision, ProcedureView
-from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.processes import process_context
@@ -44,23 +42,6 @@ class StepView(Protocol):
     @property
     def outcome(self) -> object | None:
         """Return the result; None before calculation."""
-        ...
-
-
-class StepProcedure(Procedure, Protocol):
-    @property
-    def view(self) -> StepView: ...
-
-    def compute(self, elsewhere: Callable[[], Any] | None = None) -> None:
-        """Calculate the result here, or by ``elsewhere`` if supported."""
-        ...
-
-    def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Store sensor temperatures during observations."""
-        ...
-
-    def note_temperature(self, now: datetime, temperature: Temperature) -> None:
-        """Store a new reading of the thermometer in the room."""
         ...
 
 
@@ -254,7 +235,7 @@ _END_S = 1.0
 class ProcessCalculation:
     """Repeatable calculation of a procedure; module-level ``resume`` remakes it elsewhere."""
 
-    def __init__(self, procedure: StepProcedure, resume: Callable[[], StepProcedure]) -> None:
+    def __init__(self, procedure: Procedure, resume: Callable[[], Procedure]) -> None:
         self._procedure = procedure
         self._resume = resume
         self._given_up = threading.Event()
@@ -304,7 +285,7 @@ class ProcessCalculation:
         return answer
 
 
-def _calculate(resume: Callable[[], StepProcedure], sender: Connection) -> None:
+def _calculate(resume: Callable[[], Procedure], sender: Connection) -> None:
     answer: object
     try:
         procedure = resume()

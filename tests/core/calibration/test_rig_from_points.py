@@ -14,9 +14,8 @@ from ocmm_core.calibration.cameras import (
     fit_camera,
 )
 from ocmm_core.calibration.cameras._guards import judge_fit
-from ocmm_core.calibration.cameras._known_points_session import split
 from ocmm_core.calibration.cameras._lens import project_with_jacobian
-from ocmm_core.calibration.cameras._network import RigCalibration
+from ocmm_core.calibration.cameras._network import RigCalibration, split
 from ocmm_core.calibration.guided import length_sigma
 from ocmm_core.calibration.records import Finding, let_pass
 from ocmm_core.camera import N_PARAMETERS, project

@@ -12,7 +12,7 @@ import pytest
 from benchmarks.lie_scenes import honest
 from benchmarks.thermometers import run
 from ocmm_core.acceptance import ARTEFACT_SCHEMA, ArtefactEntry, ArtefactRegister, read_temperature
-from ocmm_core.calibration.guided._session import require_fresh_temperature
+from ocmm_core.calibration.guided import require_fresh_temperature
 from ocmm_core.calibration.guided._session_events import Reread, SessionHeader, reread
 from ocmm_core.calibration.probe_design import Temperature, certified_at, stated_temperature
 from ocmm_core.calibration.relocation import relocate

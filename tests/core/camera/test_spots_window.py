@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ocmm_core.camera import NO_BLACK, SpotOptions, SpotStatus, measure_window
-from ocmm_core.camera._spots import SpotReading
+from benchmarks.spot_readings import SpotReading, measure_window
+from ocmm_core.camera import NO_BLACK, SpotOptions, SpotStatus
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from tests.core.camera.spot_pictures import LIGHT, picture, spot

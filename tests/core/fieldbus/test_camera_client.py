@@ -29,6 +29,7 @@ from ocmm_core.fieldbus.device import _camera_slave as model
 from ocmm_core.fieldbus.objects import _camera_client as client
 from ocmm_sim.slave import SENSOR_PX, CameraStore, SimpleSensor, TestPattern
 from ocmm_sim.slave import registers as reg
+from tests.core.fieldbus import camera_statements as statements
 from tests.core.fieldbus.direct_camera import SERIAL, DirectCamera
 
 DATE_S = 1_790_000_000
@@ -75,14 +76,14 @@ class SensorPattern(TestPattern, SimpleSensor):
 
 def test_the_camera_tells_what_it_is() -> None:
     host = DirectCamera()
-    texts = client.read_identity_text(host)
+    texts = statements.read_identity_text(host)
     assert (texts.name, texts.serial) == (model.DEVICE_NAME, SERIAL)
     assert (texts.width, texts.height) == (SENSOR_PX, SENSOR_PX)
-    assert client.read_firmware(host) == texts.firmware == "3.0.0"
-    assert client.read_temperature(host) == 36.5
+    assert statements.read_firmware(host) == texts.firmware == "3.0.0"
+    assert statements.read_temperature(host) == 36.5
     host.camera.electronics.warmer_c = -60.05
-    assert client.read_temperature(host) == pytest.approx(-23.55, abs=0.051)
-    assert client.read_counters(host).emergencies == 0
+    assert statements.read_temperature(host) == pytest.approx(-23.55, abs=0.051)
+    assert statements.read_counters(host).emergencies == 0
 
 
 def test_intrinsics_survive_the_camera_and_a_loss_of_power(tmp_path: Path) -> None:
@@ -327,5 +328,5 @@ def test_entries_of_the_wrong_size_are_not_guessed_at() -> None:
     live = host.camera.coe._values._live  # noqa: SLF001  # a defect of the camera
     live[0x9000, 4] = lambda: b"\x01"  # type: ignore[index]  # as above
     with pytest.raises(BusError, match="1 bytes instead of 2"):
-        client.read_temperature(host)
+        statements.read_temperature(host)
     host.write(CONFIGURATION, 3, b"\x01\x00")

@@ -1,4 +1,4 @@
-"""The ESI file and the page: generated, whole, and of one mind with EEPROM and dictionary."""
+"""The ESI file: complete, and consistent with EEPROM and dictionary."""
 
 from __future__ import annotations
 
@@ -7,12 +7,10 @@ from xml.etree import ElementTree
 
 import pytest
 
-from ocmm_core.documents import resource
 from ocmm_core.fieldbus.device import ErrorCode, object_dictionary
 from ocmm_core.fieldbus.device import _camera_slave as model
 from ocmm_core.fieldbus.device._camera_objects import ERROR_TEXTS
-from ocmm_core.fieldbus.device._esi import ESI_FILE, esi_document
-from ocmm_core.fieldbus.device._object_page import PAGE, object_page
+from ocmm_core.fieldbus.device._esi import esi_document
 from ocmm_sim.slave import sii_image
 
 Element = ElementTree.Element
@@ -52,12 +50,6 @@ def categories(image: bytes) -> list[tuple[int, bytes]]:
         found.append((kind, image[at + 4 : at + 4 + size]))
         at += 4 + size
     return found
-
-
-def test_the_files_in_the_repository_are_the_generated_ones() -> None:
-    hint = "run: python -m ocmm_core.fieldbus.device._object_page"
-    assert resource(*ESI_FILE).read_bytes() == esi_document(), hint
-    assert PAGE.read_text("utf-8") == object_page(), hint
 
 
 def test_the_structure_is_that_of_an_esi_file(device: Element) -> None:
@@ -212,13 +204,3 @@ def test_messages_of_the_history_have_a_text(device: Element) -> None:
     expected = {code: words for code, words in ERROR_TEXTS.items() if code is not ErrorCode.RESET}
     assert texts == expected
     assert set(ERROR_TEXTS) == set(ErrorCode)
-
-
-def test_the_page_names_every_object_and_error() -> None:
-    page = object_page()
-    for index, item in object_dictionary(serial=0).items():
-        assert f"### 0x{index:04X} {item.name}\n" in page
-    for code, words in ERROR_TEXTS.items():
-        assert f"| {code:#06x} | {words} |" in page
-    for line in page.splitlines():
-        assert line.count("|") == 0 or line.startswith("| ")

@@ -19,6 +19,7 @@ from ocmm_core.fieldbus.objects import _camera_client as pictures
 from ocmm_core.fieldbus.objects._camera_client import ObjectAccess, Progress
 from ocmm_core.fieldbus.wire import Command, Datagram, _scan, check_mapping, encode_frame
 from ocmm_sim.slave import Segment, SoftwareCamera, TestPattern
+from tests.core.fieldbus import camera_statements as statements
 from tests.core.fieldbus.fuzzing import spoiled
 
 SCANS, LIES = 400, 500
@@ -136,10 +137,10 @@ class _Lying:
 
 
 _READERS: dict[str, Callable[[ObjectAccess], object]] = {
-    "texts": client.read_identity_text,
-    "firmware": client.read_firmware,
-    "temperature": client.read_temperature,
-    "counters": client.read_counters,
+    "texts": statements.read_identity_text,
+    "firmware": statements.read_firmware,
+    "temperature": statements.read_temperature,
+    "counters": statements.read_counters,
     "history": client.read_error_history,
     "intrinsics": client.read_intrinsics,
     "black image": client.read_black_image,

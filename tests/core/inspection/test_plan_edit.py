@@ -30,13 +30,17 @@ from ocmm_core.inspection.plan import (
     save_plan,
     taught_plan,
 )
-from ocmm_core.inspection.plan._edit import rename_item
+from ocmm_core.inspection.plan._edit import _checked, _renamed, group_of_name
 from ocmm_core.inspection.plan._file import plan_text
 from ocmm_core.inspection.plan._plan import picture_fault
 from ocmm_core.tolerances.zones import Characteristic
 from tests.core.inspection.test_guidance import BALL, point_at
 
 PLANS = sorted(resource("plans").glob("*.toml"))
+
+
+def rename_item(plan: Plan, old: str, new: str) -> Plan:
+    return _checked(_renamed(plan, group_of_name(plan, old), old, new))
 
 
 def face(name: str, **changes: object) -> NominalFeature:

@@ -17,7 +17,7 @@ from ocmm_core.tracking import (
     ordered_spots,
     solve,
 )
-from ocmm_core.tracking._identify import chi2_limit, nearest_slots
+from ocmm_core.tracking._identify import chi2_limit
 
 SIGMA = 0.0316
 """One frame of the shipped rigs: 0.030 px white, 0.010 px pattern."""
@@ -212,24 +212,6 @@ def test_leds_that_face_away_are_no_explanation(
     turned = replace(standard_probe, led_directions_probe=-standard_probe.led_directions_probe)
     assert identify(recommended, standard_probe, scene, OPTIONS).slot_of_led is not None
     assert identify(recommended, turned, scene, OPTIONS).slot_of_led is None
-
-
-def test_nearest_slots_are_mutual_and_within_the_gate(
-    recommended: Rig, standard_probe: ProbeBody, look: Look, in_slots: Put
-) -> None:
-    rng = np.random.default_rng(10)
-    spots = look(recommended, standard_probe, np.eye(3)[None], np.zeros((1, 3)), 0.0, rng)[0]
-    slots = permuted_slots(rng, 2, 6)
-    scene = in_slots(spots, slots)
-    scene[0, slots[0, 0]] += 3.0
-    free = int(np.setdiff1d(np.arange(8), slots[1])[0])
-    # Nearer to LED 2 than its own spot: the spot that is nearest has it.
-    scene[1, slots[1, 2]] += 0.5
-    scene[1, free] = spots[1, 2] + 0.1
-    found = nearest_slots(recommended, standard_probe, scene, np.eye(3), np.zeros(3), 1.0)
-    expected = slots.copy()
-    expected[0, 0], expected[1, 2] = -1, free
-    assert np.array_equal(found, expected)
 
 
 def test_chi2_limit_is_the_quantile() -> None:

@@ -10,8 +10,8 @@ import pytest
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import Method, PoseBatch, ProbeBody, solve
-from ocmm_core.tracking._pose import solve_reference
 from ocmm_core.tracking.kernels import LOST, OK
+from tests.core.tracking.plain_pose import solve_reference
 
 SIGMA = 0.0105
 LED_MM = 2e-11

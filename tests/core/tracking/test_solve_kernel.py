@@ -12,8 +12,8 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import TrackingError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.tracking import IdentifyOptions, ProbeBody, identify, solve
-from ocmm_core.tracking._pose import solve_reference
 from ocmm_core.tracking.kernels import LOST, OK, allocate, solve_frames
+from tests.core.tracking.plain_pose import solve_reference
 
 SIGMA = 0.0317
 """px: white noise and pattern of one frame."""

@@ -13,10 +13,10 @@ It must not import plans, features or the window.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.rendering._canvas import NO_FACE, Canvas, Colours
-    from ocmm_core.rendering._field import ValueField, choose_side, value_field
-    from ocmm_core.rendering._mesh import RenderMesh, coarser, face_colours, mesh_of, with_closed
-    from ocmm_core.rendering._rendering import (
+    from ocmm_gui.rendering._canvas import NO_FACE, Canvas, Colours
+    from ocmm_gui.rendering._field import ValueField, choose_side, value_field
+    from ocmm_gui.rendering._mesh import RenderMesh, coarser, face_colours, mesh_of, with_closed
+    from ocmm_gui.rendering._rendering import (
         Bundle, RenderMode, RenderStyle, Rendering, blend_flat, draw_bundles, is_hidden,
     )  # fmt: skip
 else:

@@ -1,6 +1,6 @@
 """Page about the camera's objects, and the command that writes it.
 
-``python -m ocmm_core.fieldbus.device._object_page`` writes both from the object tables.
+``python -m ocmm_bench.conform._object_page`` writes both from the object tables.
 """
 
 from __future__ import annotations
@@ -9,15 +9,13 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+from ocmm_bench.conform._page_of_the_wire import CATEGORIES, MAILBOXES, SII_WORDS, STATES, WIRE
 from ocmm_core.documents import resource, write_atomic
-from ocmm_core.fieldbus.device._camera_objects import (
-    ERROR_TEXTS,
-    ErrorRegister,
-    configuration_values,
-    object_dictionary,
-)
-from ocmm_core.fieldbus.device._camera_slave import (
+from ocmm_core.fieldbus.device import (
+    CONTROLLERS,
     DEVICE_NAME,
+    ERROR_TEXTS,
+    ESI_FILE,
     FRAME_DTYPE,
     FRAME_PDOS,
     FRAMES_PER_CYCLE,
@@ -25,36 +23,29 @@ from ocmm_core.fieldbus.device._camera_slave import (
     HEADER_STRUCT,
     INPUT_DTYPE,
     MAILBOX_BYTES,
+    MESSAGE_BYTES,
     N_SLOTS,
     OUTPUT_PDO,
     PRODUCT_CODE,
     REVISION,
     SYNC_MANAGERS,
+    SYNC_PULSE_NS,
     VENDOR_ID,
     CameraConfig,
     CameraMode,
     CameraStatus,
     Control,
+    DictionaryObject,
+    ErrorRegister,
+    ObjectEntry,
     Pdo,
-)
-from ocmm_core.fieldbus.device._diagnosis import MESSAGE_BYTES
-from ocmm_core.fieldbus.device._esi import (
-    CONTROLLERS,
-    ESI_FILE,
-    SYNC_PULSE_NS,
+    configuration_values,
     esi_document,
+    object_dictionary,
     type_name,
 )
-from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
-from ocmm_core.fieldbus.device._page_of_the_wire import (
-    CATEGORIES,
-    MAILBOXES,
-    SII_WORDS,
-    STATES,
-    WIRE,
-)
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "integrator" / "camera_objects.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "integrator" / "camera_objects.md"
 
 _STATUS = {
     CameraStatus.OPERATIONAL: "in OP, outputs arrive in time",
@@ -74,7 +65,7 @@ _HEAD = f"""\
 # Objects of the {DEVICE_NAME}
 
 This page is generated from the table in `ocmm_core/fieldbus/device` by
-`python -m ocmm_core.fieldbus.device._object_page`, together with
+`python -m ocmm_bench.conform._object_page`, together with
 `resources/ethercat/{ESI_FILE[1]}`.
 Change the table, not this page.
 

@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ocmm_core.geometry import Float, Int
 from ocmm_core.part_model import PartModel
-from ocmm_core.rendering._canvas import Colours, FaceNumbers, Flags
+from ocmm_gui.rendering._canvas import Colours, FaceNumbers, Flags
 
 _COARSER = 1.4
 _OWN: tuple[Literal["C"], Literal["W"]] = ("C", "W")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float
 from ocmm_core.part_model import PartModel, model_from_bytes, model_to_bytes
-from ocmm_core.rendering import (
+from ocmm_gui.rendering import (
     NO_FACE,
     Bundle,
     Canvas,

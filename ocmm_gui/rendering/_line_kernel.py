@@ -6,7 +6,7 @@ import numpy as np
 
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float
-from ocmm_core.rendering._canvas import Depths, FaceNumbers, Pixmap
+from ocmm_gui.rendering._canvas import Depths, FaceNumbers, Pixmap
 
 
 @compiled()

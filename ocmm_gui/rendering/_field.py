@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ocmm_core.geometry import Float, Int, perpendicular_pair
-from ocmm_core.rendering._mesh import RenderMesh
+from ocmm_gui.rendering._mesh import RenderMesh
 
 _MOST_ROUNDS = 40
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float
-from ocmm_core.rendering._canvas import Colours, Depths, FaceNumbers, Flags, Pixmap, Shades
+from ocmm_gui.rendering._canvas import Colours, Depths, FaceNumbers, Flags, Pixmap, Shades
 
 # Light direction a little up and left of the eye: (x right, y up, z to the eye), unit. From the eye
 # itself the three sides of a box seen over its corner would be equally bright.

@@ -16,9 +16,9 @@ import numpy as np
 
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float
-from ocmm_core.rendering import _line_kernel, _raster_kernel
-from ocmm_core.rendering._canvas import Canvas, Colours, Depths, FaceNumbers, Flags, Pixmap, Shades
-from ocmm_core.rendering._line_kernel import (
+from ocmm_gui.rendering import _line_kernel, _raster_kernel
+from ocmm_gui.rendering._canvas import Canvas, Colours, Depths, FaceNumbers, Flags, Pixmap, Shades
+from ocmm_gui.rendering._line_kernel import (
     blend_polygon,
     draw_lines,
     draw_outline,
@@ -26,8 +26,8 @@ from ocmm_core.rendering._line_kernel import (
     lay_ground,
     merge_layers,
 )
-from ocmm_core.rendering._mesh import RenderMesh
-from ocmm_core.rendering._raster_kernel import hides, into_bands, project_mesh, raster
+from ocmm_gui.rendering._mesh import RenderMesh
+from ocmm_gui.rendering._raster_kernel import hides, into_bands, project_mesh, raster
 
 
 @compiled(_raster_kernel, _line_kernel)

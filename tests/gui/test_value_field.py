@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.geometry import Float
-from ocmm_core.rendering import RenderMesh, ValueField, mesh_of, value_field
+from ocmm_gui.rendering import RenderMesh, ValueField, mesh_of, value_field
 from tests.made_parts import PartMaker
 
 TOP = 5
