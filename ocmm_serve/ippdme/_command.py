@@ -25,11 +25,6 @@ serve_app = typer.Typer(
 _LOOK_S = 0.2
 
 
-@serve_app.callback()
-def _group() -> None:
-    """Keep `ippdme` a command of the group while it is the only one."""
-
-
 @serve_app.command("ippdme")
 def serve_ippdme(
     *,

@@ -13,8 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.measuring import MeasuredPoint, Refusal
-from ocmm_serve.ippdme import _commands as _commands  # Registers its commands.
-from ocmm_serve.ippdme import _touch_commands as _touch_commands
 from ocmm_serve.ippdme._commands import LEAST_PERIOD_S
 from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect, error_line
 from ocmm_serve.ippdme._grammar import NO_TAG, DmeCommand, DmeError, call_text, parse, quoted
@@ -26,8 +24,7 @@ from ocmm_serve.ippdme._points import (
     pose_text,
     refusal_error,
 )
-from ocmm_serve.ippdme._registry import CommandSpec
-from ocmm_serve.ippdme._registry import supported as supported
+from ocmm_serve.ippdme._registry import CommandSpec, supported
 from ocmm_serve.ippdme._state import CommandedTouch, DmeState
 
 _LOCKING, _LOCKED = 2, 514

@@ -209,6 +209,10 @@ class DmeState:
             self.machine.lead(allowed=enabled)
 
 
+Handler = Callable[[DmeState, tuple[Value, ...]], "list[str] | CommandedTouch | None"]
+"""Returns the data lines of an answer, if any, or the target of a touch that is waited for."""
+
+
 def names_in(args: Sequence[Value], allowed: Sequence[str]) -> tuple[str, ...]:
     """Return the names of a set ``X(), Y()``; DmeError 0510 if empty, repeated or unknown."""
     names = tuple(one.name for one in args if isinstance(one, Call) and not one.args)
