@@ -54,8 +54,8 @@ LEFT_OUT = (
     # Help of commands, which stays English.
     "ocmm_core/options.py",
     # Texts of the protocol, and a table of the English manual.
-    "ocmm_serve/ippdme/_registry.py", "ocmm_serve/ippdme/_dialect.py",
-    "ocmm_serve/ippdme/_grammar.py",
+    "ocmm_serve/ippdme/_commands.py", "ocmm_serve/ippdme/_dialect.py",
+    "ocmm_serve/ippdme/_grammar.py", "ocmm_serve/ippdme/_registry.py",
     # Names of functions, of files, and patterns.
     "ocmm_cli/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
 )  # fmt: skip

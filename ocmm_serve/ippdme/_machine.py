@@ -58,6 +58,12 @@ class StationMachine:
         return np.asarray(self._station.instruments.rig.volume_world)
 
     @property
+    def asked(self) -> str:
+        """Return the point that the program asks for, a sentence; empty if none."""
+        target = self._target
+        return "" if target is None else target.words
+
+    @property
     def mounted(self) -> str:
         view = self._station.instruments.probe()
         return tool_name(view.tip or view.probe)

@@ -70,10 +70,13 @@ class DmeService:
             raise
 
     def state(self) -> ServiceState:
-        server = self.server
+        server, sentence = self.server, self._sentence
+        if sentence == self.machine.asked:
+            # The guidance shows it.
+            sentence = ""
         return ServiceState(
             f"I++ DME {self.dme.dialect.version}", "{}:{}".format(*server.address), server.client,
-            server.last_command, server.last_answer, self._sentence,
+            server.last_command, server.last_answer, sentence,
         )  # fmt: skip
 
     def operate(self, words: str) -> None:
