@@ -23,7 +23,7 @@ from ocmm_gui.kit import (
     vbox,
 )
 
-_BUTTON_PX = 40
+_BUTTON_PX = 36
 _WORDS = (
     ("done", later("Done"), later("Report the element as complete")),
     ("del", later("Delete last"), later("Delete your last point, here and in the program")),
@@ -55,13 +55,12 @@ class ServiceStrip(QFrame):
         self.buttons = {word: _button(tr(text), tr(tip)) for word, text, tip in _WORDS}
         for word, button in self.buttons.items():
             button.clicked.connect(lambda _checked=False, word=word: self.pressed.emit(word))
-        self.stop_button = _button(tr("Stop"), tr("Disconnect the program and end the server"))
+        self.stop_button = _button(
+            tr("Stop server"), tr("Disconnect the program and end the server")
+        )
         self.stop_button.clicked.connect(self.stop_wanted)
-        texts = vbox(self.status, self.lines, spacing=1, margins=0)
-        hbox(
-            (texts, 1), *self.buttons.values(), self.stop_button, parent=self, spacing=8,
-            margins=(14, 4, 14, 4),
-        )  # fmt: skip
+        row = hbox((self.lines, 1), *self.buttons.values(), self.stop_button, spacing=8, margins=0)
+        vbox(self.status, row, parent=self, spacing=2, margins=(14, 4, 14, 4))
         self.set_theme(THEMES[DEFAULT_THEME])
         self.hide()
 

@@ -9564,6 +9564,10 @@ Startet: {source}</translation>
         <translation>Das Programm trennen und den Server beenden</translation>
     </message>
     <message>
+        <source>Stop server</source>
+        <translation>Server beenden</translation>
+    </message>
+    <message>
         <source>{title} at {address}.</source>
         <translation>{title} auf {address}.</translation>
     </message>
