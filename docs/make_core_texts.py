@@ -54,7 +54,7 @@ LEFT_OUT = (
     "ocmm_core/options.py",
     # Texts of the protocol, and a table of the English manual.
     "ocmm_serve/ippdme/_commands.py", "ocmm_serve/ippdme/_dialect.py",
-    "ocmm_serve/ippdme/_grammar.py",
+    "ocmm_serve/ippdme/_grammar.py", "ocmm_serve/ippdme/_registry.py",
     # Names of functions, of files, and patterns.
     "ocmm_cli/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
 )  # fmt: skip

@@ -26,7 +26,7 @@ from ocmm_core.export.report import ReportFile
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.fieldbus.report import Alarm, AlarmResponse, AlarmSpec
 from ocmm_core.inspection.plan import HEAD_FIELDS, EnvironmentLimits, Material, Plan
-from ocmm_core.options import OF_SETTINGS, VARIABLES, WINDOW
+from ocmm_core.options import OF_SERVER, OF_SETTINGS, VARIABLES, WINDOW
 from ocmm_core.settings import SETTINGS
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
@@ -95,7 +95,7 @@ def table_of_sources() -> str:
 
 def table_of_settings() -> str:
     """Return the table of the settings: what each is, and by what it can be set."""
-    options = {one.setting: one.typed[0] for one in OF_SETTINGS}
+    options = {one.setting: one.typed[0] for one in (*OF_SETTINGS, *OF_SERVER)}
     return table(
         ("setting", "value", "default", "option", "is"),
         (

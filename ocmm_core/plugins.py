@@ -2,7 +2,8 @@
 
 Groups: `ocmm.sources` (`ocmm_core.composition.SourceSpec`), `ocmm.models`
 (`ocmm_core.part_model.ModelReader`), `ocmm.clusters` (`ocmm_core.cluster.Cluster`), `ocmm.records`
-(`ocmm_core.export.audits.AuditedRecord`) and `ocmm.commands` (of `ocmm`). Packages of this program
+(`ocmm_core.export.audits.AuditedRecord`), `ocmm.services` (`ocmm_core.station.ServiceSpec`) and
+`ocmm.commands` (of `ocmm`). Packages of this program
 come first; a name is given once, and the first one counts.
 """
 

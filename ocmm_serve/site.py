@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -59,13 +60,19 @@ class ServedStation:
     """Hours."""
     force: bool
     bus_processor: int | None
+    part_temperature: float | None
+    temperature_sigma: float | None
 
     def request(self, plan: Path) -> StationRequest:
         """Return the request of the station for a plan."""
-        from ocmm_core.composition import StationRequest
+        from ocmm_core.composition import ClimateRequest, StationRequest
 
         named = asdict(self)
-        return StationRequest(plan=plan, check_after_h=named.pop("check_after"), **named)
+        climate = ClimateRequest(
+            part_c=named.pop("part_temperature"), sigma_k=named.pop("temperature_sigma")
+        )
+        check_after_h = named.pop("check_after")
+        return StationRequest(plan=plan, check_after_h=check_after_h, climate=climate, **named)
 
 
 def stop_event() -> threading.Event:
@@ -76,15 +83,15 @@ def stop_event() -> threading.Event:
     return ended
 
 
-def keep_open(station: MeasuringStation) -> None:
-    """Open the only feature of a plan of single points again after each point."""
-    feature = station.job.plan.features[0].name
+def keep_open(station: MeasuringStation) -> Callable[[object], None]:
+    """Return a slot that opens the only feature of a plan of single points again after a point."""
+    plan = station.job.plan
 
     def reopen(_: object) -> None:
-        if not station.job.missing():
-            station.job.change(lambda session: session.steps.reopen(feature))
+        if station.job.plan is plan and not station.job.missing():
+            station.job.change(lambda session: session.steps.reopen(plan.features[0].name))
 
-    station.events.point_taken.connect(reopen)
+    return reopen
 
 
 def close_station(station: MeasuringStation) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ocmm_core.options import DEFAULT_OPERATOR, Option
+from ocmm_core.options import DEFAULT_OPERATOR, OF_SERVER, Option
 
+_DME = {one.name: one for one in OF_SERVER}
 _POINTS = (
     Option("unit", "mm", "Unit of positions and radius in the lines."),
     Option("point", "ball", "ball: centre of the probe ball, the program compensates its radius; "
@@ -21,18 +22,16 @@ TABLE = {
     "serve": (
         Option("operator", DEFAULT_OPERATOR, ""),
         Option("out", Path("ocmm-out"), ""),
-        Option("host", "127.0.0.1", "Address to listen on; others than local need --allow."),
-        Option("allow", None, "Address or network of a client; can be repeated."),
+        _DME["host"],
+        _DME["allow"],
         Option("certificate", None, "Certificate (PEM): the server speaks TLS.", flags="--cert"),
         Option("private_key", None, "Private key of the certificate (PEM).", flags="--key"),
     ),
     "serve ippdme": (
-        Option("port", 1294, "TCP port; 0: any free port.", "port"),
-        Option("dialect", "1.4", "Edition that the measuring program speaks.",
-               choices=("1.4", "2.5")),
-        Option("shift_sign", "origin", "Meaning of X0, Y0, Z0 in SetCsyTransformation: origin of "
-               "the part in the machine, or offset added after the rotation.",
-               choices=("origin", "offset")),
+        _DME["port"],
+        _DME["dialect"],
+        _DME["shift_sign"],
+        _DME["point"],
         Option("any_place", False, "Accept touches away from the nominal, such as before the part "
                "is aligned."),
         Option("patience", 600.0, "Longest wait for a touch, s.", "seconds"),

@@ -77,6 +77,12 @@ class Settings:
     stream_token: Path | None
     stream_certificate: Path | None
     stream_key: Path | None
+    serve_dialect: str
+    serve_host: str
+    serve_port: int
+    serve_allow: tuple[str, ...]
+    serve_shift_sign: str
+    serve_point: str
     archive_address: str
     archive_station: str
     archive_password: Path | None

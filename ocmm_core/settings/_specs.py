@@ -87,6 +87,7 @@ SECTIONS = {
     "temperature": later("Temperature"),
     "report": later("Report head"),
     "stream": later("Live stream"),
+    "serve": later("Measuring programs"),
     "archive": later("Archive"),
     "window": later("Window"),
 }
@@ -239,6 +240,26 @@ SETTINGS: tuple[SettingSpec, ...] = (
     SettingSpec(
         "stream.key", Kind.FILE, None, _S, _LATER, later("Private key"),
         later("PEM, of that certificate")),
+    SettingSpec(
+        "serve.dialect", Kind.CHOICE, "1.4", _S, _NOW, later("Edition of I++ DME"),
+        later("The one that the measuring program speaks"), choices=("1.4", "2.5")),
+    SettingSpec(
+        "serve.host", Kind.TEXT, "127.0.0.1", _S, _NOW, later("Address of this computer"),
+        later("Other computers must be on the list below")),
+    SettingSpec(
+        "serve.port", Kind.WHOLE, 1294, _S, _NOW, later("Port"),
+        later("TCP port of the measuring program"), number="fixed-port"),
+    SettingSpec(
+        "serve.allow", Kind.LINES, (), _S, _NOW, later("Permitted computers"),
+        later("Addresses or networks, parted by semicolons")),
+    SettingSpec(
+        "serve.shift_sign", Kind.CHOICE, "origin", _S, _NOW, later("Sign of the shift"),
+        later("X0, Y0, Z0: origin of the part, or offset added after the rotation"),
+        choices=(later("origin"), later("offset"))),
+    SettingSpec(
+        "serve.point", Kind.CHOICE, "ball", _S, _NOW, later("Point that is sent"),
+        later("ball: its centre; surface: compensated, with radius 0"),
+        choices=(later("ball"), later("surface"))),
     SettingSpec(
         "archive.address", Kind.TEXT, "local", _S, _LATER, later("Archive"),
         later("Place: local, off, a file, or a PostgreSQL database; without password"),

@@ -8,8 +8,9 @@ of an inspector), ``jobs`` (`_job_change`: the next part, another plan), ``looks
 bus), ``instruments`` (calibration and probe), ``maintenance``, ``reports``, ``events`` (signals)
 and ``faults`` (permanent until restart). `_frame_loop` is the thread from ring to touches,
 `_touches` the step after it, `_live` the current state of the machine. The watches:
-`_calibration_watch`, `_probe_watch`, `_bus_watch`. Package `stream` serves other
-programs. Numbers come from lower packages. It must not know a screen.
+`_calibration_watch`, `_probe_watch`, `_bus_watch`. Package `stream` serves other programs,
+`_service` starts servers of other packages. Numbers come from lower packages. It must not know a
+screen.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -27,13 +28,15 @@ if TYPE_CHECKING:
     from ocmm_core.station._job_change import JobChange
     from ocmm_core.station._looks import Looks
     from ocmm_core.station._maintenance import StationMaintenance
+    from ocmm_core.station._service import ServiceSpec, ServiceState, StationService, start_service
     from ocmm_core.station._station import MeasuringStation, StationOptions
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
     "NO_BUS", "NO_BUS_REMEDY", "NO_REPORT", "NO_REPORT_REMEDY", "TREND_S", "BusSample", "BusView",
-    "BusWatch", "Instruments", "JobChange", "Looks", "MeasuringStation", "Reports", "StationEvents",
-    "StationFaults", "StationJob", "StationMaintenance", "StationOptions", "bus_text",
-    "drop_job_without_points", "free_path", "give_back",
+    "BusWatch", "Instruments", "JobChange", "Looks", "MeasuringStation", "Reports", "ServiceSpec",
+    "ServiceState", "StationEvents", "StationFaults", "StationJob", "StationMaintenance",
+    "StationOptions", "StationService", "bus_text", "drop_job_without_points", "free_path",
+    "give_back", "start_service",
 ]  # fmt: skip

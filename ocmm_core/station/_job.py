@@ -18,7 +18,7 @@ from ocmm_core.inspection.causes import Explanation
 from ocmm_core.inspection.evaluation import JobHeader, JobView, StatusWord
 from ocmm_core.inspection.plan import Plan, note_release
 from ocmm_core.inspection.session import HEADER_EVENT, InspectionSession, check_header, header_text
-from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.measuring import Climate, MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.named_file import FileIdentity
 from ocmm_core.names import file_stem
 from ocmm_core.seals import NO_RELEASE, ReleaseState
@@ -82,6 +82,11 @@ class StationJob:
                 # A job closed meanwhile has no view.
                 raise
             raise self._faults.fail(error, _EVALUATION) from error
+
+    @property
+    def climate(self) -> Climate:
+        """Return the temperatures of probe and part."""
+        return self._current.now.use.options.climate
 
     def missing(self) -> list[tuple[str, int]]:
         """Return the open features with the number of missing points."""

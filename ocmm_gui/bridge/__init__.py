@@ -4,7 +4,7 @@ In: a station with its threads. Out: signals on the window's thread, and command
 
 Start with `_bridge` (signals, timer, services) and `_evaluator` (rate-limited evaluation of the
 job on its own thread). Commands of the window go through the queue in `_commands`, by ``job``,
-``choice``, ``results``, ``jobs`` and ``maintenance``; read-only values come from
+``choice``, ``results``, ``jobs``, ``maintenance`` and ``serving``; read-only values come from
 ``bridge.station``.
 Nothing lengthy runs on the window's thread. It must not import screens.
 """

@@ -32,6 +32,7 @@ from ocmm_gui.bridge._commands import (
     ShownJob,
 )
 from ocmm_gui.bridge._evaluator import Evaluator
+from ocmm_gui.bridge._serving import ServingCommands
 
 _CAN_BE_READ = ("job.locked", "job.not_sealed", "job.not_writable")
 
@@ -75,6 +76,10 @@ class JobChangeCommands(QObject):
                 raise
 
         self._begin(go_on)
+
+    def serve(self, start: Callable[[], str]) -> None:
+        """Start a server that makes a job of its own; emits `job_begun`."""
+        self._begin(start)
 
     def is_beginning(self) -> bool:
         return self._queue.begins
@@ -200,6 +205,7 @@ class StationBridge(QObject):
         """Results: recompute, accept, report."""
         self.jobs = JobChangeCommands(station, self._queue, self)
         self.maintenance = MaintenanceCommands(station, self._queue, self)
+        self.serving = ServingCommands(station, self._queue, self)
         self.maintenance.failed.connect(self.failed)
         queued = Qt.ConnectionType.QueuedConnection
         self._changed_elsewhere.connect(self._show_job, queued)
@@ -259,6 +265,7 @@ class StationBridge(QObject):
         # Earlier commands are still executed: the file is open until `close` of the station.
         self._queue.close(until)
         self._evaluator.close(until - time.monotonic())
+        self.serving.close()
         stopped = self.station.join(max(until - time.monotonic(), _LEAST_S))
         self.maintenance.join(CLOSE_LIMIT_S)
         if not stopped:
@@ -268,6 +275,7 @@ class StationBridge(QObject):
 
     def _pull_live(self) -> None:
         self.live_changed.emit(self.station.looks.live())
+        self.serving.look()
         evaluates = self._evaluator.busy_s() > LONG_S
         if evaluates is not self._evaluates:
             self._evaluates = evaluates

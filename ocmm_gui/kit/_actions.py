@@ -93,6 +93,11 @@ ACTIONS = (
         "alignment", later("Alignment"), later("Alignment: residuals and free axes"), ("F5",),
     ),
     ActionInfo(
+        "serve", later("Serve program"),
+        later("Let a measuring program measure by I++ DME, in a separate job; or stop it"),
+        ("Ctrl+I",),
+    ),
+    ActionInfo(
         "view", later("Far view"), later("Switch between far view and desk view"), ("F11", "V"),
     ),
     ActionInfo("cameras", later("Cameras"), later("Show or hide the live camera images"), ("C",)),

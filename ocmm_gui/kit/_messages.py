@@ -251,12 +251,14 @@ def next_step(job: JobView, live: LiveView | None = None) -> str:
         return tr("Open the job again: Start page, Continue.")
     if job.paused:
         return tr("Paused. Press Z to resume.")
+    if job.target is not None and job.target.words:
+        return said(job.target.words)
     looked_at = job.shown if job.looked_at else None
     if looked_at is not None:
-        said = tr("{name} is done. Press F6 to reopen it, PgDown to go on.")
+        words = tr("{name} is done. Press F6 to reopen it, PgDown to go on.")
         if looked_at.skipped:
-            said = tr("{name} is skipped. Press F6 to reopen it, PgDown to go on.")
-        return said.format(name=looked_at.name)
+            words = tr("{name} is skipped. Press F6 to reopen it, PgDown to go on.")
+        return words.format(name=looked_at.name)
     feature = active_feature(job)
     if feature is None:
         if not job.part_verdict.complete:
@@ -267,10 +269,10 @@ def next_step(job: JobView, live: LiveView | None = None) -> str:
     missing = feature.needed - len(feature.points)
     if missing <= 0:
         return tr("{name} has all its points. Press Return to finish it.").format(name=feature.name)
-    said = tr("Next: touch %n points on {name}.", "Next: touch one point on {name}.", missing)
+    words = tr("Next: touch %n points on {name}.", "Next: touch one point on {name}.", missing)
     if feature.points:
-        said = tr("Touch %n more points on {name}.", "Touch one more point on {name}.", missing)
-    return said.format(name=feature.name)
+        words = tr("Touch %n more points on {name}.", "Touch one more point on {name}.", missing)
+    return words.format(name=feature.name)
 
 
 def header_words(job: JobView) -> str:

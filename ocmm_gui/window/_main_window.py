@@ -40,7 +40,7 @@ from ocmm_gui.kit import (
     vbox,
 )
 from ocmm_gui.led import HandControl, LedProbe
-from ocmm_gui.operator import DeskView, FarView, Feedback, PointChoice
+from ocmm_gui.operator import DeskView, FarView, Feedback, PointChoice, ServiceStrip
 from ocmm_gui.window._acceptance import AcceptanceRooms
 from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._output import Output
@@ -117,7 +117,7 @@ class MainWindow(NoticeWindow):
         self.setAcceptDrops(True)
         self.after = ""
         """Request for after closing: `START`, `REOPEN`, or nothing."""
-        self._bridge = bridge
+        self._bridge, self._hand = bridge, hand
         self._notices = notices
         self.close_seconds = 0.0
         self.actions_by_key = make_actions(self)
@@ -134,6 +134,7 @@ class MainWindow(NoticeWindow):
             hand, bridge, self.desk.points, self.actions_by_key, notices,
             lambda: self.pages.to_desk(), lambda: self.pages.name(), self,
         )  # fmt: skip
+        self.service = ServiceStrip()
         self.choice = PointChoice(bridge, self.desk, notices)
         self.output = Output(bridge, notices, out, self.is_far)
         self._store = store or SettingsStore.of_this_user()
@@ -186,6 +187,7 @@ class MainWindow(NoticeWindow):
         layout = vbox(spacing=0)
         for widget in (
             self.hand.strip,
+            self.service,
             self.running.trust,
             self.running.tip_line,
             *self._lines,
@@ -212,6 +214,9 @@ class MainWindow(NoticeWindow):
         self._notices.posted.connect(self.banner.show_notice)
         self._notices.ended.connect(self.banner.end)
         bridge.plan_changed.connect(self._use_plan)
+        bridge.serving.changed.connect(self.service.show_state)
+        self.service.pressed.connect(bridge.serving.operate)
+        self.service.stop_wanted.connect(bridge.serving.stop)
 
     def _reopen(self) -> None:
         self._close_for(REOPEN)
@@ -301,6 +306,7 @@ class MainWindow(NoticeWindow):
             "closeup": self.desk.points.close_up,
             "theme": self._next_theme,
             "settings": sheets.open_settings,
+            "serve": self._serve,
             "start": lambda: self._close_for(START),
             "find": self._find,
             "mode": self.pages.other_mode,
@@ -309,6 +315,13 @@ class MainWindow(NoticeWindow):
             **self.output.calls(),
             **self.maintenance.calls(),
         }
+
+    def _serve(self) -> None:
+        serving, hand, settings = self._bridge.serving, self._hand, self._store.load().settings
+        if serving.runs:
+            serving.stop()
+        else:
+            self._bridge.jobs.serve(lambda: serving.start(hand, settings))
 
     def _use_plan(self) -> None:
         plan, file = self._bridge.station.job.plan, self._bridge.station.job.plan_file

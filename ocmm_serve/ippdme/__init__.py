@@ -2,10 +2,10 @@
 
 In: lines of a client over TCP, touches of a station. Out: answers, and a job next to each session.
 
-Read `_session` first (transactions, error state, touches), then `_registry` with `_commands` and
-`_touch_commands` (one handler a command), `_state` and `_points`. `_grammar`, `_dialect` and
-`_frames` are pure. `_machine` is a measuring station, `_server` the sockets, `_command` is
-`ocmm serve ippdme`.
+Read `_session` first (transactions, error state, touches), then `_registry` (the commands) with
+`_commands` and `_touch_commands` (one handler a command), `_state` and `_points`. `_grammar`,
+`_dialect` and `_frames` are pure. `_machine` is a measuring station, `_server` the sockets,
+`_service` joins them, `_command` is `ocmm serve ippdme`.
 Numbers come from the core; a point that it refuses is never answered.
 """
 
@@ -16,14 +16,15 @@ if TYPE_CHECKING:
     from ocmm_serve.ippdme._dialect import DmeDialect
     from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
     from ocmm_serve.ippdme._machine import StationMachine
-    from ocmm_serve.ippdme._registry import CommandSpec
+    from ocmm_serve.ippdme._registry import CommandSpec, supported
     from ocmm_serve.ippdme._server import DmeServer
-    from ocmm_serve.ippdme._session import DmeSession, supported
+    from ocmm_serve.ippdme._service import SERVICE, DmeOptions, DmeService
+    from ocmm_serve.ippdme._session import DmeSession
     from ocmm_serve.ippdme._state import DmeState
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "CommandSpec", "CsyFrames", "DmeDialect", "DmeServer", "DmeSession", "DmeState", "ShiftSign",
-    "StationMachine", "serve_app", "supported",
+    "SERVICE", "CommandSpec", "CsyFrames", "DmeDialect", "DmeOptions", "DmeServer", "DmeService",
+    "DmeSession", "DmeState", "ShiftSign", "StationMachine", "serve_app", "supported",
 ]  # fmt: skip

@@ -11,23 +11,17 @@ import typer
 
 from ocmm_cli.terminal import lead, make_console, say, shown
 from ocmm_core.documents import resource
-from ocmm_serve.site import POINTS, ServedAddress, ServedStation, stop_event
+from ocmm_serve.site import POINTS, ServedAddress, ServedStation, close_station, stop_event
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ocmm_serve.ippdme._machine import StationMachine
-    from ocmm_serve.ippdme._server import DmeServer
+    from ocmm_serve.ippdme._service import DmeService
 
 serve_app = typer.Typer(
     no_args_is_help=True, help="Serve points to measuring programs of other makers."
 )
 _LOOK_S = 0.2
-
-
-@serve_app.callback()
-def _group() -> None:
-    """Keep `ippdme` a command of the group while it is the only one."""
 
 
 @serve_app.command("ippdme")
@@ -36,6 +30,7 @@ def serve_ippdme(
     address: ServedAddress,
     dialect: str,
     shift_sign: str,
+    point: str,
     any_place: bool,
     patience: float,
     tries: int,
@@ -50,14 +45,15 @@ def serve_ippdme(
     from ocmm_core.composition import build_station
     from ocmm_core.inspection.evaluation import JobHeader
     from ocmm_serve.ippdme._dialect import DmeDialect
-    from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
-    from ocmm_serve.ippdme._machine import StationMachine
-    from ocmm_serve.ippdme._server import DmeServer
-    from ocmm_serve.ippdme._session import OPERATOR, DmeSession
-    from ocmm_serve.ippdme._state import DmeState
+    from ocmm_serve.ippdme._frames import ShiftSign
+    from ocmm_serve.ippdme._service import DmeOptions, DmeService
+    from ocmm_serve.ippdme._session import OPERATOR
 
     console = make_console()
-    options = address.options(0)
+    options = DmeOptions(
+        address.options(0), DmeDialect(dialect), ShiftSign(shift_sign), point == "surface",
+        any_place, patience, tries,
+    )  # fmt: skip
     ended = stop_event()
     failures: list[Exception] = []
 
@@ -71,39 +67,35 @@ def serve_ippdme(
     request = site.request(resource("plans", POINTS))
     built = build_station(replace(request, stay=True, idle=True))
     header = JobHeader(site.operator, built.station.job.plan.part, site.serial)
-    machine = StationMachine(built, header, tell)
     try:
-        edition, frames = DmeDialect(dialect), CsyFrames(ShiftSign(shift_sign))
-        state = DmeState(machine, edition, frames, any_place=any_place)
-        server = DmeServer(DmeSession(state, patience, tries), options, fail)
-        machine.start(server.touched, server.refused)
+        service = DmeService(built.station, built.hand, header, options, tell, fail)
+        service.machine.start()
         console.print(f"{lead('Source  ')}{built.description.name}", highlight=True)
-        place, version = "{}:{}".format(*server.start()), edition.version
-        tell(f"I++ DME {version} on {place}. Ctrl-C ends.")
+        service.start()
+        state = service.state()
+        tell(f"{state.title} on {state.address}. Ctrl-C ends.")
         if sys.stdin is not None and sys.stdin.isatty():
             tell(f"Type {OPERATOR}.")
-            threading.Thread(target=_read_keys, args=(server,), name="keys", daemon=True).start()
-        _show_way(console, machine, server, ended)
-        server.close()
+            threading.Thread(target=_read_keys, args=(service,), name="keys", daemon=True).start()
+        _show_way(console, service, ended)
+        service.close()
     finally:
-        machine.close()
+        close_station(built.station)
     if failures and not ended.is_set():
         raise failures[-1]
 
 
-def _show_way(
-    console: Console, machine: StationMachine, server: DmeServer, ended: threading.Event
-) -> None:
+def _show_way(console: Console, service: DmeService, ended: threading.Event) -> None:
     """Show the way to the target until the end; on a terminal only, other outputs are files."""
     if not console.is_terminal:
-        while server.is_running and not ended.wait(_LOOK_S):
+        while service.server.is_running and not ended.wait(_LOOK_S):
             pass
         return
     with console.status("") as line:
-        while server.is_running and not ended.wait(_LOOK_S):
-            line.update(shown(machine.way_words()))
+        while service.server.is_running and not ended.wait(_LOOK_S):
+            line.update(shown(service.machine.way_words()))
 
 
-def _read_keys(server: DmeServer) -> None:
+def _read_keys(service: DmeService) -> None:
     for line in sys.stdin:
-        server.operate(line)
+        service.operate(line)

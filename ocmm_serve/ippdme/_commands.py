@@ -9,19 +9,19 @@ from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect
 from ocmm_serve.ippdme._frames import CHAIN, MACHINE, CsyTransformation, checked
 from ocmm_serve.ippdme._grammar import BareWord, Call, DmeError, Value, call_text, list_text, quoted
 from ocmm_serve.ippdme._points import ABSENT
-from ocmm_serve.ippdme._registry import NEWER, Handler, command, supported
 from ocmm_serve.ippdme._state import (
     AXES,
-    NO_SCAN,
     OF_TOOL,
     PARAMETERS,
     DmeState,
+    Handler,
     MoveDaemon,
     names_in,
     numbers_in,
     properties,
     property_kinds,
 )
+from ocmm_serve.ippdme._state import NO_SCAN as NO_SCAN
 
 T = TypeVar("T")
 Args = tuple[Value, ...]
@@ -47,7 +47,6 @@ def _only(args: Args, kind: type[T]) -> T:
     return args[0]
 
 
-@command("StartSession", "Server", "", "Starts a session and its job.", always=True)
 def start_session(state: DmeState, args: Args) -> None:
     if state.in_session:
         raise DmeError(8)
@@ -60,7 +59,6 @@ def start_session(state: DmeState, args: Args) -> None:
         state.active_errors[trouble.number] = trouble.detail
 
 
-@command("EndSession", "Server", "", "Ends the session and closes its job.", always=True)
 def end_session(state: DmeState, args: Args) -> None:
     if state.in_session:
         state.in_session, state.daemon, state.locked = False, None, False
@@ -69,19 +67,16 @@ def end_session(state: DmeState, args: Args) -> None:
         state.machine.end()
 
 
-@command("AbortE", "Server", "", "Aborts all pending commands.", fast=True, always=True)
 def abort(state: DmeState, args: Args) -> None:
     # The session aborts pending transactions.
     state.locked = True
 
 
-@command("ClearAllErrors", "Server", "", "Leaves the error state.", always=True)
 def clear_all_errors(state: DmeState, args: Args) -> None:
     state.locked = False
     state.active_errors.clear()
 
 
-@command("StopDaemon", "Server", "tag", "Stops OnMoveReportE.")
 def stop_daemon(state: DmeState, args: Args) -> None:
     running = "" if state.daemon is None else state.daemon.tag
     # A command of the fast queue may have a tag of digits, which is a number here.
@@ -92,14 +87,12 @@ def stop_daemon(state: DmeState, args: Args) -> None:
     state.daemon = None
 
 
-@command("StopAllDaemons", "Server", "", "Stops OnMoveReportE.")
 def stop_all_daemons(state: DmeState, args: Args) -> None:
     if state.daemon is None:
         raise DmeError(512)
     state.daemon = None
 
 
-@command("GetErrorInfo", "Server", "number", "Returns the text of an error.")
 def get_error_info(state: DmeState, args: Args) -> list[str]:
     (number,) = numbers_in(args, 1)
     row = ERRORS[state.dialect].get(int(number)) if number.is_integer() else None
@@ -108,13 +101,11 @@ def get_error_info(state: DmeState, args: Args) -> list[str]:
     return [quoted(row.text)]
 
 
-@command("GetErrStatusE", "Server", "", "1 in the error state.", fast=True, always=True)
 def get_err_status(state: DmeState, args: Args) -> list[str]:
     status = str(int(state.locked))
     return [f"ErrStatus({status})" if state.dialect is DmeDialect.V14 else status]
 
 
-@command("GetXtdErrStatus", "Server", "", "State, and the operator's sentences.", always=True)
 def get_xtd_err_status(state: DmeState, args: Args) -> list[str]:
     lines = [f"IsHomed({state.homed:d})", f"IsUserEnabled({state.user_enabled:d})"]
     rows = ERRORS[state.dialect]
@@ -128,7 +119,6 @@ def get_xtd_err_status(state: DmeState, args: Args) -> list[str]:
     return lines
 
 
-@command("GetProp", "Server", "properties", "Values of properties, in the requested order.")
 def get_prop(state: DmeState, args: Args) -> list[str]:
     calls = [one for one in args if isinstance(one, Call)]
     if not calls or len(calls) != len(args):
@@ -136,10 +126,6 @@ def get_prop(state: DmeState, args: Args) -> list[str]:
     return [", ".join(properties(state, one) for one in calls)]
 
 
-command("GetPropE", "Server", "properties", "As GetProp, at once.", fast=True)(get_prop)
-
-
-@command("SetProp", "Server", "properties", "Within limits; PtMeasPar.Search has an effect.")
 def set_prop(state: DmeState, args: Args) -> None:
     if not args:
         raise DmeError(502)
@@ -163,13 +149,11 @@ def set_prop(state: DmeState, args: Args) -> None:
         raise DmeError(504)
 
 
-@command("EnumProp", "Server", "property", "Members of a property, one a line.")
 def enum_prop(state: DmeState, args: Args) -> list[str]:
     found = property_kinds(state, _only(args, Call))
     return [f"{quoted(name)}, {quoted(kind)}" for name, kind in found]
 
 
-@command("EnumAllProp", "Server", "property", "Members of all levels, with dotted names.")
 def enum_all_prop(state: DmeState, args: Args) -> list[str]:
     top = _only(args, Call)
     lines: list[str] = []
@@ -185,53 +169,40 @@ def enum_all_prop(state: DmeState, args: Args) -> list[str]:
     return lines
 
 
-@command("GetDMEVersion", "DME", "", "Version of the dialect.")
 def get_dme_version(state: DmeState, args: Args) -> list[str]:
     return [call_text("DMEVersion", quoted(state.dialect.version))]
 
 
-@command("GetMachineClass", "DME", "", "CartCMM; in 2.5 the class of manual machines.")
 def get_machine_class(state: DmeState, args: Args) -> list[str]:
     if state.dialect is DmeDialect.V14:
         return ['GetMachineClass("CartCMM")']
     return ['"CartCMM_TouchTrigger_Fixed_None_ToolChanger_None_None"']
 
 
-@command("GetSupportedCommands", "DME", "", "Names of all commands.", dialects=NEWER)
-def get_supported_commands(state: DmeState, args: Args) -> list[str]:
-    return list(supported(state.dialect))
-
-
-@command("Home", "DME", "", "Moves nothing; succeeds if points can be recorded.", takes_user=True)
 def home(state: DmeState, args: Args) -> None:
     state.homed = False
     state.require_ready()
     state.homed = True
 
 
-@command("IsHomed", "DME", "", "1 after Home.")
 def is_homed(state: DmeState, args: Args) -> list[str]:
     return [f"IsHomed({state.homed:d})"]
 
 
-@command("EnableUser", "Mover", "", "The operator leads: each touch is sent as an event.")
 def enable_user(state: DmeState, args: Args) -> None:
     state.user_asked = True
     state.user(enabled=True)
 
 
-@command("DisableUser", "Mover", "", "Touches are no longer sent unasked.")
 def disable_user(state: DmeState, args: Args) -> None:
     state.user_asked = False
     state.user(enabled=False)
 
 
-@command("IsUserEnabled", "Mover", "", "1 while the operator leads.")
 def is_user_enabled(state: DmeState, args: Args) -> list[str]:
     return [f"IsUserEnabled({state.user_enabled:d})"]
 
 
-@command("OnMoveReportE", "Mover", "Time(s), Dis(d), X(), ...", "While LEDs are seen.", fast=True)
 def on_move_report(state: DmeState, args: Args) -> None:
     if state.daemon is not None:
         raise DmeError(515)
@@ -249,7 +220,6 @@ def on_move_report(state: DmeState, args: Args) -> None:
     state.daemon = MoveDaemon("", limits["Time"], limits["Dis"], names, state.now())
 
 
-@command("SetCoordSystem", "CartCMM", "name", "Selects the system of all numbers.")
 def set_coord_system(state: DmeState, args: Args) -> None:
     name = word_in(args)
     if state.dialect is DmeDialect.V25 and name not in (MACHINE, *CHAIN):
@@ -258,20 +228,17 @@ def set_coord_system(state: DmeState, args: Args) -> None:
     state.changed_frames()
 
 
-@command("GetCoordSystem", "CartCMM", "", "The active system.")
 def get_coord_system(state: DmeState, args: Args) -> list[str]:
     active = state.frames.active
     return [f"CoordSystem({active})" if state.dialect is DmeDialect.V14 else active]
 
 
-@command("SetCsyTransformation", "CartCMM", "name, 6 numbers", "See the sign of the shift above.")
 def set_csy_transformation(state: DmeState, args: Args) -> None:
     name = word_in(args[:1])
     state.frames = state.frames.transformed(name, numbers_in(args[1:], 6))
     state.changed_frames()
 
 
-@command("GetCsyTransformation", "CartCMM", "name", "The six numbers of a system.")
 def get_csy_transformation(state: DmeState, args: Args) -> list[str]:
     name = word_in(args)
     if name not in CHAIN:
@@ -287,12 +254,10 @@ def _transformation_text(state: DmeState, found: CsyTransformation) -> str:
     return list_text(call_text(name, value) for name, value in pairs)
 
 
-@command("SaveActiveCoordSystem", "CartCMM", '"name"', "Stores that of the part.", dialects=NEWER)
 def save_active_coord_system(state: DmeState, args: Args) -> None:
     _store(state, text_in(args), state.frames.transformation(CHAIN[-1]))
 
 
-@command("SaveNamedCsyTransformation", "CartCMM", '"name", 6 numbers', "Stores it.", dialects=NEWER)
 def save_named_csy_transformation(state: DmeState, args: Args) -> list[str]:
     _store(state, text_in(args[:1]), checked(numbers_in(args[1:], 6)))
     return []
@@ -308,26 +273,22 @@ def _store(state: DmeState, name: str, found: CsyTransformation) -> None:
     state.frames = replace(state.frames, named=named)
 
 
-@command("LoadCoordSystem", "CartCMM", '"name"', "Makes it that of the part.", dialects=NEWER)
 def load_coord_system(state: DmeState, args: Args) -> None:
     values = _named(state, args).values
     state.frames = state.frames.transformed(CHAIN[-1], values)
     state.changed_frames()
 
 
-@command("DeleteCoordSystem", "CartCMM", '"name"', "Forgets a stored one.", dialects=NEWER)
 def delete_coord_system(state: DmeState, args: Args) -> None:
     _named(state, args)
     left = {name: one for name, one in state.frames.named.items() if name != text_in(args)}
     state.frames = replace(state.frames, named=left)
 
 
-@command("EnumCoordSystems", "CartCMM", "", "Names of the stored ones.", dialects=NEWER)
 def enum_coord_systems(state: DmeState, args: Args) -> list[str]:
     return [quoted(name) for name in state.frames.named]
 
 
-@command("GetNamedCsyTransformation", "CartCMM", '"name"', "Its six numbers.", dialects=NEWER)
 def get_named_csy_transformation(state: DmeState, args: Args) -> list[str]:
     return [_transformation_text(state, _named(state, args))]
 
@@ -339,32 +300,12 @@ def _named(state: DmeState, args: Args) -> CsyTransformation:
     return found
 
 
-def _refusing(number: int, detail: str = "") -> Handler:
+def refusing(number: int, detail: str = "") -> Handler:
     def refuse(state: DmeState, args: Args) -> None:
         raise DmeError(number, detail=detail)
 
     return refuse
 
 
-def _ignore(state: DmeState, args: Args) -> None:
+def ignore(state: DmeState, args: Args) -> None:
     """Accept a command that has no effect here."""
-
-
-_NO_SCAN = _refusing(2002, NO_SCAN)
-for _group, _names, _arguments, _about, _handler in (
-    ("Cartesian", "GoTo", "any", "Not offered (0501): there are no drives.", _refusing(501)),
-    ("RotaryTable", "AlignPart", "any", "Not offered (0501): no rotary table.", _refusing(501)),
-    ("FormTester", "CenterPart TiltPart TiltCenterPart LockAxis LockPosition", "any",
-     "Not offered (0501): there are no drives.", _refusing(501)),
-    ("Scanning", "ScanOnCircle ScanOnLine ScanOnCurve ScanUnknown ScanInPlaneEndIsSphere "
-     "ScanInPlaneEndIsPlane ScanInPlaneEndIsCyl ScanInCylEndIsSphere ScanInCylEndIsPlane "
-     "ScanOnHelix PtMeasSelfCenter PtMeasSelfCenterLocked", "any",
-     "Refused (2002): the probe does not scan.", _NO_SCAN),
-    ("Scanning", "ScanOnCircleHint ScanOnLineHint ScanOnCurveHint ScanOnCurveDensity "
-     "ScanUnknownHint ScanUnknownDensity", "any", "Accepted without effect.", _ignore),
-    ("Tool", "GoToPar PtMeasPar ScanPar", "", "A pointer; no answer.", _ignore),
-    ("items", " ".join((*AXES, *ABSENT, "IJK", "ER", "Q", "IJKAct", "Tool.Alignment")), "any",
-     "Only an argument (0508).", _refusing(508)),
-):  # fmt: skip
-    for _name in _names.split():
-        command(_name, _group, _arguments, _about, takes_user=_handler is _NO_SCAN)(_handler)

@@ -9,18 +9,19 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from psygnal import SignalInstance
 
 from ocmm_core.acquisition.frames import AcquisitionState
-from ocmm_core.composition import BuiltStation
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.evaluation import JobHeader, StatusWord
+from ocmm_core.inspection.evaluation import JobHeader, StatusWord, Target
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.station import MeasuringStation
 from ocmm_serve.ippdme._grammar import DmeError
 from ocmm_serve.ippdme._points import refusal_number
 from ocmm_serve.ippdme._state import BallPose, CommandedTouch, DmeTool
-from ocmm_serve.site import close_station, keep_open
+from ocmm_serve.site import keep_open
 
 _WARM_S, _POLL_S = 20.0, 0.02
 """s: longest wait for the first frames, and between two looks."""
@@ -29,13 +30,14 @@ _WARM_S, _POLL_S = 20.0, 0.02
 class StationMachine:
     """DmeMachine of a running station; used by the thread of the server.
 
-    `header`: of the jobs. `tell`: shows a sentence to the operator. `post`: runs a call on the
-    thread of the server.
+    `hand`: virtual hand; None for real probes. `header`: of the jobs. `tell`: shows a sentence to
+    the operator.
     """
 
-    def __init__(self, built: BuiltStation, header: JobHeader, tell: Callable[[str], None]) -> None:
-        self._built, self._header, self.tell = built, header, tell
-        self._station = station = built.station
+    def __init__(
+        self, station: MeasuringStation, hand: Any, header: JobHeader, tell: Callable[[str], None]
+    ) -> None:
+        self._station, self._header, self.tell = station, header, tell
         probe = station.instruments.probe_in_use
         self._body = body = probe.body
         low, high = body.leds_probe.min(axis=0), body.leds_probe.max(axis=0)
@@ -43,8 +45,9 @@ class StationMachine:
         corners = np.vstack([[low, high] - body.tip_probe, ends])
         self._box = np.array([corners.min(axis=0), corners.max(axis=0)])
         self._target: CommandedTouch | None = None
-        self._hand: Any = built.hand
-        """Virtual hand; None for real probes."""
+        self._guided_s = 0.0
+        self._hand = hand
+        self._connected: tuple[tuple[SignalInstance, Callable[..., None]], ...] = ()
 
     @property
     def simulated(self) -> bool:
@@ -55,29 +58,57 @@ class StationMachine:
         return np.asarray(self._station.instruments.rig.volume_world)
 
     @property
+    def asked(self) -> str:
+        """Return the point that the program asks for, a sentence; empty if none."""
+        target = self._target
+        return "" if target is None else target.words
+
+    @property
+    def mounted(self) -> str:
+        view = self._station.instruments.probe()
+        return tool_name(view.tip or view.probe)
+
+    @property
+    def part_c(self) -> float | None:
+        now = self._station.job.climate.part.now
+        return None if now is None else now.celsius
+
+    @property
     def tools(self) -> Sequence[DmeTool]:
         """Return the mounted tip, and the others of the probe."""
         view = self._station.instruments.probe()
         store = self._station.instruments.probe_in_use.store
         others = [] if store is None else [one for one in store.tips if one != view.tip]
         origin = "SIMULATED " if self.simulated else ""
-        name = tool_name(view.tip or view.probe)
         qualified = view.records.qualification if view.records is not None else None
         made = "00000000T000000Z" if qualified is None else compact_time(qualified.made_utc)
         identity = f"{origin}{view.title} {view.identity[:12]}"
-        mounted = DmeTool(name, identity, self._body.tip_radius, made)
+        mounted = DmeTool(self.mounted, identity, self._body.tip_radius, made)
         return [mounted, *(DmeTool(tool_name(one), f"{origin}{view.probe}, tip {one}") for one in
                            others)]  # fmt: skip
 
-    def start(
+    def attach(
         self, touched: Callable[[MeasuredPoint], None], refused: Callable[[Refusal], None]
     ) -> None:
+        """Receive the touches of the station until `detach`."""
+        events = self._station.events
+        slots: list[tuple[SignalInstance, Callable[..., None]]] = [
+            (events.point_taken, keep_open(self._station)), (events.point_taken, touched),
+            (events.point_refused, refused), (self._station.faults.failed, self._tell_fault),
+        ]  # fmt: skip
+        for signal, slot in slots:
+            signal.connect(slot)
+        self._connected = tuple(slots)
+
+    def detach(self) -> None:
+        """Leave the station as it is, running."""
+        for signal, slot in self._connected:
+            signal.disconnect(slot)
+        self._connected = ()
+
+    def start(self) -> None:
         """Start the station, and wait for its first frames; OcmmError if it cannot start."""
-        events, faults = self._station.events, self._station.faults
-        keep_open(self._station)
-        events.point_taken.connect(touched)
-        events.point_refused.connect(refused)
-        faults.failed.connect(lambda error: self.tell(str(error)))
+        faults = self._station.faults
         self._station.start()
         until = time.monotonic() + _WARM_S
         while time.monotonic() < until and self._station.looks.live().frame_counter < 0:
@@ -86,17 +117,13 @@ class StationMachine:
                 raise failure
             time.sleep(_POLL_S)
 
-    def close(self) -> None:
-        """Stop the station, and remove a job without points."""
-        close_station(self._station)
-
     def mount(self, name: str) -> None:
-        mounted, *_ = self.tools
-        if name != mounted.name:
+        if name != self.mounted:
             raise DmeError(
                 1500,
-                detail=f"Mount the tip {name}: stop this server, record and check the tip with "
-                "ocmm calibrate mount-tip and check-tip, and start it again.",
+                detail=f"Mount the tip {name} and check it: in the window by Maintain, Mount tip "
+                "and Check tip, else by ocmm calibrate mount-tip and check-tip. Then start the "
+                "server again.",
             )
 
     def trouble(self) -> DmeError | None:
@@ -146,11 +173,16 @@ class StationMachine:
     def expect(self, target: CommandedTouch | None) -> int:
         frame = self._station.looks.live().frame_counter
         self._target = target
+        self._station.job.change(lambda session: session.guide(self._guided(target)))
         if target is not None:
             self.tell(target.words)
-        if self._hand is not None:
-            self._guide(target)
+        self._guide()
         return frame
+
+    def remind(self, after_s: float) -> None:
+        # A touch during a gap of the frames gives neither a point nor a refusal.
+        if self._target is not None and time.monotonic() - self._guided_s > after_s:
+            self._guide()
 
     def way_words(self) -> str:
         """Return the way of the ball to the target, as the operator stands before the cameras."""
@@ -159,12 +191,27 @@ class StationMachine:
             return live.status.value
         if live.tip_world is None:
             return f"{live.status.value}: {live.reason}"
-        ball = target.surface
-        if target.normal is not None:
-            ball = ball + self._body.tip_radius * target.normal
         ways = (("right", "left"), ("back", "forward"), ("up", "down"))
-        steps = zip(ways, (ball - live.tip_world).tolist(), strict=True)
+        steps = zip(ways, (self._ball(target) - live.tip_world).tolist(), strict=True)
         return ", ".join(f"{names[step < 0.0]} {abs(step):.0f} mm" for names, step in steps)
+
+    def _ball(self, target: CommandedTouch) -> Float:
+        """Return the centre of the ball in contact, (3,), mm."""
+        if target.normal is None:
+            return target.surface
+        return target.surface + self._body.tip_radius * target.normal
+
+    def _guided(self, target: CommandedTouch | None) -> Target | None:
+        """Return a target as screens show it."""
+        if target is None:
+            return None
+        normal = np.zeros(3) if target.normal is None else target.normal
+        feature = self._station.job.plan.features[0].name
+        ball = self._ball(target)
+        return Target(feature, target.surface, normal, ball, words=target.words)
+
+    def _tell_fault(self, error: OcmmError) -> None:
+        self.tell(str(error))
 
     def lead(self, *, allowed: bool) -> None:
         if allowed:
@@ -172,13 +219,15 @@ class StationMachine:
         if self._hand is not None:
             (self._hand.touch_part if allowed else self._hand.stop)()
 
-    def _guide(self, target: CommandedTouch | None) -> None:
-        """Let the virtual hand touch a target."""
-        if target is None:
-            self._hand.stop()
+    def _guide(self) -> None:
+        """Let the virtual hand touch the target."""
+        target, self._guided_s = self._target, time.monotonic()
+        if self._hand is None:
             return
-        up = np.array([0.0, 0.0, 1.0])
-        self._hand.touch_place(target.surface, up if target.normal is None else target.normal)
+        self._hand.stop()
+        if target is not None:
+            up = np.array([0.0, 0.0, 1.0])
+            self._hand.touch_place(target.surface, up if target.normal is None else target.normal)
 
     def _change(self, verb: Callable[[InspectionSession], object]) -> None:
         try:

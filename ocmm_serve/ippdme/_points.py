@@ -56,9 +56,14 @@ def point_text(state: DmeState, point: MeasuredPoint, normal: Float | None) -> s
     which the ball came, which shows the side of the material.
     """
     to_active = state.frames.active_from_machine()
-    values = dict(zip(AXES, to_active.apply(point.tip_world).tolist(), strict=True))
-    values |= {"ER": point.tip_radius, "Q": 0.0, "IJKAct": 1.0 if normal is None else 2.0}
-    way = to_active.rotation @ (point.direction if normal is None else normal)
+    out = point.direction if normal is None else normal
+    place, radius = point.tip_world, point.tip_radius
+    if state.surface:
+        # Radius 0: the program must not compensate a second time.
+        place, radius = place - radius * out, 0.0
+    values = dict(zip(AXES, to_active.apply(place).tolist(), strict=True))
+    values |= {"ER": radius, "Q": 0.0, "IJKAct": 1.0 if normal is None else 2.0}
+    way = to_active.rotation @ out
     # The handle is along z of the probe.
     handle = to_active.rotation @ point.rotation_world_from_probe[:, 2]
     vectors = {"IJK": way.tolist(), "Tool.Alignment": handle.tolist()}
@@ -79,7 +84,8 @@ def point_note(
     state: DmeState, tag: str, point: MeasuredPoint, answer: str, target: CommandedTouch | None
 ) -> Mapping[str, object]:
     """Return the note of an answer for the job."""
-    note = {"point": point.number, "tag": tag, "answer": answer, "tool": state.tool}
+    kind = "surface" if state.surface else "ball"
+    note = {"point": point.number, "tag": tag, "answer": answer, "tool": state.tool, "kind": kind}
     nominal = normal = None
     if target is not None:
         nominal = target.surface.tolist()

@@ -25,6 +25,8 @@ _HANDSHAKE_S = 10.0
 _GRACE_S = 0.3
 """A client that has just closed makes room for the next one."""
 _END = b"\r\n"
+_SHOWN = 200
+"""Characters of a line that screens show."""
 
 
 class DmeServer:
@@ -49,6 +51,8 @@ class DmeServer:
         self._guests: set[_DmeConnection] = set()
         self._thread: threading.Thread | None = None
         self.address = (options.host, options.port)
+        self.last_command = self.last_answer = ""
+        """Lines of the client, and to it without acknowledgements; for screens."""
 
     def start(self) -> tuple[str, int]:
         """Listen, and return the address; MeasuringError if it is unavailable."""
@@ -137,6 +141,12 @@ class DmeServer:
         return ""
 
     @property
+    def client(self) -> str:
+        """Return the address of the client; empty without one."""
+        client = self._client
+        return "" if client is None else client.address
+
+    @property
     def is_running(self) -> bool:
         return self._thread is not None and self._thread.is_alive()
 
@@ -151,6 +161,7 @@ class DmeServer:
         return line.encode("ascii", "replace") + _END
 
     def receive(self, line: bytes) -> None:
+        self.last_command = line[:_SHOWN].decode("ascii", "replace")
         self._run_call(lambda: self._session.receive(line))
 
     def flush(self) -> None:
@@ -158,6 +169,9 @@ class DmeServer:
         lines, client = self._session.take(), self._client
         if client is None or not lines:
             return
+        told = [line for line in lines if line[6:] not in ("&", "%")]
+        if told:
+            self.last_answer = told[-1][:_SHOWN]
         client.send("".join(f"{line}\r\n" for line in lines).encode("ascii", "replace"))
         if client.unread > _MOST_UNREAD:
             self.release(client)

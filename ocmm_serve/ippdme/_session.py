@@ -13,8 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.measuring import MeasuredPoint, Refusal
-from ocmm_serve.ippdme import _commands as _commands  # Registers its commands.
-from ocmm_serve.ippdme import _touch_commands as _touch_commands
 from ocmm_serve.ippdme._commands import LEAST_PERIOD_S
 from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect, error_line
 from ocmm_serve.ippdme._grammar import NO_TAG, DmeCommand, DmeError, call_text, parse, quoted
@@ -26,12 +24,13 @@ from ocmm_serve.ippdme._points import (
     pose_text,
     refusal_error,
 )
-from ocmm_serve.ippdme._registry import CommandSpec
-from ocmm_serve.ippdme._registry import supported as supported
-from ocmm_serve.ippdme._state import CommandedTouch, DmeState
+from ocmm_serve.ippdme._registry import CommandSpec, supported
+from ocmm_serve.ippdme._state import NO_TOOL, REF_TOOL, UNDEFINED, CommandedTouch, DmeState
 
 _LOCKING, _LOCKED = 2, 514
 """Severity from which an error locks the session; error of a locked one."""
+_REMIND_S = 20.0
+"""A virtual hand takes some seconds for a touch."""
 _ALONE = ("StartSession", "EndSession")
 """Commands without a session."""
 _MOST_PENDING = 64
@@ -307,11 +306,6 @@ class DmeSession:
         elif verb:
             self._press(verb)
 
-    def changed_tool(self, name: str) -> None:
-        """Report that another tip was mounted at the machine."""
-        self.state.tool = name
-        self._event("ChangeTool", quoted(name))
-
     def _press(self, key: str) -> None:
         if not self._leads:
             self.state.machine.tell("The program does not listen to keys now.")
@@ -353,6 +347,13 @@ class DmeSession:
                 waiting, DmeError(1006, detail="No touch came in time. Repeat the point in the "
                                   "program."),
             )  # fmt: skip
+        state.machine.remind(_REMIND_S)
+        if state.in_session and state.tool not in (NO_TOOL, REF_TOOL, UNDEFINED):
+            mounted = state.machine.mounted
+            if mounted != state.tool:
+                # Another tip was mounted at the machine.
+                state.tool = mounted
+                self._event("ChangeTool", quoted(mounted))
         trouble = state.machine.trouble() if state.in_session else None
         if trouble is not None and trouble.number not in state.active_errors:
             # Also after ClearAllErrors while the cause persists.

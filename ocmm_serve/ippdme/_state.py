@@ -63,8 +63,16 @@ class DmeMachine(Protocol):
     @property
     def simulated(self) -> bool: ...
     @property
+    def mounted(self) -> str:
+        """Return the name of the mounted tip."""
+
+    @property
+    def part_c(self) -> float | None:
+        """Return the temperature of the part in the job; None if unknown."""
+
+    @property
     def tools(self) -> Sequence[DmeTool]:
-        """Return the tips that can be mounted."""
+        """Return the mounted tip, and the others of the probe."""
 
     @property
     def volume(self) -> Float:
@@ -93,6 +101,9 @@ class DmeMachine(Protocol):
 
     def expect(self, target: CommandedTouch | None) -> int:
         """Show a target, or None; return the number of the newest frame."""
+
+    def remind(self, after_s: float) -> None:
+        """Let a virtual hand touch the target again if it gave no point for a time."""
 
     def lead(self, *, allowed: bool) -> None:
         """Note whether the operator may measure unasked."""
@@ -151,6 +162,8 @@ class DmeState:
     frames: CsyFrames
     any_place: bool = False
     """Accept hits away from the nominal."""
+    surface: bool = False
+    """Send compensated points, with radius 0, in place of ball centres."""
     now: Callable[[], float] = time.monotonic
     in_session: bool = False
     locked: bool = False
@@ -181,7 +194,9 @@ class DmeState:
             del self.acts[key]
 
     def parameter(self, block: str, name: str) -> float:
-        return self.acts.get((block, name), PARAMETERS[block][name].default)
+        default = PARAMETERS[block][name].default
+        measured = self.machine.part_c if (block, name) == ("Part", "Temperature") else None
+        return self.acts.get((block, name), default if measured is None else measured)
 
     def set_parameter(self, block: str, name: str, value: float) -> bool:
         """Set a value within its limits; return whether it was inside."""
@@ -207,6 +222,10 @@ class DmeState:
         if enabled != self.user_enabled:
             self.user_enabled = enabled
             self.machine.lead(allowed=enabled)
+
+
+Handler = Callable[[DmeState, tuple[Value, ...]], "list[str] | CommandedTouch | None"]
+"""Returns the data lines of an answer, if any, or the target of a touch that is waited for."""
 
 
 def names_in(args: Sequence[Value], allowed: Sequence[str]) -> tuple[str, ...]:

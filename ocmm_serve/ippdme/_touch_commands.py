@@ -9,7 +9,6 @@ from ocmm_serve.ippdme._commands import Args, text_in
 from ocmm_serve.ippdme._dialect import DmeDialect
 from ocmm_serve.ippdme._grammar import Call, DmeError, quoted
 from ocmm_serve.ippdme._points import ABSENT, POINT_ITEMS, pose_text
-from ocmm_serve.ippdme._registry import NEWER, command
 from ocmm_serve.ippdme._state import (
     AXES,
     BASE_TOOL,
@@ -23,15 +22,10 @@ from ocmm_serve.ippdme._state import (
 )
 
 
-@command("OnPtMeasReport", "TouchTrigger", "X(), Y(), Z(), IJK(), ER(), ...", "Format of points.")
 def on_pt_meas_report(state: DmeState, args: Args) -> None:
     state.report = names_in(args, POINT_ITEMS[state.dialect])
 
 
-@command(
-    "PtMeas", "TouchTrigger", "X(x), Y(y), Z(z), IJK(i, j, k)", "Waits for a touch near the "
-    "nominal.", takes_user=True,
-)  # fmt: skip
 def pt_meas(state: DmeState, args: Args) -> CommandedTouch:
     if not args:
         raise DmeError(502)
@@ -87,29 +81,24 @@ def require_measuring(state: DmeState) -> None:
     state.require_ready()
 
 
-@command("Get", "Cartesian", "X(), Y(), Z(), ...", "Position of the ball now.")
 def get(state: DmeState, args: Args) -> list[str]:
     names = names_in(args, (*AXES, *ABSENT))
     return [pose_text(state, names, state.machine.pose())]
 
 
-@command("OnScanReport", "Scanning", "X(), Y(), Z(), Q(), ...", "Accepted; there are no scans.")
 def on_scan_report(state: DmeState, args: Args) -> None:
     names_in(args, (*POINT_ITEMS[state.dialect], "Q"))
 
 
-@command("AlignTool", "Alignable", "any", "Not offered (0501; in 2.5 1505).")
 def align_tool(state: DmeState, args: Args) -> list[str]:
     raise DmeError(501 if state.dialect is DmeDialect.V14 else 1505)
 
 
-@command("EnumTools", "ToolChanger", "", "Reserved tools, and the tips of the probe.")
 def enum_tools(state: DmeState, args: Args) -> list[str]:
     names = (REF_TOOL, NO_TOOL, *(one.name for one in state.machine.tools))
     return [quoted(one) if state.dialect is DmeDialect.V14 else one for one in names]
 
 
-@command("FindTool", "ToolChanger", '"name"', "Selects the tool of FoundTool.")
 def find_tool(state: DmeState, args: Args) -> None:
     name = text_in(args)
     found = state.tool_named(name)
@@ -118,7 +107,7 @@ def find_tool(state: DmeState, args: Args) -> None:
         raise DmeError(1502, detail=_tip_words(state, name))
 
 
-def _change(state: DmeState, args: Args) -> None:
+def change_tool(state: DmeState, args: Args) -> None:
     name = text_in(args)
     if name == BASE_TOOL or state.tool_named(name) is None:
         raise DmeError(1502, detail=_tip_words(state, name))
@@ -136,13 +125,6 @@ def _tip_words(state: DmeState, name: str) -> str:
     return f"The program asks for the tip {name}; this probe has {known}. Choose one of them there."
 
 
-command("ChangeTool", "ToolChanger", '"name"', "Makes a tip the active tool.", takes_user=True)(
-    _change
-)
-command("SetTool", "ToolChanger", '"name"', "As ChangeTool.", takes_user=True)(_change)
-
-
-@command("GetChangeToolAction", "ToolChanger", '"name"', "Tips are changed by hand.")
 def get_change_tool_action(state: DmeState, args: Args) -> list[str]:
     name = text_in(args)
     if state.tool_named(name) is None:
@@ -153,25 +135,19 @@ def get_change_tool_action(state: DmeState, args: Args) -> list[str]:
     return [f"Argument({action}), X(0), Y(0), Z(0)"]
 
 
-def _tool(state: DmeState, args: Args) -> list[str]:
+def tool(state: DmeState, args: Args) -> list[str]:
     return [] if state.dialect is DmeDialect.V14 else [state.tool]
 
 
-def _found_tool(state: DmeState, args: Args) -> list[str]:
+def found_tool(state: DmeState, args: Args) -> list[str]:
     if state.found == UNDEFINED:
         raise DmeError(1503)
     return [] if state.dialect is DmeDialect.V14 else [state.found]
 
 
-command("Tool", "Tool", "", "The active tool.")(_tool)
-command("FoundTool", "Tool", "", "The tool of FindTool.")(_found_tool)
-
-
-@command("ReQualify", "Tool", "", "Succeeds if the qualification of the tip is in force.")
 def re_qualify(state: DmeState, args: Args) -> None:
     state.machine.require_qualified()
 
 
-@command("IsAlignable", "Alignable", "", "0: the probe is in the operator's hand.", dialects=NEWER)
 def is_alignable(state: DmeState, args: Args) -> list[str]:
     return ["0"]

@@ -188,7 +188,7 @@ def run(request: StationRequest, template: LineTemplate, end: bytes, face: Face)
     try:
         plain = PlainLines(lambda one: template.line(one).encode("ascii") + end, note)
         if request.plan.name == POINTS:
-            keep_open(station)
+            station.events.point_taken.connect(keep_open(station))
         station.events.point_refused.connect(
             lambda refusal: note(f"{say('Point refused:')} {told(refusal)}")
         )

@@ -2209,6 +2209,10 @@ Startet: {source}</translation>
         <translation>Ausrichtung: Restabweichungen und freie Achsen</translation>
     </message>
     <message>
+        <source>Serve program</source>
+        <translation>Messprogramm</translation>
+    </message>
+    <message>
         <source>Far view</source>
         <translation>Fernansicht</translation>
     </message>
@@ -2395,6 +2399,10 @@ Startet: {source}</translation>
     <message>
         <source>All keyboard shortcuts of the window</source>
         <translation>Alle Tasten des Fensters</translation>
+    </message>
+    <message>
+        <source>Let a measuring program measure by I++ DME, in a separate job; or stop it</source>
+        <translation>Ein Messprogramm über I++ DME messen lassen, in eigenem Auftrag; oder beenden</translation>
     </message>
     <message>
         <source>Home</source>
@@ -8364,6 +8372,10 @@ Startet: {source}</translation>
         <translation>Live-Datenstrom</translation>
     </message>
     <message>
+        <source>Measuring programs</source>
+        <translation>Messprogramme</translation>
+    </message>
+    <message>
         <source>Window</source>
         <translation>Fenster</translation>
     </message>
@@ -8570,6 +8582,54 @@ Startet: {source}</translation>
     <message>
         <source>Two capital letters, for digital certificates</source>
         <translation>Zwei Großbuchstaben, für digitale Zertifikate</translation>
+    </message>
+    <message>
+        <source>Edition of I++ DME</source>
+        <translation>Ausgabe von I++ DME</translation>
+    </message>
+    <message>
+        <source>The one that the measuring program speaks</source>
+        <translation>Diejenige, die das Messprogramm verwendet</translation>
+    </message>
+    <message>
+        <source>Other computers must be on the list below</source>
+        <translation>Andere Rechner müssen in der Liste darunter stehen</translation>
+    </message>
+    <message>
+        <source>TCP port of the measuring program</source>
+        <translation>TCP-Port für das Messprogramm</translation>
+    </message>
+    <message>
+        <source>Permitted computers</source>
+        <translation>Zugelassene Rechner</translation>
+    </message>
+    <message>
+        <source>Addresses or networks, parted by semicolons</source>
+        <translation>Adressen oder Netze, durch Semikolon getrennt</translation>
+    </message>
+    <message>
+        <source>Sign of the shift</source>
+        <translation>Vorzeichen der Verschiebung</translation>
+    </message>
+    <message>
+        <source>X0, Y0, Z0: origin of the part, or offset added after the rotation</source>
+        <translation>X0, Y0, Z0: Ursprung des Werkstücks, oder nach der Drehung addierter Versatz</translation>
+    </message>
+    <message>
+        <source>origin</source>
+        <translation>Ursprung</translation>
+    </message>
+    <message>
+        <source>Point that is sent</source>
+        <translation>Gesendeter Punkt</translation>
+    </message>
+    <message>
+        <source>ball: its centre; surface: compensated, with radius 0</source>
+        <translation>Kugel: ihr Mittelpunkt; Oberfläche: korrigiert, mit Radius 0</translation>
+    </message>
+    <message>
+        <source>surface</source>
+        <translation>Oberfläche</translation>
     </message>
     <message>
         <source>By a ruler; empty: as stated by the screen</source>
@@ -9500,6 +9560,10 @@ Startet: {source}</translation>
         <translation>Über OCMM</translation>
     </message>
     <message>
+        <source>Copied. Paste it into a message to support.</source>
+        <translation>Kopiert. In eine Nachricht an den Support einfügen.</translation>
+    </message>
+    <message>
         <source>property of this program</source>
         <translation>Merkmal dieses Programms</translation>
     </message>
@@ -9516,8 +9580,68 @@ Startet: {source}</translation>
         <translation>Text der Lizenz</translation>
     </message>
     <message>
-        <source>Copied. Paste it into a message to support.</source>
-        <translation>Kopiert. Fügen Sie es in eine Nachricht an den Support ein.</translation>
+        <source>Done</source>
+        <translation>Fertig</translation>
+    </message>
+    <message>
+        <source>Delete last</source>
+        <translation>Letzten löschen</translation>
+    </message>
+    <message>
+        <source>Clearance</source>
+        <translation>Freifahrpunkt</translation>
+    </message>
+    <message>
+        <source>Send the present position as a clearance point</source>
+        <translation>Die aktuelle Position als Freifahrpunkt senden</translation>
+    </message>
+    <message>
+        <source>No touch</source>
+        <translation>Nicht antastbar</translation>
+    </message>
+    <message>
+        <source>Report the element as complete</source>
+        <translation>Das Element als vollständig melden</translation>
+    </message>
+    <message>
+        <source>Delete your last point, here and in the program</source>
+        <translation>Ihren letzten Punkt löschen, hier und im Programm</translation>
+    </message>
+    <message>
+        <source>Report that this point cannot be touched</source>
+        <translation>Melden, dass dieser Punkt nicht angetastet werden kann</translation>
+    </message>
+    <message>
+        <source>Server for measuring programs</source>
+        <translation>Server für Messprogramme</translation>
+    </message>
+    <message>
+        <source>Address and program</source>
+        <translation>Adresse und Programm</translation>
+    </message>
+    <message>
+        <source>Last command and answer</source>
+        <translation>Letzter Befehl und Antwort</translation>
+    </message>
+    <message>
+        <source>Disconnect the program and end the server</source>
+        <translation>Das Programm trennen und den Server beenden</translation>
+    </message>
+    <message>
+        <source>Stop server</source>
+        <translation>Server beenden</translation>
+    </message>
+    <message>
+        <source>{title} at {address}.</source>
+        <translation>{title} auf {address}.</translation>
+    </message>
+    <message>
+        <source>No program is connected.</source>
+        <translation>Kein Programm verbunden.</translation>
+    </message>
+    <message>
+        <source>Program at {client}.</source>
+        <translation>Programm auf {client}.</translation>
     </message>
 </context>
 </TS>

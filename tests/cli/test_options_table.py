@@ -15,7 +15,14 @@ from ocmm_cli._app import _BUILT, app
 from ocmm_cli.options import OPTIONS, describe, described, option_of, read_typed_numbers
 from ocmm_core.composition import Errand, StationRequest, request_of_settings
 from ocmm_core.documents import resource
-from ocmm_core.options import DEFAULT_OPERATOR, DEFAULT_SERIAL, OF_SETTINGS, VARIABLES, WINDOW
+from ocmm_core.options import (
+    DEFAULT_OPERATOR,
+    DEFAULT_SERIAL,
+    OF_SERVER,
+    OF_SETTINGS,
+    VARIABLES,
+    WINDOW,
+)
 from ocmm_core.settings import SETTINGS, Kind, SettingsStore
 from ocmm_gui.arguments import given, parser
 
@@ -120,11 +127,11 @@ def test_a_setting_and_its_option_have_one_default_and_one_range(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     by_key = {spec.key: spec for spec in SETTINGS}
-    for option in OF_SETTINGS:
+    for option in (*OF_SETTINGS, *OF_SERVER):
         spec = by_key[option.setting]
         assert option.default == spec.default
         # Port 0 is any free port, which a setting cannot mean.
-        assert option.number == spec.number or option.name == "stream"
+        assert option.number == spec.number or option.name in ("stream", "port")
         assert (spec.kind in (Kind.NUMBER, Kind.WHOLE)) == bool(option.number)
     assert given(parser().parse_args([])) == {}
     typed = ["--check-after", "4", "--silent", "--rig", "/r.toml", "--theme", "light"]

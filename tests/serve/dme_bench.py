@@ -11,7 +11,7 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.composition import BuiltStation, StationRequest, build_station
+from ocmm_core.composition import BuiltStation, ClimateRequest, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.inspection.session import CLIENT_EVENT
@@ -20,12 +20,15 @@ from ocmm_core.storage import JobFile
 from ocmm_serve.ippdme import (
     CsyFrames,
     DmeDialect,
+    DmeOptions,
     DmeServer,
+    DmeService,
     DmeSession,
     DmeState,
     ShiftSign,
     StationMachine,
 )
+from ocmm_serve.site import close_station
 from tests.host import HANG_S
 from tests.waiting import wait_until
 
@@ -98,26 +101,30 @@ class DmeBench:
 @contextmanager
 def dme_bench(
     folder: Path, dialect: DmeDialect = DmeDialect.V14, sign: ShiftSign = ShiftSign.ORIGIN,
-    *, tries: int = 3, any_place: bool = False, probes: Path | None = None,
+    *, tries: int = 3, any_place: bool = False, surface: bool = False,
+    probes: Path | None = None, climate: ClimateRequest | None = None,
 ) -> Iterator[DmeBench]:  # fmt: skip
     request = StationRequest(
         plan=resource("plans", "points.toml"), out=folder, stay=True, idle=True,
-        frame_rate_hz=RATE_HZ, probes=probes,
+        frame_rate_hz=RATE_HZ, probes=probes, climate=climate or ClimateRequest(),
     )  # fmt: skip
     built = build_station(request)
     told: list[str] = []
     failures: list[Exception] = []
-    machine = StationMachine(built, JobHeader("tester", "PART", "1"), told.append)
-    state = DmeState(machine, dialect, CsyFrames(sign), any_place=any_place)
-    session = DmeSession(state, tries=tries)
-    server = DmeServer(session, StreamOptions(), failures.append)
+    options = DmeOptions(
+        StreamOptions(), dialect, sign, surface=surface, any_place=any_place, tries=tries
+    )
+    header = JobHeader("tester", "PART", "1")
+    service = DmeService(built.station, built.hand, header, options, told.append, failures.append)
     try:
-        machine.start(server.touched, server.refused)
-        server.start()
-        yield DmeBench(built, machine, state, session, server, told, failures)
+        service.machine.start()
+        service.start()
+        yield DmeBench(
+            built, service.machine, service.dme, service.session, service.server, told, failures
+        )
     finally:
-        ended = server.close()
-        machine.close()
+        ended = service.close()
+        close_station(built.station)
     assert ended
     assert not failures
 

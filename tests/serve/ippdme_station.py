@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,15 +11,8 @@ from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.station.stream import StreamOptions
-from ocmm_serve.ippdme import (
-    CsyFrames,
-    DmeDialect,
-    DmeServer,
-    DmeSession,
-    DmeState,
-    ShiftSign,
-    StationMachine,
-)
+from ocmm_serve.ippdme import DmeDialect, DmeOptions, DmeService, DmeSession
+from ocmm_serve.site import close_station
 from ocmm_sim.scene import WorldOptions
 from tests.serve.ippdme_grammar import Dialect
 
@@ -51,46 +44,51 @@ def served_station(
     """Serve a station, at full speed unless another is given; it must not fail."""
     told: list[str] = []
     failures: list[Exception] = []
-    built, machine = _machine(out, told, world, speed)
+    built, service = _service(
+        out, dialect, told, world=world, speed=speed, patience_s=patience_s, tries=tries,
+        failed=failures.append,
+    )  # fmt: skip
     try:
-        session = _session(machine, dialect, patience_s, tries)
-        server = DmeServer(session, StreamOptions(), failures.append)
-        machine.start(server.touched, server.refused)
+        service.machine.start()
+        service.start()
         try:
-            yield ServedStation(built, session, server.start(), told, failures)
+            address = service.server.address
+            yield ServedStation(built, service.session, address, told, failures)
         finally:
-            assert server.close()
+            assert service.close()
     finally:
-        machine.close()
+        close_station(built.station)
     assert failures == []
 
 
 @contextmanager
 def pure_session(out: Path, dialect: Dialect = "1.4") -> Iterator[DmeSession]:
     """Yield a session without a socket, on a station whose touches it does not get."""
-    _, machine = _machine(out, [], None, 0.0)
+    built, service = _service(out, dialect, [])
     try:
-        machine.start(lambda point: None, lambda refusal: None)
-        yield _session(machine, dialect, 600.0, 3)
+        service.machine.start()
+        yield service.session
     finally:
-        machine.close()
+        close_station(built.station)
 
 
-def _machine(
-    out: Path, told: list[str], world: WorldOptions | None, speed: float
-) -> tuple[BuiltStation, StationMachine]:
+def _service(
+    out: Path,
+    dialect: Dialect,
+    told: list[str],
+    *,
+    world: WorldOptions | None = None,
+    speed: float = 0.0,
+    patience_s: float = 600.0,
+    tries: int = 3,
+    failed: Callable[[Exception], None] = lambda error: None,
+) -> tuple[BuiltStation, DmeService]:
     request = StationRequest(
         plan=resource("plans", "points.toml"), out=out, stay=True, idle=True, world=world,
         frame_rate_hz=RATE_HZ, speed=speed,
     )  # fmt: skip
     built = build_station(request)
     header = JobHeader("judge", built.station.job.plan.part, "1")
-    return built, StationMachine(built, header, told.append)
-
-
-def _session(
-    machine: StationMachine, dialect: Dialect, patience_s: float, tries: int
-) -> DmeSession:
     edition = DmeDialect.V14 if dialect == "1.4" else DmeDialect.V25
-    state = DmeState(machine, edition, CsyFrames(ShiftSign.ORIGIN), any_place=False)
-    return DmeSession(state, patience_s, tries)
+    options = DmeOptions(StreamOptions(), edition, patience_s=patience_s, tries=tries)
+    return built, DmeService(built.station, built.hand, header, options, told.append, failed)

@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.calibration.records import ProbeStore, probe_store_folder
-from ocmm_core.composition import STANDARD_PROBE
+from ocmm_core.composition import STANDARD_PROBE, ClimateRequest
 from ocmm_core.errors import StorageError
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import load_probe
@@ -191,6 +191,31 @@ def _measure_without_job(bench: DmeBench) -> None:
         assert [one for one in found if "#" in one] == []
         assert any("0503" in one or "0514" in one for one in found), found
         assert any("POINTS-001" in words for words in bench.told)
+
+
+def test_sends_surface_points_and_the_temperature_of_the_part(tmp_path: Path) -> None:
+    climate = ClimateRequest(part_c=23.5, sigma_k=0.1)
+    with (
+        dme_bench(tmp_path, DmeDialect.V25, surface=True, climate=climate) as bench,
+        bench.client() as client,
+    ):
+        begin(client)
+        found = client.ask("00005 GetProp(Part.Temperature())")
+        assert found[1] == "00005 # Part.Temperature(23.5)"
+        normals = [np.array([0.0, 0.0, 1.0]), np.array([0.3, 0.2, 0.9]), None]
+        for number, normal in enumerate(normals):
+            nominal = "" if normal is None else f", IJK({', '.join(map(str, normal.tolist()))})"
+            line = client.ask(f"00006 PtMeas(X({10 * number}), Y(20), Z(0){nominal})")[1]
+            values = numbers(line)[1:]
+            point = bench.built.station.job.stored()[1][-1]
+            out = point.direction if normal is None else normal / np.linalg.norm(normal)
+            expected = point.tip_world - point.tip_radius * out
+            # Six decimals are sent.
+            np.testing.assert_allclose(values, [*expected, *out, 0.0], atol=5.1e-7)
+        # What the program sets, it gets.
+        client.ask("00007 SetProp(Part.Temperature(21.25))")
+        found = client.ask("00008 GetProp(Part.Temperature())")
+        assert found[1] == "00008 # Part.Temperature(21.25)"
 
 
 def test_edition_2_5_answers_in_its_own_form(bench: DmeBench) -> None:

@@ -213,16 +213,27 @@ def test_t9_moves(client: PlainClient) -> None:
 
 
 def test_t10_unasked(bench: DmeBench, client: PlainClient) -> None:
-    bench.server.post(lambda: bench.session.changed_tool(TIP))
+    check(client, f'00050 ChangeTool("{TIP}")')
+    # As if this tip had been mounted at the machine since.
+    bench.server.post(lambda: setattr(bench.state, "tool", "before"))
+    assert client.line() == f'E0000 # ChangeTool("{TIP}")'
     bench.server.operate("search 10")
     bench.server.post(lambda: bench.session.report(DmeError(1501, "Tracking")))
-    assert client.line() == f'E0000 # ChangeTool("{TIP}")'
     assert client.line() == "E0000 # SetProp(Tool.PtMeasPar.Search(10))"
     assert client.line() == f"E0000 {error(3, 1501, 'Tracking', 'Probe not armed')}"
     assert client.ask("E0007 GetErrStatusE()")[1] == "E0007 # ErrStatus(1)"
     check(client, "00051 ClearAllErrors()")
     bench.server.post(lambda: bench.session.report(DmeError(503, "Rig")))
     assert client.line() == f"E0000 {error(9, 503, 'Rig', 'Controller communications failure')}"
+
+
+def test_a_lost_touch_is_repeated_by_the_virtual_hand(bench: DmeBench, client: PlainClient) -> None:
+    start(client)
+    client.send("00053 PtMeas(X(10), Y(20), Z(0), IJK(0, 0, 1))")
+    assert client.line() == "00053 &"
+    bench.server.post(bench.built.hand.stop)
+    bench.server.post(lambda: bench.machine.remind(0.0))
+    assert shape_of(client.until("00053 %")[0]) == f"00053 {POINT}"
 
 
 def test_t11_no_scans(client: PlainClient) -> None:

@@ -137,6 +137,8 @@ class Target:
     """(3,), mm: centre of the ball in contact."""
     approximate: bool = False
     """The pose of the part is only roughly known: guidance, never a result."""
+    words: str = ""
+    """Instruction of another program that asks for the point; empty for targets of the plan."""
 
     def distance(self, tip_world: Float) -> float:
         """Return the distance of the ball, (3,) mm, from its target, mm."""

@@ -20,6 +20,7 @@ from ocmm_core.inspection.evaluation import (
     HoldReason,
     JobView,
     SessionOptions,
+    Target,
     measured_frame,
 )
 from ocmm_core.inspection.plan import Plan
@@ -185,6 +186,9 @@ class InspectionSession:
         if view.looked_at != self._ledger.looked_at:
             # A review computes nothing, and so can change nothing.
             view = replace(view, looked_at=self._ledger.looked_at)
+        commanded = self._ledger.commanded
+        if commanded is not None and view.target is not commanded:
+            view = replace(view, target=commanded)
         if self._ledger.view is kept:
             self._ledger.view = view
         return view
@@ -243,6 +247,11 @@ class InspectionSession:
         """Use sensitivities that were already computed from raw observations, by number."""
         with self._ledger.lock:
             self._ledger.points.know(sensitivities)
+
+    def guide(self, target: Target | None) -> None:
+        """Guide to a point that another program asks for; None: to those of the plan again."""
+        with self._ledger.lock:
+            self._ledger.commanded, self._ledger.view = target, None
 
     def refit(self) -> None:
         """Recalculate everything from the raw observations of the points."""

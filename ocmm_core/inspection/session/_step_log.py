@@ -22,6 +22,7 @@ from ocmm_core.inspection.evaluation import (
     EvaluationCache,
     JobView,
     Progress,
+    Target,
     WrittenProgress,
     progress_from,
     progress_of,
@@ -268,6 +269,8 @@ class JobLedger:
         """Feature under review; changes nothing."""
         self.refusal: Refusal | None = None
         """Of the last touch, until a step is carried out."""
+        self.commanded: Target | None = None
+        """Point that another program asks for; it replaces the targets of the plan."""
         self.cache = EvaluationCache()
         """Results computed from the points; needs no lock."""
         self.view: JobView | UnderWay | None = None
