@@ -130,7 +130,7 @@ def mean_light(case: Case, u: Float, v: Float) -> Float:
 
 
 def cramer_rao(case: Case, u: Float, v: Float) -> Float:
-    """Return the least variance (n, 2), px^2, of positions whose brightness is not known.
+    """Return the least variance (n, 2), px^2, of positions with unknown brightness.
 
     Pixels are normal with mean m and variance ``read^2 + q^2 / 12`` (and a part of it more for the
     black image) ``+ m + (spread m)^2``; the information is ``dm dm / var + dvar dvar / (2 var^2)``,

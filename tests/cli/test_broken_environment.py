@@ -37,7 +37,7 @@ class Broken:
     """Part of the message; empty if the command must work."""
     environment: tuple[tuple[str, str | None], ...] = ()
     before: str = ""
-    """Of the shell, before the command."""
+    """Run by the shell before the command."""
     after: str = ""
 
 

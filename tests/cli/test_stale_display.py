@@ -129,7 +129,7 @@ def test_the_window_ends_with_a_sentence_and_not_with_an_abort() -> None:
 @pytest.mark.parametrize("words", [("ocmm_cli",), ("ocmm_gui", "--start")], ids=str)
 @pytest.mark.parametrize("library", ["libGL.so.1", "libEGL.so.1", "libxcb-cursor.so.0"])
 def test_names_missing_libraries(words: tuple[str, ...], library: str, tmp_path: Path) -> None:
-    # A file that is no library hides the one of the system, as if it were not installed.
+    # A text file hides the library of the system, as if it were not installed.
     (tmp_path / library).write_bytes(b"")
     done = _run(*words, DISPLAY=":7654", LD_LIBRARY_PATH=str(tmp_path))
     assert done.returncode == (0 if words == ("ocmm_cli",) else 2)

@@ -1,4 +1,4 @@
-"""Golden files: what a station of each release wrote (tests/golden)."""
+"""Golden files, written by a station of each release (tests/golden)."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ def test_standing_labels_stay_but_for_the_one_that_is_covered() -> None:
     beside = shown(orbit, ball)
     assert {name for name, rect in first.items() if beside.get(name) != rect} == {"label 3"}
     assert all(not rect.intersects(ball) for rect in beside.values())
-    # The ball has gone; then the view turns, and labels go where there is room.
+    # Without the ball; then after a turn of the view, which places all labels again.
     assert shown(orbit) == first
     turned = shown(replace(orbit, azimuth=0.1), ball)
     assert all(not rect.intersects(ball) for rect in turned.values())

@@ -86,7 +86,7 @@ def test_the_part_looks_the_same_with_smaller_triangles() -> None:
         assert area(after, face) == pytest.approx(area(before, face), rel=1e-9)
     assert 1000 < len(after.triangles) < 130_000
     np.testing.assert_allclose(after.normals, before.normals[found.parents], atol=1e-9)
-    # Both sides of an edge are halved: between new triangles there is no gap, so that every edge
+    # Both sides of an edge are halved: new triangles leave no gap, so that every edge
     # inside the face occurs twice, in opposite directions.
     places, place_of = np.unique(after.vertices, axis=0, return_inverse=True)
     rows = place_of.ravel()[after.triangles[after.triangle_faces == TOP]]

@@ -24,7 +24,7 @@ RATE_HZ = 500
 class ServedStation:
     built: BuiltStation
     session: DmeSession
-    """Of the thread of the server; see `pure_session`."""
+    """The thread of the server; see `pure_session`."""
     address: tuple[str, int]
     told: list[str]
     """Sentences for the operator."""

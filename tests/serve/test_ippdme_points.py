@@ -212,7 +212,7 @@ def test_sends_surface_points_and_the_temperature_of_the_part(tmp_path: Path) ->
             expected = point.tip_world - point.tip_radius * out
             # Six decimals are sent.
             np.testing.assert_allclose(values, [*expected, *out, 0.0], atol=5.1e-7)
-        # What the program sets, it gets.
+        # The program reads the values that it has set.
         client.ask("00007 SetProp(Part.Temperature(21.25))")
         found = client.ask("00008 GetProp(Part.Temperature())")
         assert found[1] == "00008 # Part.Temperature(21.25)"

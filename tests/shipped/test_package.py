@@ -141,7 +141,7 @@ def test_no_two_groups_of_kernels_share_a_function() -> None:
 
 
 def _compiled_modules(wanted: set[str]) -> set[str]:
-    """Return the modules, and their imports, with compiled functions of their own."""
+    """Return the modules, and their imports, with their compiled functions."""
     found: set[str] = set()
     while wanted:
         name = wanted.pop()

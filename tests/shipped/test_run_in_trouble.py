@@ -14,7 +14,7 @@ from tests.host import HANG_S, on_linux_only
 
 pytestmark = on_linux_only
 
-# The user is none that may install packages; no Python is new enough, so the set-up ends there.
+# The user may not install packages; no Python is new enough, so the set-up ends there.
 FAKES = {
     "id": "echo 1000", "dpkg-query": "exit 1", "sudo": 'exec "$@"', "python3": "exit 1",
     "df": "printf 'head\\na b c 9999999 e f\\n'",

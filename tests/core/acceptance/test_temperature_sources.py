@@ -218,7 +218,7 @@ def test_few_equal_readings_prove_nothing(tmp_path: Path) -> None:
     for day in range(3):
         for minute in range(5):
             assert not reading_at(memory, 24.0 * day + minute / 60.0, 20.4)
-    # A clock that was set back starts anew.
+    # A clock that was set back starts again.
     assert not reading_at(memory, -100.0, 20.4)
 
 

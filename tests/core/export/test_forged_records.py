@@ -277,7 +277,7 @@ def test_older_settings_put_back_need_a_name(tmp_path: Path) -> None:
 
 
 def test_older_settings_are_recognised_in_any_folder(tmp_path: Path) -> None:
-    """Six places of an older version; the last one in a moved folder is no older one."""
+    """Six places of an older version; the last one in a moved folder is accepted."""
     folder, kept = tmp_path / "settings", tmp_path / "kept"
     file = SettingsFile(folder / "settings.toml")
     file.change({"job.released_only": True, "temperature.sigma_k": 0.01})

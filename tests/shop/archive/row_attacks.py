@@ -61,7 +61,7 @@ TAKEN = (
 """Columns that the attacker copies from another station."""
 KINDS = (*TEXTS, *NUMBERS, *(("taken", name) for name in TAKEN))
 HOWS = ("insert", "copy", "insert", "update", "insert", "delete")
-"""Each column meets all of them in as many rounds."""
+"""Each column is attacked by all of them, one a round."""
 
 
 @dataclass(slots=True)

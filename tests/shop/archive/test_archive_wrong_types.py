@@ -107,7 +107,7 @@ def lists(archive: SqlArchive) -> Iterator[object]:
         cpk_by_month(archive, Query(part="FLANGE", station="Station 2", most=many)),
     ):
         assert csv_of(made.columns, made.rows)
-        # A job in doubt has a remark; the number of other versions is one of the job itself.
+        # A job in doubt has a remark; the number of other versions belongs to the job.
         yield [row for row in made.rows if "Station 2" in row or "Station" not in made.columns]
     with contextlib.suppress(OcmmError):
         rr(archive, Query(part="FLANGE", characteristic="D0"))
