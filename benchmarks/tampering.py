@@ -62,7 +62,7 @@ def make_site(folder: Path) -> Site:
         for number in range(1, 13):
             job.append_point(_point(number, rng))
             if number % 4 == 0:
-                job.annul_point(number - 1, "a burr")
+                job.change(annul={number - 1: "a burr"})
                 job.append_event("note", f"after point {number}")
                 (folder / f"{number}.bak").write_bytes(job.content())
                 older.append((folder / f"{number}.bak").read_bytes())

@@ -318,11 +318,6 @@ def _free(bound: BoundAlignment, geometries: Mapping[str, Float]) -> tuple[str, 
     return ()
 
 
-def _lies_as_touched(feature: ActualFeature) -> bool:
-    """Return whether the place of a feature along its axis is that of probing."""
-    return feature.raw is not None and feature.fit.shape.spec.is_flat
-
-
 def _advice(
     bound: BoundAlignment,
     measured: Mapping[str, ActualFeature],
@@ -336,7 +331,9 @@ def _advice(
             "meaningless: add a datum, or tolerance only what does not depend on it."
         )
     aligned = [item for item in residuals if item.aligned]
-    deep = [name for name in brought_together(rule) if _lies_as_touched(measured[name])]
+    # Flat features lie where they were probed along their axis.
+    found = ((name, measured[name]) for name in brought_together(rule))
+    deep = [name for name, one in found if one.raw is not None and one.fit.shape.spec.is_flat]
     if deep:
         said.append(
             f"{', '.join(deep)}: the depth of a circle or slot is where it was probed. Unless "

@@ -180,7 +180,10 @@ def _kept(computer: Computer) -> _Kept:
         raise _damaged(place) from error
     if kept.schema != _SCHEMA or not all(is_allowed(one) for one in kept.changes):
         raise _damaged(place)
-    if not all(_is_ours(folder) for folder in kept.folders):
+    if not all(
+        any(Path(folder) in Path(file).parents for file in (UNDO_FILE, LIMITS))
+        for folder in kept.folders
+    ):
         raise _damaged(place)
     return kept
 
@@ -211,11 +214,6 @@ def _missing_above(computer: Computer, path: str) -> tuple[str, ...]:
     """Return the missing parent folders of a path, outermost first."""
     above = [one for one in Path(path).parents if not computer.has(one)]
     return tuple(str(one) for one in reversed(above))
-
-
-def _is_ours(folder: str) -> bool:
-    """Return whether a folder may have been created for our files."""
-    return any(Path(folder) in Path(file).parents for file in (UNDO_FILE, LIMITS))
 
 
 def _no_rights(error: OSError) -> StorageError:

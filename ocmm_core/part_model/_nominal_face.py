@@ -7,7 +7,7 @@ Touch points on it are far from its edges and from each other, where the ball fi
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import lru_cache
 from itertools import islice
 
@@ -108,14 +108,10 @@ def model_face(face: NominalFace) -> ModelFace:
         poles[..., :3].copy(), poles[..., 3].copy(), np.array(face.knots_u),
         np.array(face.knots_v), face.degree_u, face.degree_v,
     )  # fmt: skip
-    loops = tuple(_corners(loop) for loop in face.loops)
+    loops = tuple(np.array(loop, dtype=np.float64).reshape(-1, 2) for loop in face.loops)
     return ModelFace(
         face.number, "BSplineSurface", spline=spline, outward=face.outward, loops=loops
     )
-
-
-def _corners(numbers: Sequence[float]) -> Float:
-    return np.array(numbers, dtype=np.float64).reshape(-1, 2)
 
 
 _GRID = 48

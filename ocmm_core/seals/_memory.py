@@ -114,7 +114,11 @@ def _read(path: Path, name: str) -> KnownEnd | None:
         return None
     try:
         seen = msgspec.json.decode(content, type=KnownEnd)
-        if seen.name != name or seen.count < 0 or (seen.utc and not _is_time(seen.utc)):
+        if (
+            seen.name != name
+            or seen.count < 0
+            or (seen.utc and datetime.fromisoformat(seen.utc).tzinfo is None)
+        ):
             raise ValueError("it is about something else")
     except (ValueError, RecursionError) as error:
         why = "it is empty" if not content else str(error)
@@ -125,10 +129,6 @@ def _read(path: Path, name: str) -> KnownEnd | None:
             "was about by name: verify the calibration, check the tip, or ocmm audit adopt.",
         ) from error
     return seen
-
-
-def _is_time(text: str) -> bool:
-    return datetime.fromisoformat(text).tzinfo is not None
 
 
 def _write(path: Path, content: bytes, *, sync: bool) -> None:

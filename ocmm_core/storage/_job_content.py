@@ -251,7 +251,7 @@ def _at_once(path: Path, there: Path) -> JobContent | None:
         after = os.fstat(file)
         if (after.st_size, after.st_mtime_ns) != (before.st_size, before.st_mtime_ns):
             return None
-        if _pages_head(log) != pages.head or (log is None) != (not _has_log(there)):
+        if _pages_head(log) != pages.head or (log is None) != (not os.path.lexists(_log(there))):
             return None
     joined = _joined(content, pages)
     if not joined.startswith(_MAGIC):
@@ -278,10 +278,6 @@ def _log_of(path: Path) -> Iterator[int | None]:
 
 def _log(path: Path) -> Path:
     return path.with_name(f"{path.name}-wal")
-
-
-def _has_log(path: Path) -> bool:
-    return os.path.lexists(_log(path))
 
 
 def _pages(log: int | None) -> LogPages:

@@ -201,11 +201,6 @@ class JobFile(JobReader):
         with self._transaction() as db:
             insert_point(db, self.path, point)
 
-    def annul_point(self, number: int, reason: str) -> None:
-        """Annul a point for a reason, for tests; StorageError as `change`."""
-        with self._transaction() as db:
-            insert_annulment(db, self.path, number, reason)
-
     def append_event(self, kind: str, text: str) -> None:
         """Store an event; it is on the disk when this returns."""
         with self._transaction() as db:

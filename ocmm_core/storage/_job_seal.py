@@ -118,7 +118,8 @@ def read_seal(
     state = judge_signature(keys, Signed.JOB, _content(steps, head), signature)
     (first,) = db.execute("SELECT coalesce(min(sequence), 0) FROM seal").fetchone()
     missing, older = _missing(db, job_uuid, steps, state, keys, end)
-    forgotten = memory_start(keys) if not missing and _is_forgotten(job_uuid, state) else ""
+    is_forgotten = not missing and state.station == THIS_STATION and recalled_end(job_uuid) is None
+    forgotten = memory_start(keys) if is_forgotten else ""
     adopted = db.execute("SELECT text FROM event WHERE kind = ? ORDER BY rowid", (ADOPTED,))
     return JobSeal(
         job_uuid, steps, head, state, signature, max(first - 1, 0), missing, older,
@@ -254,10 +255,6 @@ def _missing(
 def recalled_end(job_uuid: str) -> KnownEnd | None:
     """Return the end of a job in the memory of the station; StorageError if it is damaged."""
     return recall(_name(job_uuid))
-
-
-def _is_forgotten(job_uuid: str, state: SealState) -> bool:
-    return state.station == THIS_STATION and recalled_end(job_uuid) is None
 
 
 def _last(db: sqlite3.Connection) -> tuple[int, str]:

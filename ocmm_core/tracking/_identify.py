@@ -132,7 +132,11 @@ def identify_many(
         rig.volume_world + np.array([[-_REACH_MM], [_REACH_MM]]),
         _camera_pairs(n_cameras),
         sizes,
-        np.where(coded, 0, [_least_named(body.n_leds) for body in bodies]),
+        np.where(
+            coded,
+            0,
+            [0 if body.n_leds <= FEW_LEDS else least_in_sight(body.n_leds) for body in bodies],
+        ),
         leds,
         directions,
         np.array([_least_cosine(body) for body in bodies]),
@@ -176,11 +180,6 @@ def extended_labels(
         return labels
     taken = (labels[:, :, None] == more[:, None, :]).any(axis=2)
     return np.where((more < 0) & ~taken, labels, more)
-
-
-def _least_named(n_leds: int) -> int:
-    """Return the same in kernel form: 0 if ambiguity alone decides."""
-    return 0 if n_leds <= FEW_LEDS else least_in_sight(n_leds)
 
 
 def _camera_pairs(n_cameras: int) -> Int:

@@ -33,7 +33,7 @@ from ocmm_core.fieldbus.device import NEWEST_LAYOUT, SM_ASSIGNMENT, SM_INPUTS, C
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.fieldbus.wire import Master, check_interface, make_link
 from ocmm_sim.bus import Chain, FaultKind, FaultRig, Faults, Unit, Wire
-from ocmm_sim.slave import INIT, TestPattern
+from ocmm_sim.slave import INIT, PREOP, TestPattern
 from tests.core.fieldbus.bugs.bug_tools import late
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
@@ -267,7 +267,9 @@ def objects() -> dict[str, Any]:
     serve(cameras(LEFT))
     master = Master(HOST)
     try:
-        device = master.scan()[0]
+        master.find()
+        master.reach(PREOP)
+        device = master.identify(0)
         blob = bytes(range(256)) * 4 + bytes(176)
         master.write_object(0, "'left'", 0x8010, 5, blob)
         found: dict[str, Any] = {
@@ -307,7 +309,8 @@ def late_objects() -> dict[str, Any]:
     wrong: list[str] = []
     unanswered = right = 0
     try:
-        master.scan()
+        master.find()
+        master.reach(PREOP)
         begin = time.monotonic()
         while right < _LATE_READS and time.monotonic() - begin < _LATE_S:
             for sub, pdo in enumerate(NEWEST_LAYOUT.input_pdos, start=1):

@@ -70,17 +70,13 @@ def _run(content: bytes) -> None:
                 )
                 if size >= config.size_bytes:
                     break
-            if _ended():
+            if select.select([sys.stdin], [], [], 0.0)[0]:
                 break
         tap.count()
         out.write(pcapng_end(time.time_ns(), tap.received, tap.dropped))
         out.flush()
     finally:
         tap.close()
-
-
-def _ended() -> bool:
-    return bool(select.select([sys.stdin], [], [], 0.0)[0])
 
 
 if __name__ == "__main__":

@@ -110,7 +110,8 @@ class BlockHistory:
         pull = self.pull - information @ (self.covariance @ self.rest)
         slope = information @ columns
         inner = columns.T @ slope - slope.T @ self.covariance @ slope
-        return _score(inner, columns.T @ pull, np.diag(columns.T @ slope))
+        pulls, alone = (columns.T @ pull)[None], np.diag(columns.T @ slope)[None]
+        return _scores(inner[None], pulls, alone)[0]
 
     def of_time(self, columns: Float, profiles: Float) -> tuple[ChangeScore, ...]:
         """Return the evidence for a change during the session, for every time profile.
@@ -261,10 +262,6 @@ def _poses(state: BundleState, block: Block) -> BundleState:
         state, rotations=state.rotations[frames], origins=state.origins[frames],
         bar_rotations=state.bar_rotations[placements], bar_origins=state.bar_origins[placements],
     )  # fmt: skip
-
-
-def _score(inner: Float, pull: Float, alone: Float) -> ChangeScore:
-    return _scores(inner[None], pull[None], alone[None])[0]
 
 
 def _scores(inner: Float, pulls: Float, alone: Float) -> tuple[ChangeScore, ...]:

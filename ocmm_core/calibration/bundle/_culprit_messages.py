@@ -161,7 +161,11 @@ def _sentence(told: Sequence[str], verdict: CulpritVerdict, names: Names) -> str
         listed = ", or ".join(told)
         text = f"One of these is wrong, and the observations cannot tell which: {listed}."
     text = text[0].upper() + text[1:]
-    if verdict.also and verdict.named[0].cause is Culprit.PROBE and _are_leds(verdict):
+    if (
+        verdict.also
+        and verdict.named[0].cause is Culprit.PROBE
+        and all(part[0].cause is Culprit.LED for part in verdict.also)
+    ):
         leds = " and ".join(f"LED {part[0].subject + 1}" for part in verdict.also)
         return f"{text} It fits as well if {leds} alone are elsewhere."
     for part in verdict.also:
@@ -173,10 +177,6 @@ def _sentence(told: Sequence[str], verdict: CulpritVerdict, names: Names) -> str
             "times their sigmas: something else may be wrong too."
         )
     return text
-
-
-def _are_leds(verdict: CulpritVerdict) -> bool:
-    return all(part[0].cause is Culprit.LED for part in verdict.also)
 
 
 def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:

@@ -137,7 +137,9 @@ def adjust_robustly(data: BundleData, prior: Prior, start: BundleState) -> Robus
         again = _without(data, distances, bar_distances)
         minimum = adjust(again, prior, state)
         state = minimum.state
-        same = _same(again, chosen)
+        same = np.array_equal(again.weights, chosen.weights) and np.array_equal(
+            again.bar_weights, chosen.bar_weights
+        )
         chosen = again
         if same:
             break
@@ -196,9 +198,3 @@ def _without(data: BundleData, distances: Float, bar_distances: Float) -> Bundle
     wrong = (bar_distances > limit).any(axis=tuple(range(1, bar_distances.ndim)))
     placed = np.where(wrong, 0.0, 1.0)[:, None, None]
     return data.scaled(good.astype(np.float64), placed)
-
-
-def _same(one: BundleData, other: BundleData) -> bool:
-    return np.array_equal(one.weights, other.weights) and np.array_equal(
-        one.bar_weights, other.bar_weights
-    )

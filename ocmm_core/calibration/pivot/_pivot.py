@@ -15,15 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.calibration.bundle import (
-    BundleData,
-    BundleState,
-    CulpritVerdict,
-    Names,
-    Prior,
-    accuse,
-    examine,
-)
+from ocmm_core.calibration.bundle import BundleData, BundleState, Names, Prior, accuse, examine
 from ocmm_core.calibration.pivot._bundle import chi2_of_cameras, residuals
 from ocmm_core.calibration.pivot._centre import thesis_pivot
 from ocmm_core.calibration.pivot._covariance import coverage_of, geometry_in, pivot_uncertainty
@@ -83,13 +75,9 @@ def accuse_in_sweep(
         cameras=tuple(camera.name for camera in rig.cameras),
         bars=(),
         procedure="the sweep",
-        moment=lambda index: _moment(verdict, frames, index),
+        moment=lambda index: f"frame {int(frames[verdict.history.blocks[index].frames.start])}",
     )
     return accuse(verdict, names), verdict.named[0].worth
-
-
-def _moment(verdict: CulpritVerdict, frames: Int, index: int) -> str:
-    return f"frame {int(frames[verdict.history.blocks[index].frames.start])}"
 
 
 def _prior(rig: Rig, state: BundleState) -> Prior:

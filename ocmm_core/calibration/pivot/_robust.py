@@ -99,7 +99,9 @@ def adjust_pivot_robustly(
                 f"Only {np.count_nonzero(used)} frames agree on the position of the ball.",
                 "Put the ball firmly into its cone and sweep the probe without lifting it.",
             )
-        minimum = adjust_pivot(rig, sweep.only(used), _only(state, used), slack_mm)
+        rotations, slacks = state.rotations[used].copy(), state.slacks[used].copy()
+        start_of_used = replace(state, rotations=rotations, slacks=slacks)
+        minimum = adjust_pivot(rig, sweep.only(used), start_of_used, slack_mm)
         iterations += minimum.iterations
         free = free_poses(rig, sweep, minimum.state.arms)
         state = _everywhere(start, minimum.state, used)
@@ -141,10 +143,6 @@ def _judge(
         else:
             left_out.append(ExcludedFrame(int(frame), "tip", float(np.linalg.norm(off[frame]))))
     return good, tuple(left_out)
-
-
-def _only(state: PivotState, used: NDArray[np.bool_]) -> PivotState:
-    return replace(state, rotations=state.rotations[used].copy(), slacks=state.slacks[used].copy())
 
 
 def _everywhere(start: PivotStart, found: PivotState, used: NDArray[np.bool_]) -> PivotState:

@@ -145,15 +145,13 @@ def _camera_courses(found: dict[tuple[str, ...], list[Sample]]) -> tuple[Course,
     short = [" – ".join(name[::2]) for name in found]
     return tuple(
         Course(
-            words if short.count(words) == 1 else " – ".join(map(" ".join, _pairs(name))),
+            words
+            if short.count(words) == 1
+            else " – ".join(map(" ".join, zip(name[::2], name[1::2], strict=True))),
             tuple(samples),
         )
         for words, (name, samples) in zip(short, found.items(), strict=True)
     )
-
-
-def _pairs(name: tuple[str, ...]) -> list[tuple[str, str]]:
-    return list(zip(name[::2], name[1::2], strict=True))
 
 
 NO_TRENDS = trends([], [])

@@ -188,7 +188,9 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
         schema=PROBE_SCHEMA, probe=begun.probe, tip=begun.tip, made_utc=utc_text(given.made),
         made_by=begun.who, software=begun.software, temperature_c=begun.temperature_c,
         rig=given.rig.name, rig_identity=given.rig.identity,
-        data_sha256=hash_of(given.first.uv, given.second.uv, *_spots_of(given.visits)),
+        data_sha256=hash_of(
+            given.first.uv, given.second.uv, *(from_spots(one.uv) for one in given.visits.again)
+        ),
         valid_until_utc=utc_text(given.made + timedelta(days=begun.valid_days)),
         probe_identity=begun.probe_identity,
         leds_mm=tuple(_vector(led) for led in first.leds_probe), tip_mm=_vector(first.tip_probe),
@@ -239,10 +241,6 @@ def laid_onto(body: ProbeBody, record: ProbeRecord) -> tuple[Float, Float]:
     leds = np.array(record.leds_mm)
     rotation, shift = rigid_fit(leds, body.leds_probe)
     return leds @ rotation.T + shift, rotation @ np.array(record.tip_mm) + shift
-
-
-def _spots_of(visits: ConeVisits) -> tuple[Float, ...]:
-    return tuple(from_spots(one.uv) for one in visits.again)
 
 
 def _check(validation: PivotValidation) -> PivotCheck:

@@ -208,13 +208,11 @@ def verdict(
         passed=conform and not any(one.refuses for one in found), superseded=state.superseded,
         corners=corners, repeats=tuple(_recorded(one) for one in repeats),
         objections=tuple(Objection(code=o.code, what=o.what, remedy=o.remedy) for o in found),
-        notes=(*state.planning.notes, *_camera_notes(state)),
+        notes=(*state.planning.notes, *(
+            f"{UNPROVEN_CAMERAS}: {one}" for one in doubts_by_name(state.rig.device)
+        )),
         arose=None if conform and not moved else arose,
     )  # fmt: skip
-
-
-def _camera_notes(state: VerificationState) -> tuple[str, ...]:
-    return tuple(f"{UNPROVEN_CAMERAS}: {one}" for one in doubts_by_name(state.rig.device))
 
 
 def uses_of(state: VerificationState) -> tuple[ArtefactUse, ...]:

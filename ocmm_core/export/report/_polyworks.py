@@ -61,7 +61,8 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
         for name, text in _texts(data, profile).items()
     }
     for name, table in _clouds(data, profile).items():
-        files[name] = _cloud(table)
+        lines = (" ".join(_numbers(row)) + _NEWLINE for row in table.rows)
+        files[name] = "".join(lines).encode("ascii")
     files[f"{data.stem}_import.pwmacro"] = _macro(_points(data, profile))
     return files
 
@@ -119,10 +120,6 @@ def _clouds(data: ReportData, profile: Profile) -> dict[str, ReportTable]:
 
 def _points(data: ReportData, profile: Profile) -> ReportTable:
     return points_table(data, profile.units).chosen(("X", "Y", "Z", "Name"))
-
-
-def _cloud(table: ReportTable) -> bytes:
-    return "".join(" ".join(_numbers(row)) + _NEWLINE for row in table.rows).encode("ascii")
 
 
 def _macro(points: ReportTable) -> bytes:

@@ -26,7 +26,6 @@ from ocmm_core.storage import JobHead, JobSeal
 from ocmm_core.tolerances.decisions import CharacteristicResult, PartVerdict, rule_id, rule_words
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
-from ocmm_core.tracking import ReferenceBody
 
 _SHORT = 12
 """Digits of a hash in tables; the note has the whole hash."""
@@ -279,7 +278,9 @@ def report_of_job(job: ReopenedJob) -> ReportData:
     calibration = last.get("calibration", "NONE")
     probe = last.get("probe", f"NONE {job.body.name}:")
     body = job.options.reference
-    reference = Instrument("") if body is None else Instrument(body.label, _note_of(body))
+    reference = (
+        Instrument("") if body is None else Instrument(body.label, f"{body.name} {body.identity}")
+    )
     return report_data(
         job.view,
         job.head,
@@ -301,10 +302,6 @@ def report_of_job(job: ReopenedJob) -> ReportData:
             job.plan, job.view, job.points, job.sensitivities, job.rig, job.body, job.options
         ),
     )
-
-
-def _note_of(reference: ReferenceBody) -> str:
-    return f"{reference.name} {reference.identity}"
 
 
 def _instrument(note: str, *, uncalibrated: bool) -> Instrument:

@@ -212,18 +212,14 @@ def _new_sheet(book: xlsxwriter.Workbook, data: ReportData, title: str) -> Works
     if title not in _UPRIGHT:
         sheet.set_landscape()
     sheet.set_margins(left=0.5, right=0.4, top=0.6, bottom=0.6)
-    job = _footed(data.job)
+    # The command character of a foot is doubled.
+    job = data.job.replace("&", "&&")
     sheet.set_footer(_speech(data).say(f"&L{job}&C&A&RPage &P of &N"))
     if data.states:
         # Also on paper, on every page of the sheet.
         sheet.set_header(f"&C&B{said(data.state_words, _speech(data))}")
         sheet.set_tab_color(_WARNING)
     return sheet
-
-
-def _footed(text: str) -> str:
-    """Return a text for the foot of a page, with its command character doubled."""
-    return text.replace("&", "&&")
 
 
 def _above(data: ReportData) -> tuple[str, ...]:

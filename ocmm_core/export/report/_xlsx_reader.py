@@ -29,7 +29,7 @@ def read_workbook(content: bytes) -> dict[str, list[list[str | float | None]]]:
         texts: list[str] = []
         if "xl/sharedStrings.xml" in parts:
             texts = [
-                _unescaped("".join(str(text) for text in item.itertext()))
+                _ESCAPED.sub(r"\1", "".join(str(text) for text in item.itertext()))
                 for item in tree("xl/sharedStrings.xml").iter(f"{_SPACE}si")
             ]
         names = [str(item.get("name")) for item in tree("xl/workbook.xml").iter(f"{_SPACE}sheet")]
@@ -63,8 +63,3 @@ def _column(place: str) -> int:
         if sign.isalpha():
             number = 26 * number + ord(sign) - 64
     return number - 1
-
-
-def _unescaped(text: str) -> str:
-    """Return text without the only escape used by the writer."""
-    return _ESCAPED.sub(r"\1", text)

@@ -214,7 +214,10 @@ def _written_head(settings: Settings, made: Path) -> Path | None:
     paper = load_paper(source)
     language = _language(settings)
     said = {key: value for key, value in _said(settings).items() if value}
-    lengths = _lengths(settings)
+    # The unit of reports, by their setting or that of the window.
+    lengths = settings.report_units
+    if lengths == "window":
+        lengths = settings.window_units
     told = (paper.template.language, paper.template.lengths)
     if not (said or settings.report_logo) and (language, lengths) == told:
         return None
@@ -260,11 +263,6 @@ def _said(settings: Settings) -> dict[tuple[str, str], str | list[str]]:
         ("", "place"): settings.report_place,
         ("", "signatures"): list(settings.report_signatures),
     }
-
-
-def _lengths(settings: Settings) -> str:
-    """Return the unit of reports: by setting, or that of the window."""
-    return settings.window_units if settings.report_units == "window" else settings.report_units
 
 
 def _language(settings: Settings) -> str:

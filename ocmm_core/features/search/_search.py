@@ -128,7 +128,9 @@ def minima(
         asked.append((first, costs, starts[FIRST:]))
         ends = _ends(kind, sample, first, costs, QUICK)
         own = _refined(kind, points, ends, REFINED, possible)
-        agreed = bool(own and found) and _one(kind, own[0], found[0])
+        agreed = bool(own and found) and bool(
+            seen(kind, own[0].parameters, found[0].parameters[None], ONE)
+        )
         found = _joined(kind, found, own)
         if not found or few or not found[0].converged:
             continue
@@ -282,7 +284,3 @@ def _joined(kind: int, found: Sequence[Solution], more: Sequence[Solution]) -> l
             known[len(joined)] = solution.parameters
             joined.append(solution)
     return joined
-
-
-def _one(kind: int, first: Solution, second: Solution) -> bool:
-    return bool(seen(kind, first.parameters, second.parameters[None], ONE))

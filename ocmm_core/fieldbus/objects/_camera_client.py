@@ -162,7 +162,9 @@ def take_snapshot(
         access.write(SNAPSHOT, sub, struct.pack("<H", value))
     try:
         access.write(SNAPSHOT, 5, bytes([SnapshotCommand.TAKE]))
-        _wait(access, SNAPSHOT, 6, "snapshot", None if progress is None else _before(progress))
+        _wait(
+            access, SNAPSHOT, 6, "snapshot", None if progress is None else lambda *_: progress(0, 0)
+        )
         width, height = (read_number(access, SNAPSHOT, sub, 2) for sub in (12, 13))
         total = read_number(access, SNAPSHOT, 8, 4)
         if total != 2 * width * height or not total or (region and region[2:] != (width, height)):
@@ -187,10 +189,6 @@ def take_snapshot(
         raise
     access.write(SNAPSHOT, 5, bytes([SnapshotCommand.RELEASE]))
     return np.frombuffer(bytes(content), "<u2").reshape(height, width).astype(np.uint16)
-
-
-def _before(progress: Progress) -> Progress:
-    return lambda _done, _total: progress(0, 0)
 
 
 def _release_after_failure(access: ObjectAccess) -> None:

@@ -128,7 +128,7 @@ class Master:
     def port(self) -> Port:
         """Return our own raw end of the cable."""
         if self._port is None:
-            raise _closed()
+            raise BusError("bus.closed", "The camera bus is not open.", "Open it first.")
         return self._port
 
     @property
@@ -140,12 +140,6 @@ class Master:
     def expected_working_counter(self) -> int:
         """Return the working counter of a complete cycle."""
         return int(self._master.expected_wkc)
-
-    def scan(self) -> list[FoundDevice]:
-        """Find the devices, bring them to PREOP and return their identities; for tests."""
-        self.find()
-        self.reach(PREOP)
-        return [self.identify(position) for position in range(self.n_devices)]
 
     @property
     def n_devices(self) -> int:
@@ -405,10 +399,6 @@ def _shorten_pysoem_timeouts(patience: int) -> None:
 def al_text(code: int) -> str:
     """Return the meaning of an AL status code."""
     return str(pysoem.al_status_code_to_string(code)) if code else ""
-
-
-def _closed() -> BusError:
-    return BusError("bus.closed", "The camera bus is not open.", "Open it first.")
 
 
 def _unless_refused(action: Callable[[], bytes], name: str, index: int) -> bytes:

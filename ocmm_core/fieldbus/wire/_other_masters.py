@@ -89,7 +89,7 @@ class MasterWatch:
         for interface in self._interfaces:
             for inode in _sockets_on(interface):
                 if inode not in self._known:
-                    self._known = _own_inodes()
+                    self._known = set(_inodes_of(Path("/proc/self")))
                 if inode not in self._known:
                     yield interface, inode
 
@@ -116,10 +116,6 @@ def _sockets_on(interface: str) -> list[int]:
         if of_ethercat and int(fields[_INTERFACE]) == number:
             found.append(int(fields[_INODE]))
     return found
-
-
-def _own_inodes() -> set[int]:
-    return set(_inodes_of(Path("/proc/self")))
 
 
 def _inodes_of(process: Path) -> list[int]:

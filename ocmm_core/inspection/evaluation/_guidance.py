@@ -360,8 +360,3 @@ def targets_of(
         Target(name, surface[index], normals[index], balls[index], place.approximate)
         for index in free
     )
-
-
-def nearest(targets: Sequence[Target], tip_world: Float) -> Target | None:
-    """Return the target nearest to the ball, (3,), mm; None without targets. For tests only."""
-    return min(targets, key=lambda target: target.distance(tip_world), default=None)

@@ -210,7 +210,7 @@ def view_of(
         unproven=state.unproven,
         room_doubt=state.room_doubt,
         room=environment_words(state.room, points.last_number),
-        held=_counting(points, status.held),
+        held=tuple(p.number for p in points.counting if p.number in status.held),
         temperature=options.climate.words,
         at_20_c=options.climate.part.compensated,
         header=state.header,
@@ -226,10 +226,6 @@ def view_of(
         placed_part=placed_part,
         planned=planned,
     )
-
-
-def _counting(points: JobPoints, held: Mapping[int, str]) -> tuple[int, ...]:
-    return tuple(p.number for p in points.counting if p.number in held) if held else ()
 
 
 def _place(

@@ -24,7 +24,6 @@ from ocmm_core.inspection.evaluation import (
     targets_of,
     whereabouts,
 )
-from ocmm_core.inspection.evaluation._guidance import nearest
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.session._any_order import Contact, touched_feature
 from ocmm_core.measuring import MeasuredPoint, Refusal
@@ -170,7 +169,7 @@ def test_every_point_covers_the_target_nearest_to_it() -> None:
     # The next one is the nearest to the last point; the ball reaches the surface there.
     distances = [target.distance(points[2].tip_world) for target in left]
     assert distances == sorted(distances)
-    assert nearest(left, points[2].tip_world) is left[0]
+    assert min(left, key=lambda one: one.distance(points[2].tip_world)) is left[0]
     for target in left:
         np.testing.assert_allclose(
             target.ball_world, target.surface_world + radius * target.normal_world, atol=1e-12

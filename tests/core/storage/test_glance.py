@@ -30,7 +30,7 @@ def closed(tmp_path: Path, head: JobHead, make_point: Callable[[int], MeasuredPo
     with JobFile.create(path, head) as job:
         for number in NUMBERS:
             job.append_point(make_point(number))
-        job.annul_point(2, "slipped")
+        job.change(annul={2: "slipped"})
         job.append_event("header", "{}")
     aged(path)
     return path

@@ -131,16 +131,16 @@ def test_undo_takes_a_point_out_and_its_number_is_not_used_again(
         assert job.next_number() == 1
         for number in (1, 2, 3):
             job.append_point(make_point(number))
-        job.annul_point(3, "probe slipped")
+        job.change(annul={3: "probe slipped"})
         assert job.next_number() == 4
     with JobFile.open(path) as job:
         assert [point.number for point in job.points()] == [1, 2]
         assert job.next_number() == 4
         assert job.verify() == []
         with pytest.raises(StorageError, match="already annulled"):
-            job.annul_point(3, "again")
+            job.change(annul={3: "again"})
         with pytest.raises(StorageError, match="point 9 is not in the job"):
-            job.annul_point(9, "never taken")
+            job.change(annul={9: "never taken"})
         with pytest.raises(StorageError, match="needs a new number"):
             job.append_point(make_point(3))
         job.append_point(make_point(4))
@@ -217,7 +217,7 @@ def test_a_job_open_for_reading_takes_nothing(
         with pytest.raises(StorageError, match="opened read-only"):
             job.append_point(make_point(2))
         with pytest.raises(StorageError, match="opened read-only"):
-            job.annul_point(1, "no")
+            job.change(annul={1: "no"})
     assert path.read_bytes() == before
     assert [item.name for item in tmp_path.iterdir()] == ["a.ocmm"]
 
@@ -291,7 +291,7 @@ def test_threads_take_undo_and_read_at_once(
             for number in range(1, count + 1):
                 assert taken.acquire(timeout=HANG_S)
                 if number % 3 == 0:
-                    job.annul_point(number, "every third")
+                    job.change(annul={number: "every third"})
 
         def note() -> None:
             for index in range(count):
@@ -339,7 +339,7 @@ def test_stored_rows_refuse_to_be_changed(
     with JobFile.create(path, head) as job:
         job.append_point(make_point(1))
         job.append_point(make_point(2))
-        job.annul_point(2, "test")
+        job.change(annul={2: "test"})
         job.append_event("note", "test")
     with pytest.raises(sqlite3.IntegrityError, match=f"rows of {table} are never changed"):
         tamper(path, statement.format(table))

@@ -48,7 +48,7 @@ def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with JobFile.create(folder / "good.ocmm", HEAD) as job:
         for number in (1, 2, 3):
             job.append_point(sample_point(number))
-        job.annul_point(2, "slipped")
+        job.change(annul={2: "slipped"})
         job.append_event("note", "a text")
     shutil.copytree(histories(), folder / "histories")
     return folder

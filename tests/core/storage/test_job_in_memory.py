@@ -21,7 +21,7 @@ def content(
     with JobFile.create(path, head) as job:
         for number in (1, 2, 3):
             job.append_point(make_point(number))
-        job.annul_point(2, "slipped")
+        job.change(annul={2: "slipped"})
     return path, path.read_bytes()
 
 

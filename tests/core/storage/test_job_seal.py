@@ -144,7 +144,7 @@ def test_an_older_copy_is_known_by_its_job_wherever_it_lies(
     older = tmp_path / "elsewhere.ocmm"
     shutil.copy(path, older)
     with JobFile.open(path) as job:
-        job.annul_point(2, "a burr")
+        job.change(annul={2: "a burr"})
     assert doubts(path) == []
     assert [doubt[:11] for doubt in doubts(older)] == ["1 of 4 step"]
 

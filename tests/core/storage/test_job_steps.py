@@ -26,9 +26,9 @@ def test_whoever_reads_on_gets_every_step_once_and_in_order(
         job.append_point(make_point(1))
         job.append_event("tip", "mounted")
         job.append_point(make_point(2))
-        job.annul_point(1, "undo")
+        job.change(annul={1: "undo"})
         job.append_point(make_point(5))
-        job.annul_point(5, "undo")
+        job.change(annul={5: "undo"})
         wanted = [(1, True), (2, True), (1, False), (5, True), (5, False)]
         for most in (1, 2, 3, 256):
             found, after = [], 0
