@@ -61,11 +61,11 @@ def argument(name: str, default: Any, text: str, number: str = "", metavar: str 
     return Option(name, default, text, number, metavar=metavar or None, is_argument=True)
 
 
-def _opt(key: str, name: str, text: str, **more: str) -> Option:
-    """Return the option of a setting."""
+def _opt(key: str, name: str, text: str, **more: Any) -> Option:
+    """Return the option of a setting; the choices of a setting may be suggestions only."""
     spec = spec_of(key)
-    made = Option(name, spec.default, text, spec.number, choices=spec.choices, setting=key)
-    return replace(made, **more)  # type: ignore[arg-type] # texts of fields
+    made = Option(name, spec.default, text, spec.number, setting=key)
+    return replace(made, **more)
 
 
 OF_SETTINGS = (
@@ -114,14 +114,17 @@ OF_SETTINGS = (
 """Arguments of the window that override settings; commands take them without settings."""
 
 OF_SERVER = (
-    _opt("serve.dialect", "dialect", "Edition that the measuring program speaks."),
+    _opt("serve.dialect", "dialect", "Edition that the measuring program speaks.",
+         choices=spec_of("serve.dialect").choices),
     _opt("serve.host", "host", "Address to listen on; others than local need --allow."),
     _opt("serve.port", "port", "TCP port; 0: any free port.", number="port"),
     _opt("serve.allow", "allow", "Address or network of a client; can be repeated."),
     _opt("serve.shift_sign", "shift_sign", "Meaning of X0, Y0, Z0 in SetCsyTransformation: origin "
-         "of the part in the machine, or offset added after the rotation."),
+         "of the part in the machine, or offset added after the rotation.",
+         choices=spec_of("serve.shift_sign").choices),
     _opt("serve.point", "point", "ball: centre of the probe ball; surface: compensated along the "
-         "nominal direction of the program, else along that of the touch, with radius 0."),
+         "nominal direction of the program, else along that of the touch, with radius 0.",
+         choices=spec_of("serve.point").choices),
 )  # fmt: skip
 """Options of the server for measuring programs, which the window takes from its settings."""
 

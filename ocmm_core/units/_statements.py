@@ -176,7 +176,7 @@ def heading_unit(cell: str) -> tuple[str, str]:
         if pattern is _BRACKETS:
             unit = re.sub(r"^(?:all\s+)?(?:in|unit:?)\s+(?=\S)", "", unit, flags=re.IGNORECASE)
             inner, of_inner = heading_unit(name)
-            if _words(unit) <= _QUALIFIERS:
+            if set(re.split(r"[\s_,/-]+", unit.lower())) <= _QUALIFIERS:
                 return (f"{inner} {unit}", of_inner)
             return name, unit
         if pattern is _GLUED or pattern is _SLASH:
@@ -184,10 +184,6 @@ def heading_unit(cell: str) -> tuple[str, str]:
         if unit not in _AMBIGUOUS_BEHIND and find_unit(unit, "length") is not None:
             return re.sub(r"[\s_,.-]+in$", "", name, flags=re.IGNORECASE), unit
     return text, ""
-
-
-def _words(text: str) -> set[str]:
-    return set(re.split(r"[\s_,/-]+", text.lower())) or {""}
 
 
 def _without_brackets(text: str) -> str:

@@ -15,7 +15,7 @@ EXCEPTIONS = {
     "ocmm_core/acquisition/bus_process/_rights.py": "/proc",
     "ocmm_core/acquisition/recording/_recorder.py": "a file that it has just made",
     "ocmm_shop/archive/outbox/_outbox_file.py": "the identity of the computer in /etc",
-    "ocmm_core/camera/_compiled.py": "sources of this program",
+    "ocmm_core/instructions.py": "sources of this program",
     "ocmm_shop/cluster/_worker.py": "sources of this program",
     "ocmm_core/build.py": "the line of its own build",
     "ocmm_core/export/_files.py": "temporary files that it has just made",

@@ -13,7 +13,7 @@ from ocmm_core.calibration.cameras import load_spots, read_reference_points
 
 _ROOT = Path(__file__).resolve().parents[3]
 _PAGE = _ROOT / "docs" / "technician" / "calibration.md"
-_MODULES = ("_guards", "_network", "_model_fit", "_known_points_session")
+_MODULES = ("_guards", "_network", "_model_fit", "_procedure_known_points")
 
 
 def test_every_reason_to_refuse_a_calibration_has_its_row() -> None:
