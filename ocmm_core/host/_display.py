@@ -18,9 +18,9 @@ from pathlib import Path
 
 from ocmm_core.errors import InputError
 
-_ANSWER_S = 1
+_ANSWER_S = 3
 _LOADING_S = 20.0
-"""Libraries come from a cold disk; the display itself has one second."""
+"""Libraries come from a cold disk; the display itself has three seconds."""
 _PACKAGES = {
     "libGL.so.1": "libgl1", "libEGL.so.1": "libegl1", "libX11.so.6": "libx11-6",
     "libX11-xcb.so.1": "libx11-xcb1", "libglib-2.0.so.0": "libglib2.0-0",

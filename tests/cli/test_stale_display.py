@@ -58,9 +58,11 @@ def wayland_server(path: Path, *, answers: bool) -> Iterator[None]:
 
         serving = threading.Thread(target=serve)
         serving.start()
-        yield
-        server.shutdown(socket.SHUT_RDWR)
-        serving.join()
+        try:
+            yield
+        finally:
+            server.shutdown(socket.SHUT_RDWR)
+            serving.join()
 
 
 @contextmanager
