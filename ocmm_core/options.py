@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ocmm_core.documents import resource
-from ocmm_core.settings import SettingSpec, spec_of
+from ocmm_core.settings import Kind, SettingSpec, spec_of
 from ocmm_core.typed_numbers import NumberField, number_field
 
 DEFAULT_SEED = 3
@@ -62,9 +62,10 @@ def argument(name: str, default: Any, text: str, number: str = "", metavar: str 
 
 
 def _opt(key: str, name: str, text: str, **more: Any) -> Option:
-    """Return the option of a setting; the choices of a setting may be suggestions only."""
+    """Return the option of a setting; the choices of a text are suggestions only."""
     spec = spec_of(key)
-    made = Option(name, spec.default, text, spec.number, setting=key)
+    choices = spec.choices if spec.kind is Kind.CHOICE else ()
+    made = Option(name, spec.default, text, spec.number, choices=choices, setting=key)
     return replace(made, **more)
 
 
@@ -114,17 +115,14 @@ OF_SETTINGS = (
 """Arguments of the window that override settings; commands take them without settings."""
 
 OF_SERVER = (
-    _opt("serve.dialect", "dialect", "Edition that the measuring program speaks.",
-         choices=spec_of("serve.dialect").choices),
+    _opt("serve.dialect", "dialect", "Edition that the measuring program speaks."),
     _opt("serve.host", "host", "Address to listen on; others than local need --allow."),
     _opt("serve.port", "port", "TCP port; 0: any free port.", number="port"),
     _opt("serve.allow", "allow", "Address or network of a client; can be repeated."),
     _opt("serve.shift_sign", "shift_sign", "Meaning of X0, Y0, Z0 in SetCsyTransformation: origin "
-         "of the part in the machine, or offset added after the rotation.",
-         choices=spec_of("serve.shift_sign").choices),
+         "of the part in the machine, or offset added after the rotation."),
     _opt("serve.point", "point", "ball: centre of the probe ball; surface: compensated along the "
-         "nominal direction of the program, else along that of the touch, with radius 0.",
-         choices=spec_of("serve.point").choices),
+         "nominal direction of the program, else along that of the touch, with radius 0."),
 )  # fmt: skip
 """Options of the server for measuring programs, which the window takes from its settings."""
 
