@@ -174,7 +174,7 @@ class JobFile(JobReader):
             # it remembered before the job is read are in it, later ones need not be.
             end = made.known_end()
             made.known_end = lambda: end
-            if made.seal().older:
+            if end is not None and end.count and not made.steps(end.count - 1, 1):
                 made = cls._copied(path, read_only=read_only)
                 made.known_end = lambda: end
         return made
