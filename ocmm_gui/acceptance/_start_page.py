@@ -178,7 +178,9 @@ class AcceptanceStart(Themed, QWidget):
         if procedures:
             self.table.selectRow(row)
             self._choose()
-        self.table.setFocus()
+        # Procedures may come late: whoever types already keeps the keyboard.
+        if not any(field.hasFocus() for field in self.fields.values()):
+            self.table.setFocus()
 
     def show_unfinished(self, open_tests: Sequence[OpenTest]) -> None:
         """Show the unfinished tests; the focus stays."""
