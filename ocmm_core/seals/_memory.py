@@ -125,8 +125,9 @@ def _read(path: Path, name: str) -> KnownEnd | None:
         raise StorageError(
             "memory.damaged",
             f"{path}: the station's memory is damaged ({why}).",
-            "Restore the file from a backup. If there is none, delete it and answer for what it "
-            "was about by name: verify the calibration, check the tip, or ocmm audit adopt.",
+            "Restore the file from a backup. If there is none, move it to another folder and keep "
+            "it. What it was about is then in doubt, until you answer for it by name: verify the "
+            "calibration, check the tip, or ocmm audit adopt.",
         ) from error
     return seen
 

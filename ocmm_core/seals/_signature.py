@@ -18,7 +18,7 @@ import msgspec
 from ocmm_core.documents import read_bytes, write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals._key import KeyFolder, StationKey
-from ocmm_core.seals._memory import KnownEnd, recall, remember
+from ocmm_core.seals._memory import KnownEnd, memory_folder, recall, remember
 from ocmm_core.seals._public import (
     fingerprint_of,
     public_from_text,
@@ -203,7 +203,7 @@ def release_file(path: Path, kind: Signed, who: str, reason: str = "") -> Releas
     """Sign a file by name with the key of this station; replaces an earlier release.
 
     InputError: name or reason cannot be used, or the file cannot be read. StorageError: the release
-    cannot be written, or the key of this station cannot be used.
+    cannot be written or remembered, or the key of this station cannot be used.
     """
     texts = (who, reason)
     if not who.strip() or any(len(x) > _LONGEST or not x.isprintable() for x in texts):
@@ -239,6 +239,13 @@ def release_file(path: Path, kind: Signed, who: str, reason: str = "") -> Releas
                 moment=made.utc, place=str(path),
             )
         )  # fmt: skip
+    if getattr(recall(here), "link", "") != signature.value:
+        raise StorageError(
+            "release.not_remembered",
+            f"{path}: it is released, but this station cannot remember it ({memory_folder()} "
+            "cannot be written), and would not notice an earlier release that is put back.",
+            "Free disk space or restore write permission for that folder, then repeat.",
+        )
     return made
 
 

@@ -49,7 +49,7 @@ CASES = [
     Broken("home: missing, key", KEY, "key", (("HOME", NOWHERE),)),
     Broken("home: settings", CHANGE, "cannot be written", (("XDG_CONFIG_HOME", NOWHERE),)),
     Broken("home: data", KEY, "key", (("XDG_DATA_HOME", NOWHERE),)),
-    Broken("home: state", RELEASE, environment=(("XDG_STATE_HOME", NOWHERE),)),
+    Broken("home: state", RELEASE, "cannot remember it", (("XDG_STATE_HOME", NOWHERE),)),
     Broken("rights: folder of the job", "measure --plan quick.toml --out /proc/out", "/proc/out"),
     Broken("rights: out is a file", "measure --plan quick.toml --out a_file", "a_file"),
     Broken("rights: plan", "plan check /proc/kmem", "/proc/kmem"),
