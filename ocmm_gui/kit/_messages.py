@@ -266,6 +266,8 @@ def next_step(job: JobView, live: LiveView | None = None) -> str:
         return tr("All features measured. Press E to write the report.")
     if job.probing == "any" and not feature.points:
         return tr("Touch any feature; it is identified by position.")
+    if feature.open_ended:
+        return tr("Touch, or wait for the point that the program asks for.")
     missing = feature.needed - len(feature.points)
     if missing <= 0:
         return tr("{name} has all its points. Press Return to finish it.").format(name=feature.name)

@@ -199,7 +199,7 @@ class FarView(Themed, CoachedView):
             what = tr("Measured")
         warm = ", 20 °C" if job.at_20_c else ""
         self._captions["measured"].show_text(f"{what}{warm}", self._theme.muted)
-        self._count.show_text(f"{len(feature.points)}/{feature.needed}")
+        self._count.show_text(feature.count_text.replace(" ", ""))
         self._coverage.show_feature(feature, 0)
         self._bar.show_result(result)
         provisional = summary.verdict is Verdict.PROVISIONAL

@@ -34,14 +34,20 @@ class PointDots(Themed, QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._taken, self._needed = 0, 0
+        self._taken, self._needed, self._words = 0, 0, ""
         self.setAccessibleName(tr("Points"))
         self.setFixedHeight(30)
 
-    def show_points(self, taken: int, needed: int) -> None:
-        self._taken, self._needed = taken, needed
+    def show_points(self, feature: FeatureView) -> None:
+        self._taken = 0 if feature.open_ended else feature.taken
+        self._needed = 0 if feature.open_ended else feature.needed
+        self._words = feature.count_text
         self.setAccessibleDescription(
-            tr("{taken} of %n points", "{taken} of 1 point", needed).format(taken=taken)
+            tr("{taken} of %n points", "{taken} of 1 point", feature.needed).format(
+                taken=feature.taken
+            )
+            if self._needed
+            else self._words
         )
         self.update()
 
@@ -56,15 +62,14 @@ class PointDots(Themed, QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(digit_font(20))
-        text = f"{self._taken} / {self._needed}"
-        wide = painter.fontMetrics().horizontalAdvance(text)
+        wide = painter.fontMetrics().horizontalAdvance(self._words)
         painter.setPen(QColor(self._theme.text))
         painter.drawText(
-            self.rect(), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text
+            self.rect(), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self._words
         )
-        total = max(self._needed, self._taken, 1)
+        total = max(self._needed, self._taken)
         room = self.width() - wide - 16.0
-        pitch = min(22.0, room / total)
+        pitch = min(22.0, room / max(1, total))
         size = 0.68 * pitch
         for index in range(total):
             x = wide + 16.0 + index * pitch

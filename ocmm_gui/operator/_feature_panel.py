@@ -218,7 +218,7 @@ class FeaturePanel(Themed, QFrame):
             return
         summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
         self._title.show_text(feature_title(feature))
-        self._dots.show_points(len(feature.points), feature.needed)
+        self._dots.show_points(feature)
         self._show_values(feature, result)
         self._bar.show_result(result)
         self._bar.setVisible(result is not None)

@@ -134,7 +134,7 @@ class _Row(QStyledItemDelegate):
         text = box.adjusted(42, 4, -10, -4)
         upper = QRectF(text.left(), text.top(), text.width(), 0.5 * text.height())
         lower = QRectF(text.left(), upper.bottom(), text.width(), 0.5 * text.height())
-        count = f"{len(feature.points)} / {feature.needed}"
+        count = feature.count_text
         bold = text_font(14, bold=True)
         ink(painter, QColor(theme.text), font=bold)
         metrics = painter.fontMetrics()

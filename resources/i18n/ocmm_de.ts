@@ -2597,6 +2597,10 @@ Startet: {source}</translation>
         <translation>Beliebiges Element antasten; es wird an der Lage erkannt.</translation>
     </message>
     <message>
+        <source>Touch, or wait for the point that the program asks for.</source>
+        <translation>Antasten, oder auf den Punkt warten, den das Programm verlangt.</translation>
+    </message>
+    <message>
         <source>{name} has all its points. Press Return to finish it.</source>
         <translation>{name} hat alle Punkte. Eingabe drücken, um es abzuschließen.</translation>
     </message>

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
         QifShape, ShapeSpec, Size,
     )  # fmt: skip
     from ocmm_core.features.shapes._shapes import (
-        GEOMETRY_NAMES, MINIMUM_POINTS, Fit, element, make_fit, shapes_where,
+        GEOMETRY_NAMES, MINIMUM_POINTS, MOST_POINTS, Fit, element, make_fit, shapes_where,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
     "ACROSS", "CRITERIA", "DIRECTION", "GEOMETRY_NAMES", "GEOMETRY_SIZE", "HALF_ANGLE",
-    "MINIMUM_POINTS", "POINT", "RADIUS", "SECOND", "BallWay", "Criterion", "Fit", "NominalFeature",
-    "PointsFile", "QifShape", "Shape", "ShapeSpec", "Size", "element", "make_fit",
+    "MINIMUM_POINTS", "MOST_POINTS", "POINT", "RADIUS", "SECOND", "BallWay", "Criterion", "Fit",
+    "NominalFeature", "PointsFile", "QifShape", "Shape", "ShapeSpec", "Size", "element", "make_fit",
     "nominal_geometry", "read_points_file", "shape_fault", "shapes_where",
 ]  # fmt: skip

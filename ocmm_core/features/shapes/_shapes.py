@@ -23,6 +23,7 @@ from ocmm_core.features.shapes._shape_spec import (
 )
 from ocmm_core.geometry import Float
 
+MOST_POINTS = 1000
 MINIMUM_POINTS = {shape: shape.spec.minimum_points for shape in Shape}
 
 GEOMETRY_NAMES = (

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ocmm_core.acquisition.frames import AcquisitionStatus
-from ocmm_core.features.shapes import Fit, NominalFeature, Shape
+from ocmm_core.features.shapes import MOST_POINTS, Fit, NominalFeature, Shape
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.names import normal_name
@@ -190,6 +190,16 @@ class FeatureView:
     @property
     def taken(self) -> int:
         return len(self.points)
+
+    @property
+    def open_ended(self) -> bool:
+        """Return whether it takes single points until the job is closed."""
+        return self.shape is Shape.POINT and self.needed == MOST_POINTS
+
+    @property
+    def count_text(self) -> str:
+        """Return how many points were taken, and of how many: ``3 / 8``."""
+        return str(self.taken) if self.open_ended else f"{self.taken} / {self.needed}"
 
     @property
     def last_touch(self) -> int:

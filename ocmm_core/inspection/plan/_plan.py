@@ -24,7 +24,13 @@ from ocmm_core.features.measured import (
     probed_features,
     shapes_with,
 )
-from ocmm_core.features.shapes import MINIMUM_POINTS, NominalFeature, Shape, shape_fault
+from ocmm_core.features.shapes import (
+    MINIMUM_POINTS,
+    MOST_POINTS,
+    NominalFeature,
+    Shape,
+    shape_fault,
+)
 from ocmm_core.inspection.plan._environment import EnvironmentLimits, environment_fault
 from ocmm_core.inspection.plan._requirements import PlanSource, Requirement, requirements_fault
 from ocmm_core.measuring import Climate, check_part
@@ -273,12 +279,11 @@ def _check_names(path: Path, plan: Plan) -> None:
 
 def _check_feature(path: Path, plan: Plan, index: int, feature: NominalFeature) -> None:
     at = f"features[{index}]"
-    minimum = MINIMUM_POINTS[feature.shape]
-    if not minimum <= feature.points <= 1000:
+    minimum, most = MINIMUM_POINTS[feature.shape], MOST_POINTS
+    if not minimum <= feature.points <= most:
+        shape = feature.shape.value.lower()
         raise _error(
-            path,
-            f"{at}.points",
-            f"is {feature.points}; a {feature.shape.value.lower()} needs {minimum} to 1000",
+            path, f"{at}.points", f"is {feature.points}; a {shape} needs {minimum} to {most}"
         )
     if sum(value * value for value in feature.direction) < 1e-12:
         raise _error(path, f"{at}.direction", "is a zero vector")
