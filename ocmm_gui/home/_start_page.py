@@ -67,7 +67,7 @@ START_ACTIONS = (
 )  # fmt: skip
 _SMALL = ("archive", "manual", "about", "theme", "quit")
 _ONE_ROW = ("settings", "about")
-_BUTTON_PX = 64
+_BUTTON_PX = 61
 
 
 class StartPage(QWidget):
