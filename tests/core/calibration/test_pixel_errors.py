@@ -25,7 +25,8 @@ def fixed_to_pixels(uv: Float) -> Float:
     parts = [
         np.cos(uv @ wave.T + phase).sum(axis=-1) for wave, phase in zip(waves, phases, strict=True)
     ]
-    return PIXEL_PX * np.sqrt(2.0 / 60) * np.stack(parts, axis=-1)
+    field: Float = PIXEL_PX * np.sqrt(2.0 / 60) * np.stack(parts, axis=-1)
+    return field
 
 
 def watched(seed: int, bent_mm: float) -> tuple[CalibrationMonitor, list[DriftReport]]:
