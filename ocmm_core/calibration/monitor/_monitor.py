@@ -195,7 +195,7 @@ class CalibrationMonitor:
         return results
 
     def _examined(self, kind: str, looks: deque[ResidualSample]) -> DriftReport:
-        # More than the stated pattern is no noise.
+        # Errors above the stated pattern indicate a change.
         pixel_px = min(self._pixels.px, self._rig.noise.pattern_px)
         options = replace(self._options, pixel_px=pixel_px)
         result = examine(looks, self._rig, self._body, self._belief, options)

@@ -220,7 +220,7 @@ class PixelNoise:
         far = -np.expm1(-0.5 * apart2 / noise.pattern_length_px**2)
         other = 2.0 * before.pattern_px[seen] ** 2 * far
         expected = kept * np.sum(before.white_px**2 + after.white_px**2 + other)
-        # A push between the looks is no noise of pixels.
+        # Limit the effect of a push between the looks.
         most = _MOST * (expected + slope * max(self.px, 0.3 * noise.pattern_px) ** 2)
         found = min(float(np.sum(change[seen] ** 2)), most) - expected
         return PixelNoise(self.squares + found * slope / size, self.weight + slope**2 / size)
