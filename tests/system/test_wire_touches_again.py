@@ -1,4 +1,4 @@
-"""The scripted operator of a virtual wire repeats touches that gave no point."""
+"""Jobs on the virtual wire are completed: refused touches are repeated, no sound probe is bent."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ocmm_cli.terminal import make_console
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.measuring import Refusal
 from ocmm_sim.scene import ScriptedOcclusion, WorldOptions
+from tests.commands import Ocmm
 from tests.host import long_form, private_network
 from tests.short_plan import TOUCHES, ball_plan_in
 
@@ -45,3 +46,15 @@ def test_repeats_refused_touches(tmp_path: Path) -> None:
     apart = np.linalg.norm(places[:, None] - places, axis=2)[np.triu_indices(TOUCHES, 1)]
     # Each place once: the missing ones, not others again.
     assert apart.min() > 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.timing
+@pytest.mark.timeout(1800)
+def test_demo_with_rendered_cameras_conforms(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    private_network()
+    # The whole part takes two minutes of frames; its errors of pixels once meant a bent LED.
+    plan: tuple[str | Path, ...] = () if long_form() else ("--plan", ball_plan_in(tmp_path))
+    done = ocmm_here("demo", "--headless", "--source", "ethercat:pixels", "--seed", "22", *plan)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "PART CONFORMS"

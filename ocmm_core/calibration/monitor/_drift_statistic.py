@@ -75,14 +75,15 @@ class Scores:
 
 
 def score_changes(
-    looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, belief: Belief, floor_px: float
-) -> Scores:
+    looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, belief: Belief, floor_px: float,
+    pixel_px: float = 0.0,
+) -> Scores:  # fmt: skip
     """Return the scores of changes since the calibration, from at least one look.
 
     ``belief``: errors of rig and probe then. ``floor_px``: constant error of one LED in one camera,
-    per axis.
+    per axis; ``pixel_px``: error fixed to the pixels (`PixelNoise`).
     """
-    system = _System.of(looks, rig, body, belief, floor_px)
+    system = _System.of(looks, rig, body, belief, floor_px, pixel_px)
     normal = system.without_poses()
     n_poses = system.blocks["poses"].stop
     first_of = {name: block.start - n_poses for name, block in system.blocks.items()}
@@ -154,6 +155,7 @@ class _System:
         body: ProbeBody,
         belief: Belief,
         floor_px: float,
+        pixel_px: float,
     ) -> _System:
         sizes = {
             "poses": 6 * len(looks),
@@ -171,7 +173,8 @@ class _System:
         rows = 0
         for c in range(len(rig.cameras)):
             spots = spot_rows(looks, rig, body, c)
-            _add_camera(normal, spots, rig, c, floor_px, blocks)
+            weights = spot_weights(spots, rig.noise.pattern_length_px, floor_px, pixel_px)
+            _add_camera(normal, spots, weights, c, blocks)
             rows += 2 * len(spots.look)
         anchored = False
         for k, look in enumerate(looks):
@@ -198,7 +201,7 @@ class _System:
 
 
 def _add_camera(
-    normal: Float, spots: SpotRows, rig: Rig, c: int, floor_px: float, blocks: dict[str, slice]
+    normal: Float, spots: SpotRows, weights: Float, c: int, blocks: dict[str, slice]
 ) -> None:
     """Add the spots of one camera; sparse pose columns are four times faster than dense ones."""
     n = len(spots.look)
@@ -207,8 +210,6 @@ def _add_camera(
     columns = np.concatenate(
         [np.arange(first, first + N_PARAMETERS), np.arange(probe.start, probe.stop), [-1]]
     )
-    weights = spot_weights(spots, rig.noise.pattern_length_px, floor_px)
-
     poses = blocks["poses"]
     unknowns = (6 * spots.look[:, None] + np.arange(6)).ravel()
     ends = np.arange(0, 6 * n + 1, 6)

@@ -23,6 +23,7 @@ from ocmm_core.calibration.monitor._drift_decision import (
 )
 from ocmm_core.calibration.monitor._residual_samples import (
     Belief,
+    PixelNoise,
     ResidualAccumulator,
     ResidualSample,
 )
@@ -33,6 +34,9 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock
 
 SCHEMA = "ocmm.sensor-baseline/1"
+
+_LAG = 4
+"""Looks are compared with those some pixels before, of a hand that rests."""
 
 
 class _Content(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -141,6 +145,7 @@ class CalibrationMonitor:
         self._collector = ResidualAccumulator(rig, body, self._options.look_ns, known)
         self._latest: deque[ResidualSample] = deque(maxlen=self._options.looks)
         self._sparse: deque[ResidualSample] = deque(maxlen=self._options.looks)
+        self._pixels = PixelNoise()
         self._count = 0
         self._good_ns: dict[str, int] = {}
         self._unnamed = 0
@@ -174,6 +179,9 @@ class CalibrationMonitor:
             self._good_ns.clear()
             self._count = 0
         self._latest.append(look)
+        if len(self._latest) > _LAG:
+            before = self._latest[-1 - _LAG]
+            self._pixels = self._pixels.learnt(before, look, self._rig.noise)
         self._count += 1
         results = []
         # Few looks at one place could share an error not contained in a map.
@@ -187,7 +195,10 @@ class CalibrationMonitor:
         return results
 
     def _examined(self, kind: str, looks: deque[ResidualSample]) -> DriftReport:
-        result = examine(looks, self._rig, self._body, self._belief, self._options)
+        # Errors above the stated pattern indicate a change.
+        pixel_px = min(self._pixels.px, self._rig.noise.pattern_px)
+        options = replace(self._options, pixel_px=pixel_px)
+        result = examine(looks, self._rig, self._body, self._belief, options)
         # Looks from before and after a change fit no hypothesis for a while.
         self._unnamed = self._unnamed + 1 if result.cause is ChangeCause.UNKNOWN else 0
         if 0 < self._unnamed <= self._options.looks // self._options.every:

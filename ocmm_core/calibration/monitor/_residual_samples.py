@@ -15,9 +15,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 
-from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, project, projection_jacobians
+from ocmm_core.camera import (
+    N_PARAMETERS,
+    CameraModel,
+    Rig,
+    SpotNoise,
+    project,
+    projection_jacobians,
+)
 from ocmm_core.geometry import Float, Int, Pixels, skew
 from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock, cut, join
+
+_PIXEL_PX = 1.2
+"""Correlation length of errors fixed to pixels, about the size of a spot."""
+_PAIR_PX = 5.0
+"""Farther apart, the pattern differs as much as errors of pixels."""
+_MOST = 3.0
+_POSE = 6
 
 _MIN_SHARE = 0.5
 """Minimum share of a moment's frames, all with the same visible LEDs."""
@@ -36,6 +50,10 @@ class ResidualSample:
     n_frames: int
     residuals: Float
     """(C, L, 2), px: seen minus predicted by poses and residual map; NaN if unseen."""
+    uv: Float
+    """(C, L, 2), px: mean place of the spots."""
+    still: Float
+    """(C, L): part of an error of a pixel that the motion within the moment leaves."""
     pattern_px: Float
     """(C, L): standard deviation of the pattern not contained in the map."""
     white_px: float
@@ -145,7 +163,10 @@ def look_of(
     middle = len(used) // 2
     return ResidualSample(
         first_ns=int(frames.time_ns[used[0]]), last_ns=int(frames.time_ns[used[-1]]),
-        n_frames=len(used), residuals=mean, pattern_px=pattern,
+        n_frames=len(used), residuals=mean, uv=uv.mean(axis=0),
+        # The mean of a Gaussian correlation over Gaussian places, two axes; a standard deviation.
+        still=np.prod(1.0 + 2.0 * uv.var(axis=0) / _PIXEL_PX**2, axis=2) ** -0.25,
+        pattern_px=pattern,
         white_px=max(scatter, rig.noise.white_px) / float(np.sqrt(len(used))),
         rotation_world_from_probe=rotations[middle], origin_world=origins[middle],
     )  # fmt: skip
@@ -166,6 +187,43 @@ def leds_world_of(looks: Sequence[ResidualSample], body: ProbeBody) -> Float:
     origins = np.stack([look.origin_world for look in looks])
     leds: Float = body.leds_probe @ rotations.transpose(0, 2, 1) + origins[:, None]
     return leds
+
+
+@dataclass(frozen=True, slots=True)
+class PixelNoise:
+    """Errors fixed to pixels (their response, the black image), learnt from pairs of looks.
+
+    A spot some pixels away has other ones, but nearly the same errors of pattern, calibration and
+    probe (variogram; G. Matheron, Economic Geology 58 (1963) 1246).
+    """
+
+    squares: float = 0.0
+    weight: float = 20.0
+    """`squares`, `weight`: sums of weighted squares, px^2, and weights; none, as of one pair."""
+
+    @property
+    def px(self) -> float:
+        """Return the standard deviation."""
+        return float(np.sqrt(max(self.squares, 0.0) / self.weight))
+
+    def learnt(self, before: ResidualSample, after: ResidualSample, noise: SpotNoise) -> PixelNoise:
+        """Return the noise with one more pair; that of distant places adds nothing."""
+        change = after.residuals - before.residuals
+        seen = np.isfinite(change[..., 0])
+        apart2 = np.sum((after.uv - before.uv)[seen] ** 2, axis=1)
+        size = 2 * len(apart2)
+        if size <= _POSE or apart2.max() > _PAIR_PX**2:
+            return self
+        kept = 2.0 * (1.0 - _POSE / size)
+        alike = before.still[seen] * after.still[seen] * np.exp(-0.5 * apart2 / _PIXEL_PX**2)
+        slope = kept * np.sum(before.still[seen] ** 2 + after.still[seen] ** 2 - 2.0 * alike)
+        far = -np.expm1(-0.5 * apart2 / noise.pattern_length_px**2)
+        other = 2.0 * before.pattern_px[seen] ** 2 * far
+        expected = kept * np.sum(before.white_px**2 + after.white_px**2 + other)
+        # Limit the effect of a push between the looks.
+        most = _MOST * (expected + slope * max(self.px, 0.3 * noise.pattern_px) ** 2)
+        found = min(float(np.sum(change[seen] ** 2)), most) - expected
+        return PixelNoise(self.squares + found * slope / size, self.weight + slope**2 / size)
 
 
 CAMERA_CHANGES = (
@@ -225,7 +283,8 @@ class SpotRows:
     """`uv`, `residuals`: (n, 2), px: position, and as in `ResidualSample`."""
     white_px: Float
     pattern_px: Float
-    """`white_px`, `pattern_px`: (n,): standard deviations, as in `ResidualSample`."""
+    still: Float
+    """`white_px`, `pattern_px`, `still`: (n,), as in `ResidualSample`."""
     by_pose: Float
     """(n, 2, 6): by rotation about the ball (rad), shift of the ball (mm), world."""
     by_camera: Float
@@ -244,15 +303,19 @@ def spot_rows(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, c: int
     rotations = np.stack([look.rotation_world_from_probe for look in looks])
     arms = points - tips_world(looks, body)[k]
     return SpotRows(
-        look=k.astype(np.int64), led=led.astype(np.int64), uv=project(camera, points),
+        look=k.astype(np.int64), led=led.astype(np.int64),
+        uv=np.stack([look.uv[c] for look in looks])[k, led],
         residuals=residuals[k, led], white_px=np.array([look.white_px for look in looks])[k],
         pattern_px=np.stack([look.pattern_px[c] for look in looks])[k, led],
+        still=np.stack([look.still[c] for look in looks])[k, led],
         by_pose=np.concatenate([np.cross(arms[:, None], d_point), d_point], axis=2),
         by_camera=d_parameters, by_led=d_point @ rotations[k],
     )  # fmt: skip
 
 
-def spot_weights(spots: SpotRows, pattern_length_px: float, floor_px: float) -> Float:
+def spot_weights(
+    spots: SpotRows, pattern_length_px: float, floor_px: float, pixel_px: float
+) -> Float:
     """Return the inverse covariance (n, n), 1/px², per axis; LinAlgError if not definite."""
     n = len(spots.look)
     # Two buffers reused: this runs twice a second during measuring, and allocating arrays of this
@@ -262,9 +325,13 @@ def spot_weights(spots: SpotRows, pattern_length_px: float, floor_px: float) -> 
     covariance *= covariance
     other *= other
     covariance += other
+    fine = np.exp(covariance * (-0.5 / _PIXEL_PX**2)) if pixel_px else None
     covariance *= -0.5 / pattern_length_px**2
     np.exp(covariance, out=covariance)
     covariance *= np.multiply.outer(spots.pattern_px, spots.pattern_px, out=other)
+    if fine is not None:
+        fine *= np.multiply.outer(pixel_px * spots.still, pixel_px * spots.still, out=other)
+        covariance += fine
     covariance += np.multiply(np.equal.outer(spots.led, spots.led), floor_px**2, out=other)
     diagonal = np.arange(n)
     covariance[diagonal, diagonal] += spots.white_px**2

@@ -17,14 +17,16 @@ def spots_of(n_looks: int, n_leds: int, seed: int) -> SpotRows:
     return SpotRows(
         look=np.repeat(np.arange(n_looks), n_leds), led=np.tile(np.arange(n_leds), n_looks), uv=uv,
         residuals=np.zeros((n, 2)), white_px=rng.uniform(0.001, 0.005, n),
-        pattern_px=rng.uniform(0.001, 0.010, n), by_pose=np.zeros((n, 2, 6)),
-        by_camera=np.zeros((n, 2, 14)), by_led=np.zeros((n, 2, 3)),
+        pattern_px=rng.uniform(0.001, 0.010, n), still=rng.uniform(0.2, 1.0, n),
+        by_pose=np.zeros((n, 2, 6)), by_camera=np.zeros((n, 2, 14)), by_led=np.zeros((n, 2, 3)),
     )  # fmt: skip
 
 
 @pytest.mark.parametrize("n_leds", [1, 4, 16])
-@pytest.mark.parametrize("floor_px", [0.0, 4e-4])
-def test_weights_are_the_inverse_of_the_covariance(n_leds: int, floor_px: float) -> None:
+@pytest.mark.parametrize(("floor_px", "pixel_px"), [(0.0, 0.0), (4e-4, 0.0), (4e-4, 0.005)])
+def test_weights_are_the_inverse_of_the_covariance(
+    n_leds: int, floor_px: float, pixel_px: float
+) -> None:
     spots = spots_of(20, n_leds, n_leds)
     n = len(spots.look)
     covariance = np.zeros((n, n))
@@ -32,9 +34,11 @@ def test_weights_are_the_inverse_of_the_covariance(n_leds: int, floor_px: float)
         for j in range(n):
             apart = np.sum((spots.uv[i] - spots.uv[j]) ** 2)
             covariance[i, j] = spots.pattern_px[i] * spots.pattern_px[j] * np.exp(-apart / 800.0)
+            fine = pixel_px**2 * spots.still[i] * spots.still[j]
+            covariance[i, j] += fine * np.exp(-0.5 * apart / 1.2**2)
             covariance[i, j] += floor_px**2 * (spots.led[i] == spots.led[j])
         covariance[i, i] += spots.white_px[i] ** 2
-    weights = spot_weights(spots, 20.0, floor_px)
+    weights = spot_weights(spots, 20.0, floor_px, pixel_px)
     dense = np.linalg.inv(covariance)
     # The condition is below 100: some 1e-14 of rounding, and room for other processors.
     assert np.max(np.abs(weights - dense)) < 1e-11 * np.max(np.abs(dense))
