@@ -81,7 +81,7 @@ ocmm_core.tolerances.monte_carlo._refit_kernel
 ocmm_cad.reach._search_kernel
     grow f3 f2 i2 i1
     search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 i1 i1 f2 i2 i1 i2 f1
-ocmm_core.part_model._spline_kernel
+ocmm_core.part_model._spline
     to_bezier f1 i i1 f3
 ocmm_core.part_model._trimming
     nearest_stretch f2 f3 f1 f2

@@ -7,6 +7,7 @@ finished, skipped, open and active features are drawn as well, with their conseq
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -40,6 +41,7 @@ def is_greener(verdict: Verdict, than: Verdict) -> bool:
     return WORST_FIRST.index(verdict) > WORST_FIRST.index(than)
 
 
+@cache
 def generated_job(seed: int) -> tuple[JobView, list[NominalFeature]]:
     """Return a job of 1 to 5 features with 0 to 4 characteristics each, and its nominals."""
     rng = np.random.default_rng(seed)

@@ -3,8 +3,6 @@
 Words, deadlines and limits; states, mailboxes and EEPROM, each tested by `ocmm camera conform`.
 """
 
-from __future__ import annotations
-
 from ocmm_core.fieldbus.device import (
     CLOCK_MODES,
     DEFAULT_FRAME_PERIOD_NS,

@@ -1,7 +1,5 @@
 """Options of the commands for cameras, calibrations, studies and the station."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from ocmm_core.calibration import relocation, sweeping, tip

@@ -1,7 +1,5 @@
 """Options of the commands for jobs, plans, archives and signatures."""
 
-from __future__ import annotations
-
 from math import inf
 from pathlib import Path
 

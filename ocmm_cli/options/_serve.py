@@ -1,7 +1,5 @@
 """Options of the servers for measuring programs of other makers."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from ocmm_core.options import DEFAULT_OPERATOR, OF_SERVER, Option

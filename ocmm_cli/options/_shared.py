@@ -1,7 +1,5 @@
 """Options of commands of several groups."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from ocmm_core.composition import source_help

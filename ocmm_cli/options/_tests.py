@@ -1,7 +1,5 @@
 """Options of the commands for acceptance tests, artefacts and gauge studies."""
 
-from __future__ import annotations
-
 from ocmm_core.options import DEFAULT_OPERATOR, Option, argument
 
 TABLE = {

@@ -1,7 +1,5 @@
 """Default documents, source and seed of the table of options, and prefixes of source names."""
 
-from __future__ import annotations
-
 from ocmm_core import options, settings
 
 DEFAULT_SEED, DEMO_PART, DEMO_PLAN = options.DEFAULT_SEED, options.DEMO_PART, options.DEMO_PLAN

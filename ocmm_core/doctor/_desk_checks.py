@@ -2,12 +2,14 @@ from __future__ import annotations
 
 import re
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 
 import msgspec
 
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._result import Answer, amber, green, red
 from ocmm_core.seals import KnownEnd
+from ocmm_core.settings import SETTINGS_NAME, SettingsFile
 
 SET_BACK = timedelta(seconds=60)
 """As in the records: a clock set back further is not trusted."""
@@ -192,3 +194,30 @@ def _factor(text: str, where: str) -> float:
     if not re.fullmatch(r"\d{1,2}(?:\.\d{1,20})?", text) or not 0 < float(text) <= _LARGEST_SCALE:
         raise NotAskedError(f"{where} holds no scale.")
     return float(text)
+
+
+def settings(computer: Computer) -> Answer:
+    """Return whether root, as whom commands with sudo run, has the settings of the station."""
+    root = Path("~root/.config/ocmm").expanduser()
+    found = computer.environment.get("XDG_CONFIG_DIRS") or "/etc/xdg"
+    station = Path(found.partition(":")[0], "ocmm")
+    config = computer.environment.get("XDG_CONFIG_HOME") or computer.home / ".config"
+    own = root if computer.uid == 0 else Path(config, "ocmm")
+    if not computer.has(root / SETTINGS_NAME):
+        return green("Root has no settings of its own.")
+    # NotAskedError if this user cannot read it.
+    computer.text(root / SETTINGS_NAME)
+    below, mine, of_root = (
+        SettingsFile(computer.place(folder / SETTINGS_NAME)).read().values
+        for folder in (station, own, root)
+    )
+    mine = {**below, **({} if own == root else mine)}
+    different = sorted(key for key, value in of_root.items() if mine.get(key) != value)
+    if not different:
+        return green("Those of root are the same.")
+    return amber(
+        "settings.of_root",
+        f"Root has other settings than this station: {', '.join(different)}. Commands with sudo "
+        "use them.",
+        f"Set them with ocmm settings set --station, then remove {root / SETTINGS_NAME}.",
+    )

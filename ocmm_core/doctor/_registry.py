@@ -12,6 +12,7 @@ from ocmm_core.doctor import _desk_checks as at_desk
 from ocmm_core.doctor import _disk_checks as on_disk
 from ocmm_core.doctor import _kernel_checks as in_kernel
 from ocmm_core.doctor._computer import Computer, NotAskedError
+from ocmm_core.doctor._desk_checks import settings
 from ocmm_core.doctor._result import (
     SCHEMA,
     Answer,
@@ -21,7 +22,6 @@ from ocmm_core.doctor._result import (
     SystemChange,
     worst_of,
 )
-from ocmm_core.doctor._settings_check import settings
 from ocmm_core.failure import contained
 
 Check = Callable[[Computer], Answer]

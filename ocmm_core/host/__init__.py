@@ -10,10 +10,9 @@ what is in the files.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.host._chosen import HOST
+    from ocmm_core.host._chosen import HOST, require_linux
     from ocmm_core.host._display import display_answers, library_fault
     from ocmm_core.host._host import Host
-    from ocmm_core.host._linux_only import require_linux
 else:
     __getattr__ = door(__name__)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ocmm_core.errors import InputError
 from ocmm_core.host._host import Host
 
 
@@ -16,3 +17,14 @@ def _chosen() -> Host:
 
 
 HOST = _chosen()
+
+
+def require_linux(what: str) -> None:
+    """Raise InputError unless on Linux; ``what`` is the subject, e.g. "The camera bus"."""
+    if not HOST.is_linux_like:
+        raise InputError(
+            "host.linux",
+            f"{what} needs Linux; this computer runs another system.",
+            "Use the station for that. Here plans, jobs, recordings, reports and the virtual rig "
+            "can be used.",
+        )

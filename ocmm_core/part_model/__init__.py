@@ -5,7 +5,7 @@ read back without a CAD library, an error sentence for an invalid one, and the n
 faces.
 
 Read `_part_model` (the parts of a model), `_checked_model` (consistency) and `_model_file` (as
-bytes); `_spline` computes with one surface, `_trimming` with its outline, `_patches` bounds its
+bytes); `_spline` computes with one surface, `_trimming` with its outline and the bounds of its
 distance, `_nearest` finds the nearest point of trimmed faces. `_nominal_face` is a face as a plan
 holds it, with its touch points, `_part_model` places the part before the cameras; `_model_file`
 finds the reader of a model that a package adds (`ocmm.models`).

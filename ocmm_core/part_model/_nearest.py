@@ -1,6 +1,6 @@
 """Exact nearest point of trimmed faces, and why it may not be usable for measuring.
 
-Boxes around flat pieces of the surface bound the distance of each piece (`_patches`). From the
+Boxes around flat pieces of the surface bound the distance of each piece (`_trimming`). From the
 nearest one Newton's method goes to a foot (`_spline`); every piece whose box is not farther than
 that foot plus a margin is also tried, so that a nearer place of another face, or of the other side
 of a fold, is not missed. All other pieces are farther by proof.
@@ -16,7 +16,6 @@ import numpy as np
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, Points3
 from ocmm_core.part_model._part_model import ModelFace
-from ocmm_core.part_model._patches import Patches, patches_of
 from ocmm_core.part_model._spline import (
     BezierSurface,
     Bool,
@@ -25,7 +24,7 @@ from ocmm_core.part_model._spline import (
     feet_from,
     normals_at,
 )
-from ocmm_core.part_model._trimming import Trimming, trimming_of
+from ocmm_core.part_model._trimming import Patches, Trimming, patches_of, trimming_of
 
 RIVAL_MM = 0.1
 """Margin within which a second foot makes the touched place ambiguous."""

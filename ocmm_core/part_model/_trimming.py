@@ -1,4 +1,9 @@
-"""Outline of a trimmed face: inside test and distance of its edges."""
+"""Outline of a trimmed face (inside test, distance of its edges), and boxes around its surface.
+
+The hull of the poles of a Bezier patch with positive weights contains the patch. Patches are halved
+(de Casteljau) until they are flat, and each gets a box along its own middle; no point is nearer
+than its box.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.camera import compiled
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, Int
 from ocmm_core.part_model._spline import BezierSurface, places_at
 
 
@@ -135,3 +140,154 @@ def _edges(surface: BezierSurface, sides: Float) -> Float:
     stretches = np.concatenate(found)
     lengths = np.linalg.norm(stretches[:, 1] - stretches[:, 0], axis=1)
     return np.ascontiguousarray(stretches[lengths > 1e-9 * max(surface.size, 1e-9)])
+
+
+_FLAT = 0.03
+"""Height of a box, as part of its longer side, at which its patch is flat enough."""
+_SMALL = 0.02
+"""mm: smaller patches are not halved further."""
+_MOST = 20_000
+"""Maximum patches of a face."""
+_ROUNDS = 24
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patches:
+    """Pieces of one surface."""
+
+    low: Float
+    high: Float
+    """(k, 2): ranges of their parameters."""
+    middles: Float
+    """(k, 3), mm: centres of the boxes."""
+    axes: Float
+    """(k, 3, 3): rows are the directions of the box."""
+    halves: Float
+    """(k, 3), mm: half sizes along them."""
+
+    @property
+    def radii(self) -> Float:
+        """Return radii (k,), mm, of balls about the middles that contain the boxes."""
+        radii: Float = np.linalg.norm(self.halves, axis=1)
+        return radii
+
+    def kept(self, chosen: Float | Int) -> Patches:
+        return Patches(
+            self.low[chosen], self.high[chosen], self.middles[chosen], self.axes[chosen],
+            self.halves[chosen],
+        )  # fmt: skip
+
+    def at_least(self, points: Float, patches: Int) -> Float:
+        """Return lower bounds (m,), mm, of the distance of points (m, 3) from patches (m,)."""
+        arms = points - self.middles[patches]
+        along = np.abs(np.einsum("mij,mj->mi", self.axes[patches], arms))
+        outside = np.maximum(along - self.halves[patches], 0.0)
+        least: Float = np.linalg.norm(outside, axis=1)
+        return least
+
+
+def patches_of(surface: BezierSurface) -> Patches:
+    """Return the flat pieces of a whole surface."""
+    a, b = surface.poles.shape[:2]
+    poles = surface.poles.reshape(a * b, *surface.poles.shape[2:])
+    low_u, low_v = np.meshgrid(surface.breaks_u[:-1], surface.breaks_v[:-1], indexing="ij")
+    high_u, high_v = np.meshgrid(surface.breaks_u[1:], surface.breaks_v[1:], indexing="ij")
+    low = np.stack([low_u.ravel(), low_v.ravel()], axis=1)
+    high = np.stack([high_u.ravel(), high_v.ravel()], axis=1)
+    done: list[Patches] = []
+    count = 0
+    for round_ in range(_ROUNDS):
+        found = _boxes(poles, low, high)
+        flat = found.halves[:, 2] <= _FLAT * found.halves[:, :2].max(axis=1)
+        flat |= found.radii <= _SMALL
+        bent = np.flatnonzero(~flat)
+        full = count + len(poles) + len(bent) > _MOST
+        if round_ == _ROUNDS - 1 or full or not len(bent):
+            done.append(found)
+            break
+        done.append(found.kept(np.flatnonzero(flat)))
+        count += len(poles) - len(bent)
+        poles, low, high = _halved(poles[bent], low[bent], high[bent])
+    return Patches(*(np.concatenate([getattr(one, name) for one in done])
+                     for name in ("low", "high", "middles", "axes", "halves")))  # fmt: skip
+
+
+def _boxes(poles: Float, low: Float, high: Float) -> Patches:
+    places = poles[..., :3] / poles[..., 3:]
+    k = len(places)
+    corners = places[:, [0, -1, 0, -1], [0, 0, -1, -1]]
+    along_u = corners[:, 1] - corners[:, 0] + corners[:, 3] - corners[:, 2]
+    along_v = corners[:, 2] - corners[:, 0] + corners[:, 3] - corners[:, 1]
+    hull = places.reshape(k, -1, 3)
+    first = _direction(along_u, along_v)
+    normal = np.cross(first, along_v)
+    lengths = np.linalg.norm(normal, axis=1)
+    # Any box that contains the hull is valid; this one is small where the patch is flat.
+    spare = _perpendicular(first)
+    flat = lengths <= 1e-9 * np.maximum(np.linalg.norm(along_v, axis=1), 1e-12)
+    normal = np.where(flat[:, None], spare, normal / np.maximum(lengths, 1e-300)[:, None])
+    axes = np.stack([first, np.cross(normal, first), normal], axis=1)
+    seen = np.einsum("kij,knj->kni", axes, hull)
+    least, most = seen.min(axis=1), seen.max(axis=1)
+    middles = np.einsum("kij,ki->kj", axes, 0.5 * (least + most))
+    # Margin for rounding errors of the hull.
+    halves = 0.5 * (most - least) + 1e-9
+    return Patches(low, high, middles, axes, halves)
+
+
+def _direction(along: Float, other: Float) -> Float:
+    lengths, others = np.linalg.norm(along, axis=1), np.linalg.norm(other, axis=1)
+    use = np.where((lengths >= 1e-9 * np.maximum(others, 1e-12))[:, None], along, other)
+    norms = np.linalg.norm(use, axis=1)
+    units: Float = np.where(
+        (norms > 0.0)[:, None], use / np.maximum(norms, 1e-300)[:, None], np.array([1.0, 0.0, 0.0])
+    )
+    return units
+
+
+def _perpendicular(directions: Float) -> Float:
+    axis = np.eye(3)[np.argmin(np.abs(directions), axis=1)]
+    square = np.cross(directions, axis)
+    units: Float = square / np.linalg.norm(square, axis=1)[:, None]
+    return units
+
+
+def _halved(poles: Float, low: Float, high: Float) -> tuple[Float, Float, Float]:
+    """Return patches halved in the direction in which each is longer."""
+    places = poles[..., :3] / poles[..., 3:]
+    long_u = np.linalg.norm(np.diff(places, axis=1), axis=-1).sum(axis=1).max(axis=1)
+    long_v = np.linalg.norm(np.diff(places, axis=2), axis=-1).sum(axis=2).max(axis=1)
+    bent_u = _bend(places, 1)
+    bent_v = _bend(places, 2)
+    # A patch that is straight in one direction is halved in the other, unless it is far too long.
+    by_u = 4.0 * bent_u + 0.01 * long_u >= 4.0 * bent_v + 0.01 * long_v
+    found = []
+    for chosen, axis in ((by_u, 0), (~by_u, 1)):
+        own, least, most = poles[chosen], low[chosen], high[chosen]
+        first, second = _de_casteljau(own, axis + 1)
+        middle = 0.5 * (least[:, axis] + most[:, axis])
+        upper, lower = most.copy(), least.copy()
+        upper[:, axis] = middle
+        lower[:, axis] = middle
+        found += [(first, least, upper), (second, lower, most)]
+    joined = [np.concatenate([one[i] for one in found]) for i in range(3)]
+    return joined[0], joined[1], joined[2]
+
+
+def _bend(places: Float, axis: int) -> Float:
+    """Return the approximate maximum distance of poles from a straight line along an axis, (k,)."""
+    if places.shape[axis] < 3:
+        return np.zeros(len(places))
+    second = np.linalg.norm(np.diff(places, n=2, axis=axis), axis=-1)
+    bend: Float = second.reshape(len(places), -1).max(axis=1) * places.shape[axis]
+    return bend
+
+
+def _de_casteljau(poles: Float, axis: int) -> tuple[Float, Float]:
+    moved = np.moveaxis(poles, axis, 0).copy()
+    n = len(moved)
+    first, second = np.empty_like(moved), np.empty_like(moved)
+    for i in range(n):
+        first[i], second[n - 1 - i] = moved[0], moved[-1 - i] if i == 0 else moved[n - 1 - i]
+        moved[: n - 1 - i] = 0.5 * (moved[: n - 1 - i] + moved[1 : n - i])
+    return np.moveaxis(first, 0, axis), np.moveaxis(second, 0, axis)

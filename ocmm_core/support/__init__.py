@@ -3,17 +3,17 @@
 In: settings, logs, records, the doctor, the last raw frames. Out: facts about this program; a draft
 that shows exactly what would be packed, and a ZIP file of it; nothing is sent.
 
-Read `_about` (build, licences, folders), `_parts` (table of the contents) and `_bundle` (collect,
-remove secrets always and names on request, show, write).
+Read `_parts` (table of the contents) and `_bundle` (collect, remove secrets always and names on
+request, show, write; also build, licences, folders).
 It must not know a station or a screen: callers pass in what exists only at run time.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.support._about import DOCUMENTS, AboutDocument, AboutLine, about_lines
     from ocmm_core.support._bundle import (
-        MASKED, BundleDraft, BundleItem, Cleaner, draft_bundle, write_bundle,
+        DOCUMENTS, MASKED, AboutDocument, AboutLine, BundleDraft, BundleItem, Cleaner, about_lines,
+        draft_bundle, write_bundle,
     )  # fmt: skip
     from ocmm_core.support._parts import PARTS, PartSpec, SupportSite, site_of_this_user
 else:

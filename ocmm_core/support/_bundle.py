@@ -9,6 +9,7 @@ recalled.
 from __future__ import annotations
 
 import io
+import platform
 import re
 import zipfile
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -17,8 +18,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from urllib.parse import quote, unquote
 
+from ocmm_core.build import this_build
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
+from ocmm_core.manual import changes_since, shipped_text
 from ocmm_core.support._parts import PARTS, SupportSite, names_of, secret_texts, taken
 
 MASKED = "[secret]"
@@ -224,3 +227,48 @@ def write_bundle(draft: BundleDraft, path: Path, without: Collection[str] = ()) 
     content = draft.packed(without)
     write_atomic(path, content)
     return len(content)
+
+
+@dataclass(frozen=True, slots=True)
+class AboutLine:
+    title: str
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
+class AboutDocument:
+    title: str
+    text: Callable[[], str]
+
+
+DOCUMENTS = (
+    AboutDocument(title="Licence", text=lambda: shipped_text("LICENSE")),
+    AboutDocument(
+        title="Third-party licences", text=lambda: shipped_text("THIRD_PARTY_LICENCES.md")
+    ),
+    AboutDocument(title="Changes", text=lambda: "\n".join(changes_since())),
+)
+"""In the order of the page."""
+
+
+def about_lines(site: SupportSite) -> tuple[AboutLine, ...]:
+    """Return version, commit, licence and folders, for the page and for a message to support."""
+    build, store = this_build(), site.store
+    cameras, probes = site.records
+    commit = (
+        AboutLine(title="Commit", value=build.commit),
+        AboutLine(title="Date of the commit", value=build.date),
+        AboutLine(title="Sources", value="changed since" if build.changed else "as in the commit"),
+    )
+    return (
+        AboutLine(title="Version", value=build.version),
+        *(commit if build.commit else ()),
+        AboutLine(title="Python", value=f"{platform.python_version()}, {platform.platform()}"),
+        AboutLine(title="Licence", value="MIT"),
+        AboutLine(title="Jobs", value=str(store.load().settings.job_folder.absolute())),
+        AboutLine(title="Your settings", value=str(store.user.path)),
+        AboutLine(title="Settings of the station", value=str(store.station.path)),
+        AboutLine(title="Calibrations", value=str(cameras)),
+        AboutLine(title="Probes", value=str(probes)),
+        AboutLine(title="Logs", value=str(site.logs)),
+    )

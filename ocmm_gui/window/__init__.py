@@ -3,9 +3,8 @@
 In: the bridge of a station, and settings of the start. Out: one window with all screens.
 
 Read `_main_window` (contents, and the action of each key), `_pages` (the current page),
-`_running_job` (the live readout and the job on it), `_sheets` (results, reports, plan, alignment,
-job), `_maintenance` (Maintain and the wizards, and their follow-ups), `_output` (files written by
-keys).
+`_running_job` (the live readout, the job on it, and files written by keys), `_sheets` (results,
+reports, plan, alignment, job), `_maintenance` (Maintain and the wizards, and their follow-ups).
 It joins packages that do not know each other. Only `ocmm_gui.app` imports it.
 """
 

@@ -43,9 +43,8 @@ from ocmm_gui.led import HandControl, LedProbe
 from ocmm_gui.operator import DeskView, FarView, Feedback, PointChoice, ServiceStrip
 from ocmm_gui.window._acceptance import AcceptanceRooms
 from ocmm_gui.window._maintenance import Maintenance
-from ocmm_gui.window._output import Output
 from ocmm_gui.window._pages import Pages
-from ocmm_gui.window._running_job import RunningJob
+from ocmm_gui.window._running_job import Output, RunningJob
 from ocmm_gui.window._sheets import Sheets
 
 if TYPE_CHECKING:

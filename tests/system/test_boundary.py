@@ -90,7 +90,7 @@ PLACES = (
     Place("ocmm_core.calibration.guided._session_events.ShockDetector.feed", OSError),
     Place("ocmm_core.station._probe_watch.judge", LookupError),
     Place("ocmm_core.station._calibration_watch.judge", AssertionError),
-    Place("ocmm_core.station.stream._probe_button.ButtonWatch.feed", NotImplementedError),
+    Place("ocmm_core.station.stream._messages.ButtonWatch.feed", NotImplementedError),
     # Acquisition.
     Place("ocmm_sim.scene._source.SimulatedSource.read", EOFError),
     Place("ocmm_core.acquisition.frames._ring.FrameRing.read", BufferError),

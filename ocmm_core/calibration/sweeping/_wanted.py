@@ -1,7 +1,5 @@
 """Defaults of a pivot calibration, for commands to show before loading it."""
 
-from __future__ import annotations
-
 CHANGE_LIMIT_MM = 0.03
 POSES_WANTED = 400
 VALID_DAYS = 365

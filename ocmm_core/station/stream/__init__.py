@@ -3,9 +3,9 @@
 In: points, annulments, verdicts and poses of the station. Out: numbered lines over TCP, so that
 late clients get all of them in order.
 
-Read `_messages` (one JSON object a line), `_plain_lines` (points for programs that only read),
-`_reception` (address, access, connections) with `_client` (and numbered messages), `_server`,
-`_source` (and verdicts) and `_probe_button`.
+Read `_messages` (one JSON object a line; also the button), `_reception` (address, access,
+connections) with `_client` (and numbered messages), `_server` (also points as plain lines) and
+`_source` (and verdicts).
 docs/integrator/live_stream.md is for readers of the stream. Clients can only read. It must not know
 the station.
 """
@@ -13,13 +13,11 @@ the station.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.station.stream._messages import verdict_line
-    from ocmm_core.station.stream._plain_lines import PlainLines
-    from ocmm_core.station.stream._probe_button import ButtonChange, ButtonWatch
+    from ocmm_core.station.stream._messages import ButtonChange, ButtonWatch, verdict_line
     from ocmm_core.station.stream._reception import (
         StreamOptions, check_stream, listen, may_connect, tls_context,
     )  # fmt: skip
-    from ocmm_core.station.stream._server import StreamServer
+    from ocmm_core.station.stream._server import PlainLines, StreamServer
     from ocmm_core.station.stream._source import StepReader, StreamSource
 else:
     __getattr__ = door(__name__)

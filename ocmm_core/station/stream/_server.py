@@ -24,8 +24,10 @@ from collections.abc import Callable
 from functools import partial
 
 from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.station.stream._client import StreamClient, StreamLog
 from ocmm_core.station.stream._messages import (
+    ButtonChange,
     Hello,
     annulled_line,
     button_line,
@@ -35,8 +37,6 @@ from ocmm_core.station.stream._messages import (
     read_request,
     status_line,
 )
-from ocmm_core.station.stream._plain_lines import PlainLines
-from ocmm_core.station.stream._probe_button import ButtonChange
 from ocmm_core.station.stream._reception import (
     MOST_CLIENTS,
     Reception,
@@ -349,3 +349,39 @@ def _step_line(seq: int, job: str, step: JobStep) -> bytes:
     if step.point is None:
         return annulled_line(seq, job, step.number)
     return point_line(seq, job, step.point)
+
+
+class PlainLines:
+    """Make one line of each new point, for programs that only read.
+
+    Receivers neither acknowledge such a line nor can annul it, so each point is sent once, when it
+    is durable. `line`: bytes of a point with their line end. `note`: receives a sentence for the
+    operator.
+    """
+
+    def __init__(self, line: Callable[[MeasuredPoint], bytes], note: Callable[[str], None]) -> None:
+        self._line, self._note = line, note
+        self.sent = 0
+        """Lines that have left, or had no receiver."""
+
+    def line_of(self, step: JobStep, *, live: bool) -> bytes:
+        """Return the line of a new point; empty for other steps. `live`: after the start."""
+        if step.point is not None:
+            # A restored point has a new number: the operator has deleted its first line.
+            return self._line(step.point)
+        if live:
+            self._note(
+                f"Point {step.number} was annulled after it was sent: delete it in the receiving "
+                "program."
+            )
+        return b""
+
+    def note_sent(self, last: int, *, to_clients: int) -> None:
+        """Note that all lines up to a number leave now; without clients, inform the operator."""
+        lost = last - self.sent
+        self.sent = last
+        if lost and not to_clients:
+            self._note(
+                f"No program is connected: {lost} point(s) went out to none. They are in the job; "
+                "connect the program, then touch again what it lacks."
+            )

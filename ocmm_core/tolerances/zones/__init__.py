@@ -3,19 +3,18 @@
 In: measured features and the frame.
 Out: widths of zones, axes and centres, local sizes, each with its gradient by the points.
 
-Read `_characteristic` (entry of a plan), `_evaluation` (its value), then `_surface` (points under
-the ball, also against faces of the model), `_frames` (centres, axes, caches), `_zone_frame` (pose,
-smallest zone), `_zones` and `_two_point` (local sizes). It is the first package
-of tolerances and independent of specific kinds.
+Read `_characteristic` (entry of a plan, and its value), then `_surface` (points under the ball,
+also against faces of the model), `_frames` (centres, axes, caches), `_zone_frame` (pose, smallest
+zone), `_zones` and `_two_point` (local sizes). It is the first package of tolerances and
+independent of specific kinds.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.zones._characteristic import (
-        TWO_POINT, Association, Characteristic, points_note,
+        TWO_POINT, Association, Characteristic, Evaluation, FormNoise, Ranked, Seen, points_note,
     )  # fmt: skip
-    from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked, Seen
     from ocmm_core.tolerances.zones._frames import (
         AXES, CENTRES, Frames, HeldFrame, Keep, Section, associated, axis_sections, derived_points,
         few_in_a_section, median_line, no_part_frame, section_circle, sections,

@@ -23,7 +23,7 @@ from ocmm_core.features.shapes import GEOMETRY_SIZE, Criterion, Fit, Shape
 from ocmm_core.geometry import Float, Int, Points3, unit
 from ocmm_core.measuring import Rows
 from ocmm_core.part_model import Feet, NominalFace, followed_feet, nearest_feet, searched
-from ocmm_core.tolerances.zones._evaluation import Seen
+from ocmm_core.tolerances.zones._characteristic import Seen
 
 _STEP = 1e-5
 """Step of the differences: mm, and of directions a fraction of one."""

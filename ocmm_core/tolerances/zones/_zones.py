@@ -17,7 +17,7 @@ from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, skew
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Seen
+from ocmm_core.tolerances.zones._characteristic import Evaluation, FormNoise, Seen
 from ocmm_core.tolerances.zones._surface import SurfacePoints, own_fit
 from ocmm_core.tolerances.zones._zone_frame import (
     Smallest,

@@ -1,7 +1,5 @@
 """Start the upload: ``python -m ocmm_shop.archive.outbox ADDRESS STATION OUTBOX [PASSWORD]``."""
 
-from __future__ import annotations
-
 import sys
 
 from ocmm_shop.archive.outbox import main

@@ -351,7 +351,7 @@ def test_an_item_that_leads_to_another_shape_is_found(tmp_path: Path) -> None:
     assert any("PlaneFeatureNominal" in fault for fault in check_qif(root))
 
 
-@pytest.fixture(name="schema")
+@pytest.fixture(name="schema", scope="module")
 def _schema(request: pytest.FixtureRequest) -> etree.XMLSchema:
     """Return the schema of QIF 3.0: that of OCMM_QIF_SCHEMAS, or of the reference data."""
     named = os.environ.get("OCMM_QIF_SCHEMAS")

@@ -189,12 +189,12 @@ def made_head(plan: Path) -> JobHead:
 
 
 def test_a_station_measures_released_plans_only_and_jobs_state_the_release(
-    plan: Path, tmp_path: Path, ocmm_here: Ocmm
+    plan: Path, tmp_path: Path, ocmm_here: Ocmm, slow_rig: Path
 ) -> None:
     store = SettingsStore.of_this_user()
     store.change({"job.released_only": True}, Scope.USER)
     try:
-        measure = ("measure", "--plan", plan, "--out", tmp_path / "out")
+        measure = ("measure", "--plan", plan, "--rig", slow_rig, "--out", tmp_path / "out")
         refused = ocmm_here(*measure)
         assert refused.returncode == 2
         assert (
@@ -216,7 +216,7 @@ def test_a_station_measures_released_plans_only_and_jobs_state_the_release(
         store.user.path.write_bytes(whole)
     finally:
         store.change({"job.released_only": False}, Scope.USER)
-    free = ocmm_here("measure", "--plan", plan, "--out", tmp_path / "free")
+    free = ocmm_here("measure", "--plan", plan, "--rig", slow_rig, "--out", tmp_path / "free")
     assert free.returncode < 2
     (path,) = (tmp_path / "out").glob("*.ocmm")
     with JobFile.open(path) as job:

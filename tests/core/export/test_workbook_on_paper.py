@@ -48,9 +48,11 @@ def xml_of(book: Path, sheet: Worksheet) -> str:
         return archive.read(f"xl/worksheets/sheet{number}.xml").decode()
 
 
-@pytest.fixture(name="book")
-def _book(tmp_path: Path) -> Path:
-    (path,) = write_report(job_as_large_as_the_demo(), ("xlsx",), tmp_path, incomplete=True)
+@pytest.fixture(name="book", scope="module")
+def _book(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a workbook that the tests only read."""
+    folder = tmp_path_factory.mktemp("book")
+    (path,) = write_report(job_as_large_as_the_demo(), ("xlsx",), folder, incomplete=True)
     return path
 
 

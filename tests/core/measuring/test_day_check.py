@@ -7,16 +7,18 @@ patterns of the sensors are drawn from the documents, so the common errors are i
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.camera import Rig
+from ocmm_core.camera import Rig, load_rig
 from ocmm_core.composition import DEMO_PART
-from ocmm_core.geometry import rotation_xyz
+from ocmm_core.documents import resource
+from ocmm_core.geometry import Float, rotation_xyz
 from ocmm_core.measuring import MeasuredPoint, check_noise, touches_checked
-from ocmm_core.tracking import ProbeBody
+from ocmm_core.tracking import ProbeBody, load_probe
 from ocmm_sim.scene import Motion, VirtualRig, WorldOptions, load_part
 
 pytestmark = pytest.mark.numerics
@@ -24,26 +26,39 @@ pytestmark = pytest.mark.numerics
 JOBS = 16
 
 
-def job(seed: int, noises: tuple[float, ...], rig: Rig, body: ProbeBody) -> list[MeasuredPoint]:
-    """Return 24 touches; the spots of camera c have ``noises[c]`` times the stated noise."""
+@cache
+def motion_of(seed: int) -> Motion:
+    """Return 40 resting poses in the measuring volume."""
     rng = np.random.default_rng(seed)
-    part, spots = load_part(DEMO_PART), []
-    low, high = 0.8 * rig.volume_world
-    motion = Motion(
+    low, high = 0.8 * load_rig(resource("rigs", "recommended.toml")).volume_world
+    return Motion(
         np.stack([rotation_xyz(*rng.uniform(-0.3, 0.3, 3)) for _ in range(40)]),
         rng.uniform(low, high, (40, 3)),
         np.zeros(40, dtype=np.bool_),
         np.ones(40, dtype=np.bool_),
     )
-    for factor in noises:
-        noise = msgspec.structs.replace(rig.noise, pattern_px=factor * rig.noise.pattern_px)
-        world = VirtualRig(
-            replace(rig, noise=noise), body, part, [("BED", 1)], seed,
-            WorldOptions(white_noise=False),
-        )  # fmt: skip
-        frames, slots = world.frames_of(motion, 0), world.truth.slots
-        spots.append(np.stack([frames.uv[:, c][:, own] for c, own in enumerate(slots)], axis=1))
-    uv = np.stack([spots[c][:, c] for c in range(len(noises))], axis=1)
+
+
+@cache
+def spots_of(seed: int, factor: float) -> Float:
+    """Return the spots of these poses, px, with a multiple of the stated noise in all cameras.
+
+    Drawing the patterns of a rig takes most of the time of this file.
+    """
+    rig = load_rig(resource("rigs", "recommended.toml"))
+    noise = msgspec.structs.replace(rig.noise, pattern_px=factor * rig.noise.pattern_px)
+    world = VirtualRig(
+        replace(rig, noise=noise), load_probe(resource("probes", "standard.toml")),
+        load_part(DEMO_PART), [("BED", 1)], seed, WorldOptions(white_noise=False),
+    )  # fmt: skip
+    frames, slots = world.frames_of(motion_of(seed), 0), world.truth.slots
+    return np.stack([frames.uv[:, c][:, own] for c, own in enumerate(slots)], axis=1)
+
+
+def job(seed: int, noises: tuple[float, ...]) -> list[MeasuredPoint]:
+    """Return 24 touches; the spots of camera c have ``noises[c]`` times the stated noise."""
+    motion = motion_of(seed)
+    uv = np.stack([spots_of(seed, factor)[:, c] for c, factor in enumerate(noises)], axis=1)
     seen = np.flatnonzero(np.isfinite(uv).all(axis=3).sum(axis=2).min(axis=1) >= 4)
     return [
         MeasuredPoint(
@@ -58,8 +73,7 @@ def job(seed: int, noises: tuple[float, ...], rig: Rig, body: ProbeBody) -> list
 
 def test_noise_as_stated_is_silent(recommended: Rig, standard_probe: ProbeBody) -> None:
     checks = [
-        check_noise(job(seed, (1.0, 1.0), recommended, standard_probe), recommended, standard_probe)
-        for seed in range(JOBS)
+        check_noise(job(seed, (1.0, 1.0)), recommended, standard_probe) for seed in range(JOBS)
     ]
     ratios = np.array([[item.ratio for item in one.cameras] for one in checks])
     # 32 ratios, each with a standard deviation of 0.06; few errors are common.
@@ -76,9 +90,7 @@ def test_noise_slightly_above_the_stated_one_widens_uncertainty(
     recommended: Rig, standard_probe: ProbeBody
 ) -> None:
     ratios = [
-        check_noise(
-            job(seed, (1.25, 1.25), recommended, standard_probe), recommended, standard_probe
-        )
+        check_noise(job(seed, (1.25, 1.25)), recommended, standard_probe)
         .widened(recommended)
         .noise_ratios
         for seed in range(JOBS // 2)
@@ -92,9 +104,7 @@ def test_noise_twice_as_stated_is_told_by_camera(
     noises: tuple[float, float], recommended: Rig, standard_probe: ProbeBody
 ) -> None:
     for seed in range(JOBS // 2):
-        found = check_noise(
-            job(seed, noises, recommended, standard_probe), recommended, standard_probe
-        )
+        found = check_noise(job(seed, noises), recommended, standard_probe)
         assert [item.exceeds for item in found.cameras] == [factor > 1.0 for factor in noises]
         widened = found.widened(recommended).noise_ratios
         assert widened == pytest.approx(noises, rel=0.3)
@@ -102,7 +112,7 @@ def test_noise_twice_as_stated_is_told_by_camera(
 
 
 def test_few_touches_say_nothing(recommended: Rig, standard_probe: ProbeBody) -> None:
-    points = job(1, (3.0, 3.0), recommended, standard_probe)
+    points = job(1, (3.0, 3.0))
     assert not check_noise(points[:3], recommended, standard_probe).cameras
     assert len(touches_checked(3)) == 0
 
