@@ -21,6 +21,7 @@ from ocmm_genicam._timing import CameraClock, ClockState
 
 _TAKE_S = 0.05
 _CLOCK_S = 1.0
+_STOP_S = 0.9
 _QUEUE = 256
 _WRAP = 0xFFFF
 _STEP_SHARE = 4
@@ -143,18 +144,25 @@ class Grabber:
         self._finder.take(unpack(pixels, dark, expected.width, expected.height))
         self._last: tuple[int, int] | None = None
         self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=f"ocmm-genicam-{camera.serial}")
+        # A daemon: the library may wait for a camera that is gone.
+        self._thread = threading.Thread(
+            target=self._run, name=f"ocmm-genicam-{camera.serial}", daemon=True
+        )
 
     def start(self) -> None:
         self.heard_s = time.monotonic()
         self._thread.start()
 
     def close(self) -> None:
-        """Stop the thread and release the camera."""
+        """Stop the thread and release the camera, unless it no longer answers.
+
+        Releasing would wait 15 s for its answers; it releases itself when its heartbeat ends.
+        """
         self._stop.set()
         if self._thread.is_alive():
-            self._thread.join()
-        self.camera.close()
+            self._thread.join(_STOP_S)
+        if not self._thread.is_alive() and time.monotonic() - self.heard_s < _STOP_S:
+            self.camera.close()
 
     def _run(self) -> None:
         try:

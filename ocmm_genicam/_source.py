@@ -89,11 +89,8 @@ class GenicamSource:
 
     def close(self) -> None:
         """Release all cameras; idempotent."""
-        for one in self._grabbers:
+        for one in self._grabbers or self._opened:
             one.close()
-        for camera in self._opened:
-            camera.close()
-        self._opened = []
 
     def _join(self) -> list[list[Spots]]:
         """Return the exposures that all cameras made at one time; drop those of some only."""

@@ -166,6 +166,7 @@ def _sentence(
                 read_for(rig, source, 6.0)
                 told.append(["", "", 0.0])
             except OcmmError as error:
+                source.close()
                 told.append([error.code, str(error), time.monotonic() - began])
             finally:
                 source.close()
