@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_sim.bus._named_rig import RigStatus, rig_down, rig_status, rig_up
     from ocmm_sim.bus._proxy import LineTricks, ProxyConfig, kind_of
-    from ocmm_sim.bus._virtual_bus import VirtualBus, errand_virtual, maintain_virtual, scan_virtual
+    from ocmm_sim.bus._virtual_bus import (
+        VirtualBus, VirtualWire, errand_virtual, maintain_virtual, run_both, scan_virtual,
+    )  # fmt: skip
     from ocmm_sim.bus._wire import Wire
 else:
     __getattr__ = door(__name__)
@@ -31,6 +33,7 @@ __all__ = [
     "CAMERAS", "COPIED", "CORRUPT_WITH_SUM", "EXCHANGED", "FAR", "HOST", "NEAR", "READY", "SHARED",
     "CameraDeed", "Chain", "DeedAnswer", "FaultCommands", "FaultKind", "FaultRig", "Faults",
     "FrameKind", "LineDirection", "LineLog", "LineOrder", "LineRule", "LineTricks", "ProxyConfig",
-    "RigStatus", "SegmentConfig", "Trick", "Unit", "VirtualBus", "Wire", "errand_virtual",
-    "kind_of", "maintain_virtual", "named_rig", "rig_down", "rig_status", "rig_up", "scan_virtual",
+    "RigStatus", "SegmentConfig", "Trick", "Unit", "VirtualBus", "VirtualWire", "Wire",
+    "errand_virtual", "kind_of", "maintain_virtual", "named_rig", "rig_down", "rig_status",
+    "rig_up", "run_both", "scan_virtual",
 ]  # fmt: skip

@@ -14,7 +14,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -41,7 +41,6 @@ from ocmm_core.fieldbus.wire import (
     tool,
 )
 from ocmm_sim.bus._camera_process import SegmentConfig, make_wire
-from ocmm_sim.bus._wire import Wire
 
 if TYPE_CHECKING:
     from ocmm_sim.scene import Missing
@@ -53,21 +52,15 @@ _FAREWELL_S = 10.0
 """Time for a stopping bus process to release its cameras."""
 
 
-class VirtualBus(ChildProcess):
-    """Software cameras and bus process in a private namespace, as an `Acquisition`.
+class VirtualWire(ChildProcess):
+    """Software cameras and what reads them in a private namespace, as an `Acquisition`.
 
-    Interfaces of the configurations are filled in; ``ring`` is the one named in ``bus``.
+    `module` is the program that runs both, see `run_both`; `lines` are its standard input.
     """
 
-    def __init__(self, bus: BusConfig, segment: SegmentConfig, ring: FrameRing) -> None:
-        cameras = msgspec.structs.replace(
-            segment, interface=CAMERA_INTERFACE, ring_path=str(ring.path)
-        )
+    def __init__(self, module: str, lines: bytes, ring: FrameRing) -> None:
         self._orders: socket.socket | None = None
-        master = msgspec.structs.replace(bus, interface=HOST_INTERFACE, stretched=True)
-        super().__init__(
-            [sys.executable, "-m", _MODULE], cameras.to_json() + master.to_json(), ring
-        )
+        super().__init__([sys.executable, "-m", module], lines, ring)
 
     def start(self) -> None:
         """Start both ends; BusError if namespaces are forbidden or a tool is missing."""
@@ -90,6 +83,20 @@ class VirtualBus(ChildProcess):
         if self._orders is not None:
             self._orders.close()
         return super().join(timeout_s)
+
+
+class VirtualBus(VirtualWire):
+    """Software cameras and bus process.
+
+    Interfaces of the configurations are filled in; ``ring`` is the one named in ``bus``.
+    """
+
+    def __init__(self, bus: BusConfig, segment: SegmentConfig, ring: FrameRing) -> None:
+        cameras = msgspec.structs.replace(
+            segment, interface=CAMERA_INTERFACE, ring_path=str(ring.path)
+        )
+        master = msgspec.structs.replace(bus, interface=HOST_INTERFACE, stretched=True)
+        super().__init__(_MODULE, cameras.to_json() + master.to_json(), ring)
 
 
 def errand_virtual(segment: SegmentConfig, module: str, line: bytes) -> tuple[list[str], bytes]:
@@ -130,11 +137,30 @@ def _run(content: bytes, command: Sequence[str]) -> int:
     config = msgspec.json.decode(content, type=SegmentConfig)
     make_link(HOST_INTERFACE, config.interface)
     wire = make_wire(config)
+
+    def serve(ended: Callable[[], bool]) -> None:
+        # After starting the bus process, which sets its own priority.
+        take_priority(CAMERA_PRIORITY)
+        wire.run(ended)
+
+    try:
+        return run_both(command, wire.chain.units[0].provider, serve)
+    finally:
+        wire.close()
+
+
+def run_both(
+    command: Sequence[str], provider: object, serve: Callable[[Callable[[], bool]], None]
+) -> int:
+    """Start the reader, run the cameras until it has ended; return its exit code.
+
+    `command`: of the reader, which inherits the standard streams. `provider`: the rig in view of
+    the cameras, for touches of `VirtualWire.touch_again`. `serve` runs the cameras until its
+    argument returns True.
+    """
     orders = socket.socket(fileno=int(sys.argv[2])) if sys.argv[1:2] == [_ORDERS] else None
     # Standard input, from its second line on, and the other streams belong to the bus process.
     bus = subprocess.Popen(command)  # noqa: S603 - our own interpreter and modules, no shell
-    # After starting the bus process, which sets its own priority.
-    take_priority(CAMERA_PRIORITY)
     parent = select.poll()
     parent.register(sys.stdin.fileno(), 0)
     deadline = math.inf
@@ -146,13 +172,12 @@ def _run(content: bytes, command: Sequence[str]) -> int:
         if deadline == math.inf and parent.poll(0):
             deadline = time.monotonic() + _FAREWELL_S
         if orders is not None:
-            _obey(orders, wire)
+            _obey(orders, provider)
         return bus.poll() is not None or time.monotonic() > deadline
 
     try:
-        wire.run(ended)
+        serve(ended)
     finally:
-        wire.close()
         try:
             code = bus.wait(_STOP_S)
         except subprocess.TimeoutExpired:
@@ -161,8 +186,8 @@ def _run(content: bytes, command: Sequence[str]) -> int:
     return code
 
 
-def _obey(orders: socket.socket, wire: Wire) -> None:
-    """Give the operator in view of the cameras the touches of `VirtualBus.touch_again`."""
+def _obey(orders: socket.socket, provider: object) -> None:
+    """Give the operator in view of the cameras the touches of `VirtualWire.touch_again`."""
     try:
         content = orders.recv(1 << 16, socket.MSG_DONTWAIT)
     except OSError:
@@ -170,7 +195,6 @@ def _obey(orders: socket.socket, wire: Wire) -> None:
     from ocmm_sim.scene import Missing, PixelFrames, VirtualRig
 
     missing, after_frame = msgspec.json.decode(content, type=tuple[Missing, int])
-    provider = wire.chain.units[0].provider
     rig = provider.rig if isinstance(provider, PixelFrames) else provider
     if isinstance(rig, VirtualRig):
         rig.complete(missing, after_frame)

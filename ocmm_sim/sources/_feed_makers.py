@@ -39,8 +39,9 @@ from ocmm_core.inspection.evaluation import places_of
 from ocmm_core.inspection.plan import Plan, part_of_plan
 from ocmm_core.part_model import Placement
 from ocmm_core.side_files import has_content
-from ocmm_sim.bus import SegmentConfig, VirtualBus
+from ocmm_sim.bus import SegmentConfig, VirtualBus, VirtualWire
 from ocmm_sim.calibration_scenes import CalibratingScript, CalibratingSource
+from ocmm_sim.genicam import GENICAM_RATE_HZ, virtual_genicam_feed
 from ocmm_sim.hand import HandAtRig
 from ocmm_sim.scene import (
     MOST_ROUNDS,
@@ -56,6 +57,7 @@ from ocmm_sim.scene import (
     VirtualRig,
     WorldOptions,
 )
+from ocmm_sim.sources._specs import GENICAM
 
 _AS_MANY = 2
 """Touch points per required point of a feature that lists none."""
@@ -180,7 +182,7 @@ class VirtualOperator:
     virtual: VirtualRig
     ring: FrameRing
     source: SimulatedSource | None = None
-    bus: VirtualBus | None = None
+    bus: VirtualWire | None = None
 
     @property
     def features(self) -> frozenset[str]:
@@ -206,7 +208,7 @@ class VirtualOperator:
         return HandAtRig(self.source, self.virtual) if self.source is not None else None
 
     def _over_the_wire(
-        self, bus: VirtualBus, ask: Callable[[], Remaining], *, stay: bool
+        self, bus: VirtualWire, ask: Callable[[], Remaining], *, stay: bool
     ) -> Callable[[int], None]:
         second = round(1e9 / self.virtual.frame_period_ns)
         rest, rounds, due = round(REST_S * second), 0, 0
@@ -304,9 +306,17 @@ def pixel_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Fe
     return _played(feed, virtual)
 
 
+def genicam_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
+    """Return the virtual rig by GigE Vision cameras, with rendered images."""
+    rate = request.frame_rate_hz or GENICAM_RATE_HZ
+    script = script_of(replace(request, frame_rate_hz=rate), plan)
+    name = f"{GENICAM.recorded_as} ({rig.name}, seed {request.seed})"
+    return _played(virtual_genicam_feed(script, rig, name), script.build())
+
+
 def _played(feed: Feed, virtual: VirtualRig) -> Feed:
     """Return a feed over the wire with its script and the operator at its far end."""
-    bus = feed.acquisition if isinstance(feed.acquisition, VirtualBus) else None
+    bus = feed.acquisition if isinstance(feed.acquisition, VirtualWire) else None
     return replace(feed, virtual=virtual, operator=VirtualOperator(virtual, feed.ring, bus=bus))
 
 

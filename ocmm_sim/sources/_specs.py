@@ -59,3 +59,20 @@ PIXELS = SourceSpec(
     make=late(_MAKERS, "pixel_feed"),
     segment=late(_MAKERS, "pixel_segment_of"),
 )
+
+GENICAM = SourceSpec(
+    prefix="genicam:virtual",
+    forms=(
+        (
+            "genicam:virtual",
+            "the virtual rig by GigE Vision cameras: rendered images over a private network, read "
+            "by the library Aravis as those of real cameras; 100 Hz",
+        ),
+    ),
+    takes_value=False,
+    origin=Origin.VIRTUAL,
+    live=True,
+    on_bus=False,
+    recorded_as="virtual GenICam",
+    make=late(_MAKERS, "genicam_feed"),
+)

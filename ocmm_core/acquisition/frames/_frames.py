@@ -134,6 +134,8 @@ class SourceDescription:
     stretched: bool = False
     """A live source whose time waits for a busy computer; never real cameras."""
     n_slots: int = USUAL_SLOTS
+    skew_ns: int = 0
+    """Largest difference of the exposure times in a frame; 0 for one schedule of all cameras."""
 
 
 @runtime_checkable

@@ -39,6 +39,8 @@ _VALUES = {Origin.CAMERAS: "lo", Origin.RECORDING: "frames.rec", Origin.VIRTUAL:
 
 def named(spec: SourceSpec) -> str:
     """Return a name of the source."""
+    if spec.prefix == "genicam:":
+        return spec.prefix + ",".join(str(camera.serial) for camera in _RIG.cameras)
     return spec.prefix + _VALUES[spec.origin] if spec.takes_value else spec.prefix
 
 
@@ -86,7 +88,8 @@ def test_what_is_made_is_what_the_entry_says(spec: SourceSpec, tmp_path: Path) -
     feed = made(spec, tmp_path)
     try:
         assert feed.live is spec.live
-        assert isinstance(feed.acquisition, ChildProcess) is spec.on_bus
+        in_process = spec.on_bus or spec.prefix.startswith("genicam:")
+        assert isinstance(feed.acquisition, ChildProcess) is in_process
         assert (feed.virtual is not None) is (spec.origin is Origin.VIRTUAL)
         assert bool(feed.recorded) is (spec.origin is Origin.RECORDING)
         assert feed.description.name.startswith(spec.recorded_as)

@@ -1,0 +1,120 @@
+"""The program that reads GenICam cameras: a library of others cannot end the station with it.
+
+It reads its configuration as one line of JSON from standard input, fills a ring, and ends on
+request in the ring, on SIGTERM, or at the end of standard input.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+
+import msgspec
+
+from ocmm_core.acquisition.bus_process import read_first_line
+from ocmm_core.acquisition.frames import (
+    AcquisitionWorker,
+    FrameRing,
+    SourceDescription,
+    StopReason,
+    read_status,
+)
+from ocmm_core.errors import InternalError
+from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, write_last
+from ocmm_genicam._aravis import FRAME_KEPT_US, AravisCameras
+from ocmm_genicam._grabber import Expected
+from ocmm_genicam._source import GenicamSource
+from ocmm_genicam._timing import SKEW_BOUND_NS
+
+_EXIT_FAILED = 2
+_STRETCHED_US = 2_000_000
+
+
+class GenicamConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Cameras of a rig and the ring that their frames go to."""
+
+    name: str
+    ring_path: str
+    serials: tuple[str, ...]
+    cameras: tuple[tuple[str, int, int], ...]
+    """Name in the rig, width and height, px, of each camera."""
+    rig_serials: tuple[int, ...]
+    period_ns: int
+    stretched: bool = False
+    """Virtual cameras, whose time waits for this computer."""
+    silence_s: float = 1.5
+    button_line: int = -1
+    """Input line of the first camera that the button of the probe is wired to; negative: none."""
+
+    def to_json(self) -> bytes:
+        """Return the configuration as one line of JSON."""
+        return msgspec.json.encode(self) + b"\n"
+
+
+def genicam_command() -> list[str]:
+    """Return the command of this program."""
+    return [sys.executable, "-m", "ocmm_genicam._process"]
+
+
+def genicam_description(config: GenicamConfig) -> SourceDescription:
+    return SourceDescription(
+        name=config.name,
+        camera_serials=config.rig_serials,
+        frame_period_ns=config.period_ns,
+        cycle_period_ns=config.period_ns,
+        live=True,
+        simulated=config.stretched,
+        stretched=config.stretched,
+        skew_ns=SKEW_BOUND_NS,
+    )
+
+
+def main() -> None:
+    """Run the program."""
+    try:
+        sys.exit(_run())
+    except Exception as error:
+        told = contained(error, "The camera process", remedy=REOPEN)
+        write_last(f"{told}\n")
+        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else _EXIT_FAILED)
+
+
+def _run() -> int:
+    line = read_first_line(sys.stdin.fileno())
+    config = msgspec.json.decode(line, type=GenicamConfig)
+    ring = FrameRing.attach(config.ring_path)
+    try:
+        stop = threading.Event()
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda _number, _frame: stop.set())
+        # A daemon: it waits for the end of the parent.
+        threading.Thread(target=_until_end, args=(stop,), daemon=True).start()
+        lines = [config.button_line, *[-1] * (len(config.cameras) - 1)]
+        expected = [
+            Expected(*one, config.period_ns, line)
+            for one, line in zip(config.cameras, lines, strict=True)
+        ]
+        source = GenicamSource(
+            genicam_description(config),
+            AravisCameras(_STRETCHED_US if config.stretched else FRAME_KEPT_US),
+            config.serials, expected, config.silence_s,
+        )  # fmt: skip
+        reason = AcquisitionWorker(source, ring, stop).run()
+        if reason is StopReason.FAILED:
+            sys.stderr.write(f"{ring.text()}\n")
+            return EXIT_INTERNAL if read_status(ring).internal else _EXIT_FAILED
+        return 0
+    finally:
+        ring.close()
+
+
+def _until_end(stop: threading.Event) -> None:
+    while os.read(sys.stdin.fileno(), 4096):
+        pass
+    stop.set()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,175 @@
+"""All cameras of a rig as a frame source: exposures joined by the time on their common clock."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock, SourceDescription
+from ocmm_core.errors import AcquisitionError
+from ocmm_genicam._client import Camera, Cameras
+from ocmm_genicam._grabber import Account, Expected, Grabber, Spots, exposure_us, set_up
+from ocmm_genicam._timing import MOST_SKEW_NS, CameraClock, require_bound, wait_until_bound
+
+_READ_S = 0.1
+_CLOCK_S = 2.5
+"""Cameras need longer after power-up; the job is then opened again."""
+
+
+class GenicamSource:
+    """A `FrameSource` of GenICam cameras, in the order of the rig.
+
+    `silence_s`: a camera without complete image, or cameras without common exposure, for this time
+    are a fault.
+    """
+
+    def __init__(
+        self,
+        description: SourceDescription,
+        cameras: Cameras,
+        serials: Sequence[str],
+        expected: Sequence[Expected],
+        silence_s: float,
+    ) -> None:
+        self.description = description
+        self._cameras, self._serials, self._expected = cameras, tuple(serials), tuple(expected)
+        self._silence_s = silence_s
+        self._grabbers: list[Grabber] = []
+        self._opened: list[Camera] = []
+        self._fresh = threading.Event()
+        self.origin_ns: int | None = None
+        """Time of the first frame on the clock of the cameras; frames count from it."""
+        self._last: tuple[int, int] = (-1, 0)
+        self._joined_s = 0.0
+        self._apart_ns = 0
+
+    @property
+    def accounts(self) -> dict[str, Account]:
+        """Return the account of each camera by serial number."""
+        return {one.camera.serial: one.account for one in self._grabbers}
+
+    def open(self) -> None:
+        """Take control, set up, prove the common clock, start; AcquisitionError."""
+        for serial in self._serials:
+            self._opened.append(self._cameras.open(serial))
+        formats = [
+            set_up(camera, expected)
+            for camera, expected in zip(self._opened, self._expected, strict=True)
+        ]
+        _require_alike(self._opened)
+        clocks = [CameraClock(camera) for camera in self._opened]
+        wait_until_bound(clocks, _CLOCK_S)
+        self._grabbers = [
+            Grabber(*one, self._fresh.set)
+            for one in zip(self._opened, clocks, formats, self._expected, strict=True)
+        ]
+        self._joined_s = time.monotonic()
+        for one in self._grabbers:
+            one.start()
+
+    def read(self) -> Cycle:
+        """Return the frames complete in all cameras; AcquisitionError for a faulty camera."""
+        deadline = time.monotonic() + _READ_S
+        while time.monotonic() < deadline:
+            self._fresh.wait(_READ_S)
+            self._fresh.clear()
+            for one in self._grabbers:
+                if one.failure is not None:
+                    raise one.failure
+            require_bound([one.clock_state for one in self._grabbers if one.clock_state])
+            joined = self._join()
+            if joined:
+                self._joined_s = time.monotonic()
+                return self._cycle(joined)
+        self._refuse_silence()
+        return Cycle(CycleVerdict.LATE)
+
+    def close(self) -> None:
+        """Release all cameras; idempotent."""
+        for one in self._grabbers or self._opened:
+            one.close()
+
+    def _join(self) -> list[list[Spots]]:
+        """Return the exposures that all cameras made at one time; drop those of some only."""
+        queues = [one.frames for one in self._grabbers]
+        joined = []
+        while all(queues):
+            times = [queue[0].time_ns for queue in queues]
+            newest = max(times)
+            if newest - min(times) <= MOST_SKEW_NS:
+                joined.append([queue.popleft() for queue in queues])
+                continue
+            self._apart_ns = newest - min(times)
+            for queue, each in zip(queues, times, strict=True):
+                if newest - each > MOST_SKEW_NS:
+                    queue.popleft()
+        return joined
+
+    def _cycle(self, joined: list[list[Spots]]) -> Cycle:
+        period_ns = self.description.frame_period_ns
+        counters, times = [], []
+        before, before_ns = self._last
+        lost = 0
+        for frame in joined:
+            time_ns = min(one.time_ns for one in frame)
+            if self.origin_ns is None:
+                self.origin_ns = before_ns = time_ns
+                steps = 1
+            else:
+                steps = max(1, round((time_ns - before_ns) / period_ns))
+            lost += steps - 1
+            before, before_ns = before + steps, time_ns
+            counters.append(before)
+            times.append(time_ns - self.origin_ns)
+        self._last = (before, before_ns)
+        block = FrameBlock(
+            counter=np.array(counters, np.int64),
+            time_ns=np.array(times, np.int64),
+            flags=np.array(
+                [np.bitwise_or.reduce([one.flags for one in frame]) for frame in joined], np.uint32
+            ),
+            valid=np.array([[one.valid for one in frame] for frame in joined], np.uint64),
+            uv=np.array([[one.uv for one in frame] for frame in joined]),
+        )
+        return Cycle(CycleVerdict.GOOD, frames=block, elapsed=len(joined), frames_lost=lost,
+                     skipped=CycleVerdict.GOOD)  # fmt: skip
+
+    def _refuse_silence(self) -> None:
+        now = time.monotonic()
+        for one in self._grabbers:
+            if now - one.heard_s > self._silence_s:
+                account = one.account
+                raise AcquisitionError(
+                    "genicam.silent",
+                    f"Camera {one.camera.serial} sent no complete image for "
+                    f"{self._silence_s:.1f} s ({account.delivered} before, "
+                    f"{account.incomplete} incomplete).",
+                    "Check its cable, power and trigger; if images are incomplete, set jumbo "
+                    "frames (MTU 9000) on network card and switch, or a lower frame rate.",
+                )
+        if now - self._joined_s > self._silence_s:
+            raise AcquisitionError(
+                "genicam.apart",
+                f"The cameras do not expose at the same time: their exposures are "
+                f"{self._apart_ns * 1e-6:.3f} ms apart, and {MOST_SKEW_NS * 1e-6:.3f} ms is "
+                "allowed.",
+                "PTP aligns clocks, not exposures: trigger all cameras by one line, or by a signal "
+                "that each derives from PTP.",
+            )
+
+
+def _require_alike(cameras: Sequence[Camera]) -> None:
+    """Refuse cameras whose time stamps may mean different moments; AcquisitionError."""
+    models = {camera.model for camera in cameras}
+    exposures = {round(exposure_us(camera), 1) for camera in cameras}
+    if len(models) > 1 or len(exposures) > 1:
+        differ = sorted(models) if len(models) > 1 else [f"{one} us" for one in sorted(exposures)]
+        raise AcquisitionError(
+            "genicam.unlike",
+            f"The cameras differ in model or exposure time ({', '.join(differ)}): their time "
+            "stamps may mean different moments of the exposure.",
+            "Use cameras of one model, and set the same exposure time in all.",
+        )

@@ -1,0 +1,27 @@
+"""Software GigE Vision cameras, and the virtual rig seen by them.
+
+In: images with the time of their exposure. Out: what a real camera sends: GVCP on port 3956 of
+its own address, a GenICam description from its memory, GVSP; faults on request.
+
+Read `_registers` (memory and description), `_device` (control, stream, faults), then `_virtual`
+(the virtual rig in a private network namespace). It must not import the receiver of the frames,
+except for its start.
+"""
+
+from ocmm_core.door import TYPE_CHECKING, door
+
+if TYPE_CHECKING:
+    from ocmm_sim.genicam._device import Faults, SoftwareCamera
+    from ocmm_sim.genicam._registers import CameraConfig
+    from ocmm_sim.genicam._virtual import GENICAM_RATE_HZ, packed, virtual_genicam_feed
+else:
+    __getattr__ = door(__name__)
+
+__all__ = [
+    "GENICAM_RATE_HZ",
+    "CameraConfig",
+    "Faults",
+    "SoftwareCamera",
+    "packed",
+    "virtual_genicam_feed",
+]

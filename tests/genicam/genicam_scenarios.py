@@ -1,0 +1,250 @@
+"""Scenarios with software GigE Vision cameras in a private network namespace; run as a program.
+
+``python -m tests.genicam.genicam_scenarios NAME REPEATS`` plays one scenario and prints its result
+as JSON. A spot runs along a circle in the images, so that the place of a spot tells which exposure
+an image is of.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import FrameBlock, SourceDescription
+from ocmm_core.errors import OcmmError
+from ocmm_core.fieldbus.wire import set_link
+from ocmm_genicam import AravisCameras, GenicamSource
+from ocmm_genicam._grabber import Expected
+from ocmm_sim.genicam import CameraConfig, SoftwareCamera, packed
+
+SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
+_TURN, _RADIUS = 400, 60.0
+_SILENCE_S = 1.0
+_CLEAR_PX = 0.1
+"""The spot moves 0.94 px from one exposure to the next."""
+CONFIG = CameraConfig(
+    serial="101", address="127.0.0.2", width=SIZE, height=SIZE, formats=("Mono12p",),
+    packet_size=1500,
+)  # fmt: skip
+SECOND = replace(CONFIG, serial="102", address="127.0.0.3")
+
+
+def place_at(exposure: int) -> np.ndarray:
+    """Return the place (2,) of the spot, px."""
+    angle = 2.0 * np.pi * (exposure % _TURN) / _TURN
+    return SIZE / 2 + _RADIUS * np.array([np.cos(angle), np.sin(angle)])
+
+
+def image_of(exposure: int) -> memoryview:
+    """Return the image of an exposure, Mono12p."""
+    u, v = place_at(exposure)
+    x = np.arange(SIZE)
+    spot = np.outer(np.exp(-0.5 * (x - v) ** 2), np.exp(-0.5 * (x - u) ** 2))
+    return packed((100 + 2800 * spot).astype(np.uint16)).data.cast("B")
+
+
+class Rig:
+    """Two cameras that expose together, and the source that reads them."""
+
+    def __init__(self, *configs: CameraConfig) -> None:
+        set_link("lo", up=True)
+        self.cameras = [SoftwareCamera(one, seed) for seed, one in enumerate(configs)]
+        self.exposure = 0
+        self.wrong = self.right = 0
+        self.serials = tuple(one.serial for one in configs)
+        self._images = [image_of(exposure) for exposure in range(_TURN)]
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._expose)
+        self._thread.start()
+
+    def source(self) -> GenicamSource:
+        serials = tuple(int(one) for one in self.serials)
+        description = SourceDescription("test", serials, PERIOD_NS, PERIOD_NS, True, True)
+        expected = [Expected(one, SIZE, SIZE, PERIOD_NS) for one in self.serials]
+        return GenicamSource(description, AravisCameras(), self.serials, expected, _SILENCE_S)
+
+    def check(self, frames: FrameBlock, first_ns: int) -> None:
+        """Count frames whose spots are, or are not, at the place of their time."""
+        for time_ns, valid, uv in zip(frames.time_ns, frames.valid, frames.uv, strict=True):
+            place = place_at((int(time_ns) + first_ns - FIRST_NS) // PERIOD_NS)
+            for each, spots in zip(valid, uv, strict=True):
+                found = spots[[bool(int(each) >> slot & 1) for slot in range(8)]]
+                away = np.linalg.norm(found - place, axis=1)
+                self.wrong += int(np.count_nonzero(away > _CLEAR_PX))
+                self.right += int(np.count_nonzero(away <= _CLEAR_PX))
+
+    def close(self) -> None:
+        self._ended.set()
+        self._thread.join()
+        for one in self.cameras:
+            one.close()
+
+    def _expose(self) -> None:
+        due = time.monotonic()
+        while not self._ended.is_set():
+            for camera in self.cameras:
+                camera.send(self._images[self.exposure % _TURN],
+                            FIRST_NS + self.exposure * PERIOD_NS)  # fmt: skip
+            self.exposure += 1
+            due = max(due + PERIOD_NS * 1e-9, time.monotonic() - 0.1)
+            time.sleep(max(0.0, due - time.monotonic()))
+
+
+def read_for(rig: Rig, source: GenicamSource, seconds: float) -> int:
+    """Read and check frames; return their number."""
+    count, until = 0, time.monotonic() + seconds
+    while time.monotonic() < until:
+        block = source.read().frames
+        if block is not None:
+            count += len(block)
+            rig.check(block, source.origin_ns or 0)
+    return count
+
+
+def _packets(fault: str, value: object, *, resent: bool = True) -> Callable[[int], Any]:
+    """Return a scenario of packets that do not arrive as sent."""
+
+    def play(repeats: int) -> Any:
+        rig = Rig(CONFIG, SECOND)
+        source = rig.source()
+        try:
+            source.open()
+            clean = read_for(rig, source, 0.5)
+            counts = []
+            for _ in range(repeats):
+                for camera in rig.cameras:
+                    camera.faults.refuse_resend = not resent
+                    setattr(camera.faults, fault, value)
+                during = read_for(rig, source, 0.5)
+                for camera in rig.cameras:
+                    setattr(camera.faults, fault, type(value)())
+                began = time.monotonic()
+                after = 0
+                while after < 20 and time.monotonic() - began < 3.0:
+                    after += read_for(rig, source, 0.05)
+                counts.append((during, after, time.monotonic() - began))
+            accounts = [
+                [one.exposures - one.delivered - one.lost, one.lost, one.incomplete]
+                for one in source.accounts.values()
+            ]
+            return {"clean": clean, "counts": counts, "wrong": rig.wrong, "right": rig.right,
+                    "accounts": accounts}  # fmt: skip
+        finally:
+            source.close()
+            rig.close()
+
+    return play
+
+
+def _sentence(
+    deed: Callable[[Rig], None], *configs: CameraConfig, opens: bool = True
+) -> Callable[[int], Any]:
+    """Return a scenario that ends with a sentence: at the opening, or after a deed."""
+
+    def play(repeats: int) -> Any:
+        told = []
+        wrong = 0
+        for _ in range(repeats):
+            rig = Rig(*(configs or (CONFIG, SECOND)))
+            source = rig.source()
+            began = time.monotonic()
+            try:
+                if not opens:
+                    deed(rig)
+                source.open()
+                if opens:
+                    read_for(rig, source, 0.5)
+                    deed(rig)
+                    began = time.monotonic()
+                read_for(rig, source, 6.0)
+                told.append(["", "", 0.0])
+            except OcmmError as error:
+                source.close()
+                told.append([error.code, str(error), time.monotonic() - began])
+            finally:
+                source.close()
+                rig.close()
+            wrong += rig.wrong
+        return {"told": told, "wrong": wrong}
+
+    return play
+
+
+def _first(**changes: object) -> Callable[[Rig], None]:
+    def deed(rig: Rig) -> None:
+        for name, value in changes.items():
+            setattr(rig.cameras[0].faults, name, value)
+
+    return deed
+
+
+def _controlled(repeats: int) -> Any:
+    """Open cameras that another program controls, then again after it has ended."""
+    rig = Rig(CONFIG, SECOND)
+    first, told = rig.source(), []
+    try:
+        first.open()
+        for _ in range(repeats):
+            second = rig.source()
+            try:
+                second.open()
+                told.append(["", "", 0.0])
+            except OcmmError as error:
+                told.append([error.code, str(error), 0.0])
+            finally:
+                second.close()
+        frames = read_for(rig, first, 0.5)
+    finally:
+        first.close()
+        rig.close()
+    return {"told": told, "wrong": rig.wrong, "frames": frames}
+
+
+def _nothing(_rig: Rig) -> None:
+    pass
+
+
+def _ptp(**changes: Any) -> Callable[[Rig], None]:
+    def deed(rig: Rig) -> None:
+        rig.cameras[0].reconfigure(**changes)
+
+    return deed
+
+
+SCENARIOS: dict[str, Callable[[int], Any]] = {
+    "lost": _packets("lose", 0.05),
+    "swapped": _packets("swap", 0.3),
+    "doubled": _packets("double", 0.3),
+    "damaged": _packets("damage", 0.05),
+    "resend refused": _packets("lose", 0.005, resent=False),
+    "controlled": _controlled,
+    "unplugged": _sentence(_first(unplugged=True)),
+    "nothing complete": _sentence(_first(lose=0.5, refuse_resend=True)),
+    "clock step": _sentence(_first(clock_step_ns=10**9)),
+    "clock step back": _sentence(_first(clock_step_ns=-(10**9))),
+    "small clock step": _sentence(_first(clock_step_ns=100_000)),
+    "old time": _sentence(_first(repeat=True)),
+    "wrong format": _sentence(_first(send_format="Mono8")),
+    "PTP lost": _sentence(_ptp(ptp="Uncalibrated")),
+    "PTP offset": _sentence(_ptp(ptp_offset_ns=5_000)),
+    "other master": _sentence(_ptp(grandmaster=7)),
+    "two masters": _sentence(_nothing, replace(CONFIG, ptp="Master"),
+                             replace(SECOND, ptp="Master"), opens=False),
+    "no PTP": _sentence(_nothing, CONFIG, replace(SECOND, ptp=""), opens=False),
+    "late exposures": _sentence(_first(late_ns=2_000_000), opens=False),
+    "absent": _sentence(lambda rig: rig.cameras.pop().close(), opens=False),
+    "other size": _sentence(_nothing, CONFIG, replace(SECOND, width=128), opens=False),
+    "colour": _sentence(_nothing, CONFIG, replace(SECOND, formats=("RGB8",)), opens=False),
+    "other model": _sentence(_nothing, CONFIG, replace(SECOND, model="Other"), opens=False),
+}  # fmt: skip
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(SCENARIOS[sys.argv[1]](int(sys.argv[2]))))

@@ -1,0 +1,150 @@
+"""Software GigE Vision cameras read by a client of others (Aravis), what fails, and a whole job."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ocmm_core.documents import resource
+from tests.commands import Ocmm
+from tests.host import HANG_S, long_form, not_run, private_network
+
+ROOT = Path(__file__).resolve().parents[2]
+_REPEATS = 5 if long_form() else 1
+_SENTENCE_S = 3.0
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _library() -> None:
+    try:
+        ctypes.CDLL("libaravis-0.8.so.0")
+    except OSError:
+        not_run("libaravis-0.8-0 is not installed")
+
+
+def played(name: str, repeats: int = _REPEATS) -> dict[str, Any]:
+    """Return the result of a scenario in a private network."""
+    program = [sys.executable, "-m", "tests.genicam.genicam_scenarios", name, str(repeats)]
+    done = subprocess.run(
+        [*private_network(), *program], cwd=ROOT, capture_output=True, text=True, timeout=HANG_S,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    result: dict[str, Any] = json.loads(done.stdout)
+    assert result["wrong"] == 0
+    return result
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", ["lost", "swapped", "doubled", "damaged", "resend refused"])
+def test_faulty_packets_give_no_wrong_frame_and_frames_come_again(fault: str) -> None:
+    result = played(fault, 3 * _REPEATS)
+    assert result["clean"] > 0
+    for _during, after, seconds in result["counts"]:
+        assert after >= 20
+        assert seconds < _SENTENCE_S
+    # A busy computer loses some that arrive in order, too; each is counted once.
+    assert [unaccounted for unaccounted, _, _ in result["accounts"]] == [0, 0]
+    assert result["right"] >= 40
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [
+        ("unplugged", "genicam.silent"),
+        ("nothing complete", "genicam.silent"),
+        ("clock step", "genicam.clock_step"),
+        ("clock step back", "genicam.clock_step"),
+        ("small clock step", "genicam.apart"),
+        ("old time", "genicam.clock_step"),
+        ("wrong format", "genicam.image"),
+        ("PTP lost", "genicam.ptp"),
+        ("PTP offset", "genicam.ptp"),
+        ("other master", "genicam.grandmasters"),
+    ],
+)
+def test_a_camera_that_fails_is_a_sentence_in_three_seconds(name: str, code: str) -> None:
+    result = played(name)
+    assert [told[0] for told in result["told"]] == [code] * _REPEATS
+    assert all(told[2] < _SENTENCE_S for told in result["told"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [
+        ("controlled", "genicam.controlled"),
+        ("two masters", "genicam.grandmasters"),
+        ("no PTP", "genicam.no_ptp"),
+        ("late exposures", "genicam.apart"),
+        ("absent", "genicam.absent"),
+        ("other size", "genicam.size"),
+        ("colour", "genicam.format"),
+        ("other model", "genicam.unlike"),
+    ],
+)
+def test_cameras_that_cannot_measure_are_refused(name: str, code: str) -> None:
+    result = played(name)
+    assert [told[0] for told in result["told"]] == [code] * _REPEATS
+    # The controller is not disturbed by the one that is refused.
+    assert name != "controlled" or result["frames"] > 0
+
+
+def test_a_missing_library_is_a_sentence() -> None:
+    code = (
+        "from ocmm_genicam import _aravis\n"
+        "_aravis._LIBRARY = 'libaravis-of-nobody.so'\n"
+        "from ocmm_genicam import AravisCameras\n"
+        "AravisCameras()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=HANG_S,
+        check=False,
+    )  # fmt: skip
+    assert "AcquisitionError" in done.stderr
+    assert "apt-get install libaravis-0.8-0" in done.stderr
+
+
+def test_cameras_of_another_rig_are_refused_before_the_job(ocmm: Ocmm, tmp_path: Path) -> None:
+    plan = resource("plans", "quick.toml")
+    done = ocmm(
+        "measure", "--source", "genicam:20600002,20600001", "--plan", plan, "--out", tmp_path,
+        "--uncalibrated",
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "in the order of the rig" in " ".join(done.stderr.split())
+    assert not list(tmp_path.glob("*.ocmm"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [3, *((4, 5) if long_form() else ())])
+def test_a_part_is_measured_by_cameras_that_anyone_can_buy(
+    ocmm: Ocmm, tmp_path: Path, seed: int
+) -> None:
+    """Sensors of 1.6 megapixels at 100 Hz, as in many such cameras."""
+    text = resource("rigs", "recommended.toml").read_text("utf-8")
+    for old, new in (
+        ("frame_rate_hz = 8000", "frame_rate_hz = 100"),
+        ("width_px = 2048", "width_px = 1440"),
+        ("height_px = 2048", "height_px = 1080"),
+        ("u0_px = 1023.5", "u0_px = 719.5"),
+        ("v0_px = 1023.5", "v0_px = 539.5"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    rig = tmp_path / "rig.toml"
+    rig.write_text(text, "utf-8")
+    private_network()
+    done = ocmm(
+        "measure", "--source", "genicam:virtual", "--plan", resource("plans", "quick.toml"),
+        "--rig", rig, "--out", tmp_path, "--seed", str(seed),
+    )  # fmt: skip
+    assert "PART CONFORMS" in done.stdout, done.stdout + done.stderr
+    assert done.returncode == 0
