@@ -43,7 +43,7 @@ class Expected:
 
 
 @dataclass(slots=True)
-class Account:
+class BufferAccount:
     """Every exposure of a camera: ``exposures == delivered + lost``."""
 
     exposures: int = 0
@@ -129,7 +129,7 @@ class Grabber:
         expected: Expected,
         wake: Callable[[], None],
     ) -> None:
-        self.camera, self.account = camera, Account()
+        self.camera, self.account = camera, BufferAccount()
         self.frames: deque[Spots] = deque()
         """For the reader, who removes them from the left."""
         self.clock_state: ClockState | None = None

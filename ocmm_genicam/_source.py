@@ -11,7 +11,7 @@ import numpy as np
 from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock, SourceDescription
 from ocmm_core.errors import AcquisitionError
 from ocmm_genicam._client import Camera, Cameras
-from ocmm_genicam._grabber import Account, Expected, Grabber, Spots, exposure_us, set_up
+from ocmm_genicam._grabber import BufferAccount, Expected, Grabber, Spots, exposure_us, set_up
 from ocmm_genicam._timing import MOST_SKEW_NS, CameraClock, require_bound, wait_until_bound
 
 _READ_S = 0.1
@@ -47,7 +47,7 @@ class GenicamSource:
         self._apart_ns = 0
 
     @property
-    def accounts(self) -> dict[str, Account]:
+    def accounts(self) -> dict[str, BufferAccount]:
         """Return the account of each camera by serial number."""
         return {one.camera.serial: one.account for one in self._grabbers}
 

@@ -11,17 +11,17 @@ except for its start.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_sim.genicam._device import Faults, SoftwareCamera
-    from ocmm_sim.genicam._registers import CameraConfig
+    from ocmm_sim.genicam._device import CameraFaults, GigeCamera
+    from ocmm_sim.genicam._registers import GigeConfig
     from ocmm_sim.genicam._virtual import GENICAM_RATE_HZ, packed, virtual_genicam_feed
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
     "GENICAM_RATE_HZ",
-    "CameraConfig",
-    "Faults",
-    "SoftwareCamera",
+    "CameraFaults",
+    "GigeCamera",
+    "GigeConfig",
     "packed",
     "virtual_genicam_feed",
 ]

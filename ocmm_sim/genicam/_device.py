@@ -19,8 +19,8 @@ from ocmm_sim.genicam._registers import (
     HOST_ADDRESS,
     HOST_PORT,
     PACKET_SIZE,
-    CameraConfig,
     Feature,
+    GigeConfig,
     Memory,
 )
 
@@ -40,7 +40,7 @@ _BURST = 1 << 20
 
 
 @dataclass(slots=True)
-class Faults:
+class CameraFaults:
     """What is wrong with a camera; may be changed while it runs."""
 
     lose: float = 0.0
@@ -83,15 +83,15 @@ class _Sent:
         return struct.pack(">HHI", status, block, kind << 24 | number), content
 
 
-class SoftwareCamera:
+class GigeCamera:
     """One camera at an address of this computer; a thread answers its control port.
 
     Images come from the caller by `send`, which returns when they have left.
     """
 
-    def __init__(self, config: CameraConfig, seed: int = 0) -> None:
+    def __init__(self, config: GigeConfig, seed: int = 0) -> None:
         self.memory = Memory(config)
-        self.faults = Faults()
+        self.faults = CameraFaults()
         self.acquiring = threading.Event()
         self._random = random.Random(seed)  # noqa: S311 - faults of a simulation, repeatable
         self._block = 0
@@ -122,7 +122,7 @@ class SoftwareCamera:
             one.close()
 
     def reconfigure(self, **changes: Any) -> None:
-        """Change what the camera reports: fields of `CameraConfig` about its clock."""
+        """Change what the camera reports: fields of `GigeConfig` about its clock."""
         self.memory.config = replace(self.memory.config, **changes)
         self.memory.settle()
 

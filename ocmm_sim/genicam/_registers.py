@@ -52,7 +52,7 @@ class Feature(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class CameraConfig:
+class GigeConfig:
     """A software camera: what a discovery of cameras reports, and its sensor."""
 
     serial: str
@@ -73,7 +73,7 @@ class CameraConfig:
 class Memory:
     """Registers of one camera; every access is checked against the memory size."""
 
-    def __init__(self, config: CameraConfig) -> None:
+    def __init__(self, config: GigeConfig) -> None:
         self.config = config
         self._bytes = bytearray(SIZE)
         self._fill()
@@ -162,12 +162,12 @@ class Memory:
         self.settle()
 
 
-def hash_of(config: CameraConfig) -> int:
+def hash_of(config: GigeConfig) -> int:
     """Return the lower half of a MAC address."""
     return int.from_bytes(bytes(int(part) for part in config.address.split(".")), "big")
 
 
-def _xml(config: CameraConfig) -> str:
+def _xml(config: GigeConfig) -> str:
     """Return the GenICam description of the features."""
     F = Feature
     nodes = [
@@ -195,7 +195,7 @@ def _xml(config: CameraConfig) -> str:
     names = "".join(f"<pFeature>{name}</pFeature>" for name, _ in nodes)
     return (
         '<?xml version="1.0" encoding="UTF-8"?>'
-        '<RegisterDescription ModelName="SoftwareCamera" VendorName="OCMM" ToolTip="" '
+        '<RegisterDescription ModelName="GigeCamera" VendorName="OCMM" ToolTip="" '
         'StandardNameSpace="GEV" SchemaMajorVersion="1" SchemaMinorVersion="1" '
         'SchemaSubMinorVersion="0" MajorVersion="1" MinorVersion="0" SubMinorVersion="0" '
         'ProductGuid="0" VersionGuid="0" xmlns="http://www.genicam.org/GenApi/Version_1_1">'

@@ -24,8 +24,8 @@ from ocmm_core.fieldbus.wire import set_link
 from ocmm_core.geometry import Float
 from ocmm_genicam import genicam_command, genicam_config, genicam_description
 from ocmm_sim.bus import VirtualWire, run_both
-from ocmm_sim.genicam._device import SoftwareCamera
-from ocmm_sim.genicam._registers import CameraConfig, Feature
+from ocmm_sim.genicam._device import GigeCamera
+from ocmm_sim.genicam._registers import Feature, GigeConfig
 from ocmm_sim.scene import RigScript, Sensor, SensorOptions, VirtualRig, normal_table
 
 GENICAM_RATE_HZ = 100
@@ -125,8 +125,8 @@ def _run() -> int:
         # Compiled before a reader waits.
         one.image(0)
     cameras = [
-        SoftwareCamera(
-            CameraConfig(
+        GigeCamera(
+            GigeConfig(
                 serial=str(model.serial), address=f"127.0.0.{index + 2}", width=model.width,
                 height=model.height, formats=(_FORMAT,), packet_size=_PACKET_SIZE,
             )

@@ -22,14 +22,14 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
 from ocmm_genicam import AravisCameras, GenicamSource
 from ocmm_genicam._grabber import Expected
-from ocmm_sim.genicam import CameraConfig, SoftwareCamera, packed
+from ocmm_sim.genicam import GigeCamera, GigeConfig, packed
 
 SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
 _TURN, _RADIUS = 400, 60.0
 _SILENCE_S = 1.0
 _CLEAR_PX = 0.1
 """The spot moves 0.94 px from one exposure to the next."""
-CONFIG = CameraConfig(
+CONFIG = GigeConfig(
     serial="101", address="127.0.0.2", width=SIZE, height=SIZE, formats=("Mono12p",),
     packet_size=1500,
 )  # fmt: skip
@@ -53,9 +53,9 @@ def image_of(exposure: int) -> memoryview:
 class Rig:
     """Two cameras that expose together, and the source that reads them."""
 
-    def __init__(self, *configs: CameraConfig) -> None:
+    def __init__(self, *configs: GigeConfig) -> None:
         set_link("lo", up=True)
-        self.cameras = [SoftwareCamera(one, seed) for seed, one in enumerate(configs)]
+        self.cameras = [GigeCamera(one, seed) for seed, one in enumerate(configs)]
         self.exposure = 0
         self.wrong = self.right = 0
         self.serials = tuple(one.serial for one in configs)
@@ -144,7 +144,7 @@ def _packets(fault: str, value: object, *, resent: bool = True) -> Callable[[int
 
 
 def _sentence(
-    deed: Callable[[Rig], None], *configs: CameraConfig, opens: bool = True
+    deed: Callable[[Rig], None], *configs: GigeConfig, opens: bool = True
 ) -> Callable[[int], Any]:
     """Return a scenario that ends with a sentence: at the opening, or after a deed."""
 
