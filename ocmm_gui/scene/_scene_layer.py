@@ -8,7 +8,7 @@ once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from operator import is_
 from time import perf_counter
@@ -49,6 +49,9 @@ class StillScene:
     background: str
     part: PartScene | None = None
     """Part that may hide items; None for none."""
+    below: StillScene | None = None
+    """Scene of the same view and part that is painted first and cached: its items change less
+    often. None for none."""
 
     def is_seen_as(self, other: StillScene) -> bool:
         """Return whether view, picture size and background are equal: labels depend on all."""
@@ -97,30 +100,25 @@ class _Drawing:
         self.scene = scene
         self._font, self._canvases = font, canvases
         self._box = QRectF(0.0, 0.0, scene.size.width(), scene.size.height())
-        self.canvas: Canvas | None = None
         self._depth: Depth | None = None
-        self._items = scene.items
-        self._left: ScenePainter | None = None
+        self._has_part = False
+        self._until = math.inf
         part = scene.part
-        if part is not None:
-            self._scale = scale = part.scale(scene.size, scene.ratio, share)
-            # Reuse memory of an earlier picture: allocating or copying megabytes would take
-            # milliseconds.
-            self.canvas = canvas = canvases.take(
-                max(round(scene.size.width() * scale), 1),
-                max(round(scene.size.height() * scale), 1),
-            )
-            self._part = part.rendering(scene.orbit, scene.size, canvas, scale)
-            self.image = QImage(
-                canvas.image.data, canvas.width, canvas.height, 4 * canvas.width,
-                QImage.Format.Format_RGB32,
-            )  # fmt: skip
-            self.image.setDevicePixelRatio(scale)
-        else:
-            self.image = QImage(scene.size * scene.ratio, QImage.Format.Format_ARGB32_Premultiplied)
-            self.image.setDevicePixelRatio(scene.ratio)
-            self.image.fill(QColor(scene.background))
-            self._begin_items()
+        self._scale = scale = (
+            scene.ratio if part is None else part.scale(scene.size, scene.ratio, share)
+        )
+        # Reuse memory of an earlier picture: allocating or copying megabytes would take
+        # milliseconds.
+        self.canvas = canvas = canvases.take(
+            max(round(scene.size.width() * scale), 1), max(round(scene.size.height() * scale), 1)
+        )
+        self.image = QImage(
+            canvas.image.data, canvas.width, canvas.height, 4 * canvas.width,
+            QImage.Format.Format_ARGB32_Premultiplied if part is None
+            else QImage.Format.Format_RGB32,
+        )  # fmt: skip
+        self.image.setDevicePixelRatio(scale)
+        self._steps = self._paint()
         self.is_done = False
 
     @property
@@ -131,7 +129,7 @@ class _Drawing:
     @property
     def seen(self) -> StillPicture:
         """Return the picture so far, without a half-painted part."""
-        if self._left is None:
+        if not self._has_part:
             nothing = QImage(1, 1, QImage.Format.Format_RGB32)
             nothing.fill(QColor(self.scene.background))
             return StillPicture(nothing, None)
@@ -139,49 +137,73 @@ class _Drawing:
 
     def go_on(self) -> None:
         """Paint for a slice of time; completely during motion."""
-        until = math.inf if self.is_moving else perf_counter() + _SLICE_S
-        if self._left is None:
-            if not self._canvases.has_part(self.scene, self.canvas):
-                if not self._part.go_on(until):
-                    return
-                self._canvases.keep_part(self.scene, self.canvas)
-            self._lay_part()
-            self._begin_items()
-        if self._left is not None:
-            painter = QPainter(self.image)
-            self.is_done = self._left.paint(painter, until)
-            painter.end()
+        self._until = math.inf if self.is_moving else perf_counter() + _SLICE_S
+        self.is_done = next(self._steps, True)
 
-    def _lay_part(self) -> None:
-        canvas, scene = self.canvas, self.scene
-        if canvas is None or scene.part is None:
-            return
-        bias = _ITEM_PX * self._part.px_mm + scene.part.slack_mm
-        self._depth = Depth(canvas, self._scale, bias)
+    def _paint(self) -> Iterator[bool]:
+        """Paint what lies below unless cached, then the items; yield False after each slice."""
+        scene, canvases, canvas = self.scene, self._canvases, self.canvas
+        below = scene.below
+        if below is None or not canvases.has_scene(below, canvas):
+            yield from self._paint_part(scene if below is None else below)
+            if below is not None:
+                yield from self._paint_items(below)
+                canvases.keep_scene(below, canvas)
+        self._show_part()
+        yield from self._paint_items(scene)
+
+    def _paint_part(self, scene: StillScene) -> Iterator[bool]:
+        canvas = self.canvas
+        if scene.part is None:
+            self.image.fill(QColor(scene.background))
+        elif not self._canvases.has_part(scene, canvas):
+            part = scene.part.rendering(scene.orbit, scene.size, canvas, self._scale)
+            while not part.go_on(self._until):
+                yield False
+            self._canvases.keep_part(scene, canvas)
+        self._show_part()
+
+    def _show_part(self) -> None:
+        part = self.scene.part
+        self._has_part = True
+        if part is not None:
+            px_mm = 2.0 * self.scene.orbit.radius / min(self.canvas.width, self.canvas.height)
+            self._depth = Depth(self.canvas, self._scale, _ITEM_PX * px_mm + part.slack_mm)
+
+    def _paint_items(self, scene: StillScene) -> Iterator[bool]:
+        items = scene.items
+        if self._depth is not None:
+            self._lay_on_part(scene, self._depth)
+            items = tuple(item for item in items if not isinstance(item, Face | Lines))
+        left = ScenePainter(
+            items, scene.orbit, self._box, self._font, scene.background,
+            depth=self._depth, ghost=self._hidden(),
+        )  # fmt: skip
+        while True:
+            painter = QPainter(self.image)
+            done = left.paint(painter, self._until)
+            painter.end()
+            if done:
+                return
+            yield False
+
+    def _lay_on_part(self, scene: StillScene, depth: Depth) -> None:
         projection = scene.orbit.projection(scene.size.width(), scene.size.height())
         pixels = np.array([self._scale, self._scale, 1.0])
         bundles = []
         for item in scene.items:
             if isinstance(item, Face):
                 corners = projection.apply(item.corners) * pixels
-                blend_flat(canvas, corners, item.colour, item.alpha / 255.0, bias)
+                blend_flat(self.canvas, corners, item.colour, item.alpha / 255.0, depth.bias)
             elif isinstance(item, Lines) and len(item.segments):
                 ends = projection.apply(item.segments) * pixels
                 bundles.append(Bundle(ends, 0.5 * self._scale * item.width, item.colour))
-        draw_bundles(canvas, bundles, bias, self._hidden())
-        self._items = tuple(item for item in scene.items if not isinstance(item, Face | Lines))
+        draw_bundles(self.canvas, bundles, depth.bias, self._hidden())
 
     def _hidden(self) -> float:
         """Return the opacity of items hidden by the part, 0 to 1."""
         part = self.scene.part
         return _THROUGH if part is not None and part.style.mode is RenderMode.TRANSPARENT else 0.0
-
-    def _begin_items(self) -> None:
-        scene = self.scene
-        self._left = ScenePainter(
-            self._items, scene.orbit, self._box, self._font, scene.background,
-            depth=self._depth, ghost=self._hidden(),
-        )  # fmt: skip
 
 
 class _Canvases:
@@ -190,25 +212,28 @@ class _Canvases:
     def __init__(self) -> None:
         self._free: list[Canvas] = []
         self._part: tuple[StillScene, Canvas] | None = None
+        self._whole: tuple[StillScene, Canvas] | None = None
 
-    def keep_part(self, scene: StillScene, canvas: Canvas | None) -> None:
+    def keep_part(self, scene: StillScene, canvas: Canvas) -> None:
         """Cache a static part without the items drawn over it."""
-        if canvas is None or scene.part is None or scene.part.moving:
-            return
-        if canvas.width * canvas.height > _KEPT_PIXELS:
-            self._part = None
-            return
-        kept = self._part
-        own = None if kept is None else kept[1]
-        if own is None or (own.width, own.height) != (canvas.width, canvas.height):
-            own = Canvas(canvas.width, canvas.height)
-        own.copy_from(canvas)
-        self._part = (scene, own)
+        self._part = _kept(scene, canvas, self._part)
 
-    def has_part(self, scene: StillScene, canvas: Canvas | None) -> bool:
+    def has_part(self, scene: StillScene, canvas: Canvas) -> bool:
         """Copy the cached part into a canvas if it matches; return whether it does."""
         kept = self._part
-        if canvas is None or kept is None or not scene.has_part_of(kept[0]):
+        if kept is None or not scene.has_part_of(kept[0]):
+            return False
+        canvas.copy_from(kept[1])
+        return True
+
+    def keep_scene(self, scene: StillScene, canvas: Canvas) -> None:
+        """Cache a scene with its items."""
+        self._whole = _kept(scene, canvas, self._whole)
+
+    def has_scene(self, scene: StillScene, canvas: Canvas) -> bool:
+        """Copy a cached scene into a canvas; return whether it is the cached one."""
+        kept = self._whole
+        if kept is None or kept[0] is not scene:
             return False
         canvas.copy_from(kept[1])
         return True
@@ -221,9 +246,24 @@ class _Canvases:
         self._free.clear()
         return Canvas(width, height)
 
-    def give_back(self, canvas: Canvas | None) -> None:
-        if canvas is not None and len(self._free) < 2:
+    def give_back(self, canvas: Canvas) -> None:
+        if len(self._free) < 2:
             self._free.append(canvas)
+
+
+def _kept(
+    scene: StillScene, canvas: Canvas, before: tuple[StillScene, Canvas] | None
+) -> tuple[StillScene, Canvas] | None:
+    """Return a copy of a picture to be cached, in the memory of ``before`` if it fits."""
+    if scene.part is not None and scene.part.moving:
+        return before
+    if canvas.width * canvas.height > _KEPT_PIXELS:
+        return None
+    own = None if before is None else before[1]
+    if own is None or (own.width, own.height) != (canvas.width, canvas.height):
+        own = Canvas(canvas.width, canvas.height)
+    own.copy_from(canvas)
+    return scene, own
 
 
 def painted_still(scene: StillScene, font: QFont) -> StillPicture:
@@ -273,7 +313,7 @@ class SceneLayer(QObject):
         return self._shown is not None and self._shown.scene is scene
 
     def canvas(self) -> Canvas | None:
-        """Return the buffers of the shown part, or None."""
+        """Return the buffers of the shown picture, or None."""
         return None if self._shown is None else self._shown.canvas
 
     def _drop_next(self) -> None:
@@ -299,5 +339,7 @@ class SceneLayer(QObject):
 
     def _finish(self) -> None:
         self._go_on()
-        # Also while incomplete: there may be no other picture.
-        self.changed.emit()
+        shown, drawing = self._shown, self._next
+        # While incomplete only if shown: painting the window again takes longer than a slice.
+        if drawing is None or shown is None or not shown.scene.is_seen_as(drawing.scene):
+            self.changed.emit()

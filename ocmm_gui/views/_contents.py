@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import is_
 
@@ -146,12 +147,21 @@ class _Look:
     has_last: bool
 
 
+_MOST_BUSY = 10
+"""Features drawn apart from those at rest: those that changed last."""
+
+
 class JobDrawing:
     """Points and features of a growing job; unchanged items are cached."""
 
     def __init__(self) -> None:
         self._kept: dict[str, tuple[FeatureView, _Look, tuple[Item, ...], Float]] = {}
         self._items: tuple[Item, ...] = ()
+        self._changed: list[str] = []
+        self._busy: list[str] = []
+        self.still: tuple[Item, ...] = ()
+        self.changing: tuple[Item, ...] = ()
+        """`still`, `changing`: the last drawn items, apart: of features at rest, and of others."""
         self._deviations: tuple[Item, ...] = ()
         self._deviations_of: tuple[object, ...] = ()
         self._planned_of: tuple[object, ...] = ()
@@ -169,6 +179,7 @@ class JobDrawing:
         """Return `job_items`, the same tuple if unchanged; ``chosen``: highlighted point."""
         items: list[Item] = []
         self._reach = {}
+        own_items: dict[str, tuple[Item, ...]] = {}
         touched = [feature for feature in job.features if feature.points]
         last = max((feature.points[-1].number for feature in touched), default=0)
         # The active feature first: its label has priority.
@@ -178,21 +189,37 @@ class JobDrawing:
             look = _Look(
                 theme,
                 theme.accent if active else verdict_colour(theme, verdict),
-                chosen if chosen in (p.number for p in feature.points if chosen) else 0,
+                chosen if chosen and any(p.number == chosen for p in feature.points) else 0,
                 feature.points[-1].number == last,
             )
             own, places = self._known(feature, look)
             items += own
+            own_items[feature.name] = own
             self._reach[feature.name] = places
-        items += self._planned_items(job, theme)
-        items += self._whiskers(job, theme)
-        if len(items) != len(self._items) or not all(map(is_, items, self._items)):
+        others = (*self._planned_items(job, theme), *self._whiskers(job, theme))
+        items += others
+        if not _are_same(items, self._items):
             self._items = tuple(items)
+            self._separate(own_items, others)
         targets = [target.surface_world for target in shown_targets(job)]
         if targets:
             before = self._reach.get(job.active, np.empty((0, 3)))
             self._reach[job.active] = np.concatenate([before, np.stack(targets)])
         return self._items, self.reach()
+
+    def _separate(self, own: dict[str, tuple[Item, ...]], others: tuple[Item, ...]) -> None:
+        """Set `still` and `changing`; the same tuple of still items as long as possible."""
+        for name in self._changed:
+            if name in self._busy:
+                self._busy.remove(name)
+            self._busy.append(name)
+        self._changed.clear()
+        self._busy = [name for name in self._busy if name in own][-_MOST_BUSY:]
+        still = [item for name, part in own.items() if name not in self._busy for item in part]
+        if not _are_same(still, self.still):
+            self.still = tuple(still)
+        busy = (item for name in self._busy for item in own[name])
+        self.changing = (*busy, *others)
 
     def _planned_items(self, job: JobView, theme: Theme) -> tuple[Item, ...]:
         """Return the active feature as planned, with its name, before it is measured."""
@@ -226,7 +253,12 @@ class JobDrawing:
         kept = self._kept.get(feature.name)
         if kept is None or kept[0] is not feature or kept[1] != look:
             kept = self._kept[feature.name] = (feature, look, *_feature_items(feature, look))
+            self._changed.append(feature.name)
         return kept[2:]
+
+
+def _are_same(items: Sequence[Item], others: Sequence[Item]) -> bool:
+    return len(items) == len(others) and all(map(is_, items, others))
 
 
 def _feature_items(feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...], Float]:

@@ -96,7 +96,7 @@ class PointView(OrbitView):
         self._mode = RenderMode.SHADED
         self._layer = SceneLayer(self)
         self._layer.changed.connect(self.update)
-        self._still = SceneCache()
+        self._ground, self._still = SceneCache(), SceneCache()
         self._whole = self._active = _NO_PLACES
         self._work = WorkExtent()
         self._seen_target: Target | None = None
@@ -371,15 +371,20 @@ class PointView(OrbitView):
         active = "" if self._job is None else self._job.active
         part = self._part.part(theme, self._mode, active, moving=self.is_moving())
 
-        def make() -> StillScene:
+        def make(items: tuple[Item, ...], below: StillScene | None = None) -> StillScene:
+            plain = tuple(item for item in items if not isinstance(item, Tag))
+            return StillScene(plain, orbit, size, ratio, theme.panel, part, below)
+
+        def ground() -> StillScene:
             # With a part the wires would be confusing: the overview has them.
             rig = () if part is not None else (Lines(self._rig_lines, theme.muted, 1.0),)
-            grid = grid_items(orbit, self._job_low, theme)
-            plain = (item for item in self._job_items if not isinstance(item, Tag))
-            return StillScene((*grid, *rig, *plain), orbit, size, ratio, theme.panel, part)
+            return make((*grid_items(orbit, self._job_low, theme), *rig, *drawing.still))
 
+        drawing = self._drawing
         values = (theme.name, self._job_low, size, ratio)
-        return self._still.made((self._job_items, orbit, part), values, make)
+        below = self._ground.made((drawing.still, orbit, part), values, ground)
+        changing = drawing.changing
+        return self._still.made((below, changing), (), lambda: make(changing, below))
 
 
 def _is_same(target: Target, other: Target | None) -> bool:
