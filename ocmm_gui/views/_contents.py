@@ -22,7 +22,7 @@ from ocmm_core.inspection.evaluation import (
 from ocmm_core.tolerances.decisions import NO_DEVIATIONS
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Theme, led_name, reference_led_name, tr, verdict_colour
-from ocmm_gui.scene import Dots, Face, Item, Lines, Orbit, Tag
+from ocmm_gui.scene import Dots, Face, Item, Lines, Tag
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._deviations import deviation_items, deviations_of
 
@@ -377,27 +377,6 @@ def aim_items(aim: tuple[Float, Float] | None, probe: Float, theme: Theme) -> tu
     if len(probe):
         items.append(Lines(np.stack([probe[-1], place])[None], theme.warn, 1.2))
     return tuple(items)
-
-
-def grid_step(orbit: Orbit) -> float:
-    """Return the grid spacing, mm: the power of ten that suits the view."""
-    return float(10.0 ** np.floor(np.log10(orbit.radius)))
-
-
-def grid_items(orbit: Orbit, low: float | None, theme: Theme) -> tuple[Item, ...]:
-    """Return a level grid at the lowest point of the work, mm, or through the target."""
-    up, step = orbit.up, grid_step(orbit)
-    level = float(orbit.target @ up) if low is None else low
-    first, second = (np.eye(3)[i] for i in range(3) if i != int(np.argmax(np.abs(up))))
-    count = int(np.ceil(1.6 * orbit.radius / step))
-    middle = np.round(np.array([orbit.target @ axis for axis in (first, second)]) / step)
-    ticks = np.arange(-count, count + 1)
-    lines = []
-    for along, across, a, b in ((first, second, 0, 1), (second, first, 1, 0)):
-        offset = (middle[b] + ticks)[:, None] * step * across + level * up
-        ends = [(middle[a] + sign * count) * step * along for sign in (-1, 1)]
-        lines.append(np.stack([offset + ends[0], offset + ends[1]], axis=1))
-    return (Lines(np.concatenate(lines), theme.border, 0.6),)
 
 
 def _arrows(tails: Float, heads: Float) -> Float:
