@@ -85,7 +85,7 @@ _RIM = 0.03
 """Relative edge zone that is about to be left."""
 
 
-class Places:
+class ViewedPlaces:
     """Places (n, 3), mm, world, and their extent in the last view."""
 
     def __init__(self, places: Float | None = None) -> None:
@@ -108,8 +108,8 @@ class WorkExtent:
     ball: Float = field(default_factory=lambda: np.empty((0, 3)))
     """(0 or 1, 3), mm, world."""
     target: Target | None = None
-    active: Places = field(default_factory=Places)
-    whole: Places = field(default_factory=Places)
+    active: ViewedPlaces = field(default_factory=ViewedPlaces)
+    whole: ViewedPlaces = field(default_factory=ViewedPlaces)
     """The part, as far as known."""
 
     def needed(self) -> Float:

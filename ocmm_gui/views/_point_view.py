@@ -43,7 +43,7 @@ from ocmm_gui.views._following import (
     OVERVIEW_ASPECT,
     Easing,
     Overview,
-    Places,
+    ViewedPlaces,
     WorkExtent,
     following,
     grid_items,
@@ -98,7 +98,7 @@ class PointView(OrbitView):
         self._layer = SceneLayer(self)
         self._layer.changed.connect(self.update)
         self._ground, self._still = SceneCache(), SceneCache()
-        self._whole = self._active = Places()
+        self._whole = self._active = ViewedPlaces()
         self._work = WorkExtent()
         self._seen_target: Target | None = None
         self._follows = True
@@ -255,14 +255,14 @@ class PointView(OrbitView):
             first = (self._theme.bad, self._theme.text, self._theme.accent)
             tags.sort(key=lambda tag: tag.colour not in first)
             self._labels.tags = tuple(tags)
-        self._whole = Places(np.concatenate([reach, self._part.corners()]))
+        self._whole = ViewedPlaces(np.concatenate([reach, self._part.corners()]))
         own = self._drawing.reach(job.active) if job.active else _NO_PLACES
-        self._active = Places(np.concatenate([own, self._part.extent(job.active)]))
+        self._active = ViewedPlaces(np.concatenate([own, self._part.extent(job.active)]))
         heights = self._whole.all @ self._orbit.up
         self._job_low = float(heights.min()) if len(heights) else None
 
     def _work_now(self) -> WorkExtent:
-        whole = self._whole if len(self._whole.all) else Places(self._probe)
+        whole = self._whole if len(self._whole.all) else ViewedPlaces(self._probe)
         return WorkExtent(self._probe[-1:], shown_target(self._job), self._active, whole)
 
     def _look_for_work(self) -> None:
