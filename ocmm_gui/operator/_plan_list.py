@@ -61,7 +61,12 @@ class FeatureList(QListWidget):
             item = self.item(row) if row < self.count() else None
             if item is None:
                 item = QListWidgetItem(self)
+            if feature is marked:
+                self.setCurrentItem(item)
+                self.scrollToItem(item)
             verdict = job.verdict_of(feature.name).verdict
+            if item.data(_ROLE) is feature and item.data(_VERDICT) is verdict:
+                continue
             item.setData(_ROLE, feature)
             item.setData(_VERDICT, verdict)
             item.setText(
@@ -77,9 +82,6 @@ class FeatureList(QListWidget):
                 )
             )
             item.setToolTip(literal(item.text()))
-            if feature is marked:
-                self.setCurrentItem(item)
-                self.scrollToItem(item)
 
     def set_theme(self, theme: Theme) -> None:
         self._delegate.theme = theme

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRectF, QSizeF
-from PySide6.QtGui import QFontMetricsF
+from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPixmap
 
 from ocmm_core.geometry import Float, Int
 from ocmm_gui.scene._scene import Orbit, Tag
@@ -66,7 +67,8 @@ class LabelPlaces:
         self._n_walls = 0
         for rect in taken:
             self._wall(rect)
-        self._sums = None if marks is None else _sums_of(marks, bounds)
+        self._marks = marks
+        self._sums: Int | None = None
 
     def place(self, x: float, y: float, wide: float, high: float) -> QRectF | None:
         """Return the place of a label of a point; None without room near it, or out of bounds."""
@@ -86,7 +88,9 @@ class LabelPlaces:
         if not free.any():
             return None
         cost = np.where(free, _DETOURS, np.inf)
-        if self._sums is not None:
+        if self._marks is not None:
+            if self._sums is None:
+                self._sums = _sums_of(self._marks, bounds)
             cost += self._covered(self._sums, left, top, right, bottom)
         best = int(np.argmin(cost))
         rect = QRectF(float(left[best]), float(top[best]), wide, high)
@@ -137,8 +141,10 @@ def _sums_of(marks: Float, bounds: QRectF) -> Int:
     shape = np.ceil(np.array([bounds.height(), bounds.width()]) / _CELL_PX).astype(int)
     cells = np.floor((marks - [bounds.left(), bounds.top()]) / _CELL_PX)[:, ::-1]
     cells = cells[((cells >= 0) & (cells < shape)).all(axis=1)].astype(np.int64)
-    counts = np.bincount(cells @ [shape[1], 1], minlength=int(shape.prod())).reshape(shape)
-    return np.pad(counts, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
+    sums = np.zeros(shape + 1, dtype=np.int64)
+    np.add.at(sums, (cells[:, 0] + 1, cells[:, 1] + 1), 1)
+    np.cumsum(sums, axis=0, out=sums)
+    return np.cumsum(sums, axis=1, out=sums)
 
 
 _MOST_STANDING = 150
@@ -151,24 +157,23 @@ class StandingLabels:
     def __init__(self, tags: Sequence[Tag] = ()) -> None:
         self.tags = tuple(tags)
         """In the order of their priority."""
+        self._placed_tags: tuple[Tag, ...] | None = None
         self._orbit: Orbit | None = None
         self._size = QSizeF()
         self._shown: list[PlacedLabel] = []
         self._edges: Float = np.empty((0, 4))
+        self._pictures: dict[int, tuple[PlacedLabel, QPointF, QPixmap]] = {}
+        self._look: tuple[object, ...] = ()
 
     def placed(
         self, places: LabelPlaces, anchors: Float, metrics: QFontMetricsF, orbit: Orbit, box: QRectF
     ) -> list[PlacedLabel]:
         """Return the labels with their places; ``anchors``: (n, 2), px, in this view."""
-        if orbit is not self._orbit or box.size() != self._size:
-            self._orbit, self._size, self._shown = orbit, box.size(), []
-            for tag, anchor in zip(self.tags, anchors.tolist(), strict=True):
-                if (one := place_tag(tag, QPointF(*anchor), places, metrics)) is not None:
-                    self._shown.append(one)
-                if len(self._shown) == _MOST_STANDING:
-                    break
-            edges = [one.rect.getCoords() for one in self._shown]
-            self._edges = np.array(edges, dtype=np.float64).reshape(-1, 4)
+        same = orbit is self._orbit and box.size() == self._size
+        if not same or self.tags is not self._placed_tags:
+            known = {id(one.tag): one for one in self._shown} if same else {}
+            self._orbit, self._size, self._placed_tags = orbit, box.size(), self.tags
+            self._place_all(places, anchors, metrics, known)
             return self._shown
         kept = places.keep(self._edges)
         found = [one for one, stays in zip(self._shown, kept, strict=True) if stays]
@@ -176,6 +181,79 @@ class StandingLabels:
             if (moved := place_tag(one.tag, one.anchor, places, metrics)) is not None:
                 found.append(moved)
         return found
+
+    def _place_all(
+        self, places: LabelPlaces, anchors: Float, metrics: QFontMetricsF,
+        known: dict[int, PlacedLabel],
+    ) -> None:  # fmt: skip
+        """Place new labels of higher priority, those that have a place, then the others."""
+        self._shown = []
+        first = next((k for k, tag in enumerate(self.tags) if id(tag) in known), len(self.tags))
+        new = list(zip(self.tags, anchors.tolist(), strict=True))
+        self._place(new[:first], places, metrics)
+        old = [known[id(tag)] for tag in self.tags[first:] if id(tag) in known]
+        kept = places.keep(_edges_of(old))
+        stay = {id(one.tag) for one, stays in zip(old, kept, strict=True) if stays}
+        self._shown += [one for one in old if id(one.tag) in stay]
+        self._place([one for one in new[first:] if id(one[0]) not in stay], places, metrics)
+        self._edges = _edges_of(self._shown)
+        shown = {id(one) for one in self._shown}
+        self._pictures = {key: kept for key, kept in self._pictures.items() if key in shown}
+
+    def _place(
+        self, tags: Sequence[tuple[Tag, list[float]]], places: LabelPlaces, metrics: QFontMetricsF
+    ) -> None:
+        for tag, anchor in tags:
+            if len(self._shown) >= _MOST_STANDING:
+                return
+            if (one := place_tag(tag, QPointF(*anchor), places, metrics)) is not None:
+                self._shown.append(one)
+
+    def paint(
+        self, painter: QPainter, labels: Iterable[PlacedLabel], font: QFont, halo: str, at: QPointF
+    ) -> None:
+        """Paint `placed` labels; ``at``: origin of the painter, px of its device.
+
+        Labels that stay are copied: painting text takes many times as long.
+        """
+        ratio = painter.device().devicePixelRatio()
+        look = (font.key(), halo, ratio, at.x(), at.y())
+        if look != self._look:
+            self._look = look
+            self._pictures.clear()
+        stay = {id(one) for one in self._shown}
+        for one in labels:
+            if id(one) not in stay:
+                paint_label(painter, one, font, halo)
+                continue
+            known = self._pictures.get(id(one))
+            if known is None or known[0] is not one:
+                known = self._pictures[id(one)] = (one, *_picture(one, font, halo, at, ratio))
+            painter.drawPixmap(known[1], known[2])
+
+
+def _edges_of(labels: Sequence[PlacedLabel]) -> Float:
+    """Return left, top, right and bottom of labels (n, 4), px."""
+    edges = [one.rect.getCoords() for one in labels]
+    return np.array(edges, dtype=np.float64).reshape(-1, 4)
+
+
+def _picture(
+    one: PlacedLabel, font: QFont, halo: str, at: QPointF, ratio: float
+) -> tuple[QPointF, QPixmap]:
+    """Return where a picture of a label belongs, px, and the picture."""
+    # In whole pixels of the screen; the fraction of the place is inside.
+    first = (one.rect.topLeft() + at) * ratio - QPointF(1.0, 1.0)
+    corner = QPointF(math.floor(first.x()), math.floor(first.y())) / ratio - at
+    picture = QPixmap((one.rect.size() * ratio + QSizeF(4.0, 4.0)).toSize())
+    picture.setDevicePixelRatio(ratio)
+    picture.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(picture)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.translate(-corner)
+    paint_label(painter, one, font, halo)
+    painter.end()
+    return corner, picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,6 +263,8 @@ class PlacedLabel:
     tag: Tag
     anchor: QPointF
     rect: QRectF
+    leader: QPointF | None
+    """End of its leader line; None if adjacent."""
 
 
 def place_tag(
@@ -192,10 +272,21 @@ def place_tag(
 ) -> PlacedLabel | None:
     wide = metrics.horizontalAdvance(tag.text) + 8.0
     rect = places.place(anchor.x(), anchor.y(), wide, metrics.height())
-    return None if rect is None else PlacedLabel(tag, anchor, rect)
+    return None if rect is None else PlacedLabel(tag, anchor, rect, _leader(anchor, rect))
 
 
-def leader(anchor: QPointF, rect: QRectF) -> QPointF | None:
+def paint_label(painter: QPainter, one: PlacedLabel, font: QFont, halo: str) -> None:
+    behind = QColor(halo)
+    behind.setAlpha(190)
+    painter.setFont(font)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(behind)
+    painter.drawRoundedRect(one.rect, 3, 3)
+    painter.setPen(QColor(one.tag.colour))
+    painter.drawText(one.rect, Qt.AlignmentFlag.AlignCenter, one.tag.text)
+
+
+def _leader(anchor: QPointF, rect: QRectF) -> QPointF | None:
     """Return the end of a leader line at its label; None if adjacent."""
     end = QPointF(
         min(max(anchor.x(), rect.left()), rect.right()),

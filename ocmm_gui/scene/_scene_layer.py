@@ -8,15 +8,16 @@ once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from operator import is_
 from time import perf_counter
 
 import numpy as np
-from PySide6.QtCore import QObject, QRectF, QSize, QTimer, Signal
+from PySide6.QtCore import QObject, QPointF, QRectF, QSize, QTimer, Signal
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
+from ocmm_core.geometry import Float
 from ocmm_gui.rendering import Bundle, Canvas, RenderMode, blend_flat, draw_bundles
 from ocmm_gui.scene._part_scene import PartScene
 from ocmm_gui.scene._scene import Face, Item, Lines, Orbit
@@ -49,6 +50,9 @@ class StillScene:
     background: str
     part: PartScene | None = None
     """Part that may hide items; None for none."""
+    below: StillScene | None = None
+    """Scene of the same view and part whose lines and marks are painted below and cached: its items
+    change less often. None for none."""
 
     def is_seen_as(self, other: StillScene) -> bool:
         """Return whether view, picture size and background are equal: labels depend on all."""
@@ -97,30 +101,20 @@ class _Drawing:
         self.scene = scene
         self._font, self._canvases = font, canvases
         self._box = QRectF(0.0, 0.0, scene.size.width(), scene.size.height())
-        self.canvas: Canvas | None = None
         self._depth: Depth | None = None
-        self._items = scene.items
-        self._left: ScenePainter | None = None
+        self._is_seen = False
+        self._until = math.inf
         part = scene.part
-        if part is not None:
-            self._scale = scale = part.scale(scene.size, scene.ratio, share)
-            # Reuse memory of an earlier picture: allocating or copying megabytes would take
-            # milliseconds.
-            self.canvas = canvas = canvases.take(
-                max(round(scene.size.width() * scale), 1),
-                max(round(scene.size.height() * scale), 1),
-            )
-            self._part = part.rendering(scene.orbit, scene.size, canvas, scale)
-            self.image = QImage(
-                canvas.image.data, canvas.width, canvas.height, 4 * canvas.width,
-                QImage.Format.Format_RGB32,
-            )  # fmt: skip
-            self.image.setDevicePixelRatio(scale)
-        else:
-            self.image = QImage(scene.size * scene.ratio, QImage.Format.Format_ARGB32_Premultiplied)
-            self.image.setDevicePixelRatio(scene.ratio)
-            self.image.fill(QColor(scene.background))
-            self._begin_items()
+        self._scale = scale = (
+            scene.ratio if part is None else part.scale(scene.size, scene.ratio, share)
+        )
+        # Reuse memory of an earlier picture: allocating or copying megabytes would take
+        # milliseconds.
+        self.canvas = canvas = canvases.take(
+            max(round(scene.size.width() * scale), 1), max(round(scene.size.height() * scale), 1)
+        )
+        self.image = _image_of(canvas, scale, opaque=part is not None)
+        self._steps = self._paint()
         self.is_done = False
 
     @property
@@ -131,7 +125,7 @@ class _Drawing:
     @property
     def seen(self) -> StillPicture:
         """Return the picture so far, without a half-painted part."""
-        if self._left is None:
+        if not self._is_seen:
             nothing = QImage(1, 1, QImage.Format.Format_RGB32)
             nothing.fill(QColor(self.scene.background))
             return StillPicture(nothing, None)
@@ -139,49 +133,95 @@ class _Drawing:
 
     def go_on(self) -> None:
         """Paint for a slice of time; completely during motion."""
-        until = math.inf if self.is_moving else perf_counter() + _SLICE_S
-        if self._left is None:
-            if not self._canvases.has_part(self.scene, self.canvas):
-                if not self._part.go_on(until):
-                    return
-                self._canvases.keep_part(self.scene, self.canvas)
-            self._lay_part()
-            self._begin_items()
-        if self._left is not None:
-            painter = QPainter(self.image)
-            self.is_done = self._left.paint(painter, until)
-            painter.end()
+        self._until = math.inf if self.is_moving else perf_counter() + _SLICE_S
+        self.is_done = next(self._steps, True)
 
-    def _lay_part(self) -> None:
-        canvas, scene = self.canvas, self.scene
-        if canvas is None or scene.part is None:
+    def _paint(self) -> Iterator[bool]:
+        """Paint part, faces, what lies below, and the items; yield False after each slice."""
+        scene, canvas = self.scene, self.canvas
+        if scene.part is None:
+            self.image.fill(QColor(scene.background))
+        elif not self._canvases.has_part(scene, canvas):
+            part = scene.part.rendering(scene.orbit, scene.size, canvas, self._scale)
+            while not part.go_on(self._until):
+                yield False
+            self._canvases.keep_part(scene, canvas)
+        self._is_seen = True
+        if scene.part is not None:
+            px_mm = 2.0 * scene.orbit.radius / min(canvas.width, canvas.height)
+            bias = _ITEM_PX * px_mm + scene.part.slack_mm
+            self._depth = Depth(canvas, self._scale, bias)
+        below = () if scene.below is None else scene.below.items
+        faces = [item for item in (*below, *scene.items) if isinstance(item, Face)]
+        if self._depth is None:
+            yield from self._paint_marks(faces, self.image)
+        else:
+            self._blend(faces, self._depth)
+        if scene.below is not None:
+            yield from self._paint_below(scene.below)
+        yield from self._paint_items(scene.items, canvas, self.image)
+
+    def _paint_below(self, below: StillScene) -> Iterator[bool]:
+        """Paint its lines and marks: the first time at once, then as a picture that is kept."""
+        canvases, canvas = self._canvases, self.canvas
+        lain = canvases.lain_over(below)
+        if lain is None and (self.is_moving or not canvases.is_repeated(below)):
+            yield from self._paint_items(below.items, canvas, self.image)
             return
-        bias = _ITEM_PX * self._part.px_mm + scene.part.slack_mm
-        self._depth = Depth(canvas, self._scale, bias)
-        projection = scene.orbit.projection(scene.size.width(), scene.size.height())
-        pixels = np.array([self._scale, self._scale, 1.0])
-        bundles = []
-        for item in scene.items:
-            if isinstance(item, Face):
-                corners = projection.apply(item.corners) * pixels
-                blend_flat(canvas, corners, item.colour, item.alpha / 255.0, bias)
-            elif isinstance(item, Lines) and len(item.segments):
-                ends = projection.apply(item.segments) * pixels
-                bundles.append(Bundle(ends, 0.5 * self._scale * item.width, item.colour))
-        draw_bundles(canvas, bundles, bias, self._hidden())
-        self._items = tuple(item for item in scene.items if not isinstance(item, Face | Lines))
+        if lain is None:
+            lain = canvases.new_over(canvas)
+            image = _image_of(lain, self._scale, opaque=False)
+            yield from self._paint_items(below.items, lain, image)
+            canvases.keep_over(below, lain)
+        painter = QPainter(self.image)
+        painter.drawImage(QPointF(), _image_of(lain, self._scale, opaque=False))
+        painter.end()
+
+    def _paint_items(self, items: Sequence[Item], canvas: Canvas, image: QImage) -> Iterator[bool]:
+        """Paint lines, then marks and labels."""
+        items = [item for item in items if not isinstance(item, Face)]
+        if self._depth is not None:
+            self._draw_lines(items, canvas, self._depth)
+            items = [item for item in items if not isinstance(item, Lines)]
+        yield from self._paint_marks(items, image)
+
+    def _paint_marks(self, items: Sequence[Item], image: QImage) -> Iterator[bool]:
+        scene = self.scene
+        left = ScenePainter(
+            items, scene.orbit, self._box, self._font, scene.background,
+            depth=self._depth, ghost=self._hidden(),
+        )  # fmt: skip
+        done = False
+        while not done:
+            painter = QPainter(image)
+            done = left.paint(painter, self._until)
+            painter.end()
+            if not done or perf_counter() > self._until:
+                yield False
+
+    def _pixels(self, places: Float) -> Float:
+        size = self.scene.size
+        projection = self.scene.orbit.projection(size.width(), size.height())
+        pixels: Float = projection.apply(places) * np.array([self._scale, self._scale, 1.0])
+        return pixels
+
+    def _blend(self, faces: Sequence[Face], depth: Depth) -> None:
+        for face in faces:
+            corners = self._pixels(face.corners)
+            blend_flat(self.canvas, corners, face.colour, face.alpha / 255.0, depth.bias)
+
+    def _draw_lines(self, items: Sequence[Item], canvas: Canvas, depth: Depth) -> None:
+        bundles = [
+            Bundle(self._pixels(item.segments), 0.5 * self._scale * item.width, item.colour)
+            for item in items
+            if isinstance(item, Lines) and len(item.segments)
+        ]
+        draw_bundles(canvas, bundles, depth.bias, self._hidden())
 
     def _hidden(self) -> float:
         """Return the opacity of items hidden by the part, 0 to 1."""
         part = self.scene.part
         return _THROUGH if part is not None and part.style.mode is RenderMode.TRANSPARENT else 0.0
-
-    def _begin_items(self) -> None:
-        scene = self.scene
-        self._left = ScenePainter(
-            self._items, scene.orbit, self._box, self._font, scene.background,
-            depth=self._depth, ghost=self._hidden(),
-        )  # fmt: skip
 
 
 class _Canvases:
@@ -190,10 +230,12 @@ class _Canvases:
     def __init__(self) -> None:
         self._free: list[Canvas] = []
         self._part: tuple[StillScene, Canvas] | None = None
+        self._over: tuple[StillScene, Canvas] | None = None
+        self._below: StillScene | None = None
 
-    def keep_part(self, scene: StillScene, canvas: Canvas | None) -> None:
+    def keep_part(self, scene: StillScene, canvas: Canvas) -> None:
         """Cache a static part without the items drawn over it."""
-        if canvas is None or scene.part is None or scene.part.moving:
+        if scene.part is None or scene.part.moving:
             return
         if canvas.width * canvas.height > _KEPT_PIXELS:
             self._part = None
@@ -205,13 +247,36 @@ class _Canvases:
         own.copy_from(canvas)
         self._part = (scene, own)
 
-    def has_part(self, scene: StillScene, canvas: Canvas | None) -> bool:
+    def has_part(self, scene: StillScene, canvas: Canvas) -> bool:
         """Copy the cached part into a canvas if it matches; return whether it does."""
         kept = self._part
-        if canvas is None or kept is None or not scene.has_part_of(kept[0]):
+        if kept is None or not scene.has_part_of(kept[0]):
             return False
         canvas.copy_from(kept[1])
         return True
+
+    def is_repeated(self, below: StillScene) -> bool:
+        """Return whether the scene below was the same the last time."""
+        before, self._below = self._below, below
+        return before is below
+
+    def lain_over(self, below: StillScene) -> Canvas | None:
+        """Return the cached lines and marks of the scene below; None without."""
+        return None if self._over is None or self._over[0] is not below else self._over[1]
+
+    def new_over(self, part: Canvas) -> Canvas:
+        """Return a transparent picture with the depths of a part, in memory that is free."""
+        over = None if self._over is None else self._over[1]
+        self._over = None
+        if over is None or (over.width, over.height) != (part.width, part.height):
+            over = Canvas(part.width, part.height)
+        over.copy_from(part)
+        over.image.fill(0)
+        return over
+
+    def keep_over(self, below: StillScene, over: Canvas) -> None:
+        """Cache lines and marks of the scene below."""
+        self._over = (below, over)
 
     def take(self, width: int, height: int) -> Canvas:
         for canvas in self._free:
@@ -221,9 +286,19 @@ class _Canvases:
         self._free.clear()
         return Canvas(width, height)
 
-    def give_back(self, canvas: Canvas | None) -> None:
-        if canvas is not None and len(self._free) < 2:
+    def give_back(self, canvas: Canvas) -> None:
+        if len(self._free) < 2:
             self._free.append(canvas)
+
+
+def _image_of(canvas: Canvas, ratio: float, *, opaque: bool) -> QImage:
+    formats = QImage.Format
+    image = QImage(
+        canvas.image.data, canvas.width, canvas.height, 4 * canvas.width,
+        formats.Format_RGB32 if opaque else formats.Format_ARGB32_Premultiplied,
+    )  # fmt: skip
+    image.setDevicePixelRatio(ratio)
+    return image
 
 
 def painted_still(scene: StillScene, font: QFont) -> StillPicture:
@@ -273,7 +348,7 @@ class SceneLayer(QObject):
         return self._shown is not None and self._shown.scene is scene
 
     def canvas(self) -> Canvas | None:
-        """Return the buffers of the shown part, or None."""
+        """Return the buffers of the shown picture, or None."""
         return None if self._shown is None else self._shown.canvas
 
     def _drop_next(self) -> None:
@@ -299,5 +374,7 @@ class SceneLayer(QObject):
 
     def _finish(self) -> None:
         self._go_on()
-        # Also while incomplete: there may be no other picture.
-        self.changed.emit()
+        shown, drawing = self._shown, self._next
+        # While incomplete only if shown: painting the window again takes longer than a slice.
+        if drawing is None or shown is None or not shown.scene.is_seen_as(drawing.scene):
+            self.changed.emit()

@@ -14,7 +14,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygon
 
 from ocmm_core.geometry import Float
 from ocmm_gui.rendering import Canvas
-from ocmm_gui.scene._labels import LabelPlaces, PlacedLabel, StandingLabels, leader, place_tag
+from ocmm_gui.scene._labels import LabelPlaces, PlacedLabel, StandingLabels, paint_label, place_tag
 from ocmm_gui.scene._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
 
 _FEW_SEGMENTS, _SHORT_PX, _SAME_PX = 24, 2.0, 1e-6
@@ -92,6 +92,7 @@ class ScenePainter:
         self._orbit = orbit
         self._labels: LabelPlaces | None = None
         self._placed: list[PlacedLabel] = []
+        self._stay: list[PlacedLabel] = []
 
     def paint(self, painter: QPainter, until_s: float = math.inf) -> bool:
         """Paint until a `time.perf_counter` time, one item at least; return whether finished."""
@@ -175,7 +176,7 @@ class ScenePainter:
             if perf_counter() > until_s and self._tags:
                 return False
         if standing is not None:
-            self._placed += standing.placed(self._labels, still, metrics, self._orbit, self._box)
+            self._stay = standing.placed(self._labels, still, metrics, self._orbit, self._box)
         return True
 
     def _projected(self, tags: Collection[Tag]) -> Float:
@@ -184,20 +185,20 @@ class ScenePainter:
         return self._picture.apply(points)[:, :2]
 
     def _paint_tags(self, painter: QPainter) -> None:
-        painter.setFont(self._font)
-        behind = QColor(self._halo)
-        behind.setAlpha(190)
+        placed = (*self._placed, *self._stay)
+        colour = ""
+        for one in placed:
+            if one.leader is not None:
+                if one.tag.colour != colour:
+                    colour = one.tag.colour
+                    painter.setPen(QPen(QColor(colour), 1.0))
+                painter.drawLine(one.anchor, one.leader)
         for one in self._placed:
-            if (end := leader(one.anchor, one.rect)) is not None:
-                painter.setPen(QPen(QColor(one.tag.colour), 1.0))
-                painter.drawLine(one.anchor, end)
-        for one in self._placed:
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(behind)
-            painter.drawRoundedRect(one.rect, 3, 3)
-            painter.setPen(QColor(one.tag.colour))
-            painter.drawText(one.rect, Qt.AlignmentFlag.AlignCenter, one.tag.text)
-            self.words.append((one.tag.text, one.rect))
+            paint_label(painter, one, self._font, self._halo)
+        if self._standing is not None:
+            at = self._box.topLeft()
+            self._standing.paint(painter, self._stay, self._font, self._halo, at)
+        self.words += [(one.tag.text, one.rect) for one in placed]
 
 
 def _draw_lines(painter: QPainter, ends: Float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import is_
 
@@ -21,7 +22,7 @@ from ocmm_core.inspection.evaluation import (
 from ocmm_core.tolerances.decisions import NO_DEVIATIONS
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Theme, led_name, reference_led_name, tr, verdict_colour
-from ocmm_gui.scene import Dots, Face, Item, Lines, Orbit, Tag
+from ocmm_gui.scene import Dots, Face, Item, Lines, Tag
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._deviations import deviation_items, deviations_of
 
@@ -146,12 +147,21 @@ class _Look:
     has_last: bool
 
 
+_MOST_BUSY = 10
+"""Features drawn apart from those at rest: those that changed last."""
+
+
 class JobDrawing:
     """Points and features of a growing job; unchanged items are cached."""
 
     def __init__(self) -> None:
         self._kept: dict[str, tuple[FeatureView, _Look, tuple[Item, ...], Float]] = {}
         self._items: tuple[Item, ...] = ()
+        self._changed: list[str] = []
+        self._busy: list[str] = []
+        self.still: tuple[Item, ...] = ()
+        self.changing: tuple[Item, ...] = ()
+        """`still`, `changing`: the last drawn items, apart: of features at rest, and of others."""
         self._deviations: tuple[Item, ...] = ()
         self._deviations_of: tuple[object, ...] = ()
         self._planned_of: tuple[object, ...] = ()
@@ -169,6 +179,7 @@ class JobDrawing:
         """Return `job_items`, the same tuple if unchanged; ``chosen``: highlighted point."""
         items: list[Item] = []
         self._reach = {}
+        own_items: dict[str, tuple[Item, ...]] = {}
         touched = [feature for feature in job.features if feature.points]
         last = max((feature.points[-1].number for feature in touched), default=0)
         # The active feature first: its label has priority.
@@ -178,21 +189,37 @@ class JobDrawing:
             look = _Look(
                 theme,
                 theme.accent if active else verdict_colour(theme, verdict),
-                chosen if chosen in (p.number for p in feature.points if chosen) else 0,
+                chosen if chosen and any(p.number == chosen for p in feature.points) else 0,
                 feature.points[-1].number == last,
             )
             own, places = self._known(feature, look)
             items += own
+            own_items[feature.name] = own
             self._reach[feature.name] = places
-        items += self._planned_items(job, theme)
-        items += self._whiskers(job, theme)
-        if len(items) != len(self._items) or not all(map(is_, items, self._items)):
+        others = (*self._planned_items(job, theme), *self._whiskers(job, theme))
+        items += others
+        if not _are_same(items, self._items):
             self._items = tuple(items)
+            self._separate(own_items, others)
         targets = [target.surface_world for target in shown_targets(job)]
         if targets:
             before = self._reach.get(job.active, np.empty((0, 3)))
             self._reach[job.active] = np.concatenate([before, np.stack(targets)])
         return self._items, self.reach()
+
+    def _separate(self, own: dict[str, tuple[Item, ...]], others: tuple[Item, ...]) -> None:
+        """Set `still` and `changing`; the same tuple of still items as long as possible."""
+        for name in self._changed:
+            if name in self._busy:
+                self._busy.remove(name)
+            self._busy.append(name)
+        self._changed.clear()
+        self._busy = [name for name in self._busy if name in own][-_MOST_BUSY:]
+        still = [item for name, part in own.items() if name not in self._busy for item in part]
+        if not _are_same(still, self.still):
+            self.still = tuple(still)
+        busy = (item for name in self._busy for item in own[name])
+        self.changing = (*busy, *others)
 
     def _planned_items(self, job: JobView, theme: Theme) -> tuple[Item, ...]:
         """Return the active feature as planned, with its name, before it is measured."""
@@ -226,7 +253,12 @@ class JobDrawing:
         kept = self._kept.get(feature.name)
         if kept is None or kept[0] is not feature or kept[1] != look:
             kept = self._kept[feature.name] = (feature, look, *_feature_items(feature, look))
+            self._changed.append(feature.name)
         return kept[2:]
+
+
+def _are_same(items: Sequence[Item], others: Sequence[Item]) -> bool:
+    return len(items) == len(others) and all(map(is_, items, others))
 
 
 def _feature_items(feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...], Float]:
@@ -345,27 +377,6 @@ def aim_items(aim: tuple[Float, Float] | None, probe: Float, theme: Theme) -> tu
     if len(probe):
         items.append(Lines(np.stack([probe[-1], place])[None], theme.warn, 1.2))
     return tuple(items)
-
-
-def grid_step(orbit: Orbit) -> float:
-    """Return the grid spacing, mm: the power of ten that suits the view."""
-    return float(10.0 ** np.floor(np.log10(orbit.radius)))
-
-
-def grid_items(orbit: Orbit, low: float | None, theme: Theme) -> tuple[Item, ...]:
-    """Return a level grid at the lowest point of the work, mm, or through the target."""
-    up, step = orbit.up, grid_step(orbit)
-    level = float(orbit.target @ up) if low is None else low
-    first, second = (np.eye(3)[i] for i in range(3) if i != int(np.argmax(np.abs(up))))
-    count = int(np.ceil(1.6 * orbit.radius / step))
-    middle = np.round(np.array([orbit.target @ axis for axis in (first, second)]) / step)
-    ticks = np.arange(-count, count + 1)
-    lines = []
-    for along, across, a, b in ((first, second, 0, 1), (second, first, 1, 0)):
-        offset = (middle[b] + ticks)[:, None] * step * across + level * up
-        ends = [(middle[a] + sign * count) * step * along for sign in (-1, 1)]
-        lines.append(np.stack([offset + ends[0], offset + ends[1]], axis=1))
-    return (Lines(np.concatenate(lines), theme.border, 0.6),)
 
 
 def _arrows(tails: Float, heads: Float) -> Float:

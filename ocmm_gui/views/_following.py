@@ -19,9 +19,8 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import Target
 from ocmm_gui.kit import WRAPPED, Theme, ink, text_font, tr, wrapped_pixels
 from ocmm_gui.rendering import choose_side
-from ocmm_gui.scene import Dots, Lines, Orbit, Tag, paint_scene
+from ocmm_gui.scene import Dots, Item, Lines, Orbit, Tag, paint_scene
 from ocmm_gui.views import _shapes as shapes
-from ocmm_gui.views._contents import grid_step
 from ocmm_gui.views._deviations import SCALE_PX
 
 EASE_S = 0.4
@@ -86,28 +85,44 @@ _RIM = 0.03
 """Relative edge zone that is about to be left."""
 
 
-def _none() -> Float:
-    return np.empty((0, 3))
+class ViewedPlaces:
+    """Places (n, 3), mm, world, and their extent in the last view."""
+
+    def __init__(self, places: Float | None = None) -> None:
+        self.all = np.empty((0, 3)) if places is None else places
+        self._axes: Float | None = None
+        self._extent = np.empty((0, 3))
+
+    def extent(self, axes: Float) -> Float:
+        """Return the least and greatest coordinates (2, 3), mm, along axes; (0, 3) of none."""
+        if len(self.all) and (self._axes is None or not np.array_equal(axes, self._axes)):
+            along = self.all @ axes.T
+            self._axes, self._extent = axes, np.stack([along.min(axis=0), along.max(axis=0)])
+        return self._extent
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WorkExtent:
-    """Contents to be shown; places are (n, 3), mm, world."""
+    """Contents to be shown."""
 
-    ball: Float = field(default_factory=_none)
+    ball: Float = field(default_factory=lambda: np.empty((0, 3)))
+    """(0 or 1, 3), mm, world."""
     target: Target | None = None
-    active: Float = field(default_factory=_none)
-    whole: Float = field(default_factory=_none)
+    active: ViewedPlaces = field(default_factory=ViewedPlaces)
+    whole: ViewedPlaces = field(default_factory=ViewedPlaces)
     """The part, as far as known."""
 
     def needed(self) -> Float:
-        """Return what must stay in view."""
-        target = _none() if self.target is None else self.target.surface_world[None]
-        return np.concatenate([self.ball, target, self.active])
+        """Return what must stay in view: places (n, 3), mm, world."""
+        return np.concatenate([self.ball, self._at_target(), self.active.all])
 
-    def all(self) -> Float:
-        """Return everything that the view should show."""
-        return np.concatenate([self.needed(), self.whole])
+    def needed_extent(self, axes: Float) -> Float:
+        """Return places (n, 3), mm, along axes, whose extent is that of `needed`."""
+        few = np.concatenate([self.ball, self._at_target()]) @ axes.T
+        return np.concatenate([few, self.active.extent(axes)])
+
+    def _at_target(self) -> Float:
+        return np.empty((0, 3)) if self.target is None else self.target.surface_world[None]
 
 
 def side_for(
@@ -127,17 +142,19 @@ def following(
     orbit: Orbit, work: WorkExtent, width: float, height: float, *, turned: bool
 ) -> Orbit:
     """Return a view that shows the work; the same if sufficient and not just `turned`."""
-    everything = work.all()
+    axes = orbit.axes()
+    needed, whole = work.needed_extent(axes), work.whole.extent(axes)
+    everything = np.concatenate([needed, whole])
     if not len(everything):
         return orbit
-    wanted = orbit.fitted(everything, width, height, _MARGIN)
+    wanted = orbit.fitted(everything @ axes, width, height, _MARGIN)
     if turned:
         return wanted
-    if not in_picture(orbit, work.needed(), width, height, _RIM):
+    if not in_picture(orbit, needed @ axes, width, height, _RIM):
         left = len(work.ball) and not in_picture(orbit, work.ball, width, height, _RIM)
-        return orbit.fitted(everything, width, height, _CHASE) if left else wanted
+        return orbit.fitted(everything @ axes, width, height, _CHASE) if left else wanted
     calm = orbit.radius <= _CALM * wanted.radius
-    return orbit if calm and in_picture(orbit, work.whole, width, height, 0.0) else wanted
+    return orbit if calm and in_picture(orbit, whole @ axes, width, height, 0.0) else wanted
 
 
 def in_picture(orbit: Orbit, places: Float, width: float, height: float, rim: float) -> bool:
@@ -166,9 +183,9 @@ class Overview:
         left, right = inside.left() + _GAP_PX, inside.right() - wide - _GAP_PX
         top, bottom = inside.top() + _GAP_PX, inside.bottom() - side - _GAP_PX
         for x, y in ((right, top), (right, bottom), (left, top + 2.0 * _WORDS_PX + _GAP_PX)):
-            room = QRectF(x, y, wide, side)
-            if not any(room.contains(QPointF(*one)) for one in avoided.tolist()):
-                return room
+            within = (avoided >= (x, y)) & (avoided <= (x + wide, y + side))
+            if not within.all(axis=1).any():
+                return QRectF(x, y, wide, side)
         return None
 
     def paint(self, painter: QPainter, corner: QRectF, probe: Float, theme: Theme) -> None:
@@ -202,6 +219,27 @@ class Overview:
         )
         painter.end()
         return image
+
+
+def grid_step(orbit: Orbit) -> float:
+    """Return the grid spacing, mm: the power of ten that suits the view."""
+    return float(10.0 ** np.floor(np.log10(orbit.radius)))
+
+
+def grid_items(orbit: Orbit, low: float | None, theme: Theme) -> tuple[Item, ...]:
+    """Return a level grid at the lowest point of the work, mm, or through the target."""
+    up, step = orbit.up, grid_step(orbit)
+    level = float(orbit.target @ up) if low is None else low
+    first, second = (np.eye(3)[i] for i in range(3) if i != int(np.argmax(np.abs(up))))
+    count = int(np.ceil(1.6 * orbit.radius / step))
+    middle = np.round(np.array([orbit.target @ axis for axis in (first, second)]) / step)
+    ticks = np.arange(-count, count + 1)
+    lines = []
+    for along, across, a, b in ((first, second, 0, 1), (second, first, 1, 0)):
+        offset = (middle[b] + ticks)[:, None] * step * across + level * up
+        ends = [(middle[a] + sign * count) * step * along for sign in (-1, 1)]
+        lines.append(np.stack([offset + ends[0], offset + ends[1]], axis=1))
+    return (Lines(np.concatenate(lines), theme.border, 0.6),)
 
 
 def triad_place(box: QRectF) -> QRectF:

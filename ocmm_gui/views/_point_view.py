@@ -31,7 +31,6 @@ from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import (
     JobDrawing,
     aim_items,
-    grid_items,
     probe_items,
     probe_places,
     reference_items,
@@ -44,8 +43,10 @@ from ocmm_gui.views._following import (
     OVERVIEW_ASPECT,
     Easing,
     Overview,
+    ViewedPlaces,
     WorkExtent,
     following,
+    grid_items,
     grid_place,
     paint_triad,
     paint_words,
@@ -96,8 +97,8 @@ class PointView(OrbitView):
         self._mode = RenderMode.SHADED
         self._layer = SceneLayer(self)
         self._layer.changed.connect(self.update)
-        self._still = SceneCache()
-        self._whole = self._active = _NO_PLACES
+        self._ground, self._still = SceneCache(), SceneCache()
+        self._whole = self._active = ViewedPlaces()
         self._work = WorkExtent()
         self._seen_target: Target | None = None
         self._follows = True
@@ -252,20 +253,17 @@ class PointView(OrbitView):
             tags = [item for item in items if isinstance(item, Tag)]
             # What asks for attention first: outliers, the chosen point, the active feature.
             first = (self._theme.bad, self._theme.text, self._theme.accent)
-            self._labels = StandingLabels(sorted(tags, key=lambda tag: tag.colour not in first))
-        self._whole = np.concatenate([reach, self._part.corners()])
-        self._active = np.concatenate(
-            [self._drawing.reach(job.active) if job.active else _NO_PLACES,
-             self._part.extent(job.active)]
-        )  # fmt: skip
-        heights = self._whole @ self._orbit.up
+            tags.sort(key=lambda tag: tag.colour not in first)
+            self._labels.tags = tuple(tags)
+        self._whole = ViewedPlaces(np.concatenate([reach, self._part.corners()]))
+        own = self._drawing.reach(job.active) if job.active else _NO_PLACES
+        self._active = ViewedPlaces(np.concatenate([own, self._part.extent(job.active)]))
+        heights = self._whole.all @ self._orbit.up
         self._job_low = float(heights.min()) if len(heights) else None
 
     def _work_now(self) -> WorkExtent:
-        ball, job = self._probe[-1:], self._job
-        return WorkExtent(
-            ball, shown_target(job), self._active, self._whole if len(self._whole) else self._probe
-        )
+        whole = self._whole if len(self._whole.all) else ViewedPlaces(self._probe)
+        return WorkExtent(self._probe[-1:], shown_target(self._job), self._active, whole)
 
     def _look_for_work(self) -> None:
         """Keep the work in view: calmly, but at once if the ball has left it."""
@@ -371,15 +369,20 @@ class PointView(OrbitView):
         active = "" if self._job is None else self._job.active
         part = self._part.part(theme, self._mode, active, moving=self.is_moving())
 
-        def make() -> StillScene:
+        def make(items: tuple[Item, ...], below: StillScene | None = None) -> StillScene:
+            plain = tuple(item for item in items if not isinstance(item, Tag))
+            return StillScene(plain, orbit, size, ratio, theme.panel, part, below)
+
+        def ground() -> StillScene:
             # With a part the wires would be confusing: the overview has them.
             rig = () if part is not None else (Lines(self._rig_lines, theme.muted, 1.0),)
-            grid = grid_items(orbit, self._job_low, theme)
-            plain = (item for item in self._job_items if not isinstance(item, Tag))
-            return StillScene((*grid, *rig, *plain), orbit, size, ratio, theme.panel, part)
+            return make((*grid_items(orbit, self._job_low, theme), *rig, *drawing.still))
 
+        drawing = self._drawing
         values = (theme.name, self._job_low, size, ratio)
-        return self._still.made((self._job_items, orbit, part), values, make)
+        below = self._ground.made((drawing.still, orbit, part), values, ground)
+        changing = drawing.changing
+        return self._still.made((below, changing), (), lambda: make(changing, below))
 
 
 def _is_same(target: Target, other: Target | None) -> bool:

@@ -101,6 +101,15 @@ def test_standing_labels_stay_but_for_the_one_that_is_covered() -> None:
     turned = shown(replace(orbit, azimuth=0.1), ball)
     assert all(not rect.intersects(ball) for rect in turned.values())
     assert turned["label 3"] != first["label 3"]
+    # Another feature is labelled anew, before the others, which stay unless it covers them.
+    before = shown(orbit)
+    labels.tags = (Tag(np.zeros(3), "new", "#f00"), *tags[1:])
+    anchors[0] = before["label 3"].center().toTuple()
+    after = shown(orbit)
+    assert "new" in after
+    moved = {name for name, rect in before.items() if after.get(name) != rect} - {"label 0"}
+    assert all(before[name].intersects(after["new"]) for name in moved)
+    assert len(moved) < 4
 
 
 @pytest.mark.usefixtures("german")

@@ -15,7 +15,7 @@ from ocmm_core.inspection.evaluation import JobView, Target
 from ocmm_gui.app import make_application
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, text_font
 from ocmm_gui.scene import Orbit, _scene_layer, paint_scene
-from ocmm_gui.scene._scene import Lines
+from ocmm_gui.scene._scene import Face, Lines, Tag
 from ocmm_gui.scene._scene_layer import SceneLayer, StillScene
 from ocmm_gui.views import job_items
 from ocmm_gui.views._contents import JobDrawing, target_items
@@ -128,3 +128,50 @@ def test_the_next_point_of_a_line_has_a_ring_though_nobody_knows_its_side(job: J
         assert len(lines) == 1 + stems
         assert np.ptp(lines[-1][..., 2]) == pytest.approx(0.0, abs=1e-9)
         assert np.linalg.norm(lines[-1][..., :2] - place[:2], axis=-1).min() > 1.0
+
+
+@pytest.mark.parametrize("slice_s", [10.0, 0.0])
+def test_a_scene_over_a_cached_one_is_the_picture_painted_at_once(
+    app: QApplication, job: JobView, monkeypatch: pytest.MonkeyPatch, slice_s: float
+) -> None:
+    monkeypatch.setattr(_scene_layer, "_SLICE_S", slice_s)
+    layer, scene, font = SceneLayer(app), scene_of(job), text_font(12)
+    plain = tuple(item for item in scene.items if not isinstance(item, Tag))
+    below = replace(scene, items=plain[:-6])
+    # Once painted directly, once as a picture that is kept, once from it.
+    for first in (6, 5, 4):
+        over = replace(scene, items=plain[-first:], below=below)
+        layer.picture(over, font)
+        for _ in range(10 * len(scene.items)):
+            app.processEvents()
+        assert layer.shows(over)
+        faces = [item for item in (*below.items, *over.items) if isinstance(item, Face)]
+        lines = [item for item in below.items if not isinstance(item, Face)]
+        wanted = at_once(replace(scene, items=tuple(faces)), font)
+        painter = QPainter(wanted)
+        for items in (lines, over.items):
+            own = [item for item in items if not isinstance(item, Face)]
+            paint_scene(painter, own, scene.orbit, QRectF(wanted.rect()), font, scene.background)
+        painter.end()
+        # Of 255: antialiased edges one over the other are rounded twice.
+        assert far_off(layer.picture(over, font).image, wanted) <= 4
+    layer.deleteLater()
+
+
+def far_off(image: QImage, other: QImage) -> int:
+    """Return the greatest difference of a colour of a pixel, 0 to 255."""
+    bytes_of = [np.array(one.constBits()).astype(int) for one in (image, other)]
+    return int(np.abs(bytes_of[0] - bytes_of[1]).max())
+
+
+def test_features_at_rest_are_the_same_tuple_while_another_one_grows(job: JobView) -> None:
+    drawing = JobDrawing()
+    drawing.items(job, THEME)
+    first, *others = job.features
+    grown = [replace(first, points=first.points[:-count]) for count in (1, 2, 3)]
+    drawing.items(replace(job, features=(grown[0], *others)), THEME)
+    still = drawing.still
+    for feature in grown[1:]:
+        items, _ = drawing.items(replace(job, features=(feature, *others)), THEME)
+        assert drawing.still is still
+        assert {id(one) for one in (*still, *drawing.changing)} == {id(one) for one in items}
