@@ -1,4 +1,4 @@
-"""What a GenICam camera must do for this package; `AravisCameras` is the client."""
+"""A GenICam camera, and its client library (`AravisCameras`)."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ _BURST = 1 << 20
 
 @dataclass(slots=True)
 class CameraFaults:
-    """What is wrong with a camera; may be changed while it runs."""
+    """Faults of a camera; may be changed while it runs."""
 
     lose: float = 0.0
     swap: float = 0.0
@@ -244,7 +244,7 @@ class GigeCamera:
         return _OK, struct.pack(">HH", 0, len(pairs))
 
     def _obey(self, place: int, sender: tuple[str, int]) -> None:
-        """Do what a write asks for."""
+        """Carry out a written command."""
         if place == CONTROL:
             if self.memory.u32(CONTROL):
                 self._controller, self._heard = sender, time.monotonic()
