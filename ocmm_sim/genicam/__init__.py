@@ -18,10 +18,5 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "GENICAM_RATE_HZ",
-    "CameraFaults",
-    "GigeCamera",
-    "GigeConfig",
-    "packed",
-    "virtual_genicam_feed",
-]
+    "GENICAM_RATE_HZ", "CameraFaults", "GigeCamera", "GigeConfig", "packed", "virtual_genicam_feed",
+]  # fmt: skip

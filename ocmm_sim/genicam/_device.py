@@ -10,6 +10,7 @@ import threading
 import time
 from collections import OrderedDict
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from ocmm_sim.genicam._registers import (
@@ -277,8 +278,8 @@ def _wait_for(port: int, patience_s: float = 1.0) -> None:
     until = time.monotonic() + patience_s
     ending = f":{port:04X} "
     while time.monotonic() < until:
-        with open("/proc/self/net/udp") as table:  # noqa: PTH123 - a file of the kernel
-            rows = [line.split() for line in table if ending in line]
+        table = Path("/proc/self/net/udp").read_text(encoding="ascii").splitlines()
+        rows = [line.split() for line in table if ending in line]
         if not any(int(row[4].partition(":")[2], 16) > _BURST // 4 for row in rows):
             return
         time.sleep(2e-4)

@@ -5,6 +5,7 @@ Every column is recomputed from the file; each difference is named.
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -29,6 +30,8 @@ from ocmm_shop.archive.records import (
 )
 from ocmm_shop.archive.stores import Archive, Cell, stations_by_key, verifies
 
+_ROUNDING = 1e-9
+"""Other processors round otherwise: 1e-9 of a number, or of a millimetre."""
 _MOST_NAMED = 8
 """Maximum number of named differences of one job."""
 _OFF = (
@@ -94,8 +97,8 @@ def verify_archive(
         elif made.job.job_uuid == job:
             known[made.job.steps] = made.job.head
             jobs[str(job)].longest = max(jobs[str(job)].longest, (made.job.steps, str(sha256)))
-        if stored != made:
-            faults.append((number, str(job), _differs(stored, made)))
+        if why := _differs(stored, made):
+            faults.append((number, str(job), why))
     if deep:
         faults += [*_forked(archive, jobs), *_beside(archive), *_claims(archive)]
         faults += [(None, "", why) for why in archive.malformed()]
@@ -112,7 +115,7 @@ _Fault = tuple[Cell, str, str]
 
 
 def _differs(stored: JobRecord, made: JobRecord) -> str:
-    """Return in a sentence the differences of a row from its file."""
+    """Return in a sentence the differences of a row from its file; empty if there are none."""
     named = [
         f"{name} {_shown(one)}, by the file {_shown(other)}"
         for name, one, other in _fields(stored.job, made.job)
@@ -127,6 +130,8 @@ def _differs(stored: JobRecord, made: JobRecord) -> str:
                 f"{what} {at + 1} {name} {_shown(a)}, by the file {_shown(b)}"
                 for name, a, b in _fields(one, other)
             ]
+    if not named:
+        return ""
     more = f"; {len(named) - _MOST_NAMED} more" if len(named) > _MOST_NAMED else ""
     return f"Altered in the archive: {'; '.join(named[:_MOST_NAMED])}{more}."
 
@@ -134,8 +139,14 @@ def _differs(stored: JobRecord, made: JobRecord) -> str:
 def _fields(one: msgspec.Struct, other: msgspec.Struct) -> Iterator[tuple[str, object, object]]:
     for name in one.__struct_fields__:
         a, b = getattr(one, name), getattr(other, name)
-        if a != b:
+        if not _alike(a, b):
             yield name, a, b
+
+
+def _alike(one: object, other: object) -> bool:
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=_ROUNDING, abs_tol=_ROUNDING)
+    return one == other
 
 
 def _shown(value: object) -> str:
