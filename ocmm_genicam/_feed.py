@@ -1,0 +1,47 @@
+"""Cameras of a source as a feed of the station."""
+
+from __future__ import annotations
+
+from ocmm_core.acquisition.bus_process import ChildProcess
+from ocmm_core.acquisition.frames import FrameRing
+from ocmm_core.camera import Rig
+from ocmm_core.composition import Feed, StationRequest
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.plan import Plan
+from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
+
+
+def genicam_config(rig: Rig, serials: tuple[str, ...], ring: FrameRing, name: str) -> GenicamConfig:
+    """Return the configuration for cameras in the order of the rig."""
+    return GenicamConfig(
+        name=name,
+        ring_path=str(ring.path),
+        serials=serials,
+        cameras=tuple((one.name, one.width, one.height) for one in rig.cameras),
+        rig_serials=tuple(one.serial for one in rig.cameras),
+        period_ns=round(1e9 / rig.frame_rate_hz),
+    )
+
+
+def genicam_feed(_request: StationRequest, _plan: Plan, rig: Rig, value: str) -> Feed:
+    """Return the cameras named in a source; InputError if they are not those of the rig."""
+    serials = tuple(part.strip() for part in value.split(","))
+    _check(rig, serials)
+    ring = FrameRing.create(len(rig.cameras))
+    config = genicam_config(rig, serials, ring, f"GenICam {', '.join(serials)}")
+    acquisition = ChildProcess(genicam_command(), config.to_json(), ring)
+    return Feed(acquisition, ring, genicam_description(config), live=True)
+
+
+def _check(rig: Rig, serials: tuple[str, ...]) -> None:
+    """Refuse cameras that are not those of the rig, in its order."""
+    wanted = [str(one.serial) for one in rig.cameras]
+    named = ["".join(filter(str.isdigit, serial)).lstrip("0") for serial in serials]
+    if named != wanted:
+        raise InputError(
+            "genicam.serials",
+            f"The source names the cameras {', '.join(serials)}, but the rig '{rig.name}' has "
+            f"{', '.join(wanted)}.",
+            "Give the serial numbers of the cameras in the order of the rig; field 'serial' of the "
+            "rig has the digits of each.",
+        )
