@@ -100,8 +100,11 @@ def _environment(folder: Path, *, without: bool) -> dict[str, str]:
         (folder / "hiding").mkdir(exist_ok=True)
         shutil.copyfile(_HIDING, folder / "hiding" / "sitecustomize.py")
         path.insert(0, str(folder / "hiding"))
+    (folder / "temporary").mkdir(exist_ok=True)
     return {
         **os.environ,
+        # Windows locks folders otherwise: such a program clears those that programs of Linux hold.
+        "TMPDIR": str(folder / "temporary"),
         "HOME": str(home), "XDG_DATA_HOME": str(home), "XDG_STATE_HOME": str(home),
         "PYTHONPATH": os.pathsep.join(path), "QT_QPA_PLATFORM": "offscreen",
     }  # fmt: skip
