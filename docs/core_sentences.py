@@ -47,7 +47,7 @@ _WORD_PARTS = _set(
     "value word words status state kind shape strerror quantity verdict when lower hold "
     "depth_part wanted_part side"
 )
-_FAILING = _set("contained described fail note draw run_errand _do _tell_failure")
+_FAILING = _set("contained described fail note draw run_errand exit_with _do _tell_failure")
 _WORD_KEYWORDS = _set("words title point_word direction_word name_words label")
 
 

@@ -20,7 +20,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import TextIO
+from typing import NoReturn, TextIO
 
 from ocmm_core import __version__
 from ocmm_core.documents import write_atomic
@@ -58,6 +58,8 @@ def _sign(one: str) -> str:
     return _SPELLED.get(one, one.encode("ascii", "backslashreplace").decode("ascii"))
 
 
+EXIT_FAILED = 2
+"""Exit code of a program that ends with a sentence."""
 EXIT_INTERNAL = 3
 """Exit code of every command that met the unexpected."""
 INTERRUPTED = 130
@@ -152,6 +154,13 @@ def write_last(text: str = "") -> None:
             stream.flush()
         except OSError:
             silence(stream)
+
+
+def exit_with(error: Exception, part: str, remedy: str = AGAIN) -> NoReturn:
+    """End this process with the message of an exception; see `contained`."""
+    told = contained(error, part, remedy=remedy)
+    write_last(f"{told}\n")
+    sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
 
 
 class ThreadNet:

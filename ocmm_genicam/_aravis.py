@@ -52,9 +52,6 @@ _CALLS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "arv_buffer_new": (_P, (c.c_size_t, _P)),
     "arv_stream_push_buffer": (None, (_P, _P)),
     "arv_stream_timeout_pop_buffer": (_P, (_P, _U64)),
-    "arv_stream_get_n_infos": (c.c_uint, (_P,)),
-    "arv_stream_get_info_name": (_S, (_P, c.c_uint)),
-    "arv_stream_get_info_uint64": (_U64, (_P, c.c_uint)),
     "arv_buffer_get_status": (c.c_int, (_P,)),
     "arv_buffer_get_data": (_P, (_P, c.POINTER(c.c_size_t))),
     "arv_buffer_get_frame_id": (_U64, (_P,)),
@@ -263,17 +260,6 @@ class AravisCamera:
             library.arv_buffer_get_image_height(buffer),
             np.ctypeslib.as_array(c.cast(place, c.POINTER(c.c_uint8)), (size.value,)),
         )
-
-    def counters(self) -> dict[str, int]:
-        """Return the counters of the receiver by name."""
-        if self._stream is None:
-            return {}
-        library, stream = self._library, self._stream
-        return {
-            library.arv_stream_get_info_name(stream, i).decode():
-                library.arv_stream_get_info_uint64(stream, i)
-            for i in range(library.arv_stream_get_n_infos(stream))
-        }  # fmt: skip
 
     def close(self) -> None:
         """Stop and release the camera; idempotent."""

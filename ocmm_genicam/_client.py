@@ -63,10 +63,6 @@ class Camera(Protocol):
         """Return the next buffer, or None."""
         ...
 
-    def counters(self) -> dict[str, int]:
-        """Return the counters of the receiver by name."""
-        ...
-
     def close(self) -> None:
         """Stop and release the camera; idempotent."""
         ...

@@ -14,21 +14,13 @@ import threading
 import msgspec
 
 from ocmm_core.acquisition.bus_process import read_first_line
-from ocmm_core.acquisition.frames import (
-    AcquisitionWorker,
-    FrameRing,
-    SourceDescription,
-    StopReason,
-    read_status,
-)
-from ocmm_core.errors import InternalError
-from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, write_last
+from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
+from ocmm_core.failure import REOPEN, exit_with
 from ocmm_genicam._aravis import FRAME_KEPT_US, AravisCameras
 from ocmm_genicam._grabber import Expected
 from ocmm_genicam._source import GenicamSource
 from ocmm_genicam._timing import SKEW_BOUND_NS
 
-_EXIT_FAILED = 2
 _STRETCHED_US = 2_000_000
 
 
@@ -76,9 +68,7 @@ def main() -> None:
     try:
         sys.exit(_run())
     except Exception as error:
-        told = contained(error, "The camera process", remedy=REOPEN)
-        write_last(f"{told}\n")
-        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else _EXIT_FAILED)
+        exit_with(error, "The camera process", REOPEN)
 
 
 def _run() -> int:
@@ -101,11 +91,7 @@ def _run() -> int:
             AravisCameras(_STRETCHED_US if config.stretched else FRAME_KEPT_US),
             config.serials, expected, config.silence_s,
         )  # fmt: skip
-        reason = AcquisitionWorker(source, ring, stop).run()
-        if reason is StopReason.FAILED:
-            sys.stderr.write(f"{ring.text()}\n")
-            return EXIT_INTERNAL if read_status(ring).internal else _EXIT_FAILED
-        return 0
+        return AcquisitionWorker(source, ring, stop).run_program()
     finally:
         ring.close()
 

@@ -23,7 +23,7 @@ from ocmm_core.composition._feeds import Remaining, ScriptedRig, StationRequest,
 from ocmm_core.composition._sources import make_feed
 from ocmm_core.documents import digest
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_core.fieldbus.described import REST_SPEED, refuse_unproven, resting_doubt_mm
+from ocmm_core.fieldbus.described import refuse_unproven, resting_doubt_mm
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader, SessionOptions, open_plan
 from ocmm_core.inspection.plan import (
@@ -129,8 +129,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
             StationOptions(
                 session=SessionOptions(
                     point=PointOptions(
-                        untimed_mm=REST_SPEED * feed.description.skew_ns * 1e-9
-                        + (0.0 if device is None else resting_doubt_mm(device))
+                        untimed_mm=resting_doubt_mm(device, feed.description.skew_ns)
                     ),
                     climate=climate.climate,
                     contact=climate.contact,

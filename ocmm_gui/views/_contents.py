@@ -157,7 +157,6 @@ class JobDrawing:
     def __init__(self) -> None:
         self._kept: dict[str, tuple[FeatureView, _Look, tuple[Item, ...], Float]] = {}
         self._items: tuple[Item, ...] = ()
-        self._changed: list[str] = []
         self._busy: list[str] = []
         self.still: tuple[Item, ...] = ()
         self.changing: tuple[Item, ...] = ()
@@ -209,12 +208,7 @@ class JobDrawing:
 
     def _separate(self, own: dict[str, tuple[Item, ...]], others: tuple[Item, ...]) -> None:
         """Set `still` and `changing`; the same tuple of still items as long as possible."""
-        for name in self._changed:
-            if name in self._busy:
-                self._busy.remove(name)
-            self._busy.append(name)
-        self._changed.clear()
-        self._busy = [name for name in self._busy if name in own][-_MOST_BUSY:]
+        self._busy = [name for name in self._busy if name in own]
         still = [item for name, part in own.items() if name not in self._busy for item in part]
         if not _are_same(still, self.still):
             self.still = tuple(still)
@@ -253,7 +247,8 @@ class JobDrawing:
         kept = self._kept.get(feature.name)
         if kept is None or kept[0] is not feature or kept[1] != look:
             kept = self._kept[feature.name] = (feature, look, *_feature_items(feature, look))
-            self._changed.append(feature.name)
+            others = [name for name in self._busy if name != feature.name]
+            self._busy = [*others, feature.name][-_MOST_BUSY:]
         return kept[2:]
 
 

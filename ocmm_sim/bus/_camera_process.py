@@ -19,8 +19,8 @@ import msgspec
 from ocmm_core.acquisition.bus_process import CAMERA_PRIORITY, take_priority
 from ocmm_core.camera import CameraModel
 from ocmm_core.documents import read_bytes
-from ocmm_core.errors import InputError, InternalError
-from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.errors import InputError
+from ocmm_core.failure import exit_with
 from ocmm_core.fieldbus.described import DeviceDescription
 from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 from ocmm_sim.bus._chain import Chain, Unit
@@ -29,7 +29,6 @@ from ocmm_sim.bus._wire import SteppedCameraTime, Wire
 from ocmm_sim.slave import CHUNK_FRAMES, CameraFrames, ClockPattern, TestPattern
 
 READY = "ready"
-EXIT_FAILED = 2
 
 
 class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -125,9 +124,7 @@ def main() -> None:
     try:
         _run(sys.argv[1:])
     except Exception as error:
-        told = contained(error, "The program of the software cameras")
-        sys.stderr.write(f"{told}\n")
-        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
+        exit_with(error, "The program of the software cameras")
 
 
 def _run(arguments: list[str]) -> None:

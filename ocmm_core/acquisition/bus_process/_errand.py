@@ -7,10 +7,7 @@ from collections.abc import Callable
 
 from ocmm_core.acquisition.bus_process._commands import read_first_line
 from ocmm_core.acquisition.bus_process._rights import NEEDED, give_up_all_but
-from ocmm_core.errors import InternalError
-from ocmm_core.failure import EXIT_INTERNAL, contained
-
-EXIT_FAILED = 2
+from ocmm_core.failure import exit_with
 
 
 def run_errand(run: Callable[[bytes], None], what: str) -> None:
@@ -19,6 +16,4 @@ def run_errand(run: Callable[[bytes], None], what: str) -> None:
         give_up_all_but(NEEDED)
         run(read_first_line(sys.stdin.fileno()))
     except Exception as error:
-        told = contained(error, what)
-        sys.stderr.write(f"{told}\n")
-        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
+        exit_with(error, what)

@@ -27,19 +27,10 @@ from ocmm_core.acquisition.bus_process._rights import (
     take_processor,
 )
 from ocmm_core.acquisition.bus_process._stepped_time import SteppedTime
-from ocmm_core.acquisition.frames import (
-    AcquisitionWorker,
-    FrameRing,
-    StopReason,
-    leave_error,
-    read_status,
-)
+from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, leave_error
 from ocmm_core.documents import read_bytes
-from ocmm_core.errors import InternalError
-from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, write_last
+from ocmm_core.failure import REOPEN, exit_with
 from ocmm_core.fieldbus.cycle import BusSettings
-
-EXIT_FAILED = 2
 
 
 def main() -> None:
@@ -47,9 +38,7 @@ def main() -> None:
     try:
         sys.exit(_run(sys.argv[1:]))
     except Exception as error:
-        told = contained(error, "The bus process", remedy=REOPEN)
-        write_last(f"{told}\n")
-        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
+        exit_with(error, "The bus process", REOPEN)
 
 
 def _run(arguments: list[str]) -> int:
@@ -92,11 +81,7 @@ def _run(arguments: list[str]) -> int:
         gc.collect()
         gc.freeze()
         gc.disable()
-        reason = worker.run()
-        if reason is StopReason.FAILED:
-            sys.stderr.write(f"{ring.text()}\n")
-            return EXIT_INTERNAL if read_status(ring).internal else EXIT_FAILED
-        return 0
+        return worker.run_program()
     finally:
         if port is not None:
             port.close()

@@ -17,11 +17,10 @@ from pathlib import Path
 from ocmm_core.acquisition.bus_process._client import ChildProcess
 from ocmm_core.acquisition.bus_process._launch import BusConfig
 from ocmm_core.acquisition.frames import FrameRing
-from ocmm_core.errors import BusError, InternalError
-from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained
+from ocmm_core.errors import BusError
+from ocmm_core.failure import EXIT_FAILED, REOPEN, exit_with
 
 SERVICE_SOCKET = Path("/run/ocmm/acq.sock")
-EXIT_FAILED = 2
 _READ_BYTES = 65536
 _RING_MODE = 0o660
 
@@ -97,9 +96,7 @@ def main() -> None:
     except (BrokenPipeError, ConnectionResetError):
         ours = False
     except Exception as error:
-        told = contained(error, "The relay to the camera bus service", remedy=REOPEN)
-        sys.stderr.write(f"{told}\n")
-        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
+        exit_with(error, "The relay to the camera bus service", REOPEN)
     if not ours:
         sys.stderr.write(
             "The camera bus service ended or refused; another window may be using it. See its "

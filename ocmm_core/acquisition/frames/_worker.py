@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from enum import IntEnum
 from ocmm_core.acquisition.frames._frames import Cycle, CycleVerdict, FrameSource
 from ocmm_core.acquisition.frames._ring import FrameRing, RingHeaderField
 from ocmm_core.errors import AcquisitionError, InternalError, OcmmError
-from ocmm_core.failure import CODE, REOPEN, contained, described
+from ocmm_core.failure import CODE, EXIT_FAILED, EXIT_INTERNAL, REOPEN, contained, described
 from ocmm_core.fieldbus.report import pace_words
 
 _WAIT_S = 0.002
@@ -168,6 +169,13 @@ class AcquisitionWorker:
         self._ring.set_word(RingHeaderField.STOP_REASON, reason)
         self._ring.set_word(RingHeaderField.STATE, AcquisitionState.STOPPED)
         return reason
+
+    def run_program(self) -> int:
+        """Run as a program of its own, with the failure as its last words; return the exit code."""
+        if self.run() is not StopReason.FAILED:
+            return 0
+        sys.stderr.write(f"{self._ring.text()}\n")
+        return EXIT_INTERNAL if self._ring.word(RingHeaderField.INTERNAL) else EXIT_FAILED
 
     def _read_until_end(self) -> StopReason:
         description = self._source.description

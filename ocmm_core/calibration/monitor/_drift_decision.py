@@ -123,8 +123,6 @@ class MonitorOptions:
     sparse: int = 30
     """Every n-th look is kept for slow changes; ``looks`` of them are examined together."""
     floor_px: float = 0.0004
-    pixel_px: float = 0.0
-    """Error of spots fixed to the pixels; a monitor learns it."""
     false_alarm: float = 1e-7
     """Probability of an alarm of one kind in one examination of an unchanged rig."""
     good: float = 0.01
@@ -164,9 +162,13 @@ def examine(
     body: ProbeBody,
     belief: Belief,
     options: MonitorOptions,
+    pixel_px: float = 0.0,
 ) -> DriftReport:
-    """Return the verdict from looks (``since_ns`` open); the element if three have known tips."""
-    scores = score_changes(list(looks), rig, body, belief, options.floor_px, options.pixel_px)
+    """Return the verdict from looks (``since_ns`` open); the element if three have known tips.
+
+    ``pixel_px``: error of spots fixed to the pixels.
+    """
+    scores = score_changes(list(looks), rig, body, belief, options.floor_px, pixel_px)
     cause, cameras, what = _judge(scores, rig, options)
     enough = len(looks) >= options.looks // 2 and _places(looks) >= _PLACES
     calm = all(_chance(item) > options.good for item in _changes(scores))

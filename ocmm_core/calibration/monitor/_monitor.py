@@ -197,8 +197,7 @@ class CalibrationMonitor:
     def _examined(self, kind: str, looks: deque[ResidualSample]) -> DriftReport:
         # Errors above the stated pattern indicate a change.
         pixel_px = min(self._pixels.px, self._rig.noise.pattern_px)
-        options = replace(self._options, pixel_px=pixel_px)
-        result = examine(looks, self._rig, self._body, self._belief, options)
+        result = examine(looks, self._rig, self._body, self._belief, self._options, pixel_px)
         # Looks from before and after a change fit no hypothesis for a while.
         self._unnamed = self._unnamed + 1 if result.cause is ChangeCause.UNKNOWN else 0
         if 0 < self._unnamed <= self._options.looks // self._options.every:

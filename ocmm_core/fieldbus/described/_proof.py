@@ -106,8 +106,8 @@ def doubt_line(device: DeviceDescription) -> str:
     return f"Cameras '{device.name}': {missing}. Job and report say what follows."
 
 
-def resting_doubt_mm(device: DeviceDescription) -> float:
-    """Return the position error of a resting ball with these cameras, mm.
+def resting_doubt_mm(device: DeviceDescription | None, skew_ns: int = 0) -> float:
+    """Return the position error of a resting ball, mm: of described cameras, and of a skew.
 
     With an exposure at t + d instead of t, |d| <= ``doubt_ns``, a ball of speed v is off by v d.
     The mean over the window of a touch is off by the mean speed times d, and motion above 0.01 mm
@@ -115,7 +115,8 @@ def resting_doubt_mm(device: DeviceDescription) -> float:
     independent errors of the cameras: two rays at the angle a that are off by +s and -s cross s /
     tan(a / 2) away, 11 s if cameras see each other at 10 degrees.
     """
-    return sum(doubt.costs_mm for doubt in doubts_of(device))
+    cost = REST_SPEED * skew_ns * 1e-9
+    return cost if device is None else cost + sum(doubt.costs_mm for doubt in doubts_of(device))
 
 
 def refuse_coarse(
