@@ -29,6 +29,14 @@ from ocmm_gui.kit import (
 _LINE_PX = 22.0
 
 
+def points_words(feature: FeatureView) -> str:
+    """Return how many points were taken, and of how many, in words."""
+    if feature.open_ended:
+        return feature.count_text
+    words = tr("{taken} of %n points", "{taken} of 1 point", feature.needed)
+    return words.format(taken=feature.taken)
+
+
 class PointDots(Themed, QWidget):
     """One dot per needed point, filled when recorded, and the count in digits."""
 
@@ -42,13 +50,7 @@ class PointDots(Themed, QWidget):
         self._taken = 0 if feature.open_ended else feature.taken
         self._needed = 0 if feature.open_ended else feature.needed
         self._words = feature.count_text
-        self.setAccessibleDescription(
-            tr("{taken} of %n points", "{taken} of 1 point", feature.needed).format(
-                taken=feature.taken
-            )
-            if self._needed
-            else self._words
-        )
+        self.setAccessibleDescription(points_words(feature))
         self.update()
 
     def set_theme(self, theme: Theme) -> None:

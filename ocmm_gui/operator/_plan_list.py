@@ -28,6 +28,7 @@ from ocmm_gui.kit import (
     tr,
     verdict_colour,
 )
+from ocmm_gui.operator._feature_details import points_words
 
 _ROLE = Qt.ItemDataRole.UserRole
 _VERDICT = Qt.ItemDataRole(_ROLE + 1)
@@ -69,18 +70,8 @@ class FeatureList(QListWidget):
                 continue
             item.setData(_ROLE, feature)
             item.setData(_VERDICT, verdict)
-            item.setText(
-                tr(
-                    "{name}, {shape_word}, {count} of %n points, {progress_word}",
-                    "{name}, {shape_word}, {count} of 1 point, {progress_word}",
-                    feature.needed,
-                ).format(
-                    name=feature.name,
-                    shape_word=shape_word(feature.shape),
-                    count=len(feature.points),
-                    progress_word=progress_word(feature, verdict),
-                )
-            )
+            parts = (shape_word(feature.shape), points_words(feature))
+            item.setText(", ".join((feature.name, *parts, progress_word(feature, verdict))))
             item.setToolTip(literal(item.text()))
 
     def set_theme(self, theme: Theme) -> None:

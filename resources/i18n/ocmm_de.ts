@@ -4420,14 +4420,6 @@ Startet: {source}</translation>
         <source>Features in probing order; Page Up and Page Down change the active one</source>
         <translation>Elemente in Messreihenfolge; Bild↑ und Bild↓ wechseln das aktive</translation>
     </message>
-    <message numerus="yes">
-        <source>{name}, {shape_word}, {count} of %n points, {progress_word}</source>
-        <comment>{name}, {shape_word}, {count} of 1 point, {progress_word}</comment>
-        <translation>
-            <numerusform>{name}, {shape_word}, {count} von %n Punkt, {progress_word}</numerusform>
-            <numerusform>{name}, {shape_word}, {count} von %n Punkten, {progress_word}</numerusform>
-        </translation>
-    </message>
     <message>
         <source>No points to select yet.</source>
         <translation>Noch keine Punkte zum Auswählen.</translation>
