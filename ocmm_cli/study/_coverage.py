@@ -212,14 +212,20 @@ def touch_all(
 
 def coverage_table(
     runs: Sequence[Sequence[CoverageOutcome]],
-) -> list[tuple[str, float, float, float]]:
-    """Return name, coverage, mean U and RMS error (mm) of every characteristic."""
+) -> list[tuple[str, float, float, float, int]]:
+    """Return name, coverage, mean U and RMS error (mm) of every characteristic where it has U.
+
+    The last number is that of the runs without U: value not shown, or shown without U.
+    """
     rows = []
     for outcomes in zip(*runs, strict=True):
-        errors = np.array([outcome.error for outcome in outcomes])
-        stated = np.array([outcome.uncertainty for outcome in outcomes])
-        covered = float(np.mean(np.abs(errors) <= stated))
-        rows.append(
-            (outcomes[0].name, covered, float(stated.mean()), float(np.sqrt(np.mean(errors**2))))
-        )
+        known = [item for item in outcomes if np.isfinite(item.error * item.uncertainty)]
+        errors = np.array([outcome.error for outcome in known])
+        stated = np.array([outcome.uncertainty for outcome in known])
+        share, mean, rms = np.nan, np.nan, np.nan
+        if known:
+            share, mean = np.mean(np.abs(errors) <= stated), stated.mean()
+            rms = np.sqrt(np.mean(errors**2))
+        without = len(outcomes) - len(known)
+        rows.append((outcomes[0].name, float(share), float(mean), float(rms), without))
     return rows

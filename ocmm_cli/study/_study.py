@@ -134,10 +134,10 @@ def coverage(
         )
     console.print(say(f"{runs:d} runs; wanted: 92 to 99 %"))
     rows = [
-        (name, f"{100 * covered:.1f}", f"{1e3 * stated:.2f}", f"{1e3 * error:.2f}")
-        for name, covered, stated, error in coverage_table(found)
+        (name, f"{100 * covered:.1f}", f"{1e3 * stated:.2f}", f"{1e3 * error:.2f}", str(without))
+        for name, covered, stated, error, without in coverage_table(found)
     ]
-    columns = heads("Characteristic", "covered %", "mean U um", "RMS error um")
+    columns = heads("Characteristic", "covered %", "mean U um", "RMS error um", "without U")
     print_grid(console, columns, rows)
 
 
