@@ -14,13 +14,15 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_cli.calibrate._calibrate import calibrate_app
     from ocmm_cli.calibrate._probe import mount_tip, probe_command, probe_history, probe_status
-    from ocmm_cli.calibrate._run import take_relocation_shots
+    from ocmm_cli.calibrate._report import print_calibration, print_status
+    from ocmm_cli.calibrate._run import is_yes, open_site, take_relocation_shots
     from ocmm_cli.calibrate._tip import check_tip_command, tip_command
     from ocmm_cli.calibrate._write_cameras import write_cameras
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "calibrate_app", "check_tip_command", "mount_tip", "probe_command", "probe_history",
-    "probe_status", "take_relocation_shots", "tip_command", "write_cameras",
+    "calibrate_app", "check_tip_command", "is_yes", "mount_tip", "open_site", "print_calibration",
+    "print_status", "probe_command", "probe_history", "probe_status", "take_relocation_shots",
+    "tip_command", "write_cameras",
 ]  # fmt: skip

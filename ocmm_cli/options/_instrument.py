@@ -95,6 +95,16 @@ TABLE = {
         Option("spots", None, "Recorded averaged spots (CSV) of the points."),
         Option("evaluation", None, "Points kept for evaluation; default: a quarter.", "points"),
     ),
+    "calibrate boards": (
+        argument("patterns", ..., "Names of the pictures of each camera, in the order of the rig.",
+                 metavar="'*-CAMERA.png'..."),
+        Option("board", ..., "Document of the calibration board."),
+        Option("corners", None, "Table of corners: filename x y level."),
+        Option("pictures", None, "Folder of pictures; corners are found by OpenCV."),
+        Option("valid_days", 365, ""),
+        Option("decision", None, "Accept the result, or keep the active one; if neither is given, "
+               "a terminal asks and a script keeps it.", flags="--accept/--keep"),
+    ),
     "calibrate": (
         Option("spot_columns", "", "Columns of the recorded spots, such as point,serial,u,v."),
         Option("spot_decimal", "", "Decimal sign of the recorded spots: point or comma."),
@@ -110,7 +120,7 @@ TABLE = {
         Option("uncalibrated", False, "Use cameras without a usable calibration."),
         Option("cone", "", "Marking on the cone."),
     ),
-    "calibrate cameras, calibrate relocate, calibrate verify, calibrate sensors, "
+    "calibrate boards, calibrate cameras, calibrate relocate, calibrate verify, calibrate sensors, "
     "calibrate status, calibrate history, calibrate probe, calibrate tip, calibrate check-tip": (
         Option("calibrations", None, "Calibration folder; default: that of this user."),
     ),

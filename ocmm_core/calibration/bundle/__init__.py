@@ -13,7 +13,9 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.bundle import _kernel as kernel
-    from ocmm_core.calibration.bundle._bundle import adjust, common_covariance, residuals
+    from ocmm_core.calibration.bundle._bundle import (
+        adjust, common_covariance, linearise, residuals,
+    )  # fmt: skip
     from ocmm_core.calibration.bundle._culprit import Culprit, CulpritVerdict, Suspect, examine, fit
     from ocmm_core.calibration.bundle._culprit_history import Block, restored
     from ocmm_core.calibration.bundle._culprit_messages import (
@@ -30,6 +32,7 @@ else:
 __all__ = [
     "N_CAMERA", "Block", "BundleData", "BundleState", "Columns", "Culprit", "CulpritVerdict",
     "Names", "Prior", "RobustMinimum", "Suspect", "accuse", "adjust", "adjust_robustly",
-    "common_covariance", "eliminate", "examine", "explain_points", "fit", "kernel", "residuals",
-    "restored", "scale_between", "solvable", "start_bars", "start_poses", "start_shape",
+    "common_covariance", "eliminate", "examine", "explain_points", "fit", "kernel", "linearise",
+    "residuals", "restored", "scale_between", "solvable", "start_bars", "start_poses",
+    "start_shape",
 ]  # fmt: skip

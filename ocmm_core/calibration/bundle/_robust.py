@@ -6,7 +6,9 @@ Start values: poses, bars and seats as the previous cameras see them.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,8 +125,13 @@ class RobustMinimum:
         return self.data.active[1]
 
 
-def adjust_robustly(data: BundleData, prior: Prior, start: BundleState) -> RobustMinimum:
-    """Return the minimum of the good spots.
+Mask: TypeAlias = NDArray[np.bool_]
+
+
+def adjust_robustly(
+    data: BundleData, prior: Prior, start: BundleState, enough: Callable[[Mask], Mask] = solvable
+) -> RobustMinimum:
+    """Return the minimum of the good spots; frames stay that have ``enough`` of them.
 
     First with Cauchy weights scaled by the median residual, as the start is wrong by many pixels;
     then without outliers, re-judged after every fit. A bar's placement is kept or excluded as a
@@ -134,7 +141,7 @@ def adjust_robustly(data: BundleData, prior: Prior, start: BundleState) -> Robus
     chosen = data
     for _ in range(_ROUNDS):
         distances, bar_distances, _ = _judge(data, state)
-        again = _without(data, distances, bar_distances)
+        again = _without(data, distances, bar_distances, enough)
         minimum = adjust(again, prior, state)
         state = minimum.state
         same = np.array_equal(again.weights, chosen.weights) and np.array_equal(
@@ -190,10 +197,12 @@ def _lengths(off: Float, weights: Float) -> Float:
     return lengths
 
 
-def _without(data: BundleData, distances: Float, bar_distances: Float) -> BundleData:
+def _without(
+    data: BundleData, distances: Float, bar_distances: Float, enough: Callable[[Mask], Mask]
+) -> BundleData:
     limit = limit_of(np.concatenate([distances.ravel(), bar_distances.ravel()]))
     good = distances <= limit
-    good &= solvable(good)[:, None, None]
+    good &= enough(good)[:, None, None]
     # Unseen spots compare as False.
     wrong = (bar_distances > limit).any(axis=tuple(range(1, bar_distances.ndim)))
     placed = np.where(wrong, 0.0, 1.0)[:, None, None]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.cameras._dlt import cloud_of
     from ocmm_core.calibration.cameras._guards import (
         CHI2_DEVIATION, FLAT_REFUSED, FLAT_WARNED, FOCAL_SIGMA, OUTLIERS_REFUSED, RMS_FORCED,
-        RMS_REFUSED,
+        RMS_REFUSED, lens_effect,
     )  # fmt: skip
     from ocmm_core.calibration.cameras._kernel import empty_rows, spot_rows
     from ocmm_core.calibration.cameras._lens import LensCamera
@@ -33,5 +33,5 @@ __all__ = [
     "CHI2_DEVIATION", "FLAT_REFUSED", "FLAT_WARNED", "FOCAL_SIGMA", "OUTLIERS_REFUSED",
     "OUTLIER_PROBABILITY", "RMS_FORCED", "RMS_REFUSED", "KnownPoints", "KnownPointsProcedure",
     "LensCamera", "SpotTable", "calibrate_rig", "cloud_of", "empty_rows", "fit_camera", "kernel",
-    "load_spots", "read_reference_points", "spot_rows",
+    "lens_effect", "load_spots", "read_reference_points", "spot_rows",
 ]  # fmt: skip

@@ -15,7 +15,7 @@ from scipy.special import fdtrc
 
 from ocmm_core.calibration.cameras._dlt import cloud_of
 from ocmm_core.calibration.cameras._least_squares import covariance_of, minimise
-from ocmm_core.calibration.cameras._lens import EXTRA_TERMS, project_extended
+from ocmm_core.calibration.cameras._lens import EXTRA_TERMS, LensCamera, project_extended
 from ocmm_core.calibration.cameras._model_fit import (
     CameraFit,
     CameraProblem,
@@ -81,13 +81,18 @@ def judge_lens_terms(fit: CameraFit) -> LensTerms:
     """Return the test of the extra terms; uses outliers that they explain, mostly at the rim."""
     whitening = whitening_of(fit.camera, fit.points_world, fit.sigma_px, fit.reference_sigma)
     problem = CameraProblem(fit.points_world, fit.uv, whitening, free_parameters(EXTRA_TERMS))
-    full, used = without_wrong_points(problem, fit.camera, ENOUGH)
+    return _tested(problem, fit.camera, fit.free)
+
+
+def _tested(problem: CameraProblem, camera: LensCamera, free: tuple[int, ...]) -> LensTerms:
+    full, used = without_wrong_points(problem, camera, ENOUGH)
     covariance = covariance_of(full.jacobian)
     dof = 2 * int(used.sum()) - len(problem.free)
-    points = fit.points_world[used]
+    points = problem.points_world[used]
     base = minimise(
-        CameraProblem(points, fit.uv[used], whitening[:, used], fit.free), fit.camera, enough=ENOUGH
-    )
+        CameraProblem(points, problem.uv[used], problem.whitening[:, used], free), camera,
+        enough=ENOUGH,
+    )  # fmt: skip
     terms = len(EXTRA_TERMS)
     variances = np.full(terms, np.inf) if covariance is None else np.diag(covariance)[-terms:]
     gain = max(base.cost - full.cost, 0.0) / terms
@@ -133,11 +138,10 @@ def judge_fit(fit: CameraFit, names: Sequence[str]) -> list[Finding]:
     ]
 
 
-def judge_lens(fit: CameraFit, terms: LensTerms) -> list[Finding]:
+def judge_lens(name: str, sigma_px: float, terms: LensTerms) -> list[Finding]:
     if not terms.significant:
         return []
-    name = fit.camera.model.name
-    size = terms.effect_rms_px / fit.sigma_px
+    size = terms.effect_rms_px / sigma_px
     return [
         Finding(
             "calibration.lens_model",
@@ -150,6 +154,19 @@ def judge_lens(fit: CameraFit, terms: LensTerms) -> list[Finding]:
             refuses=size > LENS_EFFECT,
         )
     ]
+
+
+def lens_effect(
+    camera: CameraModel, points_world: Points3, uv: Pixels, weights: Float, sigma_px: float
+) -> list[Finding]:
+    """Return findings on the lens of a camera, adjusted elsewhere to points (n, 3), mm.
+
+    ``weights`` (n,), 1/px: inverse standard deviations of the spots; ``sigma_px``: their usual one.
+    """
+    whitening = np.stack([weights, np.zeros(len(weights)), weights])
+    problem = CameraProblem(points_world, uv, whitening, free_parameters(EXTRA_TERMS))
+    terms = _tested(problem, LensCamera(camera), free_parameters())
+    return judge_lens(camera.name, sigma_px, terms)
 
 
 def ratio_of(fit: CameraFit) -> float:

@@ -177,7 +177,7 @@ def calibrate_rig(
         let_pass(found, force=True)
         fits.append(fit)
         indices.append(seen)
-        findings.append([*found, *judge_lens(fit, judge_lens_terms(fit))])
+        findings.append([*found, *judge_lens(nominal.name, fit.sigma_px, judge_lens_terms(fit))])
     of_rig = _baselines(rig, fits)
     everything = [*of_rig, *(one for found in findings for one in found)]
     warnings = let_pass(everything, force)

@@ -16,8 +16,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.records._artefacts import (
-        Artefact, Finding, LengthBar, Sphere, let_pass, load_bar, load_sphere, rests_on,
-        same_serial,
+        Artefact, ArtefactCertificate, ArtefactHead, Finding, LengthBar, Sphere, artefact_of,
+        let_pass, load_bar, load_sphere, rests_on, same_serial,
     )  # fmt: skip
     from ocmm_core.calibration.records._chain_seal import NAME
     from ocmm_core.calibration.records._events import (
@@ -59,18 +59,19 @@ else:
 
 __all__ = [
     "CHECK_SCHEMA", "MONITOR", "NAME", "PRACTICE", "PROBE_SCHEMA", "SCHEMA", "TEXT_SCHEMA",
-    "TIP_SCHEMA", "VERIFICATION_SCHEMA", "Artefact", "ArtefactUse", "Blocker", "CalibrationInUse",
-    "CalibrationOverview", "CalibrationStatus", "CalibrationStore", "CalibrationView",
-    "CameraRecord", "Check", "Corner", "Course", "ErrorInterval", "Event", "EventKind", "Finding",
-    "LengthBar", "MadeRecord", "Method", "Objection", "PivotCheck", "ProbeInUse", "ProbeOverview",
-    "ProbeRecord", "ProbeStore", "ProbeText", "ProbeView", "RecordStore", "RepeatedSeat",
-    "ResidualMap", "Sample", "SignedRecord", "Sphere", "State", "ThermalTerm", "TipCheckRecord",
-    "TipEvent", "TipEventKind", "TipRecord", "TipRecords", "TipState", "VerificationRecord",
-    "canonical", "check_camera_temperature", "compare_with_cameras", "default_folder",
-    "default_probe_folder", "entry_of", "is_practice", "judge", "judgements", "let_pass", "load",
-    "load_bar", "load_named", "load_signed", "load_sphere", "open_calibration", "open_design",
-    "open_probe", "open_probe_design", "overview", "practice_name", "probe_from_records",
-    "probe_overview", "probe_store_folder", "record_hash", "require_real_name", "require_record",
-    "require_records", "rests_on", "rig_from_record", "rig_in_force", "same_serial", "save", "seal",
-    "seal_signed", "store_folder", "write_to_cameras",
+    "TIP_SCHEMA", "VERIFICATION_SCHEMA", "Artefact", "ArtefactCertificate", "ArtefactHead",
+    "ArtefactUse", "Blocker", "CalibrationInUse", "CalibrationOverview", "CalibrationStatus",
+    "CalibrationStore", "CalibrationView", "CameraRecord", "Check", "Corner", "Course",
+    "ErrorInterval", "Event", "EventKind", "Finding", "LengthBar", "MadeRecord", "Method",
+    "Objection", "PivotCheck", "ProbeInUse", "ProbeOverview", "ProbeRecord", "ProbeStore",
+    "ProbeText", "ProbeView", "RecordStore", "RepeatedSeat", "ResidualMap", "Sample",
+    "SignedRecord", "Sphere", "State", "ThermalTerm", "TipCheckRecord", "TipEvent", "TipEventKind",
+    "TipRecord", "TipRecords", "TipState", "VerificationRecord", "artefact_of", "canonical",
+    "check_camera_temperature", "compare_with_cameras", "default_folder", "default_probe_folder",
+    "entry_of", "is_practice", "judge", "judgements", "let_pass", "load", "load_bar", "load_named",
+    "load_signed", "load_sphere", "open_calibration", "open_design", "open_probe",
+    "open_probe_design", "overview", "practice_name", "probe_from_records", "probe_overview",
+    "probe_store_folder", "record_hash", "require_real_name", "require_record", "require_records",
+    "rests_on", "rig_from_record", "rig_in_force", "same_serial", "save", "seal", "seal_signed",
+    "store_folder", "write_to_cameras",
 ]  # fmt: skip

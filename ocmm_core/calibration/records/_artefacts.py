@@ -94,8 +94,8 @@ class ArtefactCertificate(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     """ISO 8601 text: it holds until then."""
 
 
-class ArtefactDocument(Document, frozen=True, kw_only=True):
-    """Head of every artefact."""
+class ArtefactHead(Document, frozen=True, kw_only=True):
+    """Head of every artefact, also of one without a certificate."""
 
     name: str
     serial: str
@@ -106,9 +106,14 @@ class ArtefactDocument(Document, frozen=True, kw_only=True):
     expansion: float
     expansion_sigma: float
     """`expansion`, `expansion_sigma`: Thermal expansion and its standard uncertainty, 1/K."""
-    certificate: ArtefactCertificate
     temperatures: tuple[float, float] = RATED_C
     """Temperature range in which the certificate and expansion hold, degrees Celsius."""
+
+
+class ArtefactDocument(ArtefactHead, frozen=True, kw_only=True):
+    """Head of an artefact with a certificate."""
+
+    certificate: ArtefactCertificate
     certified: tuple[float, float] | None = None
     """From and to, mm: certified lengths; without it, all that the document names."""
 
@@ -234,7 +239,9 @@ def load_bar(path: Path | str) -> LengthBar:
     for field, places in (("nests", document.nests), ("leds", document.leds)):
         for place in places[1:]:
             _require_certified(path, document, field, place - places[0])
-    return LengthBar(_artefact(path, document), document.nests, document.leds)
+    return LengthBar(
+        artefact_of(path, document, document.certificate), document.nests, document.leds
+    )
 
 
 def load_sphere(path: Path | str) -> Sphere:
@@ -243,7 +250,7 @@ def load_sphere(path: Path | str) -> Sphere:
     if not 0.0 < document.diameter <= SIZE.quantity.most:
         raise _wrong(path, "diameter", f"is {document.diameter:g}", "Give it in millimetres.")
     _require_certified(path, document, "diameter", document.diameter)
-    return Sphere(_artefact(path, document), document.diameter)
+    return Sphere(artefact_of(path, document, document.certificate), document.diameter)
 
 
 _TYPED = {
@@ -252,7 +259,14 @@ _TYPED = {
 }  # fmt: skip
 
 
-def _artefact(path: Path | str, document: ArtefactDocument) -> Artefact:
+NO_CERTIFICATE = ArtefactCertificate(number="", sha256="", due_utc="9999-12-31T00:00:00+00:00")
+
+
+def artefact_of(
+    path: Path | str, document: ArtefactHead, certificate: ArtefactCertificate | None
+) -> Artefact:
+    """Return the artefact of the document at ``path``; InputError for numbers out of range."""
+    certificate = certificate or NO_CERTIFICATE
     for field, number in _TYPED.items():
         value, one = getattr(document, field), number.quantity
         if value not in one:
@@ -269,7 +283,7 @@ def _artefact(path: Path | str, document: ArtefactDocument) -> Artefact:
             f"Give the range of the certificate, within {LOWEST_C:g} to {HIGHEST_C:g} °C.",
         )
     try:
-        due = datetime.fromisoformat(document.certificate.due_utc)
+        due = datetime.fromisoformat(certificate.due_utc)
     except ValueError as error:
         raise _wrong(
             path, "certificate.due_utc", "is not a date", "Write it like 2030-12-31T00:00:00+00:00."
@@ -280,8 +294,8 @@ def _artefact(path: Path | str, document: ArtefactDocument) -> Artefact:
         use=ArtefactUse(
             name=document.name,
             serial=document.serial,
-            certificate=document.certificate.number,
-            certificate_sha256=document.certificate.sha256,
+            certificate=certificate.number,
+            certificate_sha256=certificate.sha256,
             due_utc=due.isoformat(),
         ),
         expanded=document.expanded,

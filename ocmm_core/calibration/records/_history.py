@@ -62,12 +62,12 @@ class CalibrationStore(RecordStore[Event]):
     ) -> str:
         """Store a calibration, put it in force and return its hash.
 
-        SUSPECT until a verification passes. From known points it depends on nothing earlier: the
+        SUSPECT until a verification passes. Only a relocation depends on earlier ones: else the
         event lists lost files, which are no longer required.
         """
         digest = record_hash(record)
         self._put(
-            record, now, who, reason, renewal=0 if record.method == "known points" else 1,
+            record, now, who, reason, renewal=1 if record.method == "relocation" else 0,
             session=session, kind=EventKind.ACCEPTED, calibration=digest,
         )  # fmt: skip
         return digest

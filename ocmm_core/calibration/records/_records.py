@@ -22,7 +22,7 @@ from ocmm_core.camera import (
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 
-Method = Literal["known points", "relocation"]
+Method = Literal["known points", "relocation", "boards"]
 
 
 class ResidualMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -119,6 +119,7 @@ _QUANTITIES = (
 _METHODS = {
     "known points": "Bundle adjustment of all cameras from known points",
     "relocation": "Adjustment of the cameras' poses from a relocated artefact",
+    "boards": "Bundle adjustment of all cameras from pictures of a calibration board",
 }
 
 

@@ -1,0 +1,26 @@
+"""Calibrate the cameras of a rig with pictures of a calibration board in unknown poses.
+
+In: the document of a board, and its corners in simultaneous pictures of all cameras.
+Out: cameras with full covariance, findings, and a record as every other calibration makes it.
+
+Read `_board` (the board and what is known about its shape), `_corners` (tables of corners),
+`_detection` (corners in pictures, by OpenCV), `_starts` (first values), then `_solution` (one
+bundle of cameras, poses and board shape) with `_guards`. `_command` is `ocmm calibrate boards`,
+an entry point of `ocmm.commands`; nothing imports this package.
+"""
+
+from ocmm_core.door import TYPE_CHECKING, door
+
+if TYPE_CHECKING:
+    from ocmm_boards._board import Board, load_board
+    from ocmm_boards._command import calibrate_boards
+    from ocmm_boards._corners import BoardViews, read_corners
+    from ocmm_boards._detection import detect_corners
+    from ocmm_boards._solution import BoardCalibration, calibrate_with_board
+else:
+    __getattr__ = door(__name__)
+
+__all__ = [
+    "Board", "BoardCalibration", "BoardViews", "calibrate_boards", "calibrate_with_board",
+    "detect_corners", "load_board", "read_corners",
+]  # fmt: skip

@@ -1,0 +1,139 @@
+"""Calibration boards: a grid of corners, and what is known about its true shape.
+
+::
+
+    schema = "ocmm.board/1"
+    unit = "mm"
+    name = "glass 12 x 9"
+    serial = "CB-12"
+    pattern = "chessboard"
+    columns = 11
+    rows = 8
+    pitch = 30.0
+    expanded = 0.01
+    corner_sigma = 0.003
+    flatness = 0.05
+    expansion = 8.5e-6
+    expansion_sigma = 1.0e-6
+
+The shape errs by a common scale (``expanded``, k = 2, of the diagonal), by a bend and twist of up
+to ``flatness``, and by each corner on its own (``corner_sigma``). All three are unknowns of the
+calibration. Without a ``certificate`` the scale is not traceable, however small ``expanded`` is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from ocmm_core.calibration.probe_design import Temperature
+from ocmm_core.calibration.records import (
+    ArtefactCertificate,
+    ArtefactHead,
+    ArtefactUse,
+    artefact_of,
+)
+from ocmm_core.documents import load_document
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, Points3
+
+BOARD_SCHEMA = "ocmm.board/1"
+FEWEST, MOST = 3, 60
+"""Corners along one side. Cost grows with the square of their number."""
+MOST_CORNERS = 400
+LONGEST_PITCH_MM = 500.0
+
+Pattern = Literal["chessboard", "charuco"]
+
+
+class BoardDocument(ArtefactHead, frozen=True, kw_only=True):
+    """A board."""
+
+    pattern: Pattern
+    columns: int
+    rows: int
+    """`columns`, `rows`: Inner corners along x and y."""
+    pitch: float
+    """Distance of neighbouring corners at 20 degrees, mm."""
+    corner_sigma: float
+    """Standard deviation of a corner's place in the grid, mm per axis."""
+    flatness: float
+    """Largest bend expected (k = 2), mm."""
+    dictionary: str = ""
+    marker: float = 0.0
+    """`dictionary`, `marker`: Of a ChArUco board: OpenCV's name, and side of a marker, mm."""
+    certificate: ArtefactCertificate | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Board:
+    """A board at the temperature of its pictures."""
+
+    document: BoardDocument
+    corners: Points3
+    """(N, 3), mm, board frame: row by row, x along a row."""
+    covariance: Float
+    """(3 N, 3 N), mm^2, of all coordinates."""
+    scale_sigma: float
+    """Relative standard uncertainty of all distances."""
+    use: ArtefactUse | None
+    """With its certificate; None without one."""
+
+    @property
+    def traceable(self) -> bool:
+        """Return whether its scale rests on a certificate."""
+        return self.use is not None
+
+
+def load_board(path: Path | str, temperature: Temperature | None = None) -> Board:
+    """Return the board of a document at a temperature; InputError if malformed."""
+    document = load_document(path, BoardDocument, BOARD_SCHEMA)
+    for field in ("columns", "rows"):
+        if not FEWEST <= getattr(document, field) <= MOST:
+            raise _wrong(path, field, f"Give the inner corners, {FEWEST} to {MOST}.")
+    if document.columns * document.rows > MOST_CORNERS:
+        raise _wrong(path, "rows", f"Use a board of at most {MOST_CORNERS} corners.")
+    if not 0.0 < document.pitch <= LONGEST_PITCH_MM:
+        raise _wrong(path, "pitch", "Give the distance of neighbouring corners in mm.")
+    for field in ("corner_sigma", "flatness"):
+        if not 0.0 < getattr(document, field) <= document.pitch:
+            raise _wrong(path, field, "Give its uncertainty in mm; it is never zero.")
+    if document.pattern == "charuco" and not 0.0 < document.marker < document.pitch:
+        raise _wrong(path, "marker", "Give the side of a marker in mm; it is below the pitch.")
+    artefact = artefact_of(path, document, document.certificate)
+    x, y = np.meshgrid(np.arange(document.columns), np.arange(document.rows))
+    corners = document.pitch * np.stack([x.ravel(), y.ravel(), 0.0 * x.ravel()], axis=1)
+    corners -= corners.mean(axis=0)
+    diagonal = float(np.linalg.norm(np.ptp(corners, axis=0)))
+    length, expanded = artefact.at(diagonal, temperature)
+    scale_sigma = 0.5 * expanded / diagonal
+    if not scale_sigma > 0.0:
+        raise _wrong(path, "expanded", "State its uncertainty (k = 2); it is never zero.")
+    corners *= length / diagonal
+    covariance = _shape_covariance(document, corners, scale_sigma)
+    use = None if document.certificate is None else artefact.use
+    return Board(document, corners, covariance, scale_sigma, use)
+
+
+def _shape_covariance(document: BoardDocument, corners: Points3, scale_sigma: float) -> Float:
+    """Return the covariance of scale, bend and single corners, (3 N, 3 N), mm^2."""
+    covariance = document.corner_sigma**2 * np.eye(corners.size)
+    x, y = (corners[:, axis] / np.abs(corners[:, axis]).max() for axis in range(2))
+    # A bend along x, one along y, and a twist, each of this height from the middle to an edge.
+    for height in (1.0 - x * x, 1.0 - y * y, x * y):
+        shape = np.zeros_like(corners)
+        shape[:, 2] = 0.5 * document.flatness * height
+        covariance += np.outer(shape.ravel(), shape.ravel())
+    stretch = scale_sigma * corners.ravel()
+    covariance += np.outer(stretch, stretch)
+    # A print may be stretched more along one of its axes: half of the scale's uncertainty.
+    skewed = 0.5 * scale_sigma * (corners * np.array([1.0, -1.0, 0.0])).ravel()
+    covariance += np.outer(skewed, skewed)
+    return covariance
+
+
+def _wrong(path: Path | str, field: str, remedy: str) -> InputError:
+    return InputError("board.field", f"{path}: field '{field}' is not usable.", remedy)

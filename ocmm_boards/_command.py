@@ -1,0 +1,93 @@
+"""``ocmm calibrate boards``: an entry point of the group `ocmm.commands`."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def calibrate_boards(
+    *,
+    patterns: Annotated[list[str], typer.Argument()],
+    board: Path,
+    corners: Path | None,
+    pictures: Path | None,
+    rig: Path,
+    calibrations: Path | None,
+    who: str,
+    temperature: float | None,
+    temperature_u: str,
+    valid_days: int,
+    decision: bool | None,
+    overrule: str,
+) -> None:
+    """Calibrate the cameras of a rig from nothing, with pictures of a board in unknown poses.
+
+    One pattern of names for each camera, in the order of the rig; what its * stands for is the
+    view, and pictures of one view were taken at the same moment. The rig document states sensors,
+    nominal focal lengths and rough places. Without a certificate of the board the scale is not
+    traceable: relocate with a certified bar afterwards.
+    """
+    from ocmm_boards._board import load_board
+    from ocmm_boards._corners import read_corners
+    from ocmm_boards._detection import detect_corners
+    from ocmm_boards._session import evaluated, keep_views
+    from ocmm_boards._solution import calibrate_with_board
+    from ocmm_cli.calibrate import is_yes, open_site, print_calibration, print_status
+    from ocmm_cli.terminal import lead, make_console, progress_line, say
+    from ocmm_core.acceptance import read_temperature
+    from ocmm_core.errors import InputError
+
+    console, site = make_console(), open_site(rig, calibrations)
+    now = datetime.now(UTC)
+    warm = read_temperature(temperature, temperature_u, now)
+    known = load_board(board, warm)
+    if (corners is None) == (pictures is None):
+        raise InputError(
+            "boards.input",
+            "Neither or both of a table of corners and a folder of pictures were given.",
+            "Give --corners FILE or --pictures FOLDER.",
+        )
+    cameras = site.design.cameras
+    if corners is not None:
+        views = read_corners(corners, patterns, cameras, len(known.corners))
+    else:
+        assert pictures is not None  # noqa: S101 - one of both, checked above
+        with progress_line() as tell:
+            views = detect_corners(
+                pictures, patterns, cameras, known,
+                lambda done, of: tell(say(f"Searched {done:d} of {of:d} pictures"), done / of),
+            )  # fmt: skip
+    for sentence in views.left_out:
+        console.print(say(sentence))
+    kept = keep_views(site.sessions, known, views, site.design, who, now)
+    console.print(f"{lead('Session  ')}{kept}")
+    found = calibrate_with_board(site.design, known, views, force=bool(overrule))
+    outcome = evaluated(
+        site.design, site.store, known, views, found, now,
+        who=who, temperature=warm, valid_days=valid_days,
+    )  # fmt: skip
+    print_calibration(console, outcome)
+    console.print(
+        say(
+            f"{found.views:d} views; corners scatter by {found.sigma_px:.3f} px, and U grows by "
+            f"{100.0 * (found.together**0.5 - 1.0):.0f} % because corners of one picture err "
+            "together."
+        ),
+        highlight=True,
+    )
+    accepted = decision
+    if accepted is None and console.is_terminal:
+        console.print(say("Accept it? [y/n] "), end="", highlight=True)
+        accepted = is_yes(console.input())
+    if accepted:
+        reason = overrule or "calibrated with a board"
+        site.store.accept(outcome.record, who, reason, now, kept)
+    elif accepted is None:
+        console.print(say("Not accepted: give --accept to put this calibration in force."))
+    print_status(console, site.document, site.calibrations, now)
+    if not accepted:
+        raise typer.Exit(1)

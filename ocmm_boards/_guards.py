@@ -1,0 +1,215 @@
+"""Criteria of a calibration with a board; the design may be overruled, contradictions not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from scipy.special import chdtrc
+
+from ocmm_boards._board import Board
+from ocmm_core.calibration.bundle import BundleState, RobustMinimum
+from ocmm_core.calibration.cameras import FOCAL_SIGMA, OUTLIERS_REFUSED, lens_effect
+from ocmm_core.calibration.records import Finding
+from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel, Rig
+from ocmm_core.geometry import Float
+
+WORST_SIGMA_PX = 0.5
+"""Scatter of corners above which no detector of ours works."""
+TOGETHER = 1.3
+"""Scatter of all cameras together over that of each alone."""
+BASELINE_WARNED, BASELINE_REFUSED = 0.05, 0.5
+"""Relative deviation of the distance of two cameras from the rig document."""
+CONTRADICTION = 1e-5
+"""Probability below which a shape is not attributed to chance."""
+
+
+class FewViews:
+    """Numbers of views."""
+
+    of_camera: Final = 8
+    common: Final = 5
+    wanted: Final = 30
+
+
+def judge_solution(
+    rig: Rig, board: Board, state: BundleState, covariance: Float, found: RobustMinimum,
+    sigma_px: float, alone: Sequence[float],
+) -> list[Finding]:  # fmt: skip
+    """Return the findings; ``alone``: scatter of each camera adjusted by itself, px."""
+    return [
+        *_scatter(rig, sigma_px, alone),
+        *_converged(found),
+        *_shape(board, state),
+        *_spots(found, rig.cameras),
+        *_lenses(state, found, sigma_px),
+        *_baselines(rig, state),
+        *_views(found),
+        *_focal(state.cameras, covariance),
+        *_scale(board),
+    ]
+
+
+def _scatter(rig: Rig, sigma_px: float, alone: Sequence[float]) -> list[Finding]:
+    worst = max(range(len(alone)), key=lambda index: alone[index])
+    if alone[worst] > WORST_SIGMA_PX:
+        return [
+            Finding(
+                "boards.scatter",
+                f"The corners scatter by {alone[worst]:.2f} px in camera "
+                f"'{rig.cameras[worst].name}' alone; not a valid calibration.",
+                "Check columns, rows and order of the corners, the pitch of the pixels in the rig "
+                "document, and that all pictures show the same board in focus.",
+                refuses=True,
+            )
+        ]
+    expected = float(np.sqrt(np.mean(np.square(alone))))
+    return [told_moved(expected, sigma_px)] if sigma_px > TOGETHER * expected else []
+
+
+def told_moved(alone_px: float, together_px: float) -> Finding:
+    """Return that all cameras together explain the corners worse than each alone."""
+    return Finding(
+        "boards.moved",
+        f"Each camera alone explains its pictures to {alone_px:.3f} px, all together only to "
+        f"{together_px:.3f} px: a camera moved, or the pictures of a view do not show the same "
+        "board at the same moment and the same way round.",
+        "Fix the cameras, take the pictures of a view at the same moment with the board at rest, "
+        "check the patterns of names, and take all of them again.",
+        refuses=True,
+    )
+
+
+def _converged(found: RobustMinimum) -> list[Finding]:
+    if found.minimum.converged:
+        return []
+    return [
+        Finding(
+            "calibration.not_converged",
+            "The adjustment did not converge.",
+            "Take more pictures of the board, at more angles and distances.",
+            refuses=True,
+        )
+    ]
+
+
+def _shape(board: Board, state: BundleState) -> list[Finding]:
+    """Return findings on a board that is not as its document says."""
+    off = (state.leds - board.corners).ravel()
+    square = float(off @ np.linalg.solve(board.covariance, off))
+    if chdtrc(off.size, square) >= CONTRADICTION:
+        return []
+    lengths = np.linalg.norm(off.reshape(-1, 3), axis=1)
+    row, column = divmod(int(np.argmax(lengths)), board.document.columns)
+    return [
+        Finding(
+            "boards.shape",
+            f"The board '{board.document.name}' is not as its document says: corner {column + 1} "
+            f"of row {row + 1} is off most, by {1e3 * lengths.max():.0f} um.",
+            "Check that all pictures show this board, measure it, and state its flatness and "
+            "corners as they are.",
+            refuses=True,
+        )
+    ]
+
+
+def _spots(found: RobustMinimum, cameras: Sequence[CameraModel]) -> list[Finding]:
+    seen = np.isfinite(found.distances)
+    wrong = seen & ~found.used
+    if not wrong.any():
+        return []
+    listed = ", ".join(
+        f"{count} of camera '{camera.name}'"
+        for camera, count in zip(cameras, wrong.sum(axis=(0, 2)), strict=True)
+    )
+    return [
+        Finding(
+            "calibration.outliers",
+            f"{wrong.sum()} of {seen.sum()} corners are outliers and were excluded: {listed}.",
+            "Look for glare on the board and for things in front of it.",
+            refuses=bool(wrong.sum() > OUTLIERS_REFUSED * seen.sum()),
+        )
+    ]
+
+
+def _lenses(state: BundleState, found: RobustMinimum, sigma_px: float) -> list[Finding]:
+    corners = np.einsum("nij,lj->nli", state.rotations, state.leds) + state.origins[:, None]
+    result = []
+    for index, camera in enumerate(state.cameras):
+        used = found.used[:, index]
+        result += lens_effect(
+            camera, corners[used], found.data.uv[:, index][used],
+            found.data.weights[:, index][used], sigma_px,
+        )  # fmt: skip
+    return result
+
+
+def _baselines(rig: Rig, state: BundleState) -> list[Finding]:
+    result = []
+    first = rig.cameras[0]
+    for nominal, camera in zip(rig.cameras[1:], state.cameras[1:], strict=True):
+        found = float(np.linalg.norm(camera.centre_world - state.cameras[0].centre_world))
+        stated = float(np.linalg.norm(nominal.centre_world - first.centre_world))
+        off = abs(found / stated - 1.0)
+        if off > BASELINE_WARNED:
+            result.append(
+                Finding(
+                    "boards.baseline",
+                    f"By the board, cameras '{first.name}' and '{nominal.name}' are {found:.1f} mm "
+                    f"apart, by the rig document {stated:.1f} mm.",
+                    "Check the pitch of the board, and where the rig document puts the cameras.",
+                    refuses=off > BASELINE_REFUSED,
+                    forcible=True,
+                )
+            )
+    return result
+
+
+def _views(found: RobustMinimum) -> list[Finding]:
+    count = int(found.data.active[0].sum())
+    if count >= FewViews.wanted:
+        return []
+    return [
+        Finding(
+            "boards.few_pictures",
+            f"Only {count} views of the board were used.",
+            f"Take {FewViews.wanted} or more, tilted in all directions, near and far, in every "
+            "part of the pictures.",
+            refuses=False,
+        )
+    ]
+
+
+def _focal(cameras: Sequence[CameraModel], covariance: Float) -> list[Finding]:
+    result = []
+    for index, camera in enumerate(cameras):
+        focal = N_PARAMETERS * index + PARAMETERS.index("focal")
+        sigma = float(np.sqrt(covariance[focal, focal])) / camera.focal
+        if sigma > FOCAL_SIGMA:
+            result.append(
+                Finding(
+                    "calibration.focal_sigma",
+                    f"The focal length of camera '{camera.name}' is known only to {sigma:.1e} of "
+                    f"its value; the limit is {FOCAL_SIGMA:.0e}.",
+                    "Take more pictures of the board, tilted by 30 to 50 degrees in all "
+                    "directions.",
+                    refuses=True,
+                    forcible=True,
+                )
+            )
+    return result
+
+
+def _scale(board: Board) -> list[Finding]:
+    if board.traceable:
+        return []
+    return [
+        Finding(
+            "boards.scale",
+            f"The scale is not traceable: the board '{board.document.name}' has no certificate. "
+            f"All lengths may be off by {2e6 * board.scale_sigma:.0f} um/m (k = 2, as stated).",
+            "Relocate with a certified length bar, then verify with another one.",
+            refuses=False,
+        )
+    ]
