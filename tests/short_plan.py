@@ -41,7 +41,7 @@ def ball_plan_in(folder: Path) -> Path:
 
 
 def wire_plan_in(folder: Path) -> Path:
-    """Return the plan of a job over the wire, which takes the time that the hand takes.
+    """Return the plan of a job over the wire, in the time of the hand, or of several jobs.
 
     The ball alone; in the long form the shipped plan with two planes and the same ball, 14 touches.
     """

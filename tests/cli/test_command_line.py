@@ -13,6 +13,7 @@ from ocmm_core.documents import resource
 from ocmm_core.storage import JobFile
 from tests.commands import Ocmm
 from tests.host import on_linux_only
+from tests.short_plan import ball_plan_in, wire_plan_in
 
 QUICK = resource("plans", "quick.toml")
 DEMO = resource("plans", "demo.toml")
@@ -81,12 +82,14 @@ def test_a_value_at_its_limit_is_not_proven_and_gives_exit_code_1(
 def test_the_same_seed_gives_the_same_report_and_another_seed_another(
     ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
 ) -> None:
+    plan = wire_plan_in(tmp_path)
     for folder, seed in (("a", "5"), ("b", "5"), ("c", "6")):
         done = ocmm_here(
-            "measure", "--rig", slow_rig, "--plan", QUICK, "--out", folder, "--seed", seed
+            "measure", "--rig", slow_rig, "--plan", plan, "--out", folder, "--seed", seed
         )
         assert done.returncode == 0
-    report = {f: (tmp_path / f / "QUICK-001_SIMULATED_report.csv").read_bytes() for f in "abc"}
+    reports = {f: next((tmp_path / f).glob("*-001_SIMULATED_report.csv")) for f in "abc"}
+    report = {f: path.read_bytes() for f, path in reports.items()}
     assert report["a"] == report["b"] != report["c"]
 
 
@@ -206,11 +209,12 @@ def test_a_name_that_could_run_something_is_refused(ocmm_here: Ocmm, tmp_path: P
 def test_an_existing_job_is_never_overwritten(
     ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
 ) -> None:
-    assert ocmm_here("measure", "--rig", slow_rig, "--plan", QUICK, "--out", "out").returncode == 0
-    first = (tmp_path / "out/QUICK-001.ocmm").read_bytes()
-    assert ocmm_here("measure", "--rig", slow_rig, "--plan", QUICK, "--out", "out").returncode == 0
-    assert (tmp_path / "out/QUICK-001.ocmm").read_bytes() == first
-    assert (tmp_path / "out/QUICK-002_SIMULATED_report.csv").exists()
+    measure = ("measure", "--rig", slow_rig, "--plan", ball_plan_in(tmp_path), "--out", "out")
+    assert ocmm_here(*measure).returncode == 0
+    first = (tmp_path / "out/BALL-001.ocmm").read_bytes()
+    assert ocmm_here(*measure).returncode == 0
+    assert (tmp_path / "out/BALL-001.ocmm").read_bytes() == first
+    assert (tmp_path / "out/BALL-002_SIMULATED_report.csv").exists()
 
 
 @on_linux_only

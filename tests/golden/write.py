@@ -72,7 +72,7 @@ def interrupt(station: Path, environment: dict[str, str]) -> None:
          "--archive", "off"],
         cwd=station, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
-    while _points(station / "open") < 2:
+    while points_in(station / "open") < 2:
         if measuring.poll() is not None:
             raise SystemExit("The job to interrupt ended first.")
         time.sleep(_POLL_S)
@@ -80,16 +80,16 @@ def interrupt(station: Path, environment: dict[str, str]) -> None:
     measuring.wait()
 
 
-def _points(folder: Path) -> int:
+def points_in(folder: Path) -> int:
     """Return the number of points in a copy of the job: the program locks the job itself."""
     with tempfile.TemporaryDirectory() as name:
-        for file in folder.glob("*.ocmm*"):
-            shutil.copy(file, name)
         try:
+            for file in folder.glob("*.ocmm*"):
+                shutil.copy(file, name)
             (job,) = Path(name).glob("*.ocmm")
             with closing(sqlite3.connect(job)) as db:
                 return int(db.execute("SELECT count(*) FROM observation").fetchone()[0])
-        except (ValueError, sqlite3.Error):
+        except (OSError, ValueError, sqlite3.Error):
             return 0
 
 

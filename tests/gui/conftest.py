@@ -17,6 +17,7 @@ from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
 from ocmm_sim.practice import Practice
 from ocmm_sim.scene import WorldOptions
+from tests.waiting import wait_until
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +28,14 @@ class Bench:
     bridge: StationBridge
     notices: NoticeCentre
     window: MainWindow
+
+    def wait_complete(self, qtbot: QtBot) -> None:
+        """Wait until the job is complete, and then until the window shows it.
+
+        To paint every point meanwhile takes more of a processor than to measure it.
+        """
+        wait_until(lambda: self.built.station.job.view().complete)
+        qtbot.waitUntil(lambda: self.bridge.shown.job.complete)
 
 
 OpenWindow = Callable[..., Bench]

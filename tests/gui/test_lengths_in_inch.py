@@ -170,6 +170,7 @@ def test_everything_that_is_shown_of_a_result_says_inch(
 ) -> None:
     bench = open_window(stay=True)
     window = bench.window
+    bench.wait_complete(qtbot)
     qtbot.waitUntil(lambda: bench.bridge.shown.job.part_verdict.complete, timeout=HANG_MS)
     sign = "," if inch == "de" else "."
     number = re.compile(rf"[+-]?\d+{re.escape(sign)}\d{{5}}")

@@ -21,6 +21,7 @@ from tests.host import HANG_MS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from ocmm_core.fieldbus.report import BusReport
     from tests.gui.conftest import OpenWindow
 
 PATIENCE_MS = HANG_MS
@@ -38,6 +39,15 @@ class BusBench:
             self.window.show()
             self.window.activateWindow()
         self.bridge.start()
+
+    def wait_phase(self, qtbot: QtBot, report: BusReport, phase: str) -> None:
+        """Write a report until the page shows its phase: it shows none that is older than 1 s."""
+
+        def shown() -> bool:
+            publish(self.bus.ring, report)
+            return self.window.maintenance.bus.phase() == phase
+
+        qtbot.waitUntil(shown, timeout=PATIENCE_MS)
 
     def close(self) -> None:
         """Close the window and everything behind it."""
@@ -97,9 +107,8 @@ def test_the_recall_is_a_key_away_and_leads_back(bench: BusBench) -> None:
 
 def test_everything_is_reached_without_a_mouse(qtbot: QtBot, bench: BusBench) -> None:
     window = bench.window
-    publish(bench.bus.ring, MISSING)
     QTest.keyClick(window, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: window.maintenance.bus.phase() == "RECOVERING", timeout=PATIENCE_MS)
+    bench.wait_phase(qtbot, MISSING, "RECOVERING")
     reached = []
     for _ in range(12):
         widget = window.focusWidget()
@@ -133,9 +142,8 @@ def test_the_report_is_written_where_the_panel_says(
     qtbot: QtBot, bench: BusBench, tmp_path: Path
 ) -> None:
     window = bench.window
-    publish(bench.bus.ring, IN_ORDER)
     QTest.keyClick(window, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: window.maintenance.bus.phase() == "IN OPERATION", timeout=PATIENCE_MS)
+    bench.wait_phase(qtbot, IN_ORDER, "IN OPERATION")
     QTest.keyClick(window, Qt.Key.Key_B)
     field = window.output.bus_panel.findChild(QLineEdit, "path")
     assert field is not None
@@ -209,9 +217,8 @@ def _fits(window: MainWindow, size: tuple[int, int]) -> bool:
 
 def test_every_text_fits_in_every_size(qtbot: QtBot, bench: BusBench) -> None:
     window = bench.window
-    publish(bench.bus.ring, MISSING)
     QTest.keyClick(window, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: window.maintenance.bus.phase() == "RECOVERING", timeout=PATIENCE_MS)
+    bench.wait_phase(qtbot, MISSING, "RECOVERING")
     for size in ((1280, 720), (1920, 1080)):
         window.resize(*size)
         # The layout follows by events.

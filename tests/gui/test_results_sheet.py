@@ -35,7 +35,7 @@ def test_results_have_budgets_trials_reports_and_a_next_part(
     qtbot: QtBot, open_window: OpenWindow, tmp_path: Path
 ) -> None:
     bench = open_window(out=tmp_path / "report", stay=True)
-    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
+    bench.wait_complete(qtbot)
     window, sheets = bench.window, bench.window.sheets
     _press(Qt.Key.Key_Z)
     qtbot.waitUntil(lambda: bench.bridge.shown.job.paused, timeout=PATIENCE_MS)

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from ocmm_gui.kit import Mode, Sheet, Theme, counted_line
-from tests.host import HANG_MS
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -61,7 +60,7 @@ def test_a_late_sheet_has_what_was_measured_before_it_was_made(
 ) -> None:
     bench = open_window(stay=True)
     window, bridge = bench.window, bench.bridge
-    qtbot.waitUntil(lambda: bridge.shown.job.complete, timeout=HANG_MS)
+    bench.wait_complete(qtbot)
     assert window.findChildren(Sheet) == []
     window.sheets.open_results()
     results = window.sheets.results

@@ -14,7 +14,7 @@ from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView, 
 from ocmm_core.tolerances.decisions import U_LABEL
 from ocmm_gui.kit import DASHES, DEBOUNCE_S, millimetres
 from ocmm_sim.scene import ScriptedOcclusion, WorldOptions
-from tests.host import HANG_MS
+from tests.host import HANG_MS, HANG_S
 from tests.waiting import let_pass
 
 if TYPE_CHECKING:
@@ -82,8 +82,8 @@ def test_readout_shows_the_tip_and_the_strip_the_counters(
 def test_keys_take_undo_and_finish_reach_the_job(qtbot: QtBot, open_window: OpenWindow) -> None:
     bench = open_window()
     # While the script lasts, the operator repeats undone touches.
-    qtbot.waitUntil(lambda: bench.built.station.wait_finished(0.0), timeout=PATIENCE_MS)
-    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
+    assert bench.built.station.wait_finished(HANG_S)
+    bench.wait_complete(qtbot)
     before = _last_touched(bench.built.station.job.view())
     QTest.keyClick(bench.window, Qt.Key.Key_Backspace)
     qtbot.waitUntil(lambda: not bench.bridge.shown.job.complete, timeout=HANG_MS)
@@ -103,7 +103,7 @@ def test_a_job_that_is_done_lets_choose_points_pause_and_hear_why_there_is_no_po
     qtbot: QtBot, open_window: OpenWindow
 ) -> None:
     bench = open_window(speed=20.0, stay=True)
-    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
+    bench.wait_complete(qtbot)
     desk, choice = bench.window.desk, bench.window.choice
     number = _last_touched(bench.bridge.shown.job).points[0].number
     for picture in (desk.feature.coverage, desk.feature.residuals):
@@ -143,7 +143,7 @@ def test_the_far_view_can_be_read_at_three_metres(qtbot: QtBot, open_window: Ope
     bench.window.resize(1920, 1080)
     QTest.keyClick(bench.window, Qt.Key.Key_F11)
     assert bench.window.is_far()
-    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
+    bench.wait_complete(qtbot)
     # 63 px of capital are 20 minutes of arc at 3 m on a 24-inch screen.
     assert bench.window.far.readout.cap_height() >= 63.0
     for name, pixels in bench.window.far.type_pixels().items():
@@ -156,7 +156,7 @@ def test_export_writes_into_the_given_folder_and_names_the_files(
     qtbot: QtBot, open_window: OpenWindow, tmp_path: Path
 ) -> None:
     bench = open_window(out=tmp_path / "report")
-    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
+    bench.wait_complete(qtbot)
     with qtbot.waitSignal(bench.window.output.exported, timeout=HANG_MS) as written:
         QTest.keyClick(bench.window, Qt.Key.Key_E)
     paths: tuple[Path, ...] = written.args[0]

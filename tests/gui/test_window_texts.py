@@ -176,6 +176,7 @@ def test_every_text_of_the_main_pages_is_translated(open_window: OpenWindow, qtb
     bench = open_window(stay=True)
     window = bench.window
     sheets, maintenance = window.sheets, window.maintenance
+    bench.wait_complete(qtbot)
     qtbot.waitUntil(lambda: bench.bridge.shown.job.part_verdict.complete, timeout=HANG_MS)
     left: dict[str, set[str]] = {"desk": _left(window)}
     window.show_far(True)

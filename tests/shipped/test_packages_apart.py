@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.golden.write import points_in
 from tests.host import HANG_S
 from tests.slow_rig import slow_rig_in
+from tests.waiting import wait_until
 
 ROOT = Path(__file__).resolve().parents[2]
 _HIDE = """
@@ -121,19 +123,32 @@ def test_without_the_virtual_rig_commands_and_window_measure_a_recording(
 ) -> None:
     path, rig = recording
     plan = ROOT / "resources" / "plans" / "quick.toml"
-    given = ("--source", f"replay:{path}", "--plan", plan, "--rig", rig, "--out", tmp_path / "out")
+    given = ("--source", f"replay:{path}", "--plan", plan, "--rig", rig, "--out")
     hidden = ("ocmm_sim", "ocmm_bench")
-    done = _run(_ocmm(hidden, "measure", *given), tmp_path)
+    done = _run(_ocmm(hidden, "measure", *given, tmp_path / "out"), tmp_path)
     assert "PART" in done.stdout, done.stderr
     assert done.returncode in (0, 1)
-    words = ["ocmm_gui", *map(str, given), "--silent", "--speed", "0", "--quit-after", "25"]
-    window = _run(
+    measured = points_in(tmp_path / "out")
+    assert measured > 0
+    words = ["ocmm_gui", *map(str, given), str(tmp_path / "seen"), "--silent", "--speed", "0"]
+    program = (
         f"{_HIDE.format(hidden=hidden)}\nimport runpy\nsys.argv = {words!r}\n"
-        "runpy.run_module('ocmm_gui', run_name='__main__')\n",
-        tmp_path, QT_QPA_PLATFORM="offscreen",
-    )  # fmt: skip
-    assert window.returncode == 0, window.stderr
-    assert len(list((tmp_path / "out").glob("*.ocmm"))) == 2
+        "runpy.run_module('ocmm_gui', run_name='__main__')\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
+    ) as window:  # fmt: skip
+        try:
+            wait_until(
+                lambda: points_in(tmp_path / "seen") == measured or window.poll() is not None
+            )
+            window.terminate()
+            _, errors = window.communicate(timeout=HANG_S)
+        finally:
+            window.kill()
+    assert window.returncode == 0, errors
+    assert points_in(tmp_path / "seen") == measured
 
 
 def test_a_virtual_source_without_its_package_is_a_sentence(tmp_path: Path) -> None:

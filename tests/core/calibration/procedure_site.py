@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -20,11 +20,14 @@ from ocmm_core.geometry import Float, rotation_from_vector
 from ocmm_core.tracking import ProbeBody, load_probe
 from ocmm_sim.calibration_scenes import SEATS, CalibrationScenesRig, FrameMove, Scene
 from ocmm_sim.sources import VirtualSite, scenes_of_verification
+from tests.slow_rig import CALM_HZ
 
 SEED = 3
 BEGIN = datetime(2026, 3, 2, 8, 0, tzinfo=UTC)
 RIG_DOCUMENT = resource("rigs", "recommended.toml")
 PROBE_DOCUMENT = resource("probes", "standard.toml")
+FULL_HZ = 8000
+"""For tests that count frames of the recommended rig."""
 
 
 class Clock:
@@ -50,11 +53,11 @@ class Bench:
     sphere: Sphere
 
     @classmethod
-    def at(cls, folder: Path) -> Bench:
+    def at(cls, folder: Path, rate_hz: int = CALM_HZ) -> Bench:
         return cls(
             folder,
             Clock(),
-            load_rig(RIG_DOCUMENT),
+            replace(load_rig(RIG_DOCUMENT), frame_rate_hz=rate_hz),
             load_probe(PROBE_DOCUMENT),
             load_bar(resource("artefacts", "bar.toml")),
             load_sphere(resource("artefacts", "sphere.toml")),

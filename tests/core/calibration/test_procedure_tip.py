@@ -25,8 +25,9 @@ from ocmm_core.errors import CalibrationError
 from ocmm_sim.calibration_scenes import CalibrationScenesRig, TipFault, TouchSeats
 from ocmm_sim.sources import scene_of_tip
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
-from tests.core.calibration.procedure_site import BEGIN, SEED, Bench, show
+from tests.core.calibration.procedure_site import BEGIN, FULL_HZ, SEED, Bench, show
 from tests.core.calibration.touched_tip import SIGMA_PX, TipWorld
+from tests.slow_rig import CALM_HZ
 
 TIP = "6 mm"
 
@@ -39,8 +40,8 @@ class Tips:
     store: ProbeStore
 
     @classmethod
-    def at(cls, folder: Path, *, qualified: bool = False) -> Tips:
-        bench = Bench.at(folder)
+    def at(cls, folder: Path, rate_hz: int = CALM_HZ, *, qualified: bool = False) -> Tips:
+        bench = Bench.at(folder, rate_hz)
         store = ProbeStore(folder / "probe")
         record = make_probe_record(made_utc=BEGIN.isoformat())
         store.calibrate(record, "technician", "", bench.now())
@@ -231,7 +232,7 @@ def test_what_is_not_wanted_is_not_taken_and_says_why(tmp_path: Path) -> None:
 
 
 def test_a_hand_gets_time_to_settle(tmp_path: Path) -> None:
-    tips = Tips.at(tmp_path)
+    tips = Tips.at(tmp_path, FULL_HZ)
     bench = tips.bench
     procedure = tips.qualification(hold_s=0.02)
     procedure.advance(bench.now())

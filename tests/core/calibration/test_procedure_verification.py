@@ -26,7 +26,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import RigidTransform
 from ocmm_sim.calibration_scenes import TouchSeats
-from tests.core.calibration.procedure_site import Bench, show
+from tests.core.calibration.procedure_site import FULL_HZ, Bench, show
 
 VOLUME = np.array([[-200.0, -100.0, -200.0], [200.0, 100.0, 200.0]])
 
@@ -104,7 +104,7 @@ def test_a_wrong_scale_fails_and_stays_suspect(tmp_path: Path) -> None:
 
 
 def test_cameras_that_stand_elsewhere_are_named_as_a_reason(tmp_path: Path) -> None:
-    bench = Bench.at(tmp_path)
+    bench = Bench.at(tmp_path, FULL_HZ)
     procedure = begin(bench, bench.calibrated())
     procedure.advance(bench.now())
     seats = TouchSeats(tips=((0.0, 0.0, 0.0),), seed=1)
