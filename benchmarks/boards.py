@@ -45,7 +45,7 @@ def opencv_errors(one: Scene, seed: int) -> Float:
     seen = one.views.seen
     lenses = []
     for index, nominal in enumerate(one.nominal.cameras):
-        views = np.flatnonzero(seen[:, index].sum(axis=1) >= LEAST_CORNERS)
+        views = np.flatnonzero(seen[:, index].sum(axis=1) >= LEAST_CORNERS).tolist()
         focal = nominal.focal / nominal.pitch_mm
         start = np.array([[focal, 0.0, size[0] / 2], [0.0, focal, size[1] / 2], [0.0, 0.0, 1.0]])
         _, matrix, lens, _, _ = peer.calibrateCamera(
@@ -54,8 +54,8 @@ def opencv_errors(one: Scene, seed: int) -> Float:
             size, start, None, flags=peer.CALIB_USE_INTRINSIC_GUESS | peer.CALIB_FIX_K3,
         )  # fmt: skip
         lenses.append((matrix, lens))
-    both = seen.all(axis=1)
-    views = np.flatnonzero(both.sum(axis=1) >= LEAST_CORNERS)
+    both = np.all(seen, axis=1)
+    views = np.flatnonzero(both.sum(axis=1) >= LEAST_CORNERS).tolist()
     (first, first_lens), (second, second_lens) = lenses
     _, first, first_lens, second, second_lens, rotation, shift, _, _ = peer.stereoCalibrate(
         [board[both[view]] for view in views],

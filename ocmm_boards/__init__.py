@@ -1,9 +1,9 @@
 """Calibrate the cameras of a rig with pictures of a calibration board in unknown poses.
 
 In: the document of a board, and its corners in simultaneous pictures of all cameras.
-Out: cameras with full covariance, findings, and a record as every other calibration makes it.
+Out: cameras with full covariance, findings, and a camera record.
 
-Read `_board` (the board and what is known about its shape), `_corners` (tables of corners),
+Read `_board` (the board and the covariance of its shape), `_corners` (tables of corners),
 `_detection` (corners in pictures, by OpenCV), `_starts` (first values), then `_solution` (one
 bundle of cameras, poses and board shape) with `_guards`. `_command` is `ocmm calibrate boards`,
 an entry point of `ocmm.commands`; nothing imports this package.

@@ -1,4 +1,4 @@
-"""Calibration boards: a grid of corners, and what is known about its true shape.
+"""Calibration boards: a grid of corners with the covariance of its shape.
 
 ::
 

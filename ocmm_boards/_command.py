@@ -26,8 +26,8 @@ def calibrate_boards(
 ) -> None:
     """Calibrate the cameras of a rig from nothing, with pictures of a board in unknown poses.
 
-    One pattern of names for each camera, in the order of the rig; what its * stands for is the
-    view, and pictures of one view were taken at the same moment. The rig document states sensors,
+    Give one pattern of names for each camera, in the order of the rig. The text matched by * is
+    the view; pictures of one view were taken at the same moment. The rig document states sensors,
     nominal focal lengths and rough places. Without a certificate of the board the scale is not
     traceable: relocate with a certified bar afterwards.
     """

@@ -9,8 +9,8 @@
 One line a corner, row by row in the order of the board. ``level`` is how often the picture was
 halved for the detector: the corner counts with a standard deviation of 2^level. ``-`` in place of
 the numbers, or a negative level, is a corner that was not seen. Pixels are counted from the centre
-of the first one. A pattern for each camera, such as ``*-cam0.png``, tells which pictures are its
-own: what its ``*`` stands for is the view, and pictures of one view were taken at the same time.
+of the first one. A pattern for each camera, such as ``*-cam0.png``, selects its pictures. The text
+matched by ``*`` is the view; pictures of one view were taken at the same time.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ class BoardViews:
     """Corners in simultaneous pictures, in the order of the views' names."""
 
     names: tuple[str, ...]
-    """(n,): what the patterns of the cameras left open."""
+    """(n,): text matched by ``*``."""
     uv: Pixels
     """(n, C, N, 2), px; NaN if unseen."""
     levels: Int
     """(n, C, N): corners count with 2^level times the common standard deviation."""
     left_out: tuple[str, ...] = ()
-    """Sentences about what was not used."""
+    """Sentences about unused pictures."""
 
     @property
     def seen(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
@@ -60,7 +60,7 @@ class BoardViews:
 
 
 def view_patterns(patterns: Sequence[str], cameras: Sequence[CameraModel]) -> list[re.Pattern[str]]:
-    """Return one expression a camera; InputError unless there is one pattern with one * each."""
+    """Return one expression a camera; InputError without one pattern with one * for each."""
     names = ", ".join(f"'{camera.name}'" for camera in cameras)
     if len(patterns) != len(cameras):
         raise InputError(
@@ -135,7 +135,7 @@ def read_corners(
     for index, name in enumerate(names):
         for camera, (spots, weights) in views[name].items():
             uv[index, camera], levels[index, camera] = spots, weights
-    said = ()
+    said: tuple[str, ...] = ()
     if strange:
         said = (
             f"{path}: {len(strange)} pictures of no camera of this rig were left out, "

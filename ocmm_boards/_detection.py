@@ -25,8 +25,8 @@ def detect_corners(
 ) -> BoardViews:  # fmt: skip
     """Return the views in the pictures of a folder; pictures without a whole board are left out.
 
-    InputError: no OpenCV, a board whose ends look alike, no picture that matches, a file that is no
-    picture of the camera's size, or no board in any.
+    InputError: no OpenCV, a board whose ends look alike, no matching picture, a file of another
+    kind or size, or no board in any.
     """
     opencv = _opencv()
     document = board.document
@@ -69,7 +69,7 @@ def detect_corners(
             f"({document.columns} x {document.rows} corners).",
             "Check pattern, columns and rows of its document, focus and light.",
         )
-    said = ()
+    said: tuple[str, ...] = ()
     if without:
         said = (
             f"{folder}: {len(without)} of {total} pictures show no whole board and were left out, "

@@ -37,7 +37,7 @@ def judge_solution(
     rig: Rig, board: Board, state: BundleState, covariance: Float, found: RobustMinimum,
     sigma_px: float, alone: Sequence[float],
 ) -> list[Finding]:  # fmt: skip
-    """Return the findings; ``alone``: scatter of each camera adjusted by itself, px."""
+    """Return the findings; ``alone``: corner scatter of each separately adjusted camera, px."""
     return [
         *_scatter(rig, sigma_px, alone),
         *_converged(found),
@@ -95,7 +95,7 @@ def _converged(found: RobustMinimum) -> list[Finding]:
 
 
 def _shape(board: Board, state: BundleState) -> list[Finding]:
-    """Return findings on a board that is not as its document says."""
+    """Return findings on a board that contradicts its document."""
     off = (state.leds - board.corners).ravel()
     square = float(off @ np.linalg.solve(board.covariance, off))
     if chdtrc(off.size, square) >= CONTRADICTION:

@@ -1,4 +1,4 @@
-"""What is kept of a calibration with a board: its corners, and the record."""
+"""Stored corners and record of a board calibration."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 """One bundle of all cameras, the poses of the board, and the board's own shape.
 
 The board is a probe whose LEDs are corners with the covariance of `Board`; `calibration.bundle`
-does the rest. Each camera is adjusted alone first: what it leaves alone and what all leave together
-must agree, or something moved. The standard deviation of a corner is estimated, as no detector
-states it. Detection errors of one picture go together (blur, light, tilt), so the covariance grows
-by the ratio of the scatter between views to what independent corners would give (a sandwich
-estimate by views; Huber 1967).
+does the rest. Each camera is adjusted separately first: its residuals and those of the joint
+adjustment must agree, otherwise something moved. The standard deviation of a corner is estimated
+from the residuals. Detection errors within a picture are correlated (blur, light, tilt), so the
+covariance is scaled by the scatter between views over that of independent corners (sandwich
+estimate; Huber 1967).
 """
 
 from __future__ import annotations
@@ -104,7 +104,6 @@ def calibrate_with_board(
     whole = _adjusted(board, used, started, boards, every, expected_px)
     chosen = np.array(sorted(boards), dtype=np.int64)
 
-    # The camera in front of all others tells which of two equal solutions is upright.
     motion = motion_to_world(KeptByCameras(), (), whole.state, rig.cameras)
     state = whole.state.in_world(motion)
     near = common_covariance(whole.minimum.data, whole.prior, state)
@@ -186,7 +185,8 @@ def _adjusted(
     """
     chosen = np.array(sorted(boards), dtype=np.int64)
     count, n = len(indices), len(chosen)
-    uv = np.ascontiguousarray(views.uv[np.ix_(chosen, indices)])
+    own = np.ix_(chosen, np.array(indices, dtype=np.int64))
+    uv = np.ascontiguousarray(views.uv[own])
     state = BundleState(
         cameras=cameras, leds=board.corners, tip=np.zeros(3), seats=np.zeros((0, 3)),
         lengths=np.zeros(0), rotations=np.stack([boards[view].rotation for view in chosen]),
@@ -196,7 +196,7 @@ def _adjusted(
     seen = np.isfinite(uv[..., 0]) & (
         np.isfinite(uv[..., 0]).sum(axis=2, keepdims=True) >= LEAST_CORNERS
     )
-    weights = seen * 0.5 ** views.levels[np.ix_(chosen, indices)]
+    weights = seen * 0.5 ** views.levels[own]
     data = BundleData(
         uv=uv, weights=weights / START_SIGMA_PX, seats=np.full(n, -1, dtype=np.int64), waved=n,
         seat_sigma=1.0, bar_uv=np.zeros((0, count, 2, 2)), bar_weights=np.zeros((0, count, 2)),
@@ -211,7 +211,7 @@ def _adjusted(
     # Poses that fit one camera alone leave half of the corners right.
     left_px = float(np.nanpercentile(np.linalg.norm(first.residuals[seen], axis=1), 75.0))
     if count > 1 and left_px > _HOPELESS_PX:
-        # Free corners would take minutes to explain what is no scatter.
+        # With free corners the adjustment would take minutes to fail.
         let_pass([told_moved(expected_px, left_px)], force=False)
     for _ in range(_SIGMA_ROUNDS):
         minimum = adjust_robustly(data, prior, state, _sees)

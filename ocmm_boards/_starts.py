@@ -1,8 +1,7 @@
 """First values: focal lengths and board poses from homographies, then one camera after the other.
 
-A flat board maps to an image by a homography, from which its pose follows for a known focal
-length, and over several views the focal length itself (Zhang 2000), with the principal point in
-the middle and without distortion.
+A flat board maps to an image by a homography. It gives the pose for a known focal length, and
+several of them the focal length (Zhang 2000), for a central principal point without distortion.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3, RigidTransform, rigid_fit
 
 LEAST_CORNERS = 12
-"""Of one camera in a view, for its pose."""
+"""Of one camera in a view, to determine the pose."""
 _FOCAL_RANGE = 2.0
 """A found focal length further from the nominal one is not trusted."""
 
@@ -26,10 +25,7 @@ _FOCAL_RANGE = 2.0
 def start_camera(
     nominal: CameraModel, board: Board, views: BoardViews, index: int
 ) -> tuple[CameraModel, dict[int, RigidTransform]]:
-    """Return camera ``index`` without distortion, and the board's pose in it for each view.
-
-    The camera stands in the origin.
-    """
+    """Return camera ``index`` at the origin, without distortion, and board poses by view."""
     camera = replace(
         nominal, k1=0.0, k2=0.0, p1=0.0, p2=0.0, T_camera_from_world=RigidTransform.identity()
     )

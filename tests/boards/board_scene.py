@@ -39,7 +39,7 @@ _LEAST_SEEN = 20
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What is true, and what was seen of it."""
+    """True cameras and board, and the observed corners."""
 
     nominal: Rig
     true: Rig

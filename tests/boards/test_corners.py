@@ -92,7 +92,7 @@ def test_a_board_grows_with_the_temperature(tmp_path: Path) -> None:
         np.ptp(cold.corners, axis=0)
     )
     assert length - 1.0 == pytest.approx(8.5e-5, rel=1e-6)
-    # A temperature that nobody stated is in U.
+    # An unknown temperature widens U.
     assert cold.scale_sigma > warm.scale_sigma
 
 

@@ -1,4 +1,4 @@
-"""Corners in pictures: a rendered board is found where it is, by both cameras alike."""
+"""Corners in rendered pictures: place and order, in both cameras."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _taken(camera: CameraModel, board: Board, rotation: Float, at: Float) -> Any
 
 
 def _written(folder: Path, board: Board) -> tuple[list[Float], tuple[CameraModel, ...]]:
-    """Write two views; return where the corners are, (C, N, 2) each, and the cameras."""
+    """Write two views; return their true corners, (C, N, 2) each, and the cameras."""
     cameras, true = _cameras(), []
     for number, turn in enumerate(([-0.3, 0.1, 3.0], [0.1, -0.35, 1.4])):
         rotation, at = _FACING @ rotation_from_vector(np.array(turn)), np.array([0.0, 20.0, 0.0])
@@ -91,7 +91,7 @@ def _written(folder: Path, board: Board) -> tuple[list[Float], tuple[CameraModel
 
 
 @pytest.mark.parametrize("pattern", ["chessboard", "charuco"])
-def test_corners_are_found_where_they_are(tmp_path: Path, pattern: str) -> None:
+def test_corners_are_found(tmp_path: Path, pattern: str) -> None:
     """Nine in ten within 0.25 px, turned any way; single ones are off, as the bundle expects."""
     path = board_in(tmp_path, pattern=pattern, columns=8, rows=5, pitch=48.0)
     if pattern == "charuco":

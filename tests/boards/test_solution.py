@@ -127,7 +127,7 @@ def test_a_board_that_is_bent_more_than_stated_is_named(tmp_path: Path) -> None:
 
 
 def test_a_wrong_pitch_is_told_by_the_base(tmp_path: Path) -> None:
-    """Pictures alone cannot tell the size of a board: the rig document can."""
+    """Pictures do not determine the size of a board: the rig document reveals it."""
     one = scene(tmp_path, 31)
     doubled = replace(
         one.board, corners=2.0 * one.board.corners, covariance=4.0 * one.board.covariance

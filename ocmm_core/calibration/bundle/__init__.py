@@ -13,9 +13,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.bundle import _kernel as kernel
-    from ocmm_core.calibration.bundle._bundle import (
-        adjust, common_covariance, linearise, residuals,
-    )  # fmt: skip
+    from ocmm_core.calibration.bundle._bundle import adjust, common_covariance, linearise, residuals
     from ocmm_core.calibration.bundle._culprit import Culprit, CulpritVerdict, Suspect, examine, fit
     from ocmm_core.calibration.bundle._culprit_history import Block, restored
     from ocmm_core.calibration.bundle._culprit_messages import (
