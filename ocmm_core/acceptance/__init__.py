@@ -18,9 +18,8 @@ if TYPE_CHECKING:
     from ocmm_core.acceptance._guards import (
         artefact_findings, begin_findings, climate_reasons, reserved_spots, spots_hash,
     )  # fmt: skip
-    from ocmm_core.acceptance._guided import AcceptanceProcedure
-    from ocmm_core.acceptance._guided_view import (
-        AcceptanceOutcome, GuidedAcceptanceView, worst_value,
+    from ocmm_core.acceptance._guided import (
+        AcceptanceOutcome, AcceptanceProcedure, GuidedAcceptanceView, worst_value,
     )  # fmt: skip
     from ocmm_core.acceptance._interim import (
         INTERIM, ChartPoint, InterimChart, InterimCheck, InterimHistory, InterimWord, check_of,

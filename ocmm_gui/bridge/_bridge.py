@@ -29,10 +29,10 @@ from ocmm_gui.bridge._commands import (
     CommandQueue,
     JobCommands,
     ResultCommands,
+    ServingCommands,
     ShownJob,
 )
 from ocmm_gui.bridge._evaluator import Evaluator
-from ocmm_gui.bridge._serving import ServingCommands
 
 _CAN_BE_READ = ("job.locked", "job.not_sealed", "job.not_writable")
 

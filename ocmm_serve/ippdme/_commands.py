@@ -5,9 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TypeVar
 
-from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect
 from ocmm_serve.ippdme._frames import CHAIN, MACHINE, CsyTransformation, checked
-from ocmm_serve.ippdme._grammar import BareWord, Call, DmeError, Value, call_text, list_text, quoted
+from ocmm_serve.ippdme._grammar import (
+    ERRORS,
+    BareWord,
+    Call,
+    DmeDialect,
+    DmeError,
+    Value,
+    call_text,
+    list_text,
+    quoted,
+)
 from ocmm_serve.ippdme._points import ABSENT
 from ocmm_serve.ippdme._state import (
     AXES,

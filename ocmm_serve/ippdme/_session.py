@@ -14,8 +14,17 @@ import numpy as np
 
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_serve.ippdme._commands import LEAST_PERIOD_S
-from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect, error_line
-from ocmm_serve.ippdme._grammar import NO_TAG, DmeCommand, DmeError, call_text, parse, quoted
+from ocmm_serve.ippdme._grammar import (
+    ERRORS,
+    NO_TAG,
+    DmeCommand,
+    DmeDialect,
+    DmeError,
+    call_text,
+    error_line,
+    parse,
+    quoted,
+)
 from ocmm_serve.ippdme._points import (
     FINAL,
     fault_of,

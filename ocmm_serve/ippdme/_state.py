@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from ocmm_core.geometry import Float
-from ocmm_serve.ippdme._dialect import DmeDialect
 from ocmm_serve.ippdme._frames import CsyFrames
 from ocmm_serve.ippdme._grammar import (
     Call,
+    DmeDialect,
     DmeError,
     Value,
     call_text,

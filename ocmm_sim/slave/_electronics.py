@@ -27,7 +27,7 @@ from ocmm_core.fieldbus.device import (
     Work,
 )
 from ocmm_sim.slave._black_image import BlackImages
-from ocmm_sim.slave._pattern import SENSOR_PX, CameraFrames, SensorControl, sensor_of
+from ocmm_sim.slave._frames import SENSOR_PX, CameraFrames, SensorControl, sensor_of
 from ocmm_sim.slave._sdo_values import Abort, AbortError, Address
 from ocmm_sim.slave._store import CameraStore, Diagnosis
 

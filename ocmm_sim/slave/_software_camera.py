@@ -50,9 +50,8 @@ from ocmm_sim.firmware import FirmwareBanks, FoeServer
 from ocmm_sim.slave._coe import CoeServer
 from ocmm_sim.slave._electronics import Electronics
 from ocmm_sim.slave._esc import Esc
-from ocmm_sim.slave._frame_buffer import CHUNK_FRAMES as CHUNK_FRAMES
-from ocmm_sim.slave._frame_buffer import FrameBuffer
-from ocmm_sim.slave._pattern import SENSOR_PX, CameraFrames
+from ocmm_sim.slave._frames import CHUNK_FRAMES as CHUNK_FRAMES
+from ocmm_sim.slave._frames import SENSOR_PX, CameraFrames, FrameBuffer
 from ocmm_sim.slave._registers import (
     AL_STATUS_CODE,
     BOOT,

@@ -11,7 +11,6 @@ import msgspec
 import numpy as np
 
 from ocmm_core.errors import InputError
-from ocmm_core.export.report._elements import Element
 from ocmm_core.export.report._exporter import Exporter, Profile
 from ocmm_core.export.report._json_schema import (
     SCHEMA,
@@ -35,7 +34,12 @@ from ocmm_core.export.report._json_schema import (
 )
 from ocmm_core.export.report._names import check_name, clean_text
 from ocmm_core.export.report._paper_facts import paper_facts
-from ocmm_core.export.report._report_data import ReportData, ReportedFeature, ReportedResult
+from ocmm_core.export.report._report_data import (
+    Element,
+    ReportData,
+    ReportedFeature,
+    ReportedResult,
+)
 from ocmm_core.export.report._tables import (
     ReportTable,
     Units,

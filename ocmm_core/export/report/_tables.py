@@ -12,9 +12,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ocmm_core.errors import StorageError
-from ocmm_core.export.report._elements import Element
 from ocmm_core.export.report._names import check_name, clean_text
-from ocmm_core.export.report._report_data import ReportData, ReportedFeature, ReportedResult
+from ocmm_core.export.report._report_data import (
+    Element,
+    ReportData,
+    ReportedFeature,
+    ReportedResult,
+)
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureView
