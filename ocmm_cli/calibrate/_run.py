@@ -15,9 +15,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from ocmm_cli.calibrate._setup import Setup
 from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_later
+from ocmm_core import composition
 from ocmm_core.acceptance import read_temperature
 from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
+from ocmm_core.calibration import records
 from ocmm_core.calibration.guided import (
     Procedure,
     ProcedureDecision,
@@ -28,24 +30,9 @@ from ocmm_core.calibration.guided import (
     sessions,
 )
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import (
-    CalibrationStore,
-    default_folder,
-    open_calibration,
-    store_folder,
-)
 from ocmm_core.calibration.relocation import BAR, RelocationProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig
-from ocmm_core.composition import (
-    DEMO_PLAN,
-    Feed,
-    StationRequest,
-    make_feed,
-    names_in_words,
-    source_of,
-    sources,
-)
 from ocmm_core.errors import AcquisitionError, CalibrationError, InputError, StorageError
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan
@@ -71,17 +58,17 @@ class TerminalSite:
     document: Path
     calibrations: Path
     """Folder of calibrations, one subfolder per rig."""
-    store: CalibrationStore
+    store: records.CalibrationStore
     sessions: Path
 
 
 def open_site(rig: Path, calibrations: Path | None) -> TerminalSite:
     """Return the rig and its calibrations; InputError if the document is wrong."""
     design = load_rig(rig)
-    root = calibrations or default_folder()
-    folder = store_folder(root, design.name)
-    store = CalibrationStore(folder)
-    in_use = open_calibration(rig, root)
+    root = calibrations or records.default_folder()
+    folder = records.store_folder(root, design.name)
+    store = records.CalibrationStore(folder)
+    in_use = records.open_calibration(rig, root)
     return TerminalSite(design, in_use.rig, rig, root, store, folder / SESSIONS)
 
 
@@ -117,26 +104,28 @@ def opened(
     return begin(warm, now())
 
 
-def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
+def virtual_feed(script: CalibratingScript, source: str, speed: float) -> composition.Feed:
     """Return the virtual rig, here or on a virtual wire; InputError if a source plays no scenes."""
-    scenes = source_of(source).spec.scenes
+    scenes = composition.source_of(source).spec.scenes
     if scenes is None:
-        possible = [spec for spec in sources() if spec.scenes is not None]
+        possible = [spec for spec in composition.sources() if spec.scenes is not None]
         raise InputError(
             "calibrate.source",
             f"--source is {source!r}, which has no calibration scenes.",
-            f"Give {names_in_words(possible)}.",
+            f"Give {composition.names_in_words(possible)}.",
         )
     return scenes(script, speed)
 
 
-def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> Feed:
+def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> composition.Feed:
     """Return the cameras on a network interface, or a recording."""
-    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig, source=source, force=force)
-    return make_feed(request, load_plan(DEMO_PLAN), design)
+    request = composition.StationRequest(
+        plan=composition.DEMO_PLAN, out=Path(), rig=rig, source=source, force=force
+    )
+    return composition.make_feed(request, load_plan(composition.DEMO_PLAN), design)
 
 
-def make_recorder(feed: Feed, path: Path | None, design: Rig) -> FrameRecorder | None:
+def make_recorder(feed: composition.Feed, path: Path | None, design: Rig) -> FrameRecorder | None:
     """Return a recorder of frames, None without a path; on OcmmError the source is closed."""
     if path is None:
         return None
@@ -149,7 +138,7 @@ def make_recorder(feed: Feed, path: Path | None, design: Rig) -> FrameRecorder |
 
 def collect(
     procedure: Procedure,
-    feed: Feed,
+    feed: composition.Feed,
     frames: int | None,
     console: Console,
     recorder: FrameRecorder | None = None,
@@ -247,7 +236,7 @@ def retake_misplaced(procedure: Procedure, console: Console) -> None:
             procedure.repeat_line(number, now())
 
 
-def _record_temperature(procedure: Procedure, feed: Feed) -> None:
+def _record_temperature(procedure: Procedure, feed: composition.Feed) -> None:
     report = decode_report(feed.ring.report())
     if report is not None:
         procedure.record_temperature(now(), [camera.temperature_c for camera in report.cameras])

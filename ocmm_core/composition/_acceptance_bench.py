@@ -41,16 +41,7 @@ from ocmm_core.acceptance import (
 )
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationInUse, CalibrationStore, ProbeInUse
-from ocmm_core.composition._acceptance_site import (
-    SHIPPED,
-    artefacts_used_before,
-    default_test_folder,
-    instrument_of,
-    named_artefact,
-    recorded_feed,
-    require_recorded,
-    require_scenes,
-)
+from ocmm_core.composition import _acceptance_site as acceptance_site
 from ocmm_core.composition._calibration_choice import choose_calibration, choose_probe
 from ocmm_core.composition._feeds import StationRequest
 from ocmm_core.composition._sources import Origin, origin_of, source_of
@@ -119,14 +110,14 @@ class AcceptanceBench:
     def instrument(self, now: datetime) -> InstrumentState:
         """Return the instrument in force; raise OcmmError if it cannot be tested."""
         cameras, probe = self.cameras(), self.probe()
-        found = instrument_of(cameras, probe, self.request.source, now)
-        return require_recorded(cameras, probe, found, self.recorded)
+        found = acceptance_site.instrument_of(cameras, probe, self.request.source, now)
+        return acceptance_site.require_recorded(cameras, probe, found, self.recorded)
 
     def tests(self) -> Path:
         """Return the test folder; virtual tests are kept apart from real ones."""
         if self.folder is not None:
             return self.folder
-        base = default_test_folder()
+        base = acceptance_site.default_test_folder()
         return base.with_name("virtual-acceptance") if self.is_virtual else base
 
     def artefacts(self) -> ArtefactRegister:
@@ -150,7 +141,7 @@ class AcceptanceBench:
         candidates = [(one.id, one.used()) for one in register.entries.values()]
         if self.is_virtual:
             candidates = [*self._shipped().items(), *candidates]
-        of_cameras, of_tip = artefacts_used_before(self.cameras(), self.probe())
+        of_cameras, of_tip = acceptance_site.artefacts_used_before(self.cameras(), self.probe())
         offers = offered_artefacts(
             self.stage(offer, (), now), candidates, now, temperature, of_cameras, of_tip
         )
@@ -163,7 +154,7 @@ class AcceptanceBench:
 
     def refused_for(self, entry: ArtefactEntry, now: datetime) -> tuple[tuple[str, str], ...]:
         """Return the procedures for a register entry's kind, each with the refusal if any."""
-        of_cameras, of_tip = artefacts_used_before(self.cameras(), self.probe())
+        of_cameras, of_tip = acceptance_site.artefacts_used_before(self.cameras(), self.probe())
         found = []
         for offer in self.procedures(now):
             if entry.kind in offer.roles:
@@ -185,9 +176,9 @@ class AcceptanceBench:
         """Start a test; raise OcmmError if it cannot be started."""
         if not given.who.strip():
             raise InputError("wizard.who", "No name given.", "Enter your name in 'Done by'.")
-        require_scenes(self.request.source)
+        acceptance_site.require_scenes(self.request.source)
         cameras, probe = self.cameras(), self.probe()
-        of_cameras, of_tip = artefacts_used_before(cameras, probe)
+        of_cameras, of_tip = acceptance_site.artefacts_used_before(cameras, probe)
         stores = (cameras.store, probe.store)
         folders = [one.folder / "sessions" for one in stores if one is not None]
         stage = self.stage(offer, artefacts, now)
@@ -234,7 +225,9 @@ class AcceptanceBench:
         """Return the hand of a virtual rig or recording; None for real cameras."""
         one = self.request
         if origin_of(one.source) is Origin.RECORDING:
-            return RecordedHand(lambda: (recorded_feed(one), np.inf), procedure, failed)
+            return RecordedHand(
+                lambda: (acceptance_site.recorded_feed(one), np.inf), procedure, failed
+            )
         make = source_of(one.source).spec.hand
         return None if make is None else make(one, procedure, failed)
 
@@ -265,6 +258,6 @@ class AcceptanceBench:
 
     def _shipped(self) -> dict[str, UsedArtefact]:
         if not self.shipped:
-            for role, parts in SHIPPED.items():
-                self.shipped[role] = named_artefact(str(resource(*parts)))
+            for role, parts in acceptance_site.SHIPPED.items():
+                self.shipped[role] = acceptance_site.named_artefact(str(resource(*parts)))
         return self.shipped

@@ -18,15 +18,7 @@ from typing import TypeVar
 
 import msgspec
 
-from ocmm_core.acquisition.bus_process import (
-    BUS_PRIORITY,
-    NEEDED,
-    allow_locked_memory,
-    bus_command,
-    give_up_all_but,
-    lock_memory,
-    take_priority,
-)
+from ocmm_core.acquisition import bus_process
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._kernel_checks import bus_core
 from ocmm_core.doctor._registry import CheckSpec
@@ -108,14 +100,14 @@ def measure_wakes(seconds: float, core: int) -> WakeTimes:
     """Return this process's wake-up times; keeps priority and processor (-1: any)."""
     # In the order of the bus process: memory locked as root beyond the limit would leave none after
     # dropping the right.
-    allow_locked_memory()
-    give_up_all_but(NEEDED)
-    real_time = take_priority(BUS_PRIORITY) is None
+    bus_process.allow_locked_memory()
+    bus_process.give_up_all_but(bus_process.NEEDED)
+    real_time = bus_process.take_priority(bus_process.BUS_PRIORITY) is None
     try:
         os.sched_setaffinity(0, {core} if core >= 0 else os.sched_getaffinity(0))
     except OSError:
         core = -1
-    lock_memory()
+    bus_process.lock_memory()
     clock = HostTime()
     count = max(1, round(seconds * 1e9 / PERIOD_NS))
     late = array("q", bytes(8 * count))
@@ -173,7 +165,7 @@ def _measured(computer: Computer, seconds: float) -> WakeTimes:
         core = bus_core(computer)
     except NotAskedError:
         core = None
-    command = wake_command(bus_command(), seconds, -1 if core is None else core)
+    command = wake_command(bus_process.bus_command(), seconds, -1 if core is None else core)
     return answer_of(command, seconds, WakeTimes)
 
 

@@ -18,26 +18,8 @@ from ocmm_core.features.measured import (
     SetReport,
     verify_folder,
 )
-from ocmm_gui.kit import (
-    ChoiceBox,
-    FitText,
-    Mark,
-    NarrowButton,
-    NumberTable,
-    OwnKeysField,
-    Themed,
-    digit_font,
-    dressed,
-    hbox,
-    later,
-    localised,
-    panel,
-    said,
-    sentence_label,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.work import SideProcess, Tell
 
 _ASK = later(
@@ -65,7 +47,7 @@ def verified(folder: Path, convention: Convention, tell: Tell) -> tuple[SetRepor
     return verify_folder(folder, convention)
 
 
-class FitsPage(Themed, QWidget):
+class FitsPage(kit.Themed, QWidget):
     """Folder and convention above, a table of the worst errors below."""
 
     failed = Signal(object)
@@ -75,34 +57,36 @@ class FitsPage(Themed, QWidget):
         super().__init__()
         self.setAccessibleName(tr("Fits against certified pairs"))
         self._reports: tuple[SetReport, ...] = ()
-        self.folder = dressed(OwnKeysField(), tr("Folder of reference pairs"))
+        self.folder = kit.dressed(kit.OwnKeysField(), tr("Folder of reference pairs"))
         self.folder.setPlaceholderText(tr("Folder of reference pairs"))
-        self.folder.setFont(text_font(15))
+        self.folder.setFont(kit.text_font(15))
         self.folder.returnPressed.connect(self.toggle)
-        self.convention = ChoiceBox(
+        self.convention = kit.ChoiceBox(
             tr("Convention"),
             tr("Convention of the certified values"),
             [item.name for item in Convention],
         )
-        self.button = dressed(NarrowButton(tr("Verify")), tr("Verify"), role="primary")
+        self.button = kit.dressed(kit.NarrowButton(tr("Verify")), tr("Verify"), role="primary")
         self.button.setMinimumHeight(40)
-        self.button.setFont(text_font(15, bold=True))
+        self.button.setFont(kit.text_font(15, bold=True))
         self.button.clicked.connect(self.toggle)
-        self._word = FitText(tr("Outcome"), limit=30)
+        self._word = kit.FitText(tr("Outcome"), limit=30)
         self._word.setFixedHeight(42)
-        self._sentence = sentence_label(tr("What is compared"), 14)
+        self._sentence = kit.sentence_label(tr("What is compared"), 14)
         self._sentence.setText(tr(_ASK))
-        self.table = NumberTable(tr("Worst errors"), _columns(), whole=False, font=text_font(15))
+        self.table = kit.NumberTable(
+            tr("Worst errors"), _columns(), whole=False, font=kit.text_font(15)
+        )
         self.table.right_heads(range(1, _VERDICT))
         self.table.verticalHeader().setDefaultSectionSize(34)
-        self.progress = dressed(QProgressBar(), tr("Progress of the comparison"))
+        self.progress = kit.dressed(QProgressBar(), tr("Progress of the comparison"))
         self.progress.hide()
         self._process = SideProcess(self)
         self._process.finished.connect(self._on_reports)
         self._process.failed.connect(self._on_failed)
-        row = hbox((self.folder, 1), self.convention, self.button)
-        above = vbox(row, self._sentence, self.progress)
-        vbox(panel(above), self._word, (self.table, 1), parent=self, spacing=8, margins=0)
+        row = kit.hbox((self.folder, 1), self.convention, self.button)
+        above = kit.vbox(row, self._sentence, self.progress)
+        kit.vbox(kit.panel(above), self._word, (self.table, 1), parent=self, spacing=8, margins=0)
 
     def outcome(self) -> str:
         return self._word.text()
@@ -116,7 +100,7 @@ class FitsPage(Themed, QWidget):
         self.progress.setRange(0, 0)
         self.progress.show()
         self.button.setText(tr("Cancel"))
-        self._word.show_text(tr("Fitting"), self._theme.muted, Mark.ACTIVE)
+        self._word.show_text(tr("Fitting"), self._theme.muted, kit.Mark.ACTIVE)
         self._process.start(partial(verified, folder, convention))
 
     def cancel(self) -> None:
@@ -136,7 +120,7 @@ class FitsPage(Themed, QWidget):
 
     def _on_failed(self, error: OcmmError) -> None:
         self._end()
-        self._sentence.setText(said(f"{error.what} {error.remedy}"))
+        self._sentence.setText(kit.said(f"{error.what} {error.remedy}"))
         self._reports = ()
         self._paint()
         self.failed.emit(error)
@@ -148,14 +132,16 @@ class FitsPage(Themed, QWidget):
             self._word.show_text("", theme.muted)
         elif all(report.passed for report in reports):
             self._word.show_text(
-                tr("All {pairs} pairs within the limits").format(pairs=pairs), theme.good, Mark.GOOD
+                tr("All {pairs} pairs within the limits").format(pairs=pairs),
+                theme.good,
+                kit.Mark.GOOD,
             )
         else:
             off = sum(not result.passed for report in reports for result in report.results)
             self._word.show_text(
                 tr("{beyond} of {pairs} pairs beyond the limits").format(beyond=off, pairs=pairs),
                 theme.bad,
-                Mark.BAD,
+                kit.Mark.BAD,
             )
         self.table.setRowCount(len(reports))
         for row, report in enumerate(reports):
@@ -166,12 +152,12 @@ class FitsPage(Themed, QWidget):
         words = (
             report.name,
             str(len(report.results)),
-            *("–" if value is None else localised(f"{value:.1e}") for value in worst),
+            *("–" if value is None else kit.localised(f"{value:.1e}") for value in worst),
             tr("✔  AGREES") if report.passed else tr("✖  OFF"),
         )
         self.table.show_words(row, words)
         for column in range(1, _VERDICT):
             cell = self.table.item(row, column)
             if cell is not None:
-                cell.setFont(digit_font(15, bold=False))
+                cell.setFont(kit.digit_font(15, bold=False))
                 cell.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)

@@ -10,20 +10,11 @@ import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QProgressBar, QVBoxLayout, QWidget
 
+from ocmm_core import measuring
 from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
 from ocmm_core.calibration.records import ProbeInUse, probe_from_records
 from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.measuring import (
-    BudgetTerm,
-    Examination,
-    ProbeReport,
-    examine,
-    label_verdict,
-    label_words,
-    map_range,
-    mechanics_words,
-)
 from ocmm_core.tracking import ProbeBody, load_probe
 from ocmm_core.typed_numbers import SPOT_NOISE, TILT, NumberField
 from ocmm_gui.charts import BendingPlot, MapPlot
@@ -80,15 +71,15 @@ class DesignRequest:
     body: ProbeBody
     probe: Path | None
     design: Path | None
-    asked: Examination
+    asked: measuring.Examination
 
 
-def examine_request(request: DesignRequest, tell: Tell) -> ProbeReport:
+def examine_request(request: DesignRequest, tell: Tell) -> measuring.ProbeReport:
     """Return the report, in a separate process. Raise InputError as the documents do."""
     body = request.body if request.probe is None else load_probe(request.probe)
     path = request.design if request.design is not None else shipped_design(body)
     design = None if path is None else load_design(path, body)
-    return examine(request.rig, body, design, request.asked, tell)
+    return measuring.examine(request.rig, body, design, request.asked, tell)
 
 
 def plain_body(probe: ProbeInUse) -> ProbeBody:
@@ -110,7 +101,7 @@ class ProbeDesignPage(Themed, QWidget):
         super().__init__()
         self.setAccessibleName(tr("Design of the probe"))
         self._rig, self._body = rig, body
-        self._report: ProbeReport | None = None
+        self._report: measuring.ProbeReport | None = None
         self._process = SideProcess(self)
         self._process.advanced.connect(self._on_advanced)
         self._process.finished.connect(self._show_report)
@@ -174,7 +165,7 @@ class ProbeDesignPage(Themed, QWidget):
         words = {key: field.text().strip() for key, field in self.fields.items()}
         tilt = tuple(_numbers(TILT, tr("Tilts"), words["tilt"], 3))
         (sigma,) = _numbers(SPOT_NOISE, tr("Spots"), words["sigma"], 1)
-        asked = Examination(Postures((tilt[0], tilt[1], tilt[2]), self._rig.volume_world))
+        asked = measuring.Examination(Postures((tilt[0], tilt[1], tilt[2]), self._rig.volume_world))
         return DesignRequest(
             self._rig,
             self._body,
@@ -201,7 +192,7 @@ class ProbeDesignPage(Themed, QWidget):
         self._sentence.setText(said(f"{error.what} {error.remedy}"))
         self.failed.emit(error)
 
-    def _paint_words(self, report: ProbeReport) -> None:
+    def _paint_words(self, report: measuring.ProbeReport) -> None:
         theme, number = self._theme, report.number
         seen = bool(np.isfinite(number.space_um))
         self._number.show_text(
@@ -215,7 +206,7 @@ class ProbeDesignPage(Themed, QWidget):
             Mark.GOOD if safe else Mark.BAD,
         )
 
-    def _show_report(self, report: ProbeReport) -> None:
+    def _show_report(self, report: measuring.ProbeReport) -> None:
         self._report = report
         self._wait(False)
         self._paint_words(report)
@@ -244,15 +235,15 @@ class ProbeDesignPage(Themed, QWidget):
             report.labels,
             key=lambda item: np.inf if item.ambiguity is None else item.ambiguity.residual_mm,
         )
-        verdict = label_verdict(report.labels, coded=report.coded)
-        self._nearest.setText(f"{label_words(nearest)} {verdict}")
+        verdict = measuring.label_verdict(report.labels, coded=report.coded)
+        self._nearest.setText(f"{measuring.label_words(nearest)} {verdict}")
         self._mechanics.setText(
             tr("Thermal growth and bending need a design document.")
             if report.mechanics is None
-            else "\n".join(mechanics_words(report.mechanics))
+            else "\n".join(measuring.mechanics_words(report.mechanics))
         )
         self.budget.show_terms(report.budget)
-        limits = map_range(report.maps)
+        limits = measuring.map_range(report.maps)
         for plot, found in zip((self.tilt, self.top, self.front), report.maps, strict=True):
             plot.show_map(found, limits)
         self.bending.show_mechanics(report.mechanics)
@@ -299,9 +290,9 @@ class PointBudgetTable(DataTable):
         self.verticalHeader().setDefaultSectionSize(20)
         self.setWordWrap(False)
         self.setFixedHeight(196)
-        self._terms: tuple[BudgetTerm, ...] = ()
+        self._terms: tuple[measuring.BudgetTerm, ...] = ()
 
-    def show_terms(self, terms: tuple[BudgetTerm, ...]) -> None:
+    def show_terms(self, terms: tuple[measuring.BudgetTerm, ...]) -> None:
         self._terms = terms
         self.setRowCount(len(terms))
         for row, term in enumerate(terms):

@@ -6,26 +6,15 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent
 
 from ocmm_core.inspection.evaluation import NOISY_LINE, SIMULATED_LINE, JobView
-from ocmm_gui.kit import (
-    Mark,
-    PaintedWidget,
-    fitted,
-    ink,
-    paint_mark,
-    said,
-    said_word,
-    text_font,
-    tr,
-    verdict_colour,
-    verdict_mark,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import tr
 
 _WORD_SHARE = 0.46
 """Height share of the word with reasons below it."""
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
-class PartVerdictView(PaintedWidget):
+class PartVerdictView(kit.PaintedWidget):
     """Sign and word of the verdict, counts, and names of failed or missing features.
 
     `least`: Minimum pixel size of a reason: names that do not fit are counted.
@@ -54,7 +43,7 @@ class PartVerdictView(PaintedWidget):
         if self._job is None:
             return ""
         word, *count = self._job.part_verdict.short_headline
-        return ": ".join((said_word(word), *map(said, count)))
+        return ": ".join((kit.said_word(word), *map(kit.said, count)))
 
     def lines(self) -> tuple[str, ...]:
         if self._job is None:
@@ -64,7 +53,7 @@ class PartVerdictView(PaintedWidget):
         counted = (part.requirement_words,) if part.is_partial else ()
         noisy = (NOISY_LINE,) if self._job.noise else ()
         lines = (*simulated, *noisy, *counted, *(part.reasons or (part.summary.counted,)))
-        return tuple(said(line) for line in lines)
+        return tuple(kit.said(line) for line in lines)
 
     def type_pixels(self) -> tuple[int, int]:
         return self._word_font_px(), self._line_px()
@@ -74,23 +63,25 @@ class PartVerdictView(PaintedWidget):
             return
         painter = self._painter()
         part, size = self._job.part_verdict, self._word_font_px()
-        colour = verdict_colour(self._theme, part.shown_as)
+        colour = kit.verdict_colour(self._theme, part.shown_as)
         box = self._word_box()
-        mark = Mark.DONE if part.shown_as is None else verdict_mark(part.shown_as)
+        mark = kit.Mark.DONE if part.shown_as is None else kit.verdict_mark(part.shown_as)
         side = 0.8 * size
         place = QRectF(box.left(), box.center().y() - 0.5 * side, side, side)
-        paint_mark(painter, mark, place, colour, self._theme.background)
-        ink(painter, QColor(colour), font=text_font(size, bold=True))
+        kit.paint_mark(painter, mark, place, colour, self._theme.background)
+        kit.ink(painter, QColor(colour), font=kit.text_font(size, bold=True))
         painter.drawText(box.adjusted(1.05 * size, 0.0, 0.0, 0.0), _LEFT, self.word())
         lines, pixels = self.lines(), self._line_px()
-        stated, bold = said(part.requirement_words), text_font(pixels, bold=True)
+        stated, bold = kit.said(part.requirement_words), kit.text_font(pixels, bold=True)
         line = QRectF(box.left(), box.bottom(), self.width(), 1.25 * pixels)
         metrics = QFontMetricsF(bold)
         for text in lines:
             is_count = bool(text) and text == stated
             painter.setPen(QColor(self._theme.warn if is_count else self._theme.text))
             # Whole at any width: a cut count reads as another one.
-            whole = fitted(bold, text, self.width(), line.height(), pixels) if is_count else bold
+            whole = (
+                kit.fitted(bold, text, self.width(), line.height(), pixels) if is_count else bold
+            )
             painter.setFont(whole)
             painter.drawText(line, _LEFT, with_room(text, metrics, self.width()))
             line.translate(0.0, line.height())
@@ -102,16 +93,18 @@ class PartVerdictView(PaintedWidget):
         box = self._word_box()
         # The sign is as wide as the word is high.
         room = box.width() - 1.05 * min(self._limit, box.height() / 1.17)
-        return fitted(
-            text_font(10, bold=True), self.word(), room, box.height(), self._limit
+        return kit.fitted(
+            kit.text_font(10, bold=True), self.word(), room, box.height(), self._limit
         ).pixelSize()
 
     def _line_px(self) -> int:
         lines = self.lines()
         room = (self.height() - self._word_box().height()) / (1.25 * max(len(lines), 1))
         longest = max(lines, key=len, default="")
-        bold = text_font(10, bold=True)
-        size = fitted(bold, longest, self.width(), room, 0.86 * self._word_font_px()).pixelSize()
+        bold = kit.text_font(10, bold=True)
+        size = kit.fitted(
+            bold, longest, self.width(), room, 0.86 * self._word_font_px()
+        ).pixelSize()
         return max(size, min(self._least, int(room)))
 
 

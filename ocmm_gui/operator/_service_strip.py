@@ -6,22 +6,8 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy
 
 from ocmm_core.station import ServiceState
-from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
-    NarrowButton,
-    PlainLabel,
-    Theme,
-    dressed,
-    hbox,
-    later,
-    literal,
-    said,
-    sentence_label,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 
 _BUTTON_PX = 36
 _WORDS = (
@@ -47,8 +33,10 @@ class ServiceStrip(QFrame):
         super().__init__()
         self.setObjectName("service")
         self.setAccessibleName(tr("Server for measuring programs"))
-        self.status = sentence_label(tr("Address and program"), 16)
-        self.lines = dressed(PlainLabel(), tr("Last command and answer"), font=text_font(13))
+        self.status = kit.sentence_label(tr("Address and program"), 16)
+        self.lines = kit.dressed(
+            kit.PlainLabel(), tr("Last command and answer"), font=kit.text_font(13)
+        )
         self.lines.setTextFormat(Qt.TextFormat.PlainText)
         for label in (self.status, self.lines):
             label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -59,9 +47,11 @@ class ServiceStrip(QFrame):
             tr("Stop server"), tr("Disconnect the program and end the server")
         )
         self.stop_button.clicked.connect(self.stop_wanted)
-        row = hbox((self.lines, 1), *self.buttons.values(), self.stop_button, spacing=8, margins=0)
-        vbox(self.status, row, parent=self, spacing=2, margins=(14, 4, 14, 4))
-        self.set_theme(THEMES[DEFAULT_THEME])
+        row = kit.hbox(
+            (self.lines, 1), *self.buttons.values(), self.stop_button, spacing=8, margins=0
+        )
+        kit.vbox(self.status, row, parent=self, spacing=2, margins=(14, 4, 14, 4))
+        self.set_theme(kit.THEMES[kit.DEFAULT_THEME])
         self.hide()
 
     def show_state(self, state: ServiceState | None) -> None:
@@ -72,13 +62,13 @@ class ServiceStrip(QFrame):
         program = tr("No program is connected.")
         if state.client:
             program = tr("Program at {client}.").format(client=state.client)
-        self.status.setText(f"{where} {program} {said(state.sentence)}".strip())
+        self.status.setText(f"{where} {program} {kit.said(state.sentence)}".strip())
         self.lines.setText(f"{state.command}   →   {state.answer}" if state.command else "")
-        self.lines.setToolTip(literal(self.lines.text()))
+        self.lines.setToolTip(kit.literal(self.lines.text()))
         for button in self.buttons.values():
             button.setEnabled(bool(state.client))
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self.setStyleSheet(
             f"#service {{ background: {theme.panel}; border-bottom: 3px solid {theme.accent}; }}"
             f" #service QLabel {{ color: {theme.text}; }}"
@@ -86,8 +76,8 @@ class ServiceStrip(QFrame):
 
 
 def _button(text: str, tip: str) -> QPushButton:
-    button = dressed(NarrowButton(text), tip, font=text_font(15, bold=True))
-    button.setToolTip(literal(tip))
+    button = kit.dressed(kit.NarrowButton(text), tip, font=kit.text_font(15, bold=True))
+    button.setToolTip(kit.literal(tip))
     button.setMinimumHeight(_BUTTON_PX)
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     return button

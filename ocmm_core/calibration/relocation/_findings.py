@@ -11,19 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from ocmm_core.calibration.guided import (
-    SEATS,
-    CameraResiduals,
-    Findings,
-    Repeat,
-    RestingPosition,
-    SeatVisited,
-    from_spots,
-    judge_repeats,
-    repeat_finding,
-    shared_covariance,
-    touch_of,
-)
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.records import Finding
 from ocmm_core.calibration.relocation._data import KeptByPoints, Observations, RelocationResult
 from ocmm_core.calibration.relocation._state import LENGTH_TOLERANCE
@@ -58,20 +46,20 @@ def bar_ends(rig: Rig, uv: Float, length: float) -> Float:
     return best
 
 
-def findings_of(rig: Rig, observed: Observations, found: RelocationResult) -> Findings:
+def findings_of(rig: Rig, observed: Observations, found: RelocationResult) -> guided.Findings:
     """Return a relocation in displayed and recorded form."""
     uv = observed.frames.uv
     residuals = []
     for c, camera in enumerate(found.cameras):
         seen = np.isfinite(found.residuals_px[:, c]).all(axis=-1)
         residuals.append(
-            CameraResiduals(
+            guided.CameraResiduals(
                 camera.name, uv[:, c][seen], found.residuals_px[:, c][seen], found.used[:, c][seen]
             )
         )
     after = found.applied_to(rig, rig.identity)
     at, errors = _misfits(after, observed, found)
-    return Findings(
+    return guided.Findings(
         cameras=found.cameras,
         covariance=found.covariance,
         volume_world=found.volume_world,
@@ -114,7 +102,7 @@ _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and relocate 
 
 
 def seat_findings(
-    rig: Rig, body: ProbeBody, found: RelocationResult, visits: Sequence[SeatVisited]
+    rig: Rig, body: ProbeBody, found: RelocationResult, visits: Sequence[guided.SeatVisited]
 ) -> tuple[Finding, ...]:
     """Return findings from the visits of the seats, in order of time, or of their absence.
 
@@ -138,22 +126,25 @@ def seat_findings(
         geometry_covariance=found.geometry_covariance,
     )
     repeats = []
-    for seat in range(SEATS):
+    for seat in range(guided.SEATS):
         first, *later = [one for one in visits if one.seat == seat]
         for again in later:
             one = _repeat(after, probe, first, again)
             if isinstance(one, Finding):
                 return (one,)
             repeats.append(one)
-    moved = repeat_finding(judge_repeats(repeats), _REMEDY)
+    moved = guided.repeat_finding(guided.judge_repeats(repeats), _REMEDY)
     return () if moved is None else (moved,)
 
 
-def _repeat(rig: Rig, body: ProbeBody, first: SeatVisited, again: SeatVisited) -> Repeat | Finding:
+def _repeat(
+    rig: Rig, body: ProbeBody, first: guided.SeatVisited, again: guided.SeatVisited
+) -> guided.Repeat | Finding:
     place = f"seat {first.seat + 1}"
     try:
         one, two = (
-            touch_of(from_spots(visit.uv), visit.sigma_px, rig, body) for visit in (first, again)
+            guided.touch_of(guided.from_spots(visit.uv), visit.sigma_px, rig, body)
+            for visit in (first, again)
         )
     except TrackingError:
         return Finding(
@@ -164,13 +155,13 @@ def _repeat(rig: Rig, body: ProbeBody, first: SeatVisited, again: SeatVisited) -
         )
     # Errors of cameras and probe cancel as far as the attitude agrees; the rest is shared out.
     cameras, geometry = two.by_cameras - one.by_cameras, two.by_geometry - one.by_geometry
-    shared = shared_covariance(cameras, geometry, rig, body)
-    return Repeat(
+    shared = guided.shared_covariance(cameras, geometry, rig, body)
+    return guided.Repeat(
         place,
         _resting(one.tip_world, one.noise + 0.5 * shared, first),
         _resting(two.tip_world, two.noise + 0.5 * shared, again),
     )
 
 
-def _resting(world: Float, covariance: Float, visit: SeatVisited) -> RestingPosition:
-    return RestingPosition(world, covariance, visit.utc)
+def _resting(world: Float, covariance: Float, visit: guided.SeatVisited) -> guided.RestingPosition:
+    return guided.RestingPosition(world, covariance, visit.utc)

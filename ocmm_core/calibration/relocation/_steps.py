@@ -4,15 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ocmm_core.calibration.guided import (
-    OPEN,
-    Gate,
-    Step,
-    again_gate,
-    again_instruction,
-    first_gate,
-    first_instruction,
-)
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.relocation._state import RelocationState
 
 PREPARE, SEATS_FIRST, WAVE, BAR = "prepare", "seats", "wave", "bar"
@@ -24,7 +16,7 @@ COVERED = 0.95
 _NO_SEATS = "Nothing to do: the recording has no seats."
 
 
-def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Step, ...]:
+def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[guided.Step, ...]:
     """Return the steps with their current gates; sigma is None before a prediction."""
     begun, use = state.begun, state.begun.bar.artefact.use
     hint = _missing_words(state.coverage().missing)
@@ -37,22 +29,22 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
         "direction each time, also in depth."
     )
     return (
-        Step(
+        guided.Step(
             PREPARE,
             "Prepare",
             f"Take the probe and bar '{use.name}' (serial {use.serial}). Do not touch the "
             "cameras from now on.",
-            OPEN,
+            guided.OPEN,
         ),
-        Step(
+        guided.Step(
             SEATS_FIRST,
             "Seats first",
-            first_instruction(state.unvisited_seat) if state.wanted_visits else _NO_SEATS,
-            first_gate(state.unvisited_seat),
+            guided.first_instruction(state.unvisited_seat) if state.wanted_visits else _NO_SEATS,
+            guided.first_gate(state.unvisited_seat),
             len({one.seat for one in state.visits}),
             state.wanted_visits,
         ),
-        Step(
+        guided.Step(
             WAVE,
             "Wave the probe",
             f"Wave it slowly through the whole volume, turning it continuously. {hint}".strip(),
@@ -60,7 +52,7 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
             len(state.poses),
             begun.poses_wanted,
         ),
-        Step(
+        guided.Step(
             BAR,
             "Show the bar",
             show,
@@ -68,7 +60,7 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
             state.placements,
             begun.bars_wanted,
         ),
-        Step(
+        guided.Step(
             WORLD,
             "World frame",
             "Nothing to do: the world frame stays with the cameras."
@@ -80,20 +72,20 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
             len(state.seats),
             len(state.wanted_seats),
         ),
-        Step(
+        guided.Step(
             SEATS_AGAIN,
             "Seats again",
-            again_instruction(again) if state.wanted_visits else _NO_SEATS,
-            again_gate(again),
+            guided.again_instruction(again) if state.wanted_visits else _NO_SEATS,
+            guided.again_gate(again),
             state.wanted_visits if again is None else again,
             state.wanted_visits,
         ),
-        Step(
+        guided.Step(
             RESULT,
             "Result",
             "Review the residuals and the changes, then accept the new calibration or keep the "
             "old one.",
-            Gate(
+            guided.Gate(
                 False, "This is the last step.", "Accept the new calibration, or keep the old one."
             ),
         ),
@@ -107,35 +99,37 @@ def _missing_words(cells: Sequence[str]) -> str:
     return " ".join(("Missing probe poses:", ", ".join(cells[:3]))) + more + "." if cells else ""
 
 
-def _wave_gate(state: RelocationState) -> Gate:
+def _wave_gate(state: RelocationState) -> guided.Gate:
     poses, wanted = len(state.poses), state.begun.poses_wanted
     covered = state.coverage()
     if covered.fraction < COVERED:
-        return Gate(False, _missing_words(covered.missing), "Wave it there in this attitude.")
+        return guided.Gate(
+            False, _missing_words(covered.missing), "Wave it there in this attitude."
+        )
     if poses < wanted:
         left = "1 pose" if wanted - poses == 1 else f"{wanted - poses} poses"
-        return Gate(False, f"{left} to go.", "Keep waving the probe.")
-    return OPEN
+        return guided.Gate(False, f"{left} to go.", "Keep waving the probe.")
+    return guided.OPEN
 
 
-def _bar_gate(state: RelocationState, sigma: float | None) -> Gate:
+def _bar_gate(state: RelocationState, sigma: float | None) -> guided.Gate:
     missing = state.begun.bars_wanted - state.placements
     if missing > 0:
         left = "1 bar placement" if missing == 1 else f"{missing:d} bar placements"
-        return Gate(False, f"{left} to go.", "Keep showing the bar.")
+        return guided.Gate(False, f"{left} to go.", "Keep showing the bar.")
     limit = state.begun.length_limit_mm
     if sigma is not None and sigma > limit:
-        return Gate(
+        return guided.Gate(
             False,
             f"U of a length of {state.begun.length_mm:.0f} mm (k = 2) would be "
             f"{2e3 * sigma:.1f} um; the target is {2e3 * limit:.1f} um.",
             "Go back and wave the probe longer, or show the bar in more places.",
         )
-    return OPEN
+    return guided.OPEN
 
 
-def _world_gate(state: RelocationState) -> Gate:
+def _world_gate(state: RelocationState) -> guided.Gate:
     seat = state.next_seat
     if seat is not None:
-        return Gate(False, f"Control point '{seat}' was not touched.", "Touch it.")
-    return OPEN
+        return guided.Gate(False, f"Control point '{seat}' was not touched.", "Touch it.")
+    return guided.OPEN

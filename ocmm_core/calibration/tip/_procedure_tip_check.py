@@ -5,14 +5,7 @@ from __future__ import annotations
 from datetime import datetime
 from pathlib import Path
 
-from ocmm_core.calibration.guided import (
-    OPEN,
-    Decided,
-    Gate,
-    ProcedureKind,
-    SessionFormat,
-    SessionLine,
-)
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     CHECK_SCHEMA,
@@ -25,14 +18,7 @@ from ocmm_core.calibration.records import (
     TipRecords,
     record_hash,
 )
-from ocmm_core.calibration.tip._check import (
-    CHANCE,
-    DIAMETER_DEFECT_MM,
-    DIAMETER_SIGMA_MM,
-    TipCheckDecision,
-    decide_check,
-    never_conclusive,
-)
+from ocmm_core.calibration.tip import _check as check
 from ocmm_core.calibration.tip._fit import sigma_of_difference
 from ocmm_core.calibration.tip._qualification import (
     TipCheckBegun,
@@ -55,16 +41,16 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody
 
-_ARTEFACT_LIMIT_MM = 0.5 * DIAMETER_DEFECT_MM
+_ARTEFACT_LIMIT_MM = 0.5 * check.DIAMETER_DEFECT_MM
 
 
 class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
     """See `TouchProcedure`; made by `begin` and `resume`."""
 
-    kind = ProcedureKind.TIP_CHECK
+    kind = guided.ProcedureKind.TIP_CHECK
 
-    sessions = SessionFormat(kind, SessionLine[TouchEvent], TipCheckBegun)
-    _decision: tuple[int, TipCheckDecision] | None = None
+    sessions = guided.SessionFormat(kind, guided.SessionLine[TouchEvent], TipCheckBegun)
+    _decision: tuple[int, check.TipCheckDecision] | None = None
 
     @classmethod
     def begin(
@@ -104,10 +90,10 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
                 TipCheckView, so_far=decision.verdict, advice=decision.advice, outcome=self._outcome
             )
 
-    def _decide_now(self) -> TipCheckDecision:
+    def _decide_now(self) -> check.TipCheckDecision:
         if self._decision is None or self._decision[0] != self._version:
             state, begun = self._state, self._begun
-            decision = decide_check(
+            decision = check.decide_check(
                 state.sphere_touches, state.cone_touches, begun.sphere, self._qualification,
                 state.rig, state.body, begun.temperature,
             )  # fmt: skip
@@ -127,32 +113,32 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
             sigma_of=lambda errors: sigma_of_difference(
                 errors, begun.sphere, begun.temperature, qualified, rig, calibrated
             ),
-            diameter_sigma=DIAMETER_SIGMA_MM,
+            diameter_sigma=check.DIAMETER_SIGMA_MM,
             artefact_limit=_ARTEFACT_LIMIT_MM,
-            chance=CHANCE,
+            chance=check.CHANCE,
         )
 
-    def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:
-        if never_conclusive(self._qualification):
-            return Gate(
+    def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> guided.Gate:
+        if check.never_conclusive(self._qualification):
+            return guided.Gate(
                 False,
                 "The qualified diameter is too uncertain for any check.",
                 "Qualify the tip again.",
             )
         next_words = self._state.next_words()
-        return Gate(
+        return guided.Gate(
             False,
             f"Inconclusive: U of the compared diameter (k = 2) is {2e3 * sigma_mm:.1f} um; "
             f"{2e3 * limit_mm:.1f} um are needed.",
             f"More points: touch the sphere {next_words}.",
         )
 
-    def _cone_said(self) -> Gate:
+    def _cone_said(self) -> guided.Gate:
         gate = attitudes_gate(self._state)
         decision = self._decide_now()
         if gate.open and decision.verdict is CheckVerdict.INCONCLUSIVE:
-            return Gate(False, "The check is inconclusive.", decision.advice)
-        return OPEN if gate.open else gate
+            return guided.Gate(False, "The check is inconclusive.", decision.advice)
+        return guided.OPEN if gate.open else gate
 
     def _concluded(self) -> TipCheckOutcome:
         gate = attitudes_gate(self._state)
@@ -190,7 +176,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         ):
             raise _requalified()
 
-    def _put(self, outcome: TipCheckOutcome, decided: Decided) -> None:
+    def _put(self, outcome: TipCheckOutcome, decided: guided.Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
         self._store.check(outcome.record, now, self._log.path)
 

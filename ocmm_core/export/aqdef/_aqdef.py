@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from ocmm_core.errors import StorageError
+from ocmm_core.export.aqdef import _reader as reader
 from ocmm_core.export.aqdef._head import (
     alike,
     entry,
@@ -25,14 +26,6 @@ from ocmm_core.export.aqdef._head import (
     operators,
     states,
     told_whole,
-)
-from ocmm_core.export.aqdef._reader import (
-    CHARACTERISTIC,
-    ENCODING,
-    FIELD,
-    NEWLINE,
-    KeyedLine,
-    read_transfer,
 )
 from ocmm_core.export.report import (
     Cell,
@@ -58,12 +51,12 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
     lines = [_keyed(line.key, line.index, line.text) for line in head_lines(jobs, profile.units)]
     for data in jobs:
         fields = [_fields(jobs, data, reported, profile.units) for reported in data.reported]
-        lines.append(CHARACTERISTIC.join(FIELD.join(row) for row in fields))
+        lines.append(reader.CHARACTERISTIC.join(reader.FIELD.join(row) for row in fields))
         # Serial number of the part whose values are above, for all characteristics.
         lines.append(f"K0014/0 {fitted('K0014', data.head.serial)}")
         lines += [f"{_REMARK}/{line.index} {line.text}" for line in _remarks(data)]
-    text = "".join(line + NEWLINE for line in lines)
-    return {_name(jobs): text.encode(ENCODING)}
+    text = "".join(line + reader.NEWLINE for line in lines)
+    return {_name(jobs): text.encode(reader.ENCODING)}
 
 
 def _differences(
@@ -71,7 +64,7 @@ def _differences(
 ) -> list[str]:
     name, units = _name(jobs), profile.units
     try:
-        found = read_transfer(files[name])
+        found = reader.read_transfer(files[name])
     except (StorageError, UnicodeDecodeError) as error:
         return [f"{name}: {error}"]
     texts = found.texts()
@@ -120,15 +113,15 @@ def _name(jobs: Sequence[ReportData]) -> str:
     return f"{plan}_{len(jobs)}_parts{told}.dfq"
 
 
-def _remarks(data: ReportData) -> Iterator[KeyedLine]:
+def _remarks(data: ReportData) -> Iterator[reader.KeyedLine]:
     """Yield the verdict on the part, and those on characteristics that are not CONFORM."""
     texts = {"K0006": data.view.header.batch, "K0014": data.head.serial}
     whole = told_whole(texts)
     told = "; ".join((*data.states, *data.part.lines, *((whole,) if whole else ())))
-    yield KeyedLine(_REMARK, 0, fitted(_REMARK, told))
+    yield reader.KeyedLine(_REMARK, 0, fitted(_REMARK, told))
     for index, reported in enumerate(data.reported, start=1):
         if reported.result.verdict is not Verdict.CONFORM:
-            yield KeyedLine(_REMARK, index, reported.result.verdict.value)
+            yield reader.KeyedLine(_REMARK, index, reported.result.verdict.value)
 
 
 def _told(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Number | None, int]:

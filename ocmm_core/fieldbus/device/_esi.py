@@ -6,12 +6,7 @@ import struct
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
-from ocmm_core.fieldbus.device._camera_objects import (
-    DEVICE_TYPE,
-    ERROR_TEXTS,
-    ErrorCode,
-    object_dictionary,
-)
+from ocmm_core.fieldbus.device import _camera_objects as camera_objects
 from ocmm_core.fieldbus.device._camera_slave import (
     DEFAULT_FRAME_PERIOD_NS,
     DEVICE_NAME,
@@ -186,10 +181,10 @@ def _hex(value: int, digits: int) -> str:
 
 def _add_profile(device: Element) -> None:
     profile = _add(device, "Profile")
-    _add(profile, "ProfileNo", str(DEVICE_TYPE & 0xFFFF))
+    _add(profile, "ProfileNo", str(camera_objects.DEVICE_TYPE & 0xFFFF))
     dictionary = _add(profile, "Dictionary")
     types = _add(dictionary, "DataTypes")
-    objects = object_dictionary(serial=0)
+    objects = camera_objects.object_dictionary(serial=0)
     simple = {
         type_name(entry): entry.bits for item in objects.values() for entry in item.entries.values()
     }
@@ -204,8 +199,8 @@ def _add_profile(device: Element) -> None:
     for index, item in objects.items():
         _add_object(listed, index, item)
     messages = _add(profile, "DiagMessages")
-    for code, text in ERROR_TEXTS.items():
-        if code is not ErrorCode.RESET:
+    for code, text in camera_objects.ERROR_TEXTS.items():
+        if code is not camera_objects.ErrorCode.RESET:
             message = _add(messages, "DiagMessage")
             _add(message, "TextId", _hex(code, 4))
             _add(message, "MessageText", text, LcId=_ENGLISH)
