@@ -66,7 +66,7 @@ class _Qualified(ast.NodeTransformer):
         cls(modules).visit(tree)
         return tree
 
-    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:  # noqa: N802 - as ast calls it
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         """Replace it if it is of a module, whose name has no capitals."""
         self.generic_visit(node)
         match node.value:

@@ -31,7 +31,7 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import tr
 from ocmm_gui.operator._feature_panel import FeaturePanel
-from ocmm_gui.operator._part_view import PartVerdictView
+from ocmm_gui.operator._large_parts import PartVerdictView
 from ocmm_gui.operator._plan_list import FeatureList
 from ocmm_gui.operator._readout import CoachedView, Readout
 from ocmm_gui.operator._status_strip import Guidance, StatusStrip

@@ -24,9 +24,8 @@ from ocmm_gui import kit
 from ocmm_gui.charts import ToleranceBar
 from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import later, tr
-from ocmm_gui.operator._far_parts import FarMessage, TargetRing
 from ocmm_gui.operator._feature_details import CoverageView
-from ocmm_gui.operator._part_view import PartVerdictView
+from ocmm_gui.operator._large_parts import FarMessage, PartVerdictView, TargetRing
 from ocmm_gui.operator._readout import CoachedView, Readout
 
 _VALUES = (

@@ -18,7 +18,6 @@ from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.relocation._data import GeometryMode, LensMode, RelocationResult
-from ocmm_core.calibration.relocation._findings import bar_ends, findings_of, seat_findings
 from ocmm_core.calibration.relocation._relocation import relocate
 from ocmm_core.calibration.relocation._state import (
     BarTaken,
@@ -37,6 +36,9 @@ from ocmm_core.calibration.relocation._steps import (
     SEATS_FIRST,
     WAVE,
     WORLD,
+    bar_ends,
+    findings_of,
+    seat_findings,
     steps_of,
 )
 from ocmm_core.calibration.relocation._wanted import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED

@@ -32,7 +32,12 @@ from ocmm_core.calibration.verification._state import (
     VerificationEvent,
     VerificationState,
 )
-from ocmm_core.calibration.verification._verdict import judge_independence, uses_of, verdict
+from ocmm_core.calibration.verification._verdict import (
+    judge_artefacts,
+    judge_independence,
+    uses_of,
+    verdict,
+)
 from ocmm_core.calibration.verification._verification import SPHERE_POINTS, judge_nest, worst
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
@@ -102,16 +107,7 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
                 "Calibrate the cameras first; a rig document cannot be verified.",
             )
         chosen = limits or Limits()
-        findings = [
-            one
-            for nest in bar.nests[1:]
-            for one in bar.artefact.judge(
-                nest - bar.nests[0], chosen.of_length(nest - bar.nests[0]), now, temperature
-            )
-        ]
-        for sphere in spheres:
-            for limit in (chosen.diameter, chosen.form):
-                findings += sphere.artefact.judge(sphere.diameter, limit, now, temperature)
+        findings = judge_artefacts(bar, spheres, chosen, now, temperature)
         artefacts: tuple[LengthBar | Sphere, ...] = (bar, *spheres)
         findings += judge_independence([one.artefact.use for one in artefacts], store.active())
         let_pass(findings, force=False)

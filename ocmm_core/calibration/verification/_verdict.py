@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from ocmm_core.calibration.guided import (
     repeat_finding,
     session_changes,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     VERIFICATION_SCHEMA,
     ArtefactUse,
@@ -42,12 +44,30 @@ from ocmm_core.calibration.records import (
     VerificationRecord,
     same_serial,
 )
+from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import CORNER_SHARE
 from ocmm_core.calibration.verification._state import SphereTouched, Taken, VerificationState
 from ocmm_core.calibration.verification._verification import sphere_checks
 from ocmm_core.errors import CalibrationError
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS, doubts_by_name
 from ocmm_core.geometry import Float, perpendicular_pair, unit
+
+
+def judge_artefacts(
+    bar: LengthBar, spheres: Sequence[Sphere], limits: Limits, now: datetime,
+    temperature: Temperature | None,
+) -> list[Finding]:  # fmt: skip
+    """Return objections to artefacts of a verification with these limits."""
+    lengths = [nest - bar.nests[0] for nest in bar.nests[1:]]
+    findings = [
+        one
+        for length in lengths
+        for one in bar.artefact.judge(length, limits.of_length(length), now, temperature)
+    ]
+    for sphere in spheres:
+        for limit in (limits.diameter, limits.form):
+            findings += sphere.artefact.judge(sphere.diameter, limit, now, temperature)
+    return findings
 
 
 def judge_independence(

@@ -14,7 +14,7 @@ from typing import cast
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_shop.archive import records
 from ocmm_shop.archive.stores import _faults as faults
-from ocmm_shop.archive.stores._interface import Answer, Cell, Receipt
+from ocmm_shop.archive.stores._interface import Acknowledgement, Cell, Receipt
 from ocmm_shop.archive.stores._reader import (
     ADD_DELIVERY,
     ADD_FILE,
@@ -88,7 +88,7 @@ class SqlArchive(SqlReader):
             self._run_many(ADD_USE, rows.uses)
             self._settle()
             for delivery, receipt in zip(deliveries, receipts, strict=True):
-                if receipt.answer is Answer.STORED:
+                if receipt.answer is Acknowledgement.STORED:
                     self._check_rows(delivery, receipt.job)
         for delivery in deliveries:
             self._check_kept(delivery)
@@ -131,7 +131,7 @@ class SqlArchive(SqlReader):
         if found:
             if found[0][1] != job.sha256:
                 raise faults.sequence_taken(sender.outbox, delivery.sequence)
-            return Receipt(Answer.KNOWN, whole_of(found[0][0]), off)
+            return Receipt(Acknowledgement.KNOWN, whole_of(found[0][0]), off)
         self._admit(sender)
         # A file that was altered without its head is a separate version: it must be visible.
         version: dict[str, Cell] = {
@@ -140,9 +140,9 @@ class SqlArchive(SqlReader):
         }  # fmt: skip
         there = self._of(self._run(OF_VERSION, version), (int,)).rows
         if there:
-            row, answer = whole_of(there[0][0]), Answer.KNOWN
+            row, answer = whole_of(there[0][0]), Acknowledgement.KNOWN
         else:
-            row, answer = self._add(delivery, rows), Answer.STORED
+            row, answer = self._add(delivery, rows), Acknowledgement.STORED
         self._run(
             ADD_DELIVERY, {**number, "job": row, "sha256": job.sha256,
                             "sent_utc": delivery.sent_utc, "signature": delivery.signature},
