@@ -32,12 +32,7 @@ from ocmm_core.calibration.verification._state import (
     VerificationEvent,
     VerificationState,
 )
-from ocmm_core.calibration.verification._verdict import (
-    judge_artefacts,
-    judge_independence,
-    uses_of,
-    verdict,
-)
+from ocmm_core.calibration.verification._verdict import judge_artefacts, verdict
 from ocmm_core.calibration.verification._verification import SPHERE_POINTS, judge_nest, worst
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
@@ -107,9 +102,7 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
                 "Calibrate the cameras first; a rig document cannot be verified.",
             )
         chosen = limits or Limits()
-        findings = judge_artefacts(bar, spheres, chosen, now, temperature)
-        artefacts: tuple[LengthBar | Sphere, ...] = (bar, *spheres)
-        findings += judge_independence([one.artefact.use for one in artefacts], store.active())
+        findings = judge_artefacts(bar, spheres, chosen, now, temperature, store.active())
         let_pass(findings, force=False)
         # Refuse an unsuitable bar before there is a session.
         plan_lines(rig.volume_world, bar.nests[-1] - bar.nests[0])
@@ -389,9 +382,8 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
     def _calculation(self) -> Callable[[], guided.VerificationOutcome]:
         # Fast enough to run within the state's lock.
         store, active = self._store, self._store.active()
-        reused = judge_independence(uses_of(self._state), active)
-        made, due = ("", "") if active is None else (active.made_utc, active.valid_until_utc)
-        record = verdict(self._state, reused, store.last_good_utc, made)
+        due = "" if active is None else active.valid_until_utc
+        record = verdict(self._state, active, store.last_good_utc)
         passes = self._state.begun.limits.passes
         failed = tuple(i for i, check in enumerate(record.checks) if not passes(check))
         return lambda: guided.VerificationOutcome(record, worst(record.checks), failed, (), due)
