@@ -23,7 +23,7 @@ from ocmm_core.calibration.tip._sphere_layout import (
 )
 from ocmm_core.calibration.tip._state import TouchPlan
 from ocmm_core.calibration.tip._steps import attitudes_gate
-from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure
+from ocmm_core.calibration.tip._touch_session import POLE, TipSite, TouchProcedure
 from ocmm_core.calibration.tip._views import TipOutcome, TipView
 from ocmm_core.calibration.tip._wanted import VALID_DAYS
 from ocmm_core.camera import Rig
@@ -46,9 +46,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, qualification.TipBegu
     def begin(
         cls,
         folder: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: records.ProbeStore,
+        site: TipSite,
         tip: str,
         sphere: records.Sphere,
         now: datetime,
@@ -59,22 +57,19 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, qualification.TipBegu
         nominal_mm: float | None = None,
         limits: qualification.TipLimits | None = None,
         valid_days: int = VALID_DAYS,
-        cameras: records.CalibrationStore | None = None,
-        hold_s: float = 0.0,
     ) -> TipQualificationProcedure:
         """Start a session.
 
-        ``nominal_mm``: ball diameter, default that of the document; ``cameras``: to warn if the
-        same sphere was used there; ``hold_s``: additional rest of the ball. CalibrationError if the
-        tip is not mounted or was never calibrated, or the sphere may not be used; StorageError if
-        the session file cannot be written.
+        ``nominal_mm``: ball diameter, default that of the document. CalibrationError if the tip is
+        not mounted or was never calibrated, or the sphere may not be used; StorageError if the
+        session file cannot be written.
         """
         chosen = limits or qualification.TipLimits()
         return cls._begin(
-            folder, rig, body, store, qualification.mounted_records(store, tip), sphere, now,
+            folder, site, qualification.mounted_records(site.store, tip), sphere, now,
             limit_mm=chosen.nominal, who=who, temperature=temperature, cone=cone,
-            nominal_mm=2.0 * body.tip_radius if nominal_mm is None else BALL.check(nominal_mm),
-            cameras=cameras, hold_s=hold_s, limits=chosen, valid_days=valid_days,
+            nominal_mm=2.0 * site.body.tip_radius if nominal_mm is None else BALL.check(nominal_mm),
+            limits=chosen, valid_days=valid_days,
         )  # fmt: skip
 
     @property

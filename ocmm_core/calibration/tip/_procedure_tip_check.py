@@ -10,8 +10,6 @@ from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     CHECK_SCHEMA,
     ArtefactUse,
-    CalibrationStore,
-    ProbeStore,
     Sphere,
     TipCheckRecord,
     TipRecord,
@@ -35,7 +33,7 @@ from ocmm_core.calibration.tip._sphere_layout import (
 )
 from ocmm_core.calibration.tip._state import TouchPlan
 from ocmm_core.calibration.tip._steps import attitudes_gate, places_gate
-from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure
+from ocmm_core.calibration.tip._touch_session import POLE, TipSite, TouchProcedure
 from ocmm_core.calibration.tip._views import CheckVerdict, TipCheckOutcome, TipCheckView
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
@@ -56,9 +54,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
     def begin(
         cls,
         folder: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
+        site: TipSite,
         tip: str,
         sphere: Sphere,
         now: datetime,
@@ -66,20 +62,18 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         who: str,
         temperature: Temperature | None = None,
         cone: ArtefactUse | None = None,
-        cameras: CalibrationStore | None = None,
-        hold_s: float = 0.0,
     ) -> TipCheckProcedure:
         """Start a session as `TipQualificationProcedure.begin`, with the qualified limits.
 
         CalibrationError if the tip is not mounted or was never qualified, or the sphere may not be
         used; StorageError if the session file cannot be written.
         """
-        records = mounted_records(store, tip)
+        records = mounted_records(site.store, tip)
         qualification = _qualified(records, None)
         return cls._begin(
-            folder, rig, body, store, records, sphere, now, limit_mm=_ARTEFACT_LIMIT_MM, who=who,
+            folder, site, records, sphere, now, limit_mm=_ARTEFACT_LIMIT_MM, who=who,
             temperature=temperature, cone=cone, nominal_mm=qualification.diameter_mm,
-            cameras=cameras, hold_s=hold_s, qualification=record_hash(qualification),
+            qualification=record_hash(qualification),
         )  # fmt: skip
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Generic, Self, TypeVar
@@ -52,6 +53,19 @@ Q = TypeVar("Q", bound=TipOutcome | TipCheckOutcome)
 B = TypeVar("B", bound=TouchBegun)
 
 
+@dataclass(frozen=True, slots=True)
+class TipSite:
+    """Cameras and probe of a tip, and how long its ball rests."""
+
+    rig: Rig
+    body: ProbeBody
+    store: ProbeStore
+    cameras: CalibrationStore | None = None
+    """To warn if the same sphere was used there."""
+    hold_s: float = 0.0
+    """Additional rest of the ball."""
+
+
 class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
     """Base of both procedures.
 
@@ -67,21 +81,18 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         self,
         chain: ChainFile[guided.SessionLine[TouchEvent]],
         begun: B,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
+        site: TipSite,
         records: TipRecords,
-        cameras: CalibrationStore | None,
-        hold_s: float,
     ) -> None:
         # First of all: another qualification in force is the better reason to refuse.
-        self._begun, self._records, self._cameras = begun, records, cameras
+        self._begun, self._records, self._cameras = begun, records, site.cameras
+        rig, body = site.rig, site.body
         calibrated = probe_from_records(body, records.calibration, None)
         self._wanted = self._wanting(rig, calibrated)
-        super().__init__(chain, begun, rig, store, begun.tip)
+        super().__init__(chain, begun, rig, site.store, begun.tip)
         guided.require_probe(chain.path, begun.probe_identity, body)
         self._state = TouchState(rig, calibrated, begun, self._wanted)
-        self._sight = steps.RestingBall(self._state, hold_s)
+        self._sight = steps.RestingBall(self._state, site.hold_s)
         self._shocks = guided.ShockDetector()
         self._fold()
 
@@ -89,9 +100,7 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
     def _begin(
         cls,
         folder: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
+        site: TipSite,
         records: TipRecords,
         sphere: Sphere,
         now: datetime,
@@ -101,37 +110,26 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         temperature: Temperature | None,
         cone: ArtefactUse | None,
         nominal_mm: float,
-        cameras: CalibrationStore | None,
-        hold_s: float,
         **own: object,
     ) -> Self:
         let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature), force=False)
         chain, begun = cls.sessions.begin(
-            folder, rig, now, running=record_hash(records.calibration), who=who,
-            temperature=temperature, tip=records.calibration.tip, probe_identity=body.identity,
-            sphere=sphere, cone=cone, nominal_mm=nominal_mm, **own,
+            folder, site.rig, now, running=record_hash(records.calibration), who=who,
+            temperature=temperature, tip=records.calibration.tip,
+            probe_identity=site.body.identity, sphere=sphere, cone=cone, nominal_mm=nominal_mm,
+            **own,
         )  # fmt: skip
-        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
+        return cls(chain, begun, site, records)
 
     @classmethod
-    def resume(
-        cls,
-        path: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
-        *,
-        cameras: CalibrationStore | None = None,
-        hold_s: float = 0.0,
-    ) -> Self:
+    def resume(cls, path: Path, site: TipSite) -> Self:
         """Continue the session of a file, which names tip and sphere.
 
         CalibrationError if empty, or of another rig, probe, calibration or qualification;
         StorageError if it was changed.
         """
         chain, begun = cls.sessions.resume(path)
-        records = continued_records(store, begun, path)
-        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
+        return cls(chain, begun, site, continued_records(site.store, begun, path))
 
     @property
     def sphere(self) -> Sphere:
