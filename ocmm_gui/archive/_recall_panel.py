@@ -14,19 +14,9 @@ from PySide6.QtWidgets import QWidget
 from ocmm_core.calibration.records import default_folder
 from ocmm_core.errors import InputError
 from ocmm_core.export import write_together
+from ocmm_core.inspection import recall
 from ocmm_core.inspection.archive import Outcome, RecallRecord
-from ocmm_core.inspection.recall import (
-    COLUMNS,
-    checked,
-    decided,
-    headline,
-    job_line,
-    not_judged,
-    rests_on,
-    row,
-    totals,
-    worst_first,
-)
+from ocmm_core.inspection.recall import row
 from ocmm_core.wording import Speech
 from ocmm_gui import kit
 from ocmm_gui.archive._archive_words import labelled, read_day
@@ -66,7 +56,7 @@ class RecallTable(kit.DataTable):
     def __init__(self) -> None:
         super().__init__(
             tr("Verdicts of the recall"),
-            tuple(zip(map(kit.said_word, COLUMNS), kit.tr_all(_TIPS), strict=True)),
+            tuple(zip(map(kit.said_word, recall.COLUMNS), kit.tr_all(_TIPS), strict=True)),
         )
         self._record: RecallRecord | None = None
         self._lines: list[str] = []
@@ -76,9 +66,13 @@ class RecallTable(kit.DataTable):
 
     def show_record(self, record: RecallRecord) -> None:
         self._record = record
-        rows = [(job, one) for job in worst_first(record.jobs) for one in job.characteristics]
+        rows = [
+            (job, one) for job in recall.worst_first(record.jobs) for one in job.characteristics
+        ]
         speech = Speech(kit.language_in_use())
-        self._lines = [f"{job_line(job, speech)} {kit.said(rests_on(job))}" for job, _ in rows]
+        self._lines = [
+            f"{recall.job_line(job, speech)} {kit.said(recall.rests_on(job))}" for job, _ in rows
+        ]
         self.setRowCount(len(rows))
         for at, (job, one) in enumerate(rows):
             for column, text in enumerate((job.label, *row(one, speech))):
@@ -127,7 +121,7 @@ class RecallResult(kit.Themed, QWidget):
         self._show_words(record)
         self.table.show_record(record)
         self._show_job()
-        return kit.said(checked(record))
+        return kit.said(recall.checked(record))
 
     def headline(self) -> str:
         """Return the totals in large words; for tests."""
@@ -142,12 +136,12 @@ class RecallResult(kit.Themed, QWidget):
     def _show_words(self, record: RecallRecord) -> None:
         mark = mark_of(record)
         self._headline.show_text(
-            headline(record, Speech(kit.language_in_use())),
+            recall.headline(record, Speech(kit.language_in_use())),
             kit.mark_colour(self._theme, mark),
             mark,
         )
-        found = (*totals(record), decided(record)) if record.jobs else ()
-        lines = (*found, *not_judged(record, _MOST_LINES))
+        found = (*recall.totals(record), recall.decided(record)) if record.jobs else ()
+        lines = (*found, *recall.not_judged(record, _MOST_LINES))
         self.totals.setText("\n".join(map(kit.said, lines)))
 
     def _show_job(self) -> None:

@@ -9,15 +9,8 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QProgressBar, QWidget
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.features.measured import (
-    APEX_LIMIT,
-    DIRECTION_LIMIT,
-    POSITION_LIMIT,
-    SIZE_LIMIT,
-    Convention,
-    SetReport,
-    verify_folder,
-)
+from ocmm_core.features import measured
+from ocmm_core.features.measured import Convention
 from ocmm_gui import kit
 from ocmm_gui.kit import later, tr
 from ocmm_gui.work import SideProcess, Tell
@@ -33,18 +26,18 @@ def _columns() -> tuple[tuple[str, str], ...]:
     return (
         (tr("Folder"), tr("one folder of pairs")),
         (tr("Pairs"), tr("pairs fitted and compared")),
-        (tr("Position"), tr("mm, worst; limit {limit:g}").format(limit=POSITION_LIMIT)),
-        (tr("Size"), tr("mm, worst; limit {limit:g}").format(limit=SIZE_LIMIT)),
-        (tr("Direction"), tr("rad, worst; limit {limit:g}").format(limit=DIRECTION_LIMIT)),
-        (tr("Apex"), tr("degrees, worst; limit {limit:g}").format(limit=APEX_LIMIT)),
+        (tr("Position"), tr("mm, worst; limit {limit:g}").format(limit=measured.POSITION_LIMIT)),
+        (tr("Size"), tr("mm, worst; limit {limit:g}").format(limit=measured.SIZE_LIMIT)),
+        (tr("Direction"), tr("rad, worst; limit {limit:g}").format(limit=measured.DIRECTION_LIMIT)),
+        (tr("Apex"), tr("degrees, worst; limit {limit:g}").format(limit=measured.APEX_LIMIT)),
         (tr("Verdict"), tr("whether every pair is within the limits")),
     )
 
 
-def verified(folder: Path, convention: Convention, tell: Tell) -> tuple[SetReport, ...]:
+def verified(folder: Path, convention: Convention, tell: Tell) -> tuple[measured.SetReport, ...]:
     """Return the comparison, in a separate process. InputError as `verify_folder`."""
     tell(later("Fitting"), 0.2)
-    return verify_folder(folder, convention)
+    return measured.verify_folder(folder, convention)
 
 
 class FitsPage(kit.Themed, QWidget):
@@ -56,7 +49,7 @@ class FitsPage(kit.Themed, QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Fits against certified pairs"))
-        self._reports: tuple[SetReport, ...] = ()
+        self._reports: tuple[measured.SetReport, ...] = ()
         self.folder = kit.dressed(kit.OwnKeysField(), tr("Folder of reference pairs"))
         self.folder.setPlaceholderText(tr("Folder of reference pairs"))
         self.folder.setFont(kit.text_font(15))
@@ -147,7 +140,7 @@ class FitsPage(kit.Themed, QWidget):
         for row, report in enumerate(reports):
             self._write(row, report)
 
-    def _write(self, row: int, report: SetReport) -> None:
+    def _write(self, row: int, report: measured.SetReport) -> None:
         worst = [report.worst(key) for key in ("position", "size", "direction", "apex")]
         words = (
             report.name,

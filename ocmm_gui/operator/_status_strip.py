@@ -8,38 +8,7 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QSizePol
 from ocmm_core.inspection.evaluation import JobView, LiveView, ReferenceView
 from ocmm_core.station import ServiceState
 from ocmm_gui import kit
-from ocmm_gui.kit import (
-    PAUSED,
-    FitText,
-    Mark,
-    PlainLabel,
-    Theme,
-    Themed,
-    approach_words,
-    digit_font,
-    dressed,
-    has_failed,
-    hbox,
-    is_held,
-    later,
-    literal,
-    localised,
-    millimetres,
-    mode_words,
-    next_step,
-    said,
-    said_word,
-    seen_cameras,
-    seen_targets,
-    status_colour,
-    status_mark,
-    step_text,
-    text_font,
-    tr,
-    trouble,
-    unit_word,
-    vbox,
-)
+from ocmm_gui.kit import later, said, tr
 
 _COUNTERS = (
     (later("Cameras"), later("cameras that see the probe / in the rig")),
@@ -58,7 +27,7 @@ _NEEDED = 3
 """Minimum LEDs for a pose of the reference body."""
 
 
-class StatusStrip(Themed, QFrame):
+class StatusStrip(kit.Themed, QFrame):
     """Word and reason on the left, counters on the right."""
 
     def __init__(self, n_cameras: int, n_leds: int) -> None:
@@ -68,30 +37,30 @@ class StatusStrip(Themed, QFrame):
         self._n_leds = n_leds
         self._live: LiveView | None = None
         self._job: JobView | None = None
-        self._word = FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
+        self._word = kit.FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
         self._word.setFixedSize(250, 46)
-        self._reason = dressed(PlainLabel(), tr("Reason for the status"))
+        self._reason = kit.dressed(kit.PlainLabel(), tr("Reason for the status"))
         self._reason.setTextFormat(Qt.TextFormat.PlainText)
         self._reason.setWordWrap(True)
-        self._reason.setFont(text_font(14))
+        self._reason.setFont(kit.text_font(14))
         self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._values: dict[str, QLabel] = {}
         self._reference: tuple[QLabel, ...] = ()
-        layout = hbox(
+        layout = kit.hbox(
             self._word, (self._reason, 1), parent=self, spacing=12, margins=(12, 4, 12, 4)
         )
         grid = QGridLayout()
         grid.setHorizontalSpacing(16)
         grid.setVerticalSpacing(0)
         for column, (name, tip) in enumerate(_COUNTERS):
-            said = tr(tip).replace("{unit}", unit_word())
-            caption, value = PlainLabel(tr(name)), PlainLabel("–")
+            said = tr(tip).replace("{unit}", kit.unit_word())
+            caption, value = kit.PlainLabel(tr(name)), kit.PlainLabel("–")
             caption.setProperty("role", "muted")
-            caption.setFont(text_font(12))
-            value.setFont(digit_font(16))
+            caption.setFont(kit.text_font(12))
+            value.setFont(kit.digit_font(16))
             value.setAccessibleName(tr(name))
             value.setAccessibleDescription(said)
-            value.setToolTip(literal(said))
+            value.setToolTip(kit.literal(said))
             for row, label in enumerate((caption, value)):
                 label.setAlignment(Qt.AlignmentFlag.AlignRight)
                 grid.addWidget(label, row, column)
@@ -103,22 +72,24 @@ class StatusStrip(Themed, QFrame):
 
     def show_live(self, live: LiveView) -> None:
         self._live = live
-        if is_held(self._job, live):
-            self._word.show_text(tr(PAUSED), self._theme.warn, Mark.DOUBT)
+        if kit.is_held(self._job, live):
+            self._word.show_text(tr(kit.PAUSED), self._theme.warn, kit.Mark.DOUBT)
         else:
-            colour = status_colour(self._theme, live.status)
-            self._word.show_text(said_word(live.status.value), colour, status_mark(live.status))
+            colour = kit.status_colour(self._theme, live.status)
+            self._word.show_text(
+                kit.said_word(live.status.value), colour, kit.status_mark(live.status)
+            )
         words = tuple(map(said, (live.reason, *live.faults, live.acquisition.pace_words)))
         reason = " ".join(filter(None, words))
         if self._reason.text() != reason:
             self._reason.setText(reason)
-            self._reason.setToolTip(literal(reason))
+            self._reason.setToolTip(kit.literal(reason))
         self._show_reference(live.reference)
         counts = live.acquisition
         for name, value in (
-            ("Cameras", f"{seen_cameras(live)}/{self._n_cameras}"),
-            ("Targets", f"{seen_targets(live)}/{self._n_leds}"),
-            ("U point", millimetres(live.tip_uncertainty)),
+            ("Cameras", f"{kit.seen_cameras(live)}/{self._n_cameras}"),
+            ("Targets", f"{kit.seen_targets(live)}/{self._n_leds}"),
+            ("U point", kit.millimetres(live.tip_uncertainty)),
             ("Frames/s", f"{live.frames_per_second:.0f}"),
             ("Good", _short(counts.good)),
             ("Late", _short(counts.late)),
@@ -149,7 +120,7 @@ class StatusStrip(Themed, QFrame):
         """Return the text under a caption."""
         return self._values[name].text()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         if self._live is not None:
             self.show_live(self._live)
@@ -157,10 +128,10 @@ class StatusStrip(Themed, QFrame):
 
 def _short(count: int) -> str:
     # Six digits fit for any length of shift.
-    return f"{count}" if count < 1_000_000 else localised(f"{count / 1e6:.2f}M")
+    return f"{count}" if count < 1_000_000 else kit.localised(f"{count / 1e6:.2f}M")
 
 
-class Guidance(Themed, QFrame):
+class Guidance(kit.Themed, QFrame):
     """Next step, plan text, distance to the next point, and trouble."""
 
     def __init__(self, pixels: int = 16) -> None:
@@ -173,7 +144,7 @@ class Guidance(Themed, QFrame):
         self._mode = _sentence(tr("Probing order and probe side"))
         self._approach = _sentence(tr("Approach to the next point"))
         self._trouble = _sentence(tr("Blocking reason"))
-        layout = vbox(parent=self, spacing=3, margins=0)
+        layout = kit.vbox(parent=self, spacing=3, margins=0)
         for widget in (self._step, self._words, self._approach, self._mode):
             layout.addWidget(widget)
         layout.addWidget(self._trouble, 1)
@@ -182,9 +153,9 @@ class Guidance(Themed, QFrame):
     def show_job(self, job: JobView) -> None:
         self._job = job
         self._show_step()
-        self._words.setText(step_text(job))
+        self._words.setText(kit.step_text(job))
         self._words.setVisible(bool(self._words.text()))
-        self._mode.setText(mode_words(job))
+        self._mode.setText(kit.mode_words(job))
         self._show_approach()
         self._show_trouble()
 
@@ -204,20 +175,20 @@ class Guidance(Themed, QFrame):
         return self._trouble.text()
 
     def _show_step(self) -> None:
-        text = "" if self._job is None else next_step(self._job, self._live)
+        text = "" if self._job is None else kit.next_step(self._job, self._live)
         if text != self._step.text():
             self._step.setText(text)
 
     def _show_approach(self) -> None:
-        text = approach_words(self._job, self._live)
+        text = kit.approach_words(self._job, self._live)
         if text != self._approach.text():
             self._approach.setText(text)
         self._approach.setVisible(bool(text))
 
     def _show_trouble(self) -> None:
         # The reason of a failure is long and shown above, instead of the digits.
-        live = None if has_failed(self._live) else self._live
-        text = "\n".join(trouble(live, self._job))
+        live = None if kit.has_failed(self._live) else self._live
+        text = "\n".join(kit.trouble(live, self._job))
         if text != self._trouble.text():
             self._trouble.setText(text)
 
@@ -232,7 +203,7 @@ class Guidance(Themed, QFrame):
 
 
 def _sentence(name: str) -> QLabel:
-    label = PlainLabel()
+    label = kit.PlainLabel()
     label.setTextFormat(Qt.TextFormat.PlainText)
     label.setWordWrap(True)
     label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)

@@ -24,13 +24,7 @@ from ocmm_core.acquisition.frames import (
     from_records,
     to_records,
 )
-from ocmm_core.acquisition.recording._recording import (
-    Recording,
-    RecordingHead,
-    encode_chunk,
-    encode_head,
-    schema_of,
-)
+from ocmm_core.acquisition.recording import _recording as recording
 from ocmm_core.camera import Rig
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.named_file import NamedFile, write_rescued
@@ -62,8 +56,8 @@ class FrameRecorder:
         self._shape = (len(description.camera_serials), description.n_slots)
         self._sequence = 0
         self._size = 0
-        head = RecordingHead(
-            schema=schema_of(description.n_slots),
+        head = recording.RecordingHead(
+            schema=recording.schema_of(description.n_slots),
             source=description.name,
             rig_name=rig.name,
             rig_identity=rig.identity,
@@ -88,7 +82,7 @@ class FrameRecorder:
         self._rescue: BinaryIO | None = None
         self._saved: Path | None = None
         self._naming = threading.Lock()
-        self._write(encode_head(head))
+        self._write(recording.encode_head(head))
         self._sync()
 
     def append(self, block: FrameBlock) -> None:
@@ -111,7 +105,7 @@ class FrameRecorder:
         lost = self.check_name()
         if lost is not None:
             raise lost
-        content = encode_chunk(self._sequence, to_records(block).tobytes())
+        content = recording.encode_chunk(self._sequence, to_records(block).tobytes())
         if self._free_bytes() < RESERVE_BYTES + len(content):
             self.close()
             raise AcquisitionError(
@@ -229,7 +223,7 @@ class ReplaySource:
         if not 0.0 <= speed < float("inf"):
             msg = f"a replay at speed {speed}"
             raise ValueError(msg)
-        self.recording = Recording(path)
+        self.recording = recording.Recording(path)
         """The recording; ``warning`` is set if its end was skipped."""
         head = self.recording.head
         self._description = SourceDescription(
