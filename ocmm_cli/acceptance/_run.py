@@ -139,17 +139,14 @@ def run_test(
     # A recording starts with the first touch: a resumed test would measure some twice.
     session = None if new or is_recorded else _unfinished(site, base, console)
     if session is None:
-        of_cameras, of_tip = composition.artefacts_used_before(site.cameras, site.probe)
-        stores = (site.cameras.store, site.probe.store)
-        folders = [one.folder / "sessions" for one in stores if one is not None]
         now = datetime.now(UTC)
         stage = site.stage
         name = f"{stage.procedure.id}-{now.strftime('%Y%m%dT%H%M%S.%f')}.chain"
         session = acceptance.AcceptanceSession.begin(
             base / "sessions" / name, stage, site.procedure_sha256, now,
             temperature=temperature(), who=who, place=place, customer=customer,
-            condition=condition, calibration_artefacts=of_cameras,
-            qualification_artefacts=of_tip, reserved=acceptance.reserved_spots(folders), air=air,
+            condition=condition, air=air,
+            earlier=composition.earlier_use(site.cameras, site.probe, spots=True),
         )  # fmt: skip
     console.print(f"{lead('Test     ')}{say_word(session.stage.procedure.title)}")
     console.print(f"{lead('Session  ')}{session.path}")

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import cast
 
 from ocmm_core.acceptance import _register as register
-from ocmm_core.acceptance._guards import artefact_findings
+from ocmm_core.acceptance._guards import EarlierUse, artefact_findings
 from ocmm_core.acceptance._kinds import kind_of
 from ocmm_core.acceptance._procedure import ProcedureDocument, load_procedure, procedure_files
 from ocmm_core.acceptance._recompute import load_signed_record
@@ -18,7 +18,6 @@ from ocmm_core.acceptance._result import AcceptanceRecord, InstrumentState, Used
 from ocmm_core.acceptance._session import AcceptanceSession
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.seals import SealState
@@ -102,17 +101,14 @@ def offered_artefacts(
     candidates: Iterable[tuple[str, UsedArtefact]],
     now: datetime,
     temperature: Temperature,
-    calibration_artefacts: Sequence[ArtefactUse] = (),
-    qualification_artefacts: Sequence[ArtefactUse] = (),
+    earlier: EarlierUse | None = None,
 ) -> tuple[ArtefactOffer, ...]:
     """Return the needed artefacts for a test, usable first; others with the reason."""
     offers = []
     for name, used in candidates:
         if used.role not in kind_of(stage).roles:
             continue
-        found = artefact_findings(
-            stage, used, now, temperature, calibration_artefacts, qualification_artefacts
-        )
+        found = artefact_findings(stage, used, now, temperature, earlier or EarlierUse())
         refused = [f"{one.what} {one.remedy}" for one in found if one.refuses]
         warned = tuple(one.what for one in found if not one.refuses)
         offers.append(ArtefactOffer(name, used, refused[0] if refused else "", warned))

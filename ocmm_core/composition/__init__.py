@@ -19,7 +19,7 @@ if TYPE_CHECKING:
         VIRTUAL_ROOM, AcceptanceBench, StatedConditions, TestsMade,
     )  # fmt: skip
     from ocmm_core.composition._acceptance_site import (
-        AcceptanceSite, artefacts_used_before, default_test_folder, instrument_of, named_artefact,
+        AcceptanceSite, default_test_folder, earlier_use, instrument_of, named_artefact,
         open_test_site, recorded_feed, require_recorded, require_scenes, tests_folder,
     )  # fmt: skip
     from ocmm_core.composition._calibration_choice import (
@@ -52,11 +52,11 @@ __all__ = [
     "RECOMMENDED_RIG", "SERVICE", "STANDARD_PROBE", "VIRTUAL_ROOM", "VIRTUAL_WIRE",
     "AcceptanceBench", "AcceptanceSite", "BuiltStation", "ClimateRequest", "Errand", "Feed",
     "NamedSource", "Origin", "Remaining", "ScriptedOperator", "ScriptedRig", "SourceSpec",
-    "StateLine", "StatedConditions", "StationRequest", "StationState", "TestsMade",
-    "artefacts_used_before", "build_station", "bus_config", "bus_description", "calibration_of",
-    "checked_for_replay", "choose_calibration", "choose_probe", "climate_in_use",
-    "default_test_folder", "described_cameras", "identities", "instrument_of", "late", "make_feed",
-    "measured_checks", "named_artefact", "names_in_words", "open_test_site", "origin_of", "rate_of",
-    "recorded_feed", "request_of_settings", "require_recorded", "require_scenes", "source_help",
-    "source_of", "sources", "station_state", "stream_options", "tests_folder", "virtual_names",
+    "StateLine", "StatedConditions", "StationRequest", "StationState", "TestsMade", "build_station",
+    "bus_config", "bus_description", "calibration_of", "checked_for_replay", "choose_calibration",
+    "choose_probe", "climate_in_use", "default_test_folder", "described_cameras", "earlier_use",
+    "identities", "instrument_of", "late", "make_feed", "measured_checks", "named_artefact",
+    "names_in_words", "open_test_site", "origin_of", "rate_of", "recorded_feed",
+    "request_of_settings", "require_recorded", "require_scenes", "source_help", "source_of",
+    "sources", "station_state", "stream_options", "tests_folder", "virtual_names",
 ]  # fmt: skip

@@ -37,7 +37,6 @@ from ocmm_core.acceptance import (
     offered_artefacts,
     offered_procedures,
     open_tests,
-    reserved_spots,
 )
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationInUse, CalibrationStore, ProbeInUse
@@ -141,10 +140,9 @@ class AcceptanceBench:
         candidates = [(one.id, one.used()) for one in register.entries.values()]
         if self.is_virtual:
             candidates = [*self._shipped().items(), *candidates]
-        of_cameras, of_tip = acceptance_site.artefacts_used_before(self.cameras(), self.probe())
-        offers = offered_artefacts(
-            self.stage(offer, (), now), candidates, now, temperature, of_cameras, of_tip
-        )
+        earlier = acceptance_site.earlier_use(self.cameras(), self.probe())
+        stage = self.stage(offer, (), now)
+        offers = offered_artefacts(stage, candidates, now, temperature, earlier)
         return tuple(
             replace(one, refusal=f"{faults[one.name]} {NOT_SIGNED_REMEDY}")
             if one.name in faults
@@ -154,13 +152,13 @@ class AcceptanceBench:
 
     def refused_for(self, entry: ArtefactEntry, now: datetime) -> tuple[tuple[str, str], ...]:
         """Return the procedures for a register entry's kind, each with the refusal if any."""
-        of_cameras, of_tip = acceptance_site.artefacts_used_before(self.cameras(), self.probe())
+        earlier = acceptance_site.earlier_use(self.cameras(), self.probe())
         found = []
         for offer in self.procedures(now):
             if entry.kind in offer.roles:
                 stage = self.stage(offer, (), now)
                 (one,) = offered_artefacts(
-                    stage, [(entry.id, entry.used())], now, VIRTUAL_ROOM, of_cameras, of_tip
+                    stage, [(entry.id, entry.used())], now, VIRTUAL_ROOM, earlier
                 )
                 found.append((offer.procedure.id, one.refusal))
         return tuple(found)
@@ -177,10 +175,7 @@ class AcceptanceBench:
         if not given.who.strip():
             raise InputError("wizard.who", "No name given.", "Enter your name in 'Done by'.")
         acceptance_site.require_scenes(self.request.source)
-        cameras, probe = self.cameras(), self.probe()
-        of_cameras, of_tip = acceptance_site.artefacts_used_before(cameras, probe)
-        stores = (cameras.store, probe.store)
-        folders = [one.folder / "sessions" for one in stores if one is not None]
+        earlier = acceptance_site.earlier_use(self.cameras(), self.probe(), spots=True)
         stage = self.stage(offer, artefacts, now)
         if seed is not None:
             stage = Stage(stage.procedure, stage.instrument, stage.artefacts, seed)
@@ -189,8 +184,7 @@ class AcceptanceBench:
             self.tests() / SESSIONS / name, stage, offer.sha256, now,
             temperature=given.temperature, who=given.who.strip(), place=given.place.strip(),
             customer=given.customer.strip(), condition=given.condition,
-            calibration_artefacts=of_cameras, qualification_artefacts=of_tip,
-            reserved=reserved_spots(folders), air=given.air,
+            earlier=earlier, air=given.air,
         )  # fmt: skip
         return self._procedure(session, given.temperature)
 

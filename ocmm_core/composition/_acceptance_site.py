@@ -13,14 +13,7 @@ import platformdirs
 
 from ocmm_core import acceptance
 from ocmm_core.build import build_version
-from ocmm_core.calibration.records import (
-    ArtefactUse,
-    CalibrationInUse,
-    ProbeInUse,
-    judge,
-    load_bar,
-    load_sphere,
-)
+from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse, judge, load_bar, load_sphere
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import _calibration_choice as calibration_choice
 from ocmm_core.composition._defaults import DEMO_PLAN
@@ -186,14 +179,18 @@ def require_recorded(
     return msgspec.structs.replace(instrument, simulated=virtual)
 
 
-def artefacts_used_before(
-    cameras: CalibrationInUse, probe: ProbeInUse
-) -> tuple[tuple[ArtefactUse, ...], tuple[ArtefactUse, ...]]:
-    """Return the artefacts used by the calibration and by the tip qualification."""
+def earlier_use(
+    cameras: CalibrationInUse, probe: ProbeInUse, *, spots: bool = False
+) -> acceptance.EarlierUse:
+    """Return the artefacts of the calibration and the tip; with `spots` also their sessions'."""
     of_cameras = () if cameras.record is None else cameras.record.artefacts
     records = probe.records
     qualification = None if records is None else records.qualification
-    return of_cameras, () if qualification is None else qualification.artefacts
+    of_tip = () if qualification is None else qualification.artefacts
+    folders = [one.folder / "sessions" for one in (cameras.store, probe.store) if one is not None]
+    return acceptance.EarlierUse(
+        of_cameras, of_tip, acceptance.reserved_spots(folders) if spots else ()
+    )
 
 
 def _vector(values: Float) -> tuple[float, float, float]:
