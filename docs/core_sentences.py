@@ -51,11 +51,35 @@ _FAILING = _set("contained described fail note draw run_errand exit_with _do _te
 _WORD_KEYWORDS = _set("words title point_word direction_word name_words label")
 
 
+class _Qualified(ast.NodeTransformer):
+    """Replaces names of imported modules of ours, `package.name`, by the name alone."""
+
+    def __init__(self, modules: frozenset[str]) -> None:
+        self._modules = modules
+
+    @classmethod
+    def removed(cls, tree: ast.Module) -> ast.Module:
+        """Return a tree as if every name were imported."""
+        imports = (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
+        ours = (node for node in imports if (node.module or "").startswith("ocmm_"))
+        modules = frozenset(one.asname or one.name for node in ours for one in node.names)
+        cls(modules).visit(tree)
+        return tree
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        """Replace it if it is of a module, whose name has no capitals."""
+        self.generic_visit(node)
+        match node.value:
+            case ast.Name(id=name) if name in self._modules and name.islower():
+                return ast.copy_location(ast.Name(node.attr, node.ctx), node)
+        return node
+
+
 class Reader:
     """Finds the sentences of one source."""
 
     def __init__(self, text: str) -> None:
-        self._tree = ast.parse(text)
+        self._tree = _Qualified.removed(ast.parse(text))
         self._parents = {
             child: node for node in ast.walk(self._tree) for child in ast.iter_child_nodes(node)
         }

@@ -56,8 +56,8 @@ LEFT_OUT = (
     # Help of commands, which stays English.
     "ocmm_core/options.py",
     # Texts of the protocol, and a table of the English manual.
-    "ocmm_serve/ippdme/_commands.py", "ocmm_serve/ippdme/_dialect.py",
-    "ocmm_serve/ippdme/_grammar.py", "ocmm_serve/ippdme/_registry.py",
+    "ocmm_serve/ippdme/_commands.py", "ocmm_serve/ippdme/_grammar.py",
+    "ocmm_serve/ippdme/_registry.py",
     # Names of functions, of files, and patterns.
     "ocmm_cli/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
 )  # fmt: skip
@@ -140,8 +140,8 @@ PROCEDURES = (
 """Titles of the shipped procedures, and sources whose names have words."""
 
 WORD_FILES = re.compile(
-    r"_steps|_procedure_\w+|_guided_view|settings/_specs|_facts|_paper_facts|_report_data|_head"
-    r"|_tables|_recall_messages|_causes|_registry|_station_state|_gauge_rr|_from_jobs|_in_use"
+    r"_steps|_procedure_\w+|acceptance/_guided|settings/_specs|_facts|_paper_facts|_report_data|_head"
+    r"|_tables|_recall_messages|_causes|_registry|_calibration_choice|_gauge_rr|_from_jobs|_in_use"
     r"|_model_frame|_job_messages|_usable|certificate/_content|_contributions|_evaluating|_kinds"
 )
 """Fields whose single words are headings or titles of steps."""

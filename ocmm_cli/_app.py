@@ -11,21 +11,12 @@ from typing import Annotated, Any, Literal
 import typer
 from typer.core import TyperGroup
 
+from ocmm_cli import calibrate, study
 from ocmm_cli._measuring import demo, has_display, measure, open_window
 from ocmm_cli.acceptance import acceptance_app, artefact_app, msa_app
 from ocmm_cli.archive import archive_app
 from ocmm_cli.audit import audit_app, key_app
 from ocmm_cli.bus import bus_app, camera_app, rig_app
-from ocmm_cli.calibrate import (
-    calibrate_app,
-    check_tip_command,
-    mount_tip,
-    probe_command,
-    probe_history,
-    probe_status,
-    tip_command,
-    write_cameras,
-)
 from ocmm_cli.measure import (
     align_command,
     align_plan_command,
@@ -39,13 +30,6 @@ from ocmm_cli.measure import (
 )
 from ocmm_cli.options import describe, described, read_typed_numbers
 from ocmm_cli.station import settings_app, station_app, support_app
-from ocmm_cli.study import (
-    fit_command,
-    probe_app,
-    study_app,
-    uncertainty_command,
-    verify_fits_command,
-)
 from ocmm_cli.terminal import make_console, say
 from ocmm_core.build import build_version
 from ocmm_core.plugins import load
@@ -106,24 +90,24 @@ def window(context: typer.Context) -> None:
     open_window(*context.args)
 
 
-calibrate_app.command()(write_cameras)
-calibrate_app.command(name="probe")(probe_command)
-calibrate_app.command(name="tip")(tip_command)
-calibrate_app.command(name="check-tip")(check_tip_command)
+calibrate.calibrate_app.command()(calibrate.write_cameras)
+calibrate.calibrate_app.command(name="probe")(calibrate.probe_command)
+calibrate.calibrate_app.command(name="tip")(calibrate.tip_command)
+calibrate.calibrate_app.command(name="check-tip")(calibrate.check_tip_command)
 archive_app.command(name="recall")(recall_archived)
-for command in (mount_tip, probe_status, probe_history):
-    calibrate_app.command()(command)
+for command in (calibrate.mount_tip, calibrate.probe_status, calibrate.probe_history):
+    calibrate.calibrate_app.command()(command)
 
 _COMMANDS: dict[str, typer.Typer | Callable[..., None]] = {
     "align": align_command,
     "align-plan": align_plan_command,
     "compare": compare_command,
     "environment": environment_command,
-    "uncertainty": uncertainty_command,
+    "uncertainty": study.uncertainty_command,
     "report": report_command,
     "recall": recall_command,
-    "fit": fit_command,
-    "verify-fits": verify_fits_command,
+    "fit": study.fit_command,
+    "verify-fits": study.verify_fits_command,
     "window": window,
     "demo": demo,
     "measure": measure,
@@ -133,9 +117,9 @@ _COMMANDS: dict[str, typer.Typer | Callable[..., None]] = {
     "rig": rig_app,
     "bus": bus_app,
     "camera": camera_app,
-    "calibrate": calibrate_app,
-    "study": study_app,
-    "probe": probe_app,
+    "calibrate": calibrate.calibrate_app,
+    "study": study.study_app,
+    "probe": study.probe_app,
     "plan": plan_app,
     "archive": archive_app,
     "audit": audit_app,

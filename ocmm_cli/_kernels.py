@@ -42,7 +42,7 @@ ocmm_core.features.search._newton_kernel
     terms i f2 f1 f1 f2T f2
     terms i f2 f1 f1 f2T f2A
     terms i f2 f1 f1 f2 f2
-ocmm_core.features.search._places_kernel
+ocmm_core.features.search._search
     seen i f1 f2 f
 ocmm_core.features.search._point_kernel
     centre f2 f1 f2
@@ -144,7 +144,6 @@ ocmm_core.calibration.cameras._kernel
 ocmm_core.calibration.pivot._kernel
     move_turns f3 f3 f2 f1 f3 f2
     schur_reduce_rotations f2 f2 f1 f4 f3 f f3 f2 f i1 f3 f2 f3 f3 f2 f2
-ocmm_core.calibration.pivot._shape_kernel
     add_moments f3 f2 f2
     average_turned f3 f1 f2 f2
     fit_turns f2 f3 f3 f2 f1

@@ -19,26 +19,11 @@ from typing import Generic, TypeVar
 
 import msgspec
 
+from ocmm_core import seals
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
 from ocmm_core.named_file import NamedFile, write_rescued
-from ocmm_core.seals import (
-    THIS_STATION,
-    KeyFolder,
-    KnownEnd,
-    SealState,
-    SealWord,
-    Signature,
-    Signed,
-    StationKey,
-    expect,
-    judge_signature,
-    memory_loss,
-    recall,
-    remember,
-    sign,
-)
 from ocmm_core.side_files import open_guarded
 
 T = TypeVar("T", bound=msgspec.Struct)
@@ -53,7 +38,7 @@ class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     previous: str
     item: msgspec.Raw
     sha256: str
-    signature: Signature | None = None
+    signature: seals.Signature | None = None
 
 
 class ChainFile(Generic[T]):
@@ -70,20 +55,20 @@ class ChainFile(Generic[T]):
         path: Path,
         kind: type[T],
         *,
-        signed: Signed | None = None,
+        signed: seals.Signed | None = None,
         remembered: bool = False,
         known: ChainFile[T] | None = None,
     ) -> None:
         self.path = path
         self._signed, self._remembered = signed, remembered
-        self._key: StationKey | None = None
-        self._signatures: tuple[Signature | None, ...] = ()
+        self._key: seals.StationKey | None = None
+        self._signatures: tuple[seals.Signature | None, ...] = ()
         self._end = _FIRST_LINK
         self.items: tuple[T, ...] = ()
         """Contents of the lines, oldest first."""
         self.links: tuple[str, ...] = ()
         """The hash that ends each line."""
-        self.signer = SealState(SealWord.NOT_SIGNED)
+        self.signer = seals.SealState(seals.SealWord.NOT_SIGNED)
         """The state of the whole chain: of its last line, if the first is signed as well."""
         self.torn = False
         """The last line is followed by the beginning of another one."""
@@ -98,7 +83,7 @@ class ChainFile(Generic[T]):
         self._load(kind, known)
         if not (remembered and self.links):
             return
-        seen = recall(_name(self.links))
+        seen = seals.recall(_name(self.links))
         if seen is not None and not seen.holds_in(self.links):
             # Another program may have appended: what it remembered before this reading is there.
             self._load(kind, None)
@@ -111,7 +96,7 @@ class ChainFile(Generic[T]):
         content = whole[: whole.rfind(b"\n") + 1]
         links: list[str] = []
         items: list[T] = []
-        signatures: list[Signature | None] = []
+        signatures: list[seals.Signature | None] = []
         begin = 0
         on = None if known is None or self._signed is not None else known.begins(content)
         if known is not None and on is not None:
@@ -150,12 +135,12 @@ class ChainFile(Generic[T]):
         self._signatures = tuple(signatures)
         self.signer = self._judged()
 
-    def _require_all(self, seen: KnownEnd | None) -> None:
+    def _require_all(self, seen: seals.KnownEnd | None) -> None:
         """Raise StorageError if the memory of this station contradicts the chain, or is missing."""
         if seen is None:
-            if self.signer.station == THIS_STATION:
+            if self.signer.station == seals.THIS_STATION:
                 utc = str(getattr(self.items[-1], "utc", ""))
-                lost = memory_loss(_name(self.links), utc, KeyFolder())
+                lost = seals.memory_loss(_name(self.links), utc, seals.KeyFolder())
                 if lost is not None:
                     raise StorageError(lost.code, f"{self.path}: {lost.what}", lost.remedy)
         elif not seen.holds_in(self.links):
@@ -173,28 +158,28 @@ class ChainFile(Generic[T]):
                 "chain.signer", f"{self.path} cannot be trusted. {self.signer.fault}", remedy
             )
 
-    def signers(self) -> tuple[SealState, ...]:
+    def signers(self) -> tuple[seals.SealState, ...]:
         """Return the states of the lines' signatures, oldest first; StorageError if one is bad."""
         return tuple(self._signer_of(index) for index in range(len(self._signatures)))
 
-    def _signer_of(self, index: int) -> SealState:
+    def _signer_of(self, index: int) -> seals.SealState:
         if self._signed is None:
-            return SealState(SealWord.NOT_SIGNED)
+            return seals.SealState(seals.SealWord.NOT_SIGNED)
         content, signature = self.links[index].encode(), self._signatures[index]
-        state = judge_signature(KeyFolder(), self._signed, content, signature)
-        if state.word is SealWord.FORGED:
+        state = seals.judge_signature(seals.KeyFolder(), self._signed, content, signature)
+        if state.word is seals.SealWord.FORGED:
             raise _forged(self.path, index + 1)
         return state
 
-    def _judged(self) -> SealState:
+    def _judged(self) -> seals.SealState:
         # Lines are added to a sound chain only: a sound last line vouches for all before it.
         for index, (one, after) in enumerate(pairwise(self._signatures), start=2):
             if one is not None and after is None:
                 raise _forged(self.path, index)
         if not self._signatures or self._signatures[-1] is None:
-            return SealState(SealWord.NOT_SIGNED)
+            return seals.SealState(seals.SealWord.NOT_SIGNED)
         last = self._signer_of(len(self._signatures) - 1)
-        return SealState(SealWord.NOT_SIGNED) if self._signatures[0] is None else last
+        return seals.SealState(seals.SealWord.NOT_SIGNED) if self._signatures[0] is None else last
 
     def require_name(self) -> None:
         """Raise StorageError if the path no longer means this file; cheap, also for a timer.
@@ -243,16 +228,16 @@ class ChainFile(Generic[T]):
         self.require_name()
         if self._disk_failed:
             raise _given_up(self.path)
-        if self.signer.word is SealWord.UNKNOWN_KEY:
+        if self.signer.word is seals.SealWord.UNKNOWN_KEY:
             self.require_signed("If that station is yours, trust its key first: ocmm key trust.")
         line = _line(len(self.items) + 1, self._end, msgspec.json.encode(item), None)
         if self._signed is not None:
-            self._key = self._key or KeyFolder().station_key()
-            signature = sign(self._key, self._signed, line.sha256.encode())
+            self._key = self._key or seals.KeyFolder().station_key()
+            signature = seals.sign(self._key, self._signed, line.sha256.encode())
             line = msgspec.structs.replace(line, signature=signature)
         link, content = line.sha256, _encode(line)
         if self._remembered and not self.links:
-            expect(_name([link]), self.path.resolve())
+            seals.expect(_name([link]), self.path.resolve())
         try:
             made = 0 if self._length else os.O_CREAT
             if made:
@@ -299,13 +284,17 @@ class ChainFile(Generic[T]):
         self._end = _end_of(line)
         self._signatures = (*self._signatures, line.signature)
         if self._key is not None and self._signatures[0] is not None:
-            self.signer = SealState(SealWord.SEALED, THIS_STATION, self._key.fingerprint)
+            self.signer = seals.SealState(
+                seals.SealWord.SEALED, seals.THIS_STATION, self._key.fingerprint
+            )
         if self._remembered:
             name, place = _name(self.links), str(self.path.resolve())
-            remember(KnownEnd(name=name, count=len(self.links), link=link, place=place), sync=False)
+            seals.remember(
+                seals.KnownEnd(name=name, count=len(self.links), link=link, place=place), sync=False
+            )
 
 
-def _line(number: int, previous: str, item: bytes, signature: Signature | None) -> _Line:
+def _line(number: int, previous: str, item: bytes, signature: seals.Signature | None) -> _Line:
     return _Line(number, previous, msgspec.Raw(item), _link_of(number, previous, item), signature)
 
 

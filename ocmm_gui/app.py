@@ -24,28 +24,11 @@ from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, hold_standard_st
 from ocmm_core.host import library_fault
 from ocmm_core.options import DEFAULT_SERIAL
 from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
-from ocmm_gui._showing import (
-    HandOverSender,
-    end_after,
-    end_on_signals,
-    let_go,
-    save_pictures,
-    show,
-    splash,
-    watch_jobs,
-)
+from ocmm_gui import _showing as showing
+from ocmm_gui import kit
 from ocmm_gui.access import zoom_before_start
 from ocmm_gui.arguments import given, parser, window_options
 from ocmm_gui.home import StartChoice, StartPurpose, StartWindow
-from ocmm_gui.kit import (
-    Mode,
-    NoticeCentre,
-    chosen_language,
-    style_of,
-    text_font,
-    use_language,
-    use_numbers,
-)
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationRequest
@@ -79,7 +62,7 @@ def make_application(zoom_percent: int = 100) -> QApplication:
         app = QApplication(["ocmm"])
     app.setApplicationName("OCMM")
     app.setStyle("Fusion")
-    app.setFont(text_font(14))
+    app.setFont(kit.text_font(14))
     return app
 
 
@@ -134,9 +117,9 @@ def run(parsed: argparse.Namespace) -> int:
     store = SettingsStore.of_this_user(given(parsed))
     app = make_application(store.load().settings.window_zoom)
     app.setQuitOnLastWindowClosed(False)
-    end_on_signals(app)
-    told = NoticeCentre()
-    sender = HandOverSender(store)
+    showing.end_on_signals(app)
+    told = kit.NoticeCentre()
+    sender = showing.HandOverSender(store)
     try:
         return _windows(app, parsed, store, told)
     finally:
@@ -144,7 +127,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _windows(
-    app: QApplication, parsed: argparse.Namespace, store: SettingsStore, told: NoticeCentre
+    app: QApplication, parsed: argparse.Namespace, store: SettingsStore, told: kit.NoticeCentre
 ) -> int:
     choice = StartChoice(StartPurpose.MEASURE)
     if parsed.job is not None:
@@ -160,14 +143,14 @@ def _windows(
             chosen = _ask(app, parsed, store, choice, told)
             if chosen is None:
                 return closed
-            choice, told = chosen, NoticeCentre()
+            choice, told = chosen, kit.NoticeCentre()
             continue
         try:
             code, after = _work(app, parsed, store, choice, told)
         except OcmmError as error:
             if choice.errand is StartPurpose.MEASURE:
                 raise
-            told = NoticeCentre()
+            told = kit.NoticeCentre()
             told.error(error)
             if error.code in _LOST:
                 # The Start page states where the points are; its exit code is that of the loss.
@@ -177,8 +160,8 @@ def _windows(
             continue
         if code != EXIT_OK or after is None:
             return code
-        let_go()
-        choice, told = after, NoticeCentre()
+        showing.let_go()
+        choice, told = after, kit.NoticeCentre()
 
 
 def _instead(choice: StartChoice, error: OcmmError) -> StartChoice:
@@ -189,9 +172,9 @@ def _instead(choice: StartChoice, error: OcmmError) -> StartChoice:
 
 
 def _use_language(app: QApplication, settings: Settings) -> None:
-    language = chosen_language(settings.window_language)
-    use_language(app, language)
-    use_numbers(style_of(language, settings.window_decimal, settings.window_units))
+    language = kit.chosen_language(settings.window_language)
+    kit.use_language(app, language)
+    kit.use_numbers(kit.style_of(language, settings.window_decimal, settings.window_units))
 
 
 def _ask(
@@ -199,21 +182,21 @@ def _ask(
     parsed: argparse.Namespace,
     store: SettingsStore,
     choice: StartChoice,
-    told: NoticeCentre,
+    told: kit.NoticeCentre,
 ) -> StartChoice | None:
     """Show the start page, and return the choice; None if it was closed."""
-    notices = NoticeCentre()
+    notices = kit.NoticeCentre()
     window = StartWindow(store, notices)
     for notice in told.kept():
         notices.post(notice)
     window.closed.connect(app.quit)
-    show(window, parsed.size)
+    showing.show(window, parsed.size)
     window.read()
     if choice.section:
         window.show_settings(choice.section)
-    end_after(parsed.quit_after, window.close)
+    showing.end_after(parsed.quit_after, window.close)
     app.exec()
-    save_pictures(window, parsed.screenshot)
+    showing.save_pictures(window, parsed.screenshot)
     window.close()
     window.deleteLater()
     return window.choice
@@ -224,7 +207,7 @@ def _work(
     parsed: argparse.Namespace,
     store: SettingsStore,
     choice: StartChoice,
-    told: NoticeCentre,
+    told: kit.NoticeCentre,
 ) -> tuple[int, StartChoice | None]:
     """Do an errand, and return the exit code with the next choice, or None."""
     # Everything loaded here stays: garbage collection would take a seventh of the start.
@@ -232,7 +215,7 @@ def _work(
     loaded = store.load()
     options = window_options(parsed, loaded)
     # Numerical libraries take a second to load: show something before that.
-    starting = splash(app, loaded.settings.instrument_source, options.theme)
+    starting = showing.splash(app, loaded.settings.instrument_source, options.theme)
     try:
         from ocmm_core.composition import AcceptanceBench, build_station, source_of
         from ocmm_gui.bridge import StationBridge
@@ -244,13 +227,13 @@ def _work(
     finally:
         starting.close()
         starting.deleteLater()
-    notices = NoticeCentre()
+    notices = kit.NoticeCentre()
     try:
         bridge = StationBridge(built.station)
     except BaseException:
         built.station.close()
         raise
-    watch = watch_jobs(built, loaded, choice)
+    watch = showing.watch_jobs(built, loaded, choice)
     code, after = EXIT_OK, ""
     path, plan = built.job_path, built.station.job.plan_file
     practised = source_of(request.source).spec.practice
@@ -268,7 +251,7 @@ def _work(
                 practice=None if practised is None else practised(request),
             )
             window.show_far(options.far)
-            show(window, options.size)
+            showing.show(window, options.size)
             gc.freeze()
             gc.enable()
             _begin(window, bridge, parsed, loaded, choice)
@@ -278,12 +261,12 @@ def _work(
             for notice in told.kept():
                 notices.post(notice)
             window.closed.connect(app.quit)
-            end_after(options.quit_after_s, window.close)
+            showing.end_after(options.quit_after_s, window.close)
             app.exec()
             # The current job may differ from the first by now.
             path, plan = built.station.job.path, built.station.job.plan_file
             after = window.after
-            if not save_pictures(window, options.screenshots):
+            if not showing.save_pictures(window, options.screenshots):
                 code = EXIT_FAILED
     finally:
         gc.enable()
@@ -352,7 +335,7 @@ def _begin(
     elif errand is StartPurpose.PLANS:
         window.sheets.open_plan()
     elif errand is StartPurpose.CALIBRATE:
-        window.show_mode(Mode.MAINTAIN)
+        window.show_mode(kit.Mode.MAINTAIN)
         window.maintenance.view.show_page(window.maintenance.calibration)
         if source == DEFAULT_SOURCE:
             # A robot hand must not measure behind the page.

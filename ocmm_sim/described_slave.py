@@ -34,16 +34,7 @@ from ocmm_core.fieldbus.device import (
     DictionaryObject,
     ObjectEntry,
 )
-from ocmm_sim.slave import (
-    CHUNK_FRAMES,
-    INIT,
-    SAFEOP,
-    CameraFrames,
-    CoeServer,
-    Esc,
-    Frames,
-    checksum_of_configuration,
-)
+from ocmm_sim import slave
 
 _PROTOCOL_COE = 0x0004
 _STRINGS, _GENERAL, _FMMU, _SYNC_MANAGERS, _TX_PDO, _RX_PDO = 10, 30, 40, 41, 50, 51
@@ -72,7 +63,7 @@ def _described_eeprom(
 ) -> bytes:
     head = bytearray(SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
-    head += struct.pack("<H", checksum_of_configuration(head))
+    head += struct.pack("<H", slave.checksum_of_configuration(head))
     revision = device.revisions[1]
     head += struct.pack("<IIII", device.vendor, device.product, revision, serial)
     head += bytes(16) + struct.pack("<HHHHH", *device.mailbox, _PROTOCOL_COE)
@@ -163,7 +154,7 @@ class DescribedCamera:
         index: int,
         serial: int,
         alias: int,
-        provider: CameraFrames,
+        provider: slave.CameraFrames,
         device: DeviceDescription,
         lens: CameraModel | None = None,
     ) -> None:
@@ -182,14 +173,14 @@ class DescribedCamera:
         self.start_ns = self.period_ns = 0
         self.renewals = 0
         self._block: int | None = None
-        self._pieces: dict[int, Frames] = {}
-        self.esc = Esc(
+        self._pieces: dict[int, slave.Frames] = {}
+        self.esc = slave.Esc(
             _described_eeprom(device, self._image, serial, alias),
             7_000_000_000 * (index + 1),
             self,
             _sync_managers(device, self._image),
         )
-        self.coe = CoeServer(
+        self.coe = slave.CoeServer(
             _described_dictionary(device, self._image, serial), device.mailbox[1], {}
         )
 
@@ -199,9 +190,9 @@ class DescribedCamera:
 
     def state_changed(self, state: int) -> None:
         """Start or stop the exposures with the state."""
-        if state == INIT:
+        if state == slave.INIT:
             self.coe.reset()
-        if state < SAFEOP:
+        if state < slave.SAFEOP:
             self.period_ns = 0
         elif not self.period_ns:
             self._start()
@@ -265,7 +256,7 @@ class DescribedCamera:
         if not self.period_ns:
             return False
         newest = (self.esc.system_time_ns - self.start_ns) // self.period_ns
-        first = max(0, newest // CHUNK_FRAMES)
+        first = max(0, newest // slave.CHUNK_FRAMES)
         for piece in range(first, first + _AHEAD):
             if piece not in self._pieces:
                 self._piece(piece)
@@ -284,11 +275,11 @@ class DescribedCamera:
         elif self.esc.sync0 is not None:
             self.start_ns, self.period_ns = self.esc.sync0
 
-    def _frames(self, first: int) -> Frames:
-        piece, at = divmod(first, CHUNK_FRAMES)
+    def _frames(self, first: int) -> slave.Frames:
+        piece, at = divmod(first, slave.CHUNK_FRAMES)
         end = at + self._device.exposures
         parts = [self._piece(piece)]
-        if end > CHUNK_FRAMES:
+        if end > slave.CHUNK_FRAMES:
             parts.append(self._piece(piece + 1))
         chosen: list[NDArray[np.generic]] = [
             np.concatenate([part[which] for part in parts])[at:end] for which in range(3)
@@ -296,11 +287,11 @@ class DescribedCamera:
         valid, flags, uv = chosen
         return valid.astype(np.uint16), flags.astype(np.uint16), uv.astype(np.float64)
 
-    def _piece(self, number: int) -> Frames:
+    def _piece(self, number: int) -> slave.Frames:
         if number not in self._pieces:
             for old in [each for each in self._pieces if each < number - 1]:
                 del self._pieces[old]
             self._pieces[number] = self._provider.camera_frames(
-                self._index, number * CHUNK_FRAMES, CHUNK_FRAMES
+                self._index, number * slave.CHUNK_FRAMES, slave.CHUNK_FRAMES
             )
         return self._pieces[number]

@@ -19,17 +19,9 @@ import numpy as np
 import platformdirs
 
 from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration import records
 from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.guided import ProcedureDecision
-from ocmm_core.calibration.records import (
-    CalibrationStore,
-    ProbeStore,
-    entry_of,
-    practice_name,
-    probe_store_folder,
-    rig_in_force,
-    store_folder,
-)
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.calibration.sweeping import AGAIN, SECOND, SWEEPS, PivotProcedure
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
@@ -40,23 +32,7 @@ from ocmm_core.composition.hands import BLOCK, IDLE_S, Hand, Watcher
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import OcmmError
 from ocmm_core.tracking import load_probe
-from ocmm_sim.calibration_scenes import (
-    CalibrationScenesRig,
-    Scene,
-    SweepProbe,
-    TipFault,
-    made_camera_record,
-    made_probe_record,
-    made_tip_record,
-    made_verification,
-)
-from ocmm_sim.sources import (
-    VirtualSite,
-    relocation_by_step,
-    scene_of_tip,
-    scenes_of_known_points,
-    verification_by_step,
-)
+from ocmm_sim import calibration_scenes, sources
 
 _WAIT_S = 0.05
 
@@ -129,10 +105,10 @@ class PracticeHand(Hand):
 _FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
 _SECONDS, _REACH_DEG, _REST_S = 30.0, (30.0, 30.0, 13.0), 3.0
 
-Scenes = tuple[Scene, ...]
+Scenes = tuple[calibration_scenes.Scene, ...]
 
 
-def scenes_of_step(site: VirtualSite, rig: Rig, procedure: Any) -> Scenes:
+def scenes_of_step(site: sources.VirtualSite, rig: Rig, procedure: Any) -> Scenes:
     """Return the scenes that complete the step of a `_SCENES` kind, or empty."""
     base = procedure.base
     if base.step.gate.open and base.step.wanted == 0:
@@ -143,30 +119,30 @@ def scenes_of_step(site: VirtualSite, rig: Rig, procedure: Any) -> Scenes:
     return ()
 
 
-def _known_points(site: VirtualSite, _rig: Rig, procedure: KnownPointsProcedure) -> (
+def _known_points(site: sources.VirtualSite, _rig: Rig, procedure: KnownPointsProcedure) -> (
     Mapping[str, Scenes]
 ):  # fmt: skip
-    return {"collect": scenes_of_known_points(site, procedure.view, procedure.points)}
+    return {"collect": sources.scenes_of_known_points(site, procedure.view, procedure.points)}
 
 
 def _relocation(
-    site: VirtualSite, rig: Rig, procedure: RelocationProcedure
+    site: sources.VirtualSite, rig: Rig, procedure: RelocationProcedure
 ) -> Mapping[str, Scenes]:
-    found = relocation_by_step(site, rig, procedure.view, procedure.bar, procedure.control)
+    found = sources.relocation_by_step(site, rig, procedure.view, procedure.bar, procedure.control)
     return {step: (scene,) for step, scene in found.items()}
 
 
-def _verification(site: VirtualSite, rig: Rig, procedure: VerificationProcedure) -> (
+def _verification(site: sources.VirtualSite, rig: Rig, procedure: VerificationProcedure) -> (
     Mapping[str, Scenes]
 ):  # fmt: skip
-    return verification_by_step(site, rig, procedure.view, procedure.bar, procedure.spheres)
+    return sources.verification_by_step(site, rig, procedure.view, procedure.bar, procedure.spheres)
 
 
-def _pivot(site: VirtualSite, _rig: Rig, procedure: PivotProcedure) -> Mapping[str, Scenes]:
+def _pivot(site: sources.VirtualSite, _rig: Rig, procedure: PivotProcedure) -> Mapping[str, Scenes]:
     step, view = procedure.base.step.name, procedure.view
     # Resumed sessions get other sweeps.
     begun = view.sweep.poses if view.sweep is not None else 0
-    sweep = SweepProbe(
+    sweep = calibration_scenes.SweepProbe(
         cone=_FIRST_CONE, seconds=_SECONDS, seed=site.seed + 10 * begun, reach_deg=_REACH_DEG
     )
     if step == AGAIN:
@@ -177,16 +153,18 @@ def _pivot(site: VirtualSite, _rig: Rig, procedure: PivotProcedure) -> Mapping[s
 
 
 def _tip(
-    site: VirtualSite, rig: Rig, procedure: TipQualificationProcedure | TipCheckProcedure
+    site: sources.VirtualSite, rig: Rig, procedure: TipQualificationProcedure | TipCheckProcedure
 ) -> Mapping[str, Scenes]:
-    scene = scene_of_tip(procedure.view, procedure.sphere, rig, site.seed, TipFault())
+    scene = sources.scene_of_tip(
+        procedure.view, procedure.sphere, rig, site.seed, calibration_scenes.TipFault()
+    )
     return {
         "sphere": (msgspec.structs.replace(scene, handles=()),),
         "cone": (msgspec.structs.replace(scene, normals=()),),
     }
 
 
-_SCENES: Mapping[type, Callable[[VirtualSite, Rig, Any], Mapping[str, Scenes]]] = {
+_SCENES: Mapping[type, Callable[[sources.VirtualSite, Rig, Any], Mapping[str, Scenes]]] = {
     KnownPointsProcedure: _known_points,
     RelocationProcedure: _relocation,
     VerificationProcedure: _verification,
@@ -197,7 +175,7 @@ _SCENES: Mapping[type, Callable[[VirtualSite, Rig, Any], Mapping[str, Scenes]]] 
 
 
 PRACTICE_TIP = "1"
-_BY = practice_name("OCMM")
+_BY = records.practice_name("OCMM")
 _GRID = (6, 4, 5)
 _SIGMA_MM = 0.0017
 
@@ -215,17 +193,19 @@ class Practice:
     ) -> None:
         self._request, self._speed = request, speed
         self.folder = folder or practice_folder()
-        self._site = VirtualSite(request.rig, request.probe, request.seed, None)
+        self._site = sources.VirtualSite(request.rig, request.probe, request.seed, None)
 
     @property
     def cameras(self) -> Path:
         """Return the folder of the practised calibrations of the rig."""
-        return store_folder(self.folder / "calibrations", load_rig(self._request.rig).name)
+        return records.store_folder(self.folder / "calibrations", load_rig(self._request.rig).name)
 
     @property
     def probe(self) -> Path:
         """Return the folder of the practised records of the probe."""
-        return probe_store_folder(self.folder / "probes", load_probe(self._request.probe).name)
+        return records.probe_store_folder(
+            self.folder / "probes", load_probe(self._request.probe).name
+        )
 
     @property
     def points(self) -> Path:
@@ -237,7 +217,7 @@ class Practice:
         rig = load_rig(self._request.rig)
         self.folder.mkdir(parents=True, exist_ok=True)
         write_atomic(self.points, _list_of(rig).encode("utf-8"))
-        cameras, probe = CalibrationStore(self.cameras), ProbeStore(self.probe)
+        cameras, probe = records.CalibrationStore(self.cameras), records.ProbeStore(self.probe)
         if cameras.active() is None:
             _put_cameras(cameras, rig, now)
         if not probe.tips:
@@ -245,11 +225,11 @@ class Practice:
 
     def hand(self, procedure: Any, failed: Callable[[OcmmError], None]) -> PracticeHand:
         """Return the hand that performs the steps of a procedure."""
-        store = CalibrationStore(self.cameras)
+        store = records.CalibrationStore(self.cameras)
         record, design = store.active(), load_rig(self._request.rig)
-        rig = design if record is None else rig_in_force(record, design)
+        rig = design if record is None else records.rig_in_force(record, design)
 
-        def make() -> CalibrationScenesRig | None:
+        def make() -> calibration_scenes.CalibrationScenesRig | None:
             scenes = scenes_of_step(self._site, rig, procedure)
             return self._site.script(scenes).build() if scenes else None
 
@@ -268,17 +248,17 @@ def _list_of(rig: Rig) -> str:
     return head + "\n".join(("name;x;y;z", *rows)) + "\n"
 
 
-def _put_cameras(store: CalibrationStore, rig: Rig, now: datetime) -> None:
+def _put_cameras(store: records.CalibrationStore, rig: Rig, now: datetime) -> None:
     """Activate the cameras of the document as verified."""
     (x0, y0, z0), (x1, y1, z1) = rig.volume_world.tolist()
-    first = made_camera_record()
+    first = calibration_scenes.made_camera_record()
     sensors = rig.sensors or (0,) * len(rig.cameras)
-    record = made_camera_record(
+    record = calibration_scenes.made_camera_record(
         rig=rig.name, made_utc=now.isoformat(), made_by=_BY,
         valid_until_utc=(now + timedelta(days=365)).isoformat(),
         frame_rate_hz=rig.frame_rate_hz, noise=rig.noise,
         cameras=tuple(
-            entry_of(camera, alias, sensor, rig.device)
+            records.entry_of(camera, alias, sensor, rig.device)
             for camera, alias, sensor in zip(rig.cameras, rig.aliases, sensors, strict=True)
         ),
         covariance=tuple(tuple(row) for row in rig.parameter_covariance.tolist()),
@@ -286,15 +266,17 @@ def _put_cameras(store: CalibrationStore, rig: Rig, now: datetime) -> None:
         residual_maps=first.residual_maps[:1] * len(rig.cameras),
     )  # fmt: skip
     store.accept(record, _BY, "to practise with", now)
-    good = msgspec.structs.replace(made_verification(record), made_utc=now.isoformat(), made_by=_BY)
+    good = msgspec.structs.replace(
+        calibration_scenes.made_verification(record), made_utc=now.isoformat(), made_by=_BY
+    )
     store.verify(good, now)
 
 
-def _put_probe(store: ProbeStore, document: Path, rig: Rig, now: datetime) -> None:
+def _put_probe(store: records.ProbeStore, document: Path, rig: Rig, now: datetime) -> None:
     """Activate the probe of the document as qualified."""
     body = load_probe(document)
     x, y, z = body.tip_probe.tolist()
-    record = made_probe_record(
+    record = calibration_scenes.made_probe_record(
         probe=body.name, tip=PRACTICE_TIP, made_utc=now.isoformat(), made_by=_BY,
         valid_until_utc=(now + timedelta(days=365)).isoformat(), rig=rig.name,
         rig_identity=rig.identity, probe_identity=body.identity,
@@ -302,7 +284,7 @@ def _put_probe(store: ProbeStore, document: Path, rig: Rig, now: datetime) -> No
         covariance=tuple(tuple(row) for row in body.geometry_covariance.tolist()),
     )  # fmt: skip
     store.calibrate(record, _BY, "to practise with", now)
-    good = made_tip_record(
+    good = calibration_scenes.made_tip_record(
         record, made_by=_BY, made_utc=now.isoformat(),
         diameter_mm=2.0 * body.tip_radius, diameter_sigma_mm=0.0045,
     )  # fmt: skip

@@ -13,25 +13,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from ocmm_bench.conform import _sdo_talk as sdo_talk
 from ocmm_bench.conform._findings import NotAsDescribedError
-from ocmm_bench.conform._sdo_talk import (
-    COE,
-    EMERGENCY,
-    REQUEST,
-    SdoRefusal,
-    download,
-    mailbox,
-    parts,
-    upload,
-)
-from ocmm_core.fieldbus.device import (
-    FRAME_DTYPE,
-    HEADER_STRUCT,
-    MAILBOX_BYTES,
-    MAILBOX_IN_START,
-    MAILBOX_OUT_START,
-    Header,
-)
+from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.wire import Datagram, RawLine
 
 INIT, PREOP, BOOT, SAFEOP, OP = 1, 2, 3, 4, 8
@@ -64,7 +48,7 @@ class ExchangeCycle:
 
     working_counter: int
     content: bytes
-    header: Header
+    header: device.Header
     system_ns: int
     """Bus time of the camera when the frame passed it."""
     sent_ns: int
@@ -72,8 +56,8 @@ class ExchangeCycle:
     """`sent_ns`, `came_ns`: line time before and after."""
 
     def frame(self, number: int) -> bytes:
-        begin = HEADER_STRUCT.size + number * FRAME_DTYPE.itemsize
-        return self.content[begin : begin + FRAME_DTYPE.itemsize]
+        begin = device.HEADER_STRUCT.size + number * device.FRAME_DTYPE.itemsize
+        return self.content[begin : begin + device.FRAME_DTYPE.itemsize]
 
 
 _PAUSE_NS = 10_000_000
@@ -156,7 +140,7 @@ class MailLine:
     def post(self, content: bytes) -> bool:
         """Write a mailbox; return whether the camera accepted it."""
         for _ in range(5):
-            if self._put(MAILBOX_OUT_START, content.ljust(MAILBOX_BYTES, b"\x00")):
+            if self._put(device.MAILBOX_OUT_START, content.ljust(device.MAILBOX_BYTES, b"\x00")):
                 return True
             self._line.sleep(_POLL_S)
         return False
@@ -167,7 +151,7 @@ class MailLine:
         while True:
             self._feed()
             if self._number(_SM_STATUS_IN, 1) & _FULL:
-                content = self._get(MAILBOX_IN_START, MAILBOX_BYTES)
+                content = self._get(device.MAILBOX_IN_START, device.MAILBOX_BYTES)
                 self.reply_counters.append(content[5] >> 4 & 7)
                 return content
             if self._line.now_ns() > deadline:
@@ -177,7 +161,7 @@ class MailLine:
     def talk(self, kind: int, content: bytes, limit_ns: int = 2 * SDO_LIMIT_NS) -> bytes | None:
         """Send a mailbox; return its answer; store emergencies."""
         self.drain()
-        if not self.post(mailbox(kind, content, self.next_counter())):
+        if not self.post(sdo_talk.mailbox(kind, content, self.next_counter())):
             raise NotAsDescribedError("The camera does not take a mailbox.")
         while (answer := self.fetch(limit_ns)) is not None:
             if not self._is_emergency(answer):
@@ -196,7 +180,7 @@ class MailLine:
     def sdo(self, body: bytes) -> bytes:
         """Send an SDO request; return the answering mailbox and record the time."""
         before = self._line.now_ns()
-        answer = self.talk(COE, struct.pack("<H", REQUEST << 12) + body)
+        answer = self.talk(sdo_talk.COE, struct.pack("<H", sdo_talk.REQUEST << 12) + body)
         if answer is None:
             raise NotAsDescribedError(
                 f"The SDO request {body[:4].hex(' ')} is not answered within "
@@ -205,19 +189,19 @@ class MailLine:
         self._timed(SDO_TIME, self._line.now_ns() - before, SDO_LIMIT_NS)
         return answer
 
-    def read(self, index: int, sub: int, *, complete: bool = False) -> bytes | SdoRefusal:
-        return upload(self.sdo, index, sub, complete=complete)
+    def read(self, index: int, sub: int, *, complete: bool = False) -> bytes | sdo_talk.SdoRefusal:
+        return sdo_talk.upload(self.sdo, index, sub, complete=complete)
 
     def write(
         self, index: int, sub: int, value: bytes, *, complete: bool = False
-    ) -> SdoRefusal | None:
+    ) -> sdo_talk.SdoRefusal | None:
         """Write an entry; return the refusal, if any."""
-        return download(self.sdo, index, sub, value, complete=complete)
+        return sdo_talk.download(self.sdo, index, sub, value, complete=complete)
 
     def value(self, index: int, sub: int = 0) -> bytes:
         """Read a required entry."""
         found = self.read(index, sub)
-        if isinstance(found, SdoRefusal):
+        if isinstance(found, sdo_talk.SdoRefusal):
             raise NotAsDescribedError(f"{index:#06x}:{sub:02X} is {found}.")
         return found
 
@@ -234,8 +218,8 @@ class MailLine:
             )
 
     def _is_emergency(self, content: bytes) -> bool:
-        kind, _counter, body = parts(content)
-        if kind != COE or len(body) < 10 or body[1] >> 4 != EMERGENCY:
+        kind, _counter, body = sdo_talk.parts(content)
+        if kind != sdo_talk.COE or len(body) < 10 or body[1] >> 4 != sdo_talk.EMERGENCY:
             return False
         code, register = struct.unpack_from("<HB", body, 2)
         self.emergencies.append((code, register, body[5:10]))

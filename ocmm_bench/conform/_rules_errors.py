@@ -9,17 +9,7 @@ from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._mail_line import BACK_LIMIT_NS, ERROR, INIT, MS, OP, PREOP, SAFEOP
 from ocmm_bench.conform._rules_objects import VALUE
 from ocmm_bench.conform._sdo_talk import SdoRefusal
-from ocmm_core.fieldbus.device import (
-    COUNTERS,
-    ERROR_REGISTER,
-    HISTORY,
-    HISTORY_FIRST,
-    HISTORY_MESSAGES,
-    SYNC0_NS,
-    CameraStatus,
-    ErrorCode,
-    ErrorRegister,
-)
+from ocmm_core.fieldbus import device
 
 SECTION = "Watchdog and errors"
 _WATCHDOG_CODE, _WATCHDOG_TIME, _WATCHDOG_COUNT = 0x001B, 0x0420, 0x0442
@@ -67,39 +57,41 @@ def frames_go_on(bench: Bench, see: RuleFindings) -> None:
     found = bench.cycle()
     see.expect(found.header.frames_valid > 0, "There are no frames after the watchdog.")
     see.equal("The next frame", found.header.counter, last.counter)
-    see.equal("period_ns", found.header.period_ns, SYNC0_NS)
-    see.expect(not found.header.status & CameraStatus.OPERATIONAL, "Status bit 0 is set in SAFEOP.")
+    see.equal("period_ns", found.header.period_ns, device.SYNC0_NS)
+    see.expect(
+        not found.header.status & device.CameraStatus.OPERATIONAL, "Status bit 0 is set in SAFEOP."
+    )
     bench.go(INIT)
 
 
 def told(bench: Bench, see: RuleFindings) -> None:
     """Check all reports of a watchdog event."""
     bench.again(PREOP)
-    bench.mail.set(HISTORY, _FLAGS, b"\x01\x00")
+    bench.mail.set(device.HISTORY, _FLAGS, b"\x01\x00")
     bench.streaming()
     bench.feeding = True
-    bench.mail.set(HISTORY, _ACKNOWLEDGED, b"\x00")
-    events, sent = bench.mail.count(COUNTERS, 2), bench.mail.count(COUNTERS, 6)
+    bench.mail.set(device.HISTORY, _ACKNOWLEDGED, b"\x00")
+    events, sent = bench.mail.count(device.COUNTERS, 2), bench.mail.count(device.COUNTERS, 6)
     bench.mail.drain()
     bench.mail.emergencies.clear()
     _end_operation(bench)
     bench.mail.drain(20 * MS)
     codes = [code for code, _register, _data in bench.mail.emergencies]
     see.expect(
-        codes == [ErrorCode.WATCHDOG],
+        codes == [device.ErrorCode.WATCHDOG],
         f"The emergencies are {[hex(code) for code in codes]}, must be 0x8130.",
     )
     for _code, register, _data in bench.mail.emergencies[:1]:
         _communication(see, "The error register of the emergency", register)
-    _communication(see, "0x1001", bench.mail.count(ERROR_REGISTER, 0))
-    see.equal("0xA000:02", bench.mail.count(COUNTERS, 2), events + 1)
-    see.equal("0xA000:06", bench.mail.count(COUNTERS, 6), sent + 1)
-    newest = bench.mail.count(HISTORY, _NEWEST)
-    see.equal("The newest message", newest, HISTORY_FIRST)
-    see.equal("New messages available", bench.mail.count(HISTORY, _NEW), 1)
-    _message(bench, see, newest, ErrorCode.WATCHDOG, 0x0202)
+    _communication(see, "0x1001", bench.mail.count(device.ERROR_REGISTER, 0))
+    see.equal("0xA000:02", bench.mail.count(device.COUNTERS, 2), events + 1)
+    see.equal("0xA000:06", bench.mail.count(device.COUNTERS, 6), sent + 1)
+    newest = bench.mail.count(device.HISTORY, _NEWEST)
+    see.equal("The newest message", newest, device.HISTORY_FIRST)
+    see.equal("New messages available", bench.mail.count(device.HISTORY, _NEW), 1)
+    _message(bench, see, newest, device.ErrorCode.WATCHDOG, 0x0202)
     status = bench.cycle().header.status
-    see.expect(bool(status & CameraStatus.DIAGNOSIS), "Status bit 4 is clear.")
+    see.expect(bool(status & device.CameraStatus.DIAGNOSIS), "Status bit 4 is clear.")
     before = bench.line.now_ns()
     status_now = bench.ask_state(OP, acknowledge=True)
     see.timed("Way back from SAFEOP to OP", bench.line.now_ns() - before, BACK_LIMIT_NS)
@@ -107,25 +99,26 @@ def told(bench: Bench, see: RuleFindings) -> None:
     bench.feeding = True
     bench.mail.drain(20 * MS)
     codes = [code for code, _register, _data in bench.mail.emergencies]
-    see.expect(codes[-1:] == [ErrorCode.RESET], "The end of the error is not told (0x0000).")
-    see.equal("0x1001 when the error is over", bench.mail.count(ERROR_REGISTER, 0), 0)
-    newest = bench.mail.count(HISTORY, _NEWEST)
-    see.equal("The newest message when it is over", newest, HISTORY_FIRST + 1)
-    _message(bench, see, newest, ErrorCode.RESET, 0x0200)
+    see.expect(codes[-1:] == [device.ErrorCode.RESET], "The end of the error is not told (0x0000).")
+    see.equal("0x1001 when the error is over", bench.mail.count(device.ERROR_REGISTER, 0), 0)
+    newest = bench.mail.count(device.HISTORY, _NEWEST)
+    see.equal("The newest message when it is over", newest, device.HISTORY_FIRST + 1)
+    _message(bench, see, newest, device.ErrorCode.RESET, 0x0200)
     see.expect(
         isinstance(
-            refused := bench.mail.write(HISTORY, _ACKNOWLEDGED, bytes([newest + 1])), SdoRefusal
+            refused := bench.mail.write(device.HISTORY, _ACKNOWLEDGED, bytes([newest + 1])),
+            SdoRefusal,
         )
         and refused.code == VALUE,
         "A message that is not there can be acknowledged.",
     )
-    bench.mail.set(HISTORY, _ACKNOWLEDGED, bytes([newest]))
-    see.equal("New messages available when acknowledged", bench.mail.count(HISTORY, _NEW), 0)
+    bench.mail.set(device.HISTORY, _ACKNOWLEDGED, bytes([newest]))
+    see.equal("New messages available when acknowledged", bench.mail.count(device.HISTORY, _NEW), 0)
     status = bench.cycle().header.status
-    see.expect(not status & CameraStatus.DIAGNOSIS, "Status bit 4 is set.")
-    bench.mail.set(HISTORY, _ACKNOWLEDGED, b"\x00")
-    see.equal("The newest message when cleared", bench.mail.count(HISTORY, _NEWEST), 0)
-    see.equal("A message when cleared", bench.mail.value(HISTORY, HISTORY_FIRST), b"")
+    see.expect(not status & device.CameraStatus.DIAGNOSIS, "Status bit 4 is set.")
+    bench.mail.set(device.HISTORY, _ACKNOWLEDGED, b"\x00")
+    see.equal("The newest message when cleared", bench.mail.count(device.HISTORY, _NEWEST), 0)
+    see.equal("A message when cleared", bench.mail.value(device.HISTORY, device.HISTORY_FIRST), b"")
     bench.feeding = False
     bench.go(INIT)
 
@@ -133,10 +126,10 @@ def told(bench: Bench, see: RuleFindings) -> None:
 def history(bench: Bench, see: RuleFindings) -> None:
     """Fill the history until the oldest message is dropped; then disable it."""
     bench.again(PREOP)
-    bench.mail.set(HISTORY, _ACKNOWLEDGED, b"\x00")
+    bench.mail.set(device.HISTORY, _ACKNOWLEDGED, b"\x00")
     bench.streaming()
     bench.put(_WATCHDOG_TIME, struct.pack("<H", 50))
-    rounds = HISTORY_MESSAGES // 2 + 1
+    rounds = device.HISTORY_MESSAGES // 2 + 1
     for _ in range(rounds):
         bench.cycle()
         _fall(bench, 5 * MS)
@@ -145,13 +138,15 @@ def history(bench: Bench, see: RuleFindings) -> None:
         bench.ask_state(OP, acknowledge=True)
         bench.cycle()
     # Each round logged an error and its end.
-    place = HISTORY_FIRST + (2 * rounds - 1) % HISTORY_MESSAGES
+    place = device.HISTORY_FIRST + (2 * rounds - 1) % device.HISTORY_MESSAGES
     see.equal(
-        "The newest message after the history ran over", bench.mail.count(HISTORY, _NEWEST), place
+        "The newest message after the history ran over",
+        bench.mail.count(device.HISTORY, _NEWEST),
+        place,
     )
-    see.equal("0x10F3:01", bench.mail.count(HISTORY, 1), HISTORY_MESSAGES)
+    see.equal("0x10F3:01", bench.mail.count(device.HISTORY, 1), device.HISTORY_MESSAGES)
     bench.again(PREOP)
-    bench.mail.set(HISTORY, _FLAGS, b"\x00\x00")
+    bench.mail.set(device.HISTORY, _FLAGS, b"\x00\x00")
     bench.streaming()
     bench.put(_WATCHDOG_TIME, struct.pack("<H", 50))
     bench.mail.drain()
@@ -162,8 +157,8 @@ def history(bench: Bench, see: RuleFindings) -> None:
     see.expect(not bench.mail.emergencies, "An emergency is sent although 0x10F3:05 is 0.")
     bench.put(_WATCHDOG_TIME, struct.pack("<H", 1000))
     bench.go(PREOP)
-    bench.mail.set(HISTORY, _FLAGS, b"\x01\x00")
-    bench.mail.set(HISTORY, _ACKNOWLEDGED, b"\x00")
+    bench.mail.set(device.HISTORY, _FLAGS, b"\x01\x00")
+    bench.mail.set(device.HISTORY, _ACKNOWLEDGED, b"\x00")
     bench.go(INIT)
 
 
@@ -184,12 +179,12 @@ def _fall(bench: Bench, limit_ns: int) -> int | None:
 
 
 def _communication(see: RuleFindings, what: str, register: int) -> None:
-    wanted = int(ErrorRegister.GENERIC | ErrorRegister.COMMUNICATION)
+    wanted = int(device.ErrorRegister.GENERIC | device.ErrorRegister.COMMUNICATION)
     see.expect(register & wanted == wanted, f"{what} is {register:#04x}, must have bits 0 and 4.")
 
 
 def _message(bench: Bench, see: RuleFindings, place: int, code: int, flags: int) -> None:
-    content = bench.mail.value(HISTORY, place)
+    content = bench.mail.value(device.HISTORY, place)
     if not see.equal("The length of a message", len(content), _MESSAGE.size):
         return
     kind, found, found_flags, text, time_ns, usint, _register, octets, _data = _MESSAGE.unpack(

@@ -9,29 +9,16 @@ from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._mail_line import INIT, OP, PREOP, SAFEOP
 from ocmm_bench.conform._sdo_talk import SdoRefusal
-from ocmm_core.fieldbus.device import (
-    BLACK_IMAGE,
-    CALIBRATION,
-    CONFIGURATION,
-    HISTORY,
-    IDENTITY,
-    INFORMATION,
-    SNAPSHOT,
-    VERSIONS,
-    WINDOWS,
-    Access,
-    DataType,
-    ObjectEntry,
-)
+from ocmm_core.fieldbus import device
 
 SECTION = "Objects"
 READ_ONLY, NO_COMPLETE, NO_OBJECT, NO_ENTRY = 0x06010002, 0x06010004, 0x06020000, 0x06090011
 LENGTH, VALUE, TOO_HIGH, TOO_LOW = 0x06070010, 0x06090030, 0x06090031, 0x06090032
 BUSY, STATE, NO_DATA = 0x08000021, 0x08000022, 0x08000024
-_SNAPSHOT_CHUNK = (SNAPSHOT, 0x0A)
-_COMMANDS = {(BLACK_IMAGE, 1), (SNAPSHOT, 5), (CONFIGURATION, 4)}
+_SNAPSHOT_CHUNK = (device.SNAPSHOT, 0x0A)
+_COMMANDS = {(device.BLACK_IMAGE, 1), (device.SNAPSHOT, 5), (device.CONFIGURATION, 4)}
 """Commands, or with preconditions; other rules write them."""
-_OWN = {(IDENTITY, 4), (INFORMATION, 1)}
+_OWN = {(device.IDENTITY, 4), (device.INFORMATION, 1)}
 """Differ between cameras."""
 _ABSENT = ((0x1002, 0), (0x2000, 0), (0x5FFF, 1), (0x8002, 1), (0xA001, 0), (0xFFFF, 0))
 _SOFTWARE_VERSION = 0x100A
@@ -63,16 +50,20 @@ def reading(bench: Bench, see: RuleFindings) -> None:
 def identity(bench: Bench, see: RuleFindings) -> None:
     """Compare values that are available in two places."""
     bench.go(PREOP)
-    see.equal("0x1018:04, by the EEPROM", bench.mail.count(IDENTITY, 4), bench.serial)
+    see.equal("0x1018:04, by the EEPROM", bench.mail.count(device.IDENTITY, 4), bench.serial)
     see.equal(
-        "0x9010:01, by 0x100A", bench.mail.value(VERSIONS, 1), bench.mail.value(_SOFTWARE_VERSION)
+        "0x9010:01, by 0x100A",
+        bench.mail.value(device.VERSIONS, 1),
+        bench.mail.value(_SOFTWARE_VERSION),
     )
     see.expect(
-        bench.mail.count(INFORMATION, 1) != 0, "0x9000:01 has no serial number of the sensor."
+        bench.mail.count(device.INFORMATION, 1) != 0,
+        "0x9000:01 has no serial number of the sensor.",
     )
     for sub, name in ((2, "width"), (3, "height")):
         see.expect(
-            bench.mail.count(INFORMATION, sub) >= 64, f"The {name} of the sensor is below 64 px."
+            bench.mail.count(device.INFORMATION, sub) >= 64,
+            f"The {name} of the sensor is below 64 px.",
         )
 
 
@@ -94,7 +85,7 @@ def read_only(bench: Bench, see: RuleFindings) -> None:
     """Write every read-only entry."""
     bench.go(PREOP)
     for index, sub, entry in _entries(bench):
-        if entry.access is Access.READ:
+        if entry.access is device.Access.READ:
             value = bytes(max(1, min(4, len(entry.value))))
             found = bench.mail.write(index, sub, value)
             _refused(see, f"Writing {index:#06x}:{sub:02X} {entry.name}", found, READ_ONLY)
@@ -116,7 +107,7 @@ def limits(bench: Bench, see: RuleFindings) -> None:
         if high < highest:
             found = bench.mail.write(index, sub, _packed(high + 1, size))
             _refused(see, f"{high + 1} in {name}", found, TOO_HIGH)
-        if (index, sub) in _COMMANDS or index == HISTORY:
+        if (index, sub) in _COMMANDS or index == device.HISTORY:
             continue
         for value in dict.fromkeys((low, high)):
             refused = bench.mail.write(index, sub, _packed(value, size))
@@ -130,7 +121,7 @@ def lengths(bench: Bench, see: RuleFindings) -> None:
     """Write too many bytes and too few."""
     bench.go(PREOP)
     for index, sub, entry in _entries(bench):
-        if entry.access is Access.READ:
+        if entry.access is device.Access.READ:
             continue
         wrong = [entry.max_bytes + 1] if entry.max_bytes else [len(entry.value) + 1]
         wrong += [len(entry.value) - 1] if not entry.max_bytes and len(entry.value) > 1 else []
@@ -145,7 +136,7 @@ def only_in_preop(bench: Bench, see: RuleFindings) -> None:
     values = {
         (index, sub): bench.mail.value(index, sub)
         for index, sub, entry in _entries(bench)
-        if entry.access is Access.WRITE_PREOP
+        if entry.access is device.Access.WRITE_PREOP
     }
     for state in (SAFEOP, OP):
         if state == OP:
@@ -156,8 +147,8 @@ def only_in_preop(bench: Bench, see: RuleFindings) -> None:
         for (index, sub), value in values.items():
             found = bench.mail.write(index, sub, value)
             _refused(see, f"Writing {index:#06x}:{sub:02X} while frames are made", found, STATE)
-        note = bench.mail.value(CALIBRATION, 5)
-        refused = bench.mail.write(CALIBRATION, 5, note)
+        note = bench.mail.value(device.CALIBRATION, 5)
+        refused = bench.mail.write(device.CALIBRATION, 5, note)
         see.expect(refused is None, f"Writing the note (0x8010:05) in operation is {refused}.")
     bench.go(INIT)
 
@@ -165,7 +156,7 @@ def only_in_preop(bench: Bench, see: RuleFindings) -> None:
 def complete_access(bench: Bench, see: RuleFindings) -> None:
     """Read and write records as a whole."""
     bench.again(PREOP)
-    for index in (IDENTITY, CONFIGURATION, WINDOWS):
+    for index in (device.IDENTITY, device.CONFIGURATION, device.WINDOWS):
         item = bench.objects[index]
         each = b"".join(bench.mail.value(index, sub) for sub in item.entries if sub)
         see.equal(
@@ -173,29 +164,31 @@ def complete_access(bench: Bench, see: RuleFindings) -> None:
         )
         whole = bytes([max(item.entries), 0]) + each
         see.equal(f"{index:#06x} as a whole", bench.mail.read(index, 0, complete=True), whole)
-    for index in (CALIBRATION, BLACK_IMAGE, VERSIONS, HISTORY):
+    for index in (device.CALIBRATION, device.BLACK_IMAGE, device.VERSIONS, device.HISTORY):
         found = bench.mail.read(index, 1, complete=True)
         _refused(see, f"{index:#06x} as a whole", found, NO_COMPLETE)
-    before = bench.mail.value(WINDOWS, 1), bench.mail.value(WINDOWS, 32)
+    before = bench.mail.value(device.WINDOWS, 1), bench.mail.value(device.WINDOWS, 32)
     each = struct.pack("<32H", *range(1, 33))
     see.expect(
-        bench.mail.write(WINDOWS, 1, each, complete=True) is None,
+        bench.mail.write(device.WINDOWS, 1, each, complete=True) is None,
         "0x8001 cannot be written as a whole.",
     )
-    see.equal("0x8001 as it was written", bench.mail.read(WINDOWS, 1, complete=True), each)
-    refused = bench.mail.write(WINDOWS, 1, each[:-2], complete=True)
+    see.equal("0x8001 as it was written", bench.mail.read(device.WINDOWS, 1, complete=True), each)
+    refused = bench.mail.write(device.WINDOWS, 1, each[:-2], complete=True)
     _refused(see, "0x8001 as a whole, an entry too short", refused, LENGTH)
     bad = struct.pack("<IIHBH", 200_000, 20_000, 0xFFFF, 0, 0)
-    values = bench.mail.read(CONFIGURATION, 1, complete=True)
-    refused = bench.mail.write(CONFIGURATION, 1, bad, complete=True)
+    values = bench.mail.read(device.CONFIGURATION, 1, complete=True)
+    refused = bench.mail.write(device.CONFIGURATION, 1, bad, complete=True)
     _refused(see, "0x8000 as a whole, one value too high", refused, TOO_HIGH)
     see.equal(
-        "0x8000 after a refused record", bench.mail.read(CONFIGURATION, 1, complete=True), values
+        "0x8000 after a refused record",
+        bench.mail.read(device.CONFIGURATION, 1, complete=True),
+        values,
     )
-    bench.mail.set(WINDOWS, 1, before[0])
+    bench.mail.set(device.WINDOWS, 1, before[0])
     for sub in range(1, 33):
-        bench.mail.set(WINDOWS, sub, bytes(2))
-    refused = bench.mail.write(IDENTITY, 1, bytes(16), complete=True)
+        bench.mail.set(device.WINDOWS, sub, bytes(2))
+    refused = bench.mail.write(device.IDENTITY, 1, bytes(16), complete=True)
     _refused(see, "Writing 0x1018 as a whole", refused, READ_ONLY)
 
 
@@ -204,27 +197,27 @@ def configuration_sum(bench: Bench, see: RuleFindings) -> None:
     import binascii
 
     bench.again(PREOP)
-    before = bench.mail.value(CONFIGURATION, 3)
+    before = bench.mail.value(device.CONFIGURATION, 3)
     for threshold in (struct.pack("<H", 333), before):
         bench.go(PREOP)
-        bench.mail.set(CONFIGURATION, 3, threshold)
-        values = [bench.mail.value(CONFIGURATION, sub) for sub in range(1, 6)]
-        values += [bench.mail.value(WINDOWS, sub) for sub in range(1, 33)]
+        bench.mail.set(device.CONFIGURATION, 3, threshold)
+        values = [bench.mail.value(device.CONFIGURATION, sub) for sub in range(1, 6)]
+        values += [bench.mail.value(device.WINDOWS, sub) for sub in range(1, 33)]
         expected = binascii.crc_hqx(b"".join(values), 0xFFFF)
         header = bench.streaming().header
         see.equal("config_crc in the header", header.config_crc, expected)
     bench.go(INIT)
 
 
-def _entries(bench: Bench) -> Iterator[tuple[int, int, ObjectEntry]]:
+def _entries(bench: Bench) -> Iterator[tuple[int, int, device.ObjectEntry]]:
     for index, item in bench.objects.items():
         for sub, entry in item.entries.items():
             yield index, sub, entry
 
 
-def _numbers(bench: Bench) -> Iterator[tuple[int, int, ObjectEntry]]:
+def _numbers(bench: Bench) -> Iterator[tuple[int, int, device.ObjectEntry]]:
     for index, sub, entry in _entries(bench):
-        if entry.writable and entry.is_number and entry.kind is not DataType.BOOLEAN:
+        if entry.writable and entry.is_number and entry.kind is not device.DataType.BOOLEAN:
             yield index, sub, entry
 
 

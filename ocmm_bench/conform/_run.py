@@ -19,19 +19,16 @@ from ocmm_bench.conform._findings import (
     printable,
 )
 from ocmm_bench.conform._mail_line import INIT, PREOP, ConformLine
-from ocmm_bench.conform._rules_clock import RULES as CLOCK
-from ocmm_bench.conform._rules_eeprom import RULES as EEPROM
 from ocmm_bench.conform._rules_errors import RULES as ERRORS
-from ocmm_bench.conform._rules_firmware import RULES as FIRMWARE
-from ocmm_bench.conform._rules_frames import RULES as FRAMES
 from ocmm_bench.conform._rules_mailbox import RULES as MAILBOX
 from ocmm_bench.conform._rules_objects import RULES as OBJECTS
-from ocmm_bench.conform._rules_services import RULES as SERVICES
-from ocmm_bench.conform._rules_states import RULES as STATES
+from ocmm_bench.conform._rules_process_data import CLOCK, FRAMES
+from ocmm_bench.conform._rules_services import COMMANDS, FIRMWARE
+from ocmm_bench.conform._rules_startup import EEPROM, STATES
 from ocmm_core.errors import BusError
 
 RULES: tuple[Rule, ...] = (
-    *EEPROM, *STATES, *OBJECTS, *MAILBOX, *FRAMES, *CLOCK, *ERRORS, *SERVICES, *FIRMWARE,
+    *EEPROM, *STATES, *OBJECTS, *MAILBOX, *FRAMES, *CLOCK, *ERRORS, *COMMANDS, *FIRMWARE,
 )  # fmt: skip
 """Test order: basics first, permanent changes last."""
 

@@ -12,16 +12,9 @@ import numpy as np
 
 from ocmm_cad.pmi import Pmi
 from ocmm_cad.reach import TILT_DEG, Setting
+from ocmm_cad.step import _profiled as profiled
 from ocmm_cad.step._asking import REMEDY, Asking, ask
 from ocmm_cad.step._model_files import step_error
-from ocmm_cad.step._profiled import (
-    OPEN,
-    FreeForm,
-    StepAnswer,
-    StepSurface,
-    feature_names,
-    free_forms_of,
-)
 from ocmm_cad.step._worker import Wanted
 from ocmm_cad.step.brep import StepFace, Triple
 from ocmm_core.calibration.probe_design import load_design, shipped_design
@@ -164,7 +157,7 @@ class StepModel:
     """Per item of ``features``."""
     remark: str = ""
     """Omitted checks of targets, as a sentence; empty if none."""
-    free_forms: tuple[FreeForm, ...] = ()
+    free_forms: tuple[profiled.FreeForm, ...] = ()
     """Free forms that can be measured as profiles."""
     not_measured: dict[str, int] = field(default_factory=dict)
     """Reasons against other free forms, and their counts."""
@@ -227,7 +220,7 @@ def read_part(
 
 
 def _model(
-    path: Path, said: StepAnswer, part: PartModel | None, *, may_be_empty: bool
+    path: Path, said: profiled.StepAnswer, part: PartModel | None, *, may_be_empty: bool
 ) -> StepModel:
     chosen = [one for one in said.surfaces if not one.against]
     # If the part obstructs the probe it can be turned: the reasons explain it.
@@ -237,7 +230,7 @@ def _model(
     surfaces = (*chosen, *(one for one in said.surfaces if one.against))
     made = [_feature(surface, "") for surface in surfaces]
     words = [_said_of(surface, said.face_names) for surface in surfaces]
-    named = feature_names(made, words)
+    named = profiled.feature_names(made, words)
     faults = [_fault(feature, surface) for feature, surface in zip(made, surfaces, strict=True)]
     features: list[NominalFeature] = []
     left_out: list[LeftOut] = []
@@ -255,7 +248,7 @@ def _model(
         else:
             features.append(feature)
             reached.append(ReachableTargets(surface.numbers, surface.held, surface.ways))
-    free_forms, against = free_forms_of(said.free_forms, named)
+    free_forms, against = profiled.free_forms_of(said.free_forms, named)
     return StepModel(
         tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners), said.pmi,
         _in_file(owners, said.face_entities), said.face_words,
@@ -264,7 +257,7 @@ def _model(
     )  # fmt: skip
 
 
-def _fault(feature: NominalFeature, surface: StepSurface) -> str:
+def _fault(feature: NominalFeature, surface: profiled.StepSurface) -> str:
     """Return why a surface is no feature, as a part of a sentence; empty if it is one."""
     if surface.against:
         return surface.against
@@ -278,7 +271,7 @@ def _fault(feature: NominalFeature, surface: StepSurface) -> str:
     return f"no plan can hold it: its {place} {fault}"
 
 
-def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
+def _no_plan_of(said: profiled.StepAnswer, count: int) -> tuple[str, str]:
     reasons = Counter(one.against for one in said.surfaces if one.against)
     reasons.update(one.against for one in said.free_forms if one.against)
     reasons.update(said.faults)
@@ -288,7 +281,7 @@ def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
         return (
             f"none of its {whole} surfaces can be probed; most often ({often} of them), {why}",
             "Check the unit of the model, or choose a smaller ball."
-            if why != OPEN
+            if why != profiled.OPEN
             else "Have the model repaired where it was designed, and export it again.",
         )
     return (
@@ -298,7 +291,7 @@ def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
     )
 
 
-def _said_of(surface: StepSurface, names: dict[int, str]) -> str:
+def _said_of(surface: profiled.StepSurface, names: dict[int, str]) -> str:
     return next(filter(None, (names.get(number, "") for number in surface.numbers)), "")
 
 
@@ -317,7 +310,7 @@ def _with_owners(part: PartModel | None, owners: dict[int, str]) -> PartModel | 
     return replace(part, faces=tuple(faces))
 
 
-def _feature(surface: StepSurface, name: str) -> NominalFeature:
+def _feature(surface: profiled.StepSurface, name: str) -> NominalFeature:
     face = surface.face
     shape = Shape(face.shape)
     middle, radius = _middle(face)

@@ -12,15 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from ocmm_cad.pmi import (
-    BadEntityError,
-    Part21,
-    Typed,
-    may_say_tolerances,
-    picked_entities,
-    plain,
-    refs,
-)
+from ocmm_cad import pmi
 from ocmm_core.documents import read_bytes, shortened, stays_inside, write_atomic
 from ocmm_core.errors import InputError
 from ocmm_core.part_model import STEP_ENDINGS
@@ -54,7 +46,7 @@ class ModelFiles:
     def have_tolerances(self) -> bool:
         """Return whether a part file may contain tolerances, which are read from ``top`` only."""
         return any(
-            may_say_tolerances(_QUOTED.sub(b"", one).decode("utf-8", errors="replace"))
+            pmi.may_say_tolerances(_QUOTED.sub(b"", one).decode("utf-8", errors="replace"))
             for one in self.parts.values()
         )
 
@@ -160,10 +152,10 @@ def _checked_names(path: Path, content: bytes) -> tuple[list[str], list[str]]:
     if _FILE.encode() not in content.upper():
         return [], []
     try:
-        file = picked_entities(content, (_FILE, _NAMED, "EXTERNAL_SOURCE"))
+        file = pmi.picked_entities(content, (_FILE, _NAMED, "EXTERNAL_SOURCE"))
         named = _names_by_document(file)
         files = [(number, _own_name(file, number)) for number in file.all_of(_FILE)]
-    except BadEntityError as error:
+    except pmi.BadEntityError as error:
         raise step_error(
             path, f"the names of its part files cannot be read: {error}",
             "Export the assembly as one file.",
@@ -179,25 +171,25 @@ def _checked_names(path: Path, content: bytes) -> tuple[list[str], list[str]]:
     return sorted(parts), papers
 
 
-def _own_name(file: Part21, number: int) -> str:
+def _own_name(file: pmi.Part21, number: int) -> str:
     arguments = file.arguments(number, _FILE, "DOCUMENT")
     if not arguments:
         arguments = file.arguments(number, "DOCUMENT")
-    return plain(arguments[0])
+    return pmi.plain(arguments[0])
 
 
-def _names_by_document(file: Part21) -> dict[int, list[str]]:
+def _names_by_document(file: pmi.Part21) -> dict[int, list[str]]:
     found: dict[int, list[str]] = {}
     for number in file.all_of(f"APPLIED_{_NAMED}", f"CC_DESIGN_{_NAMED}", _NAMED):
         records = file.records(number)
         arguments = [value for values in records.values() for value in values]
-        names = [plain(arguments[0])] if arguments else []
-        for other in refs(tuple(arguments)):
+        names = [pmi.plain(arguments[0])] if arguments else []
+        for other in pmi.refs(tuple(arguments)):
             if other in file.bodies and "EXTERNAL_SOURCE" in file.types(other):
                 (source, *_) = file.arguments(other, "EXTERNAL_SOURCE")
-                values = source.values if isinstance(source, Typed) else (source,)
-                names += [plain(one) for one in values]
-        for other in refs(tuple(arguments)):
+                values = source.values if isinstance(source, pmi.Typed) else (source,)
+                names += [pmi.plain(one) for one in values]
+        for other in pmi.refs(tuple(arguments)):
             found.setdefault(other, []).extend(names)
     return found
 

@@ -25,27 +25,10 @@ import numpy as np
 
 from ocmm_cad.pmi import Pmi
 from ocmm_cad.reach import Reach, Setting, make_obstacle
+from ocmm_cad.step import brep
 from ocmm_cad.step._joined import EDGE_MM, NOT_INSIDE, Inside, bore_axes, rooms_of, surfaces_of
 from ocmm_cad.step._placed import LEAST, WANTED, reached_places
 from ocmm_cad.step._profiled import StepAnswer, StepFreeForm, StepSurface
-from ocmm_cad.step.brep import (
-    ENDLESS,
-    LESS,
-    FaceCheck,
-    FoundFaces,
-    MeshAside,
-    StepDocument,
-    Triple,
-    UnusableModelError,
-    as_numbers,
-    box_size,
-    faces_of,
-    faces_with_surface,
-    model_face,
-    part_of,
-    read_document,
-    tolerances_of,
-)
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
@@ -82,7 +65,7 @@ class FreeFormRoom:
 
 
 def free_form_rooms(
-    document: StepDocument,
+    document: brep.StepDocument,
     faces: Sequence[Any],
     taken: frozenset[int],
     ball_radius: float,
@@ -95,7 +78,7 @@ def free_form_rooms(
     """
     others = [number for number in range(1, len(faces) + 1) if number not in taken]
     if len(others) > _MOST:
-        sizes = {number: box_size(faces[number - 1]) for number in others}
+        sizes = {number: brep.box_size(faces[number - 1]) for number in others}
         others.sort(key=lambda number: sizes[number], reverse=True)
     numbers = 0
     found = []
@@ -106,7 +89,7 @@ def free_form_rooms(
             found.append(FreeFormRoom(number, name, against=against))
             continue
         doing(f"places on free form {place} of {min(len(others), _MOST)}")
-        made = model_face(number, faces[number - 1], document, is_exact=True)
+        made = brep.model_face(number, faces[number - 1], document, is_exact=True)
         one = _room(made, ball_radius)
         numbers += 0 if one.face is None else len(one.face.poles)
         found.append(one)
@@ -168,7 +151,7 @@ def _form_with_targets(room: FreeFormRoom, reach: Reach | None) -> StepFreeForm:
     )  # fmt: skip
 
 
-def _triples(rows: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[Triple, ...]:
+def _triples(rows: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[brep.Triple, ...]:
     return tuple((x, y, z) for x, y, z in rows.tolist())
 
 
@@ -211,7 +194,7 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
     HOST.limit_memory(_MOST_BYTES)
 
     def tell(answer: StepAnswer) -> None:
-        to.send_bytes(msgspec.json.encode(answer, enc_hook=as_numbers))
+        to.send_bytes(msgspec.json.encode(answer, enc_hook=brep.as_numbers))
 
     doing, stage, told_s = "the start of the library", "", 0.0
 
@@ -229,7 +212,7 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
         answer, part = _read(path, wanted, now)
     except ImportError:
         answer = StepAnswer(fault="MISSING")
-    except UnusableModelError as error:
+    except brep.UnusableModelError as error:
         answer = StepAnswer(fault=error.what, remedy=error.remedy)
     except InputError as error:
         answer = StepAnswer(fault=error.what.rstrip("."), remedy=error.remedy)
@@ -238,7 +221,7 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
     except MemoryError:
         answer = StepAnswer(
             fault=f"reading it takes more than {_MOST_BYTES / 1e9:.1f} GB of memory (at {doing})",
-            remedy=LESS,
+            remedy=brep.LESS,
         )
     except Exception as error:
         told = contained(error, f"Reading the STEP file (at {doing})")
@@ -252,20 +235,20 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
 
 
 def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[StepAnswer, bytes]:
-    document = read_document(path, doing, wanted.parts)
+    document = brep.read_document(path, doing, wanted.parts)
     source = (wanted.source_name, wanted.source_sha256) if wanted.source_sha256 else None
     if not wanted.ball_mm:
-        made = b"" if source is None else model_to_bytes(part_of(document, source, doing))
+        made = b"" if source is None else model_to_bytes(brep.part_of(document, source, doing))
         return StepAnswer(part_bytes=len(made)), made
-    with_surface, others = faces_with_surface(document.shape)
-    if ENDLESS in others:
+    with_surface, others = brep.faces_with_surface(document.shape)
+    if brep.ENDLESS in others:
         document = document.of_faces(with_surface)
     # Another process meshes meanwhile: for targets, and the displayed part.
-    aside = MeshAside(document, with_surface, source, wanted.limit_s)
+    aside = brep.MeshAside(document, with_surface, source, wanted.limit_s)
     try:
-        found = faces_of(with_surface, doing, document.steps)
+        found = brep.faces_of(with_surface, doing, document.steps)
         faces = found.faces
-        pmi, entities, words = tolerances_of(
+        pmi, entities, words = brep.tolerances_of(
             read_bytes(Path(path)).decode("utf-8", "replace"), document.reader.Reader(),
             with_surface, faces, doing,
         )  # fmt: skip
@@ -324,11 +307,11 @@ def _bounded(wanted: Wanted, faces: int) -> tuple[Wanted, str]:
 
 
 def _with_targets(
-    document: StepDocument,
-    found: FoundFaces,
+    document: brep.StepDocument,
+    found: brep.FoundFaces,
     with_surface: Sequence[Any],
     wanted: Wanted,
-    aside: MeshAside,
+    aside: brep.MeshAside,
     doing: Callable[[str], None],
 ) -> tuple[tuple[StepSurface, ...], tuple[StepFreeForm, ...]]:
     # Steps without the mesh come first: the other process makes it meanwhile.
@@ -346,7 +329,7 @@ def _with_targets(
             mesh.triangles[sound], mesh.owners[sound], len(with_surface), mesh.deflection_mm
         )
         reach = Reach(part, radius, wanted.setting, bore_axes([one.face for one in found.faces]))
-    check = FaceCheck(with_surface)
+    check = brep.FaceCheck(with_surface)
     surfaces = surfaces_of(rooms, reach, doing, check.inside)
     return tuple(surfaces), tuple(free_forms_of(others, reach, doing, check.inside))
 

@@ -13,33 +13,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_later, say_word
-from ocmm_core.acceptance import (
-    AcceptanceRecord,
-    AcceptanceSession,
-    AcceptanceVerdict,
-    AcceptanceView,
-    RoomAir,
-    read_temperature,
-    reserved_spots,
-)
+from ocmm_core import acceptance, composition
 from ocmm_core.acquisition.frames import AcquisitionState, FrameBlock, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpotAverager, handle_axis, to_spots
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.camera import Rig, load_rig
-from ocmm_core.composition import (
-    DEMO_PLAN,
-    VIRTUAL_ROOM,
-    AcceptanceSite,
-    Feed,
-    Origin,
-    StationRequest,
-    artefacts_used_before,
-    origin_of,
-    recorded_feed,
-    require_recorded,
-    require_scenes,
-)
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
 from ocmm_core.geometry import unit
@@ -65,12 +44,12 @@ class PointCollector:
 
     def __init__(
         self,
-        session: AcceptanceSession,
+        session: acceptance.AcceptanceSession,
         rig: Rig,
         body: ProbeBody,
         *,
         temperature: Callable[[], Temperature],
-        told: Callable[[AcceptanceView, str], None],
+        told: Callable[[acceptance.AcceptanceView, str], None],
         stop: Callable[[], bool] = lambda: False,
         keep: Callable[[FrameBlock], None] = lambda block: None,
     ) -> None:
@@ -83,7 +62,7 @@ class PointCollector:
             rig, body, STILL_FRAMES, resting=True, distance_mm=_APART_MM, turn_rad=_TURN_RAD
         )
 
-    def collect(self, feed: Feed, frames: int | None = None) -> bool:
+    def collect(self, feed: composition.Feed, frames: int | None = None) -> bool:
         """Record points of a started source; return whether all are; ``frames`` None: endless."""
         session, seen = self._session, 0
         while session.current >= 0 and not self._stop():
@@ -129,7 +108,7 @@ class PointCollector:
 
 
 def run_test(
-    site: AcceptanceSite,
+    site: composition.AcceptanceSite,
     base: Path,
     console: Console,
     *,
@@ -138,21 +117,21 @@ def run_test(
     place: str,
     customer: str,
     condition: str,
-    air: RoomAir,
+    air: acceptance.RoomAir,
     retest: bool,
     new: bool,
     speed: float,
     record: Path | None,
     force: bool,
-) -> AcceptanceRecord:
+) -> acceptance.AcceptanceRecord:
     """Run a test and return the record; CalibrationError if it may not start, or data end early."""
-    require_scenes(site.source)
-    is_recorded = origin_of(site.source) is Origin.RECORDING
+    composition.require_scenes(site.source)
+    is_recorded = composition.origin_of(site.source) is composition.Origin.RECORDING
     if is_recorded:
         # Check the recording before a test starts with it.
         feed = _recorded(site, force)
         feed.ring.close()
-        instrument = require_recorded(
+        instrument = composition.require_recorded(
             site.cameras, site.probe, site.stage.instrument, feed.recorded
         )
         stage = replace(site.stage, instrument=instrument)
@@ -160,17 +139,14 @@ def run_test(
     # A recording starts with the first touch: a resumed test would measure some twice.
     session = None if new or is_recorded else _unfinished(site, base, console)
     if session is None:
-        of_cameras, of_tip = artefacts_used_before(site.cameras, site.probe)
-        stores = (site.cameras.store, site.probe.store)
-        folders = [one.folder / "sessions" for one in stores if one is not None]
         now = datetime.now(UTC)
         stage = site.stage
         name = f"{stage.procedure.id}-{now.strftime('%Y%m%dT%H%M%S.%f')}.chain"
-        session = AcceptanceSession.begin(
+        session = acceptance.AcceptanceSession.begin(
             base / "sessions" / name, stage, site.procedure_sha256, now,
             temperature=temperature(), who=who, place=place, customer=customer,
-            condition=condition, calibration_artefacts=of_cameras,
-            qualification_artefacts=of_tip, reserved=reserved_spots(folders), air=air,
+            condition=condition, air=air,
+            earlier=composition.earlier_use(site.cameras, site.probe, spots=True),
         )  # fmt: skip
     console.print(f"{lead('Test     ')}{say_word(session.stage.procedure.title)}")
     console.print(f"{lead('Session  ')}{session.path}")
@@ -186,7 +162,8 @@ def run_test(
             view = session.view
             if (
                 not retest
-                or view.verdict in (AcceptanceVerdict.PASS, AcceptanceVerdict.VOID)
+                or view.verdict
+                in (acceptance.AcceptanceVerdict.PASS, acceptance.AcceptanceVerdict.VOID)
                 or not view.retests_left
             ):
                 break
@@ -199,18 +176,20 @@ def run_test(
         return session.finish(datetime.now(UTC), temperature())
 
 
-def room_temperature(site: AcceptanceSite, celsius: float | None, stated: str) -> Temperature:
+def room_temperature(
+    site: composition.AcceptanceSite, celsius: float | None, stated: str
+) -> Temperature:
     """Return the temperature of the room, read again if its thermometer has a source.
 
     A virtual room has 20 degrees unless one is typed.
 
     Raises InputError if a real room has none, or it lacks the uncertainty of its thermometer.
     """
-    read = read_temperature(celsius, stated, datetime.now(UTC))
+    read = acceptance.read_temperature(celsius, stated, datetime.now(UTC))
     if read is not None:
         return read
-    if origin_of(site.source) is Origin.VIRTUAL:
-        return VIRTUAL_ROOM
+    if composition.origin_of(site.source) is composition.Origin.VIRTUAL:
+        return composition.VIRTUAL_ROOM
     raise InputError(
         "acceptance.temperature",
         "No temperature of the room is given.",
@@ -218,7 +197,9 @@ def room_temperature(site: AcceptanceSite, celsius: float | None, stated: str) -
     )
 
 
-def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> AcceptanceSession | None:
+def _unfinished(
+    site: composition.AcceptanceSite, base: Path, console: Console
+) -> acceptance.AcceptanceSession | None:
     """Return the newest unfinished test of a procedure; None without one."""
     folder = base / "sessions"
     begin = f"{site.stage.procedure.id}-"
@@ -226,7 +207,7 @@ def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> Acceptanc
         if not path.name.startswith(begin):
             continue
         try:
-            session = AcceptanceSession.resume(path)
+            session = acceptance.AcceptanceSession.resume(path)
         except OcmmError as error:
             console.print(f"{lead('Left out ')}{say(error.what)}", style="dim")
             continue
@@ -248,8 +229,8 @@ class _Source:
 
     def __init__(
         self,
-        session: AcceptanceSession,
-        site: AcceptanceSite,
+        session: acceptance.AcceptanceSession,
+        site: composition.AcceptanceSite,
         console: Console,
         temperature: Callable[[], Temperature],
         speed: float,
@@ -261,7 +242,7 @@ class _Source:
         self._interrupt = interrupt
         self._temperature, self._speed = temperature, speed
         self._record, self._force = record, force
-        self._feed: Feed | None = None
+        self._feed: composition.Feed | None = None
         self._recorder: FrameRecorder | None = None
         self._shown = 0
 
@@ -285,7 +266,7 @@ class _Source:
         with Progress(*columns, console=self._console, transient=True) as progress:
             task = progress.add_task("", total=None)
 
-            def told(view: AcceptanceView, hint: str) -> None:
+            def told(view: acceptance.AcceptanceView, hint: str) -> None:
                 total = sum(len(one.points_world) * one.repeats for one in view.positions)
                 progress.update(
                     task, description=say(hint or view.instruction), completed=sum(view.done),
@@ -297,7 +278,7 @@ class _Source:
                 temperature=self._temperature, told=told,
                 stop=self._interrupt.check, keep=self._keep,
             )  # fmt: skip
-            if origin_of(site.source) is Origin.VIRTUAL:
+            if composition.origin_of(site.source) is composition.Origin.VIRTUAL:
                 self._show(collector)
             else:
                 if self._feed is None:
@@ -322,7 +303,7 @@ class _Source:
             complete = collector.collect(feed, frames)
             self._end()
 
-    def _start(self, feed: Feed) -> None:
+    def _start(self, feed: composition.Feed) -> None:
         self._feed = feed
         self._console.print(f"{lead('Source   ')}{feed.description.name}")
         if self._record is not None:
@@ -346,7 +327,9 @@ class _Source:
             self._recorder = None
 
 
-def _recorded(site: AcceptanceSite, force: bool) -> Feed:
-    return recorded_feed(
-        StationRequest(plan=DEMO_PLAN, out=Path(), rig=site.rig, source=site.source, force=force)
+def _recorded(site: composition.AcceptanceSite, force: bool) -> composition.Feed:
+    return composition.recorded_feed(
+        composition.StationRequest(
+            plan=composition.DEMO_PLAN, out=Path(), rig=site.rig, source=site.source, force=force
+        )
     )

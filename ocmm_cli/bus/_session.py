@@ -16,16 +16,7 @@ from typing import IO, TYPE_CHECKING
 from rich.console import Console
 
 from ocmm_cli.terminal import make_console, say
-from ocmm_core.acquisition.bus_process import (
-    ChildProcess,
-    MaintenanceConfig,
-    RecordConfig,
-    RemoteObjects,
-    ScanConfig,
-    maintenance_command,
-    record_command,
-    scan_command,
-)
+from ocmm_core.acquisition import bus_process
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
 from ocmm_core.camera import CameraModel, Rig, load_rig
 from ocmm_core.composition import (
@@ -60,11 +51,11 @@ _NO_BUS = "which is not a camera bus"
 class BusSession:
     rig: Rig
     feed: Feed
-    process: ChildProcess
+    process: bus_process.ChildProcess
 
-    def objects(self, camera: str) -> RemoteObjects:
+    def objects(self, camera: str) -> bus_process.RemoteObjects:
         """Return the objects of a camera; InputError if the rig has none of that name."""
-        return RemoteObjects(self.process, camera_of(self.rig, camera).name)
+        return bus_process.RemoteObjects(self.process, camera_of(self.rig, camera).name)
 
     def report(self) -> BusReport | None:
         return decode_report(self.feed.ring.report())
@@ -114,7 +105,7 @@ def open_bus(
     feed = make_feed(request, load_plan(DEMO_PLAN), rig)
     try:
         process = feed.acquisition
-        if not isinstance(process, ChildProcess):
+        if not isinstance(process, bus_process.ChildProcess):
             raise TypeError(f"the process of {source} does not accept requests")
         process.start()
         session = BusSession(rig, feed, process)
@@ -131,8 +122,8 @@ def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDe
     named = bus_to_scan(source)
     segment = segment_for(named, rig_path)
     if segment is None:
-        config = ScanConfig(interface=named.value, force=force)
-        return decode_scan(_ask(scan_command(), config.to_json()))
+        config = bus_process.ScanConfig(interface=named.value, force=force)
+        return decode_scan(_ask(bus_process.scan_command(), config.to_json()))
     from ocmm_sim.bus import scan_virtual
 
     return decode_scan(_ask(*scan_virtual(segment)))
@@ -143,12 +134,12 @@ def maintenance_of(
 ) -> tuple[list[str], bytes]:
     """Return the command that changes a camera, and its input; errors as `scan`."""
     named = bus_to_scan(source)
-    config = MaintenanceConfig(
+    config = bus_process.MaintenanceConfig(
         interface=named.value, force=force, serial=serial, alias=alias, firmware=firmware
     )
     segment = segment_for(named, rig_path)
     if segment is None:
-        return maintenance_command(), config.to_json()
+        return bus_process.maintenance_command(), config.to_json()
     from ocmm_sim.bus import maintain_virtual
 
     return maintain_virtual(segment, config)
@@ -164,11 +155,11 @@ def recorder_of(
         raise _wrong_source(
             source, what, [s for s in sources() if _may_scan(s) and s.segment is None]
         )
-    config = RecordConfig(
+    config = bus_process.RecordConfig(
         interface=named.value.partition("+")[0], force=force, seconds=seconds,
         size_bytes=size_bytes,
     )  # fmt: skip
-    return record_command(), config.to_json()
+    return bus_process.record_command(), config.to_json()
 
 
 class BusErrand(subprocess.Popen[bytes]):

@@ -15,37 +15,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from ocmm_cli.calibrate._setup import Setup
 from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_later
+from ocmm_core import composition
 from ocmm_core.acceptance import read_temperature
 from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
-from ocmm_core.calibration.guided import (
-    Procedure,
-    ProcedureDecision,
-    ProcedureKind,
-    ProcedureView,
-    Shot,
-    is_ended,
-    sessions,
-)
+from ocmm_core.calibration import guided, records
+from ocmm_core.calibration.guided import sessions
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import (
-    CalibrationStore,
-    default_folder,
-    open_calibration,
-    store_folder,
-)
 from ocmm_core.calibration.relocation import BAR, RelocationProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig
-from ocmm_core.composition import (
-    DEMO_PLAN,
-    Feed,
-    StationRequest,
-    make_feed,
-    names_in_words,
-    source_of,
-    sources,
-)
 from ocmm_core.errors import AcquisitionError, CalibrationError, InputError, StorageError
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan
@@ -58,7 +37,7 @@ _IDLE_S = 0.002
 _WARMTH_S = 2.0
 SESSIONS = "sessions"
 
-P = TypeVar("P", bound=Procedure)
+P = TypeVar("P", bound=guided.Procedure)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,17 +50,17 @@ class TerminalSite:
     document: Path
     calibrations: Path
     """Folder of calibrations, one subfolder per rig."""
-    store: CalibrationStore
+    store: records.CalibrationStore
     sessions: Path
 
 
 def open_site(rig: Path, calibrations: Path | None) -> TerminalSite:
     """Return the rig and its calibrations; InputError if the document is wrong."""
     design = load_rig(rig)
-    root = calibrations or default_folder()
-    folder = store_folder(root, design.name)
-    store = CalibrationStore(folder)
-    in_use = open_calibration(rig, root)
+    root = calibrations or records.default_folder()
+    folder = records.store_folder(root, design.name)
+    store = records.CalibrationStore(folder)
+    in_use = records.open_calibration(rig, root)
     return TerminalSite(design, in_use.rig, rig, root, store, folder / SESSIONS)
 
 
@@ -89,7 +68,7 @@ def opened(
     site: TerminalSite,
     setup: Setup,
     console: Console,
-    kind: ProcedureKind,
+    kind: guided.ProcedureKind,
     resume: Callable[[Path], P],
     begin: Callable[[Temperature | None, datetime], P],
 ) -> P:
@@ -101,7 +80,7 @@ def opened(
         except (CalibrationError, InputError, StorageError) as error:
             # Started with another calibration, probe or version, or at an implausible temperature:
             # its observations are useless.
-            if not is_ended(path):
+            if not guided.is_ended(path):
                 console.print(f"{lead('Left out ')}{say(error.what)}", style="dim")
             continue
         if is_open(procedure.base):
@@ -117,26 +96,28 @@ def opened(
     return begin(warm, now())
 
 
-def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
+def virtual_feed(script: CalibratingScript, source: str, speed: float) -> composition.Feed:
     """Return the virtual rig, here or on a virtual wire; InputError if a source plays no scenes."""
-    scenes = source_of(source).spec.scenes
+    scenes = composition.source_of(source).spec.scenes
     if scenes is None:
-        possible = [spec for spec in sources() if spec.scenes is not None]
+        possible = [spec for spec in composition.sources() if spec.scenes is not None]
         raise InputError(
             "calibrate.source",
             f"--source is {source!r}, which has no calibration scenes.",
-            f"Give {names_in_words(possible)}.",
+            f"Give {composition.names_in_words(possible)}.",
         )
     return scenes(script, speed)
 
 
-def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> Feed:
+def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> composition.Feed:
     """Return the cameras on a network interface, or a recording."""
-    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig, source=source, force=force)
-    return make_feed(request, load_plan(DEMO_PLAN), design)
+    request = composition.StationRequest(
+        plan=composition.DEMO_PLAN, out=Path(), rig=rig, source=source, force=force
+    )
+    return composition.make_feed(request, load_plan(composition.DEMO_PLAN), design)
 
 
-def make_recorder(feed: Feed, path: Path | None, design: Rig) -> FrameRecorder | None:
+def make_recorder(feed: composition.Feed, path: Path | None, design: Rig) -> FrameRecorder | None:
     """Return a recorder of frames, None without a path; on OcmmError the source is closed."""
     if path is None:
         return None
@@ -148,8 +129,8 @@ def make_recorder(feed: Feed, path: Path | None, design: Rig) -> FrameRecorder |
 
 
 def collect(
-    procedure: Procedure,
-    feed: Feed,
+    procedure: guided.Procedure,
+    feed: composition.Feed,
     frames: int | None,
     console: Console,
     recorder: FrameRecorder | None = None,
@@ -237,7 +218,7 @@ def collect(
         )
 
 
-def retake_misplaced(procedure: Procedure, console: Console) -> None:
+def retake_misplaced(procedure: guided.Procedure, console: Console) -> None:
     """Reopen lines of a verification whose bar was misplaced; print which."""
     if not isinstance(procedure, VerificationProcedure):
         return
@@ -247,13 +228,13 @@ def retake_misplaced(procedure: Procedure, console: Console) -> None:
             procedure.repeat_line(number, now())
 
 
-def _record_temperature(procedure: Procedure, feed: Feed) -> None:
+def _record_temperature(procedure: guided.Procedure, feed: composition.Feed) -> None:
     report = decode_report(feed.ring.report())
     if report is not None:
         procedure.record_temperature(now(), [camera.temperature_c for camera in report.cameras])
 
 
-def pass_open_gates(procedure: Procedure) -> int:
+def pass_open_gates(procedure: guided.Procedure) -> int:
     """Enter every step whose gate is open, and return the index of the current one."""
     view = procedure.base
     while view.current < len(view.steps) - 1 and view.step.gate.open:
@@ -267,8 +248,8 @@ def pass_open_gates(procedure: Procedure) -> int:
 
 
 def decide(
-    procedure: Procedure, accept: bool | None, reason: str, console: Console
-) -> ProcedureDecision:
+    procedure: guided.Procedure, accept: bool | None, reason: str, console: Console
+) -> guided.ProcedureDecision:
     """Accept the result, keep the old one, or leave the session open for a later decision."""
     if accept is None and console.is_terminal:
         console.print(say("Accept it? [y/n] "), end="", highlight=True)
@@ -287,10 +268,10 @@ def is_yes(answer: str) -> bool:
     return answer.strip().lower().startswith(("y", "j"))
 
 
-def is_open(view: ProcedureView) -> bool:
+def is_open(view: guided.ProcedureView) -> bool:
     """Return whether a session can be resumed: not ended, or accepted but not stored."""
-    return view.decision is ProcedureDecision.OPEN or (
-        view.decision is ProcedureDecision.ACCEPTED and not view.stored
+    return view.decision is guided.ProcedureDecision.OPEN or (
+        view.decision is guided.ProcedureDecision.ACCEPTED and not view.stored
     )
 
 
@@ -298,7 +279,7 @@ def now() -> datetime:
     return datetime.now(UTC)
 
 
-def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot]) -> None:
+def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[guided.Shot]) -> None:
     """Add recorded shots missing in a session; CalibrationError for kinds it does not have."""
     view = procedure.view
     ends = len([shot for shot in shots if shot.kind == "seat" and not shot.place])
@@ -327,7 +308,7 @@ def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot])
             raise _strange(shot, "relocation")
 
 
-def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Shot]) -> None:
+def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[guided.Shot]) -> None:
     """Add shots that a session lacks, entering their steps; CalibrationError if out of sequence."""
     view = procedure.view
     left = sum(step.done for step in view.base.steps)
@@ -340,7 +321,7 @@ def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Sh
         pass_open_gates(procedure)
 
 
-def _strange(shot: Shot, where: str) -> CalibrationError:
+def _strange(shot: guided.Shot, where: str) -> CalibrationError:
     return CalibrationError(
         "calibrate.shots",
         f"The recorded shots contain one of kind '{shot.kind}', which does not belong in {where}.",

@@ -12,13 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from ocmm_cli.calibrate._run import TerminalSite
 from ocmm_cli.terminal import DeferredInterrupt, lead, say
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
-from ocmm_core.calibration.monitor import (
-    Baseline,
-    ResidualAccumulator,
-    ResidualSample,
-    learn_baseline,
-    save_baseline,
-)
+from ocmm_core.calibration import monitor
 from ocmm_core.composition import Feed
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody, TrackingPipeline
@@ -46,11 +40,11 @@ def require_usable(site: TerminalSite, now: datetime) -> str:
 
 def wave(
     site: TerminalSite, body: ProbeBody, feed: Feed, seconds: float, console: Console
-) -> list[ResidualSample]:
+) -> list[monitor.ResidualSample]:
     """Return samples of the probe over ``seconds`` of bus time, or until the source ends."""
     pipeline = TrackingPipeline(site.rig, body)
-    collector = ResidualAccumulator(site.rig, body, _LOOK_NS)
-    looks: list[ResidualSample] = []
+    collector = monitor.ResidualAccumulator(site.rig, body, _LOOK_NS)
+    looks: list[monitor.ResidualSample] = []
     left = round(seconds * 1e9 / feed.description.frame_period_ns)
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     console.print(f"{lead('Source   ')}{feed.description.name}", highlight=True)
@@ -79,13 +73,13 @@ def wave(
 def learn(
     site: TerminalSite,
     body: ProbeBody,
-    looks: list[ResidualSample],
+    looks: list[monitor.ResidualSample],
     calibration: str,
     console: Console,
 ) -> Path:
     """Learn the baseline, store it next to the calibration, and print its quality."""
-    baseline: Baseline = learn_baseline(looks, site.rig, body)
-    path = save_baseline(site.store.folder, baseline, calibration, body.identity)
+    baseline: monitor.Baseline = monitor.learn_baseline(looks, site.rig, body)
+    path = monitor.save_baseline(site.store.folder, baseline, calibration, body.identity)
     whole = site.rig.noise.pattern_px
     console.print(
         say(

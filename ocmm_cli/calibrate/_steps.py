@@ -10,35 +10,14 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 import typer
 from rich.console import Console
 
+from ocmm_cli.calibrate import _run as run
 from ocmm_cli.calibrate._report import print_calibration, print_status
-from ocmm_cli.calibrate._run import (
-    SESSIONS,
-    TerminalSite,
-    collect,
-    decide,
-    make_recorder,
-    now,
-    pass_open_gates,
-    real_feed,
-    virtual_feed,
-)
 from ocmm_cli.calibrate._setup import ProbeSetup, Setup
 from ocmm_cli.calibrate._write_cameras import write_accepted
 from ocmm_cli.terminal import lead, make_console, say, say_word, told
+from ocmm_core.calibration import records
 from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.guided import Procedure, ProcedureDecision
-from ocmm_core.calibration.records import (
-    CalibrationInUse,
-    CalibrationStatus,
-    CalibrationStore,
-    ProbeStore,
-    default_folder,
-    default_probe_folder,
-    judge,
-    probe_store_folder,
-    require_records,
-    store_folder,
-)
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import (
@@ -67,12 +46,12 @@ P = TypeVar("P", bound=AboutTip)
 class TerminalProbeSite:
     """Resources of a session about a probe."""
 
-    site: TerminalSite
+    site: run.TerminalSite
     """Cameras, with the folder of sessions about the probe."""
-    cameras: CalibrationInUse
+    cameras: records.CalibrationInUse
     """State of their calibration."""
     body: ProbeBody
-    store: ProbeStore
+    store: records.ProbeStore
 
 
 def open_probe_site(setup: ProbeSetup, console: Console) -> TerminalProbeSite:
@@ -86,11 +65,11 @@ def open_probe_site(setup: ProbeSetup, console: Console) -> TerminalProbeSite:
     )
     require_cameras(cameras, console)
     folder = setup.probes or own_folder(setup.source)
-    store = ProbeStore(probe_store_folder(folder, body.name))
-    root = setup.calibrations or default_folder()
-    of_cameras = CalibrationStore(store_folder(root, design.name))
-    sessions = store.folder / SESSIONS
-    site = TerminalSite(design, cameras.rig, setup.rig, root, of_cameras, sessions)
+    store = records.ProbeStore(records.probe_store_folder(folder, body.name))
+    root = setup.calibrations or records.default_folder()
+    of_cameras = records.CalibrationStore(records.store_folder(root, design.name))
+    sessions = store.folder / run.SESSIONS
+    site = run.TerminalSite(design, cameras.rig, setup.rig, root, of_cameras, sessions)
     return TerminalProbeSite(site, cameras, body, store)
 
 
@@ -107,14 +86,14 @@ def about_tip(procedure: P, tip: str) -> P:
 
 def own_folder(source: str) -> Path:
     """Return the default folder of records; virtual probes have their own."""
-    folder = default_probe_folder()
+    folder = records.default_probe_folder()
     return folder.with_name("virtual-probes") if origin_of(source) is Origin.VIRTUAL else folder
 
 
-def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
+def require_cameras(cameras: records.CalibrationInUse, console: Console) -> None:
     """Refuse cameras without a usable calibration, and print warnings."""
-    view = judge(cameras, now())
-    unusable = cameras.fault is not None or view.word is CalibrationStatus.UNUSABLE
+    view = records.judge(cameras, run.now())
+    unusable = cameras.fault is not None or view.word is records.CalibrationStatus.UNUSABLE
     if unusable and view.blocking_reason is not None:
         raise CalibrationError(
             "calibrate.cameras",
@@ -131,7 +110,7 @@ def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
 
 def is_lacking(procedure: Procedure) -> bool:
     """Return whether observations are missing."""
-    return pass_open_gates(procedure) < len(procedure.base.steps) - 1
+    return run.pass_open_gates(procedure) < len(procedure.base.steps) - 1
 
 
 def require_end(procedure: Procedure) -> None:
@@ -143,13 +122,13 @@ def require_end(procedure: Procedure) -> None:
 
 def collect_from(
     procedure: Procedure,
-    site: TerminalSite,
+    site: run.TerminalSite,
     setup: Setup,
     probe: Path,
     scenes: Callable[[VirtualSite], tuple[Scene, ...]],
     console: Console,
     move: int | None = None,
-    cameras: CalibrationInUse | None = None,
+    cameras: records.CalibrationInUse | None = None,
 ) -> None:
     """Record from a source, a virtual one by its scenes, and keep its frames if wanted.
 
@@ -163,27 +142,29 @@ def collect_from(
         virtual = VirtualSite(site.document, probe, setup.seed, move)
         script = virtual.script(scenes(virtual))
         frames = script.build().n_frames
-        feed = virtual_feed(script, setup.source, setup.speed)
+        feed = run.virtual_feed(script, setup.source, setup.speed)
     else:
-        feed = real_feed(site.document, site.design, setup.source, force=setup.force)
+        feed = run.real_feed(site.document, site.design, setup.source, force=setup.force)
     if cameras is not None:
         try:
             require_cameras(checked_for_replay(cameras, feed.recorded), console)
         except BaseException:
             feed.ring.close()
             raise
-    collect(procedure, feed, frames, console, make_recorder(feed, setup.record, site.design))
+    run.collect(
+        procedure, feed, frames, console, run.make_recorder(feed, setup.record, site.design)
+    )
 
 
 def decided_code(procedure: Procedure, decision: bool | None, reason: str, console: Console) -> int:
     """Decide on the result, and return the exit code."""
-    made = decide(procedure, decision, reason, console)
+    made = run.decide(procedure, decision, reason, console)
     return 0 if made is ProcedureDecision.ACCEPTED else 1
 
 
 def conclude(
     procedure: KnownPointsProcedure | RelocationProcedure,
-    site: TerminalSite,
+    site: run.TerminalSite,
     setup: Setup,
     overrule: str,
     reason: str,
@@ -194,13 +175,13 @@ def conclude(
     An accepted calibration is written into real cameras; virtual ones lose it when they end.
     """
     if overrule and procedure.base.decision is ProcedureDecision.OPEN:
-        procedure.force(now(), overrule)
+        procedure.force(run.now(), overrule)
     procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:
         print_calibration(console, outcome)
     code = decided_code(procedure, setup.decision, reason, console)
-    print_status(console, site.document, site.calibrations, now())
+    print_status(console, site.document, site.calibrations, run.now())
     if code:
         raise typer.Exit(code)
     record = site.store.active()
@@ -215,13 +196,13 @@ def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | Non
     """
     in_use = choose_probe(source, probe, probes, tip, uncalibrated=False)
     if in_use.fault is not None and (
-        tip is not None or in_use.fault[0] is not CalibrationStatus.NONE
+        tip is not None or in_use.fault[0] is not records.CalibrationStatus.NONE
     ):
-        require_records(in_use)
+        records.require_records(in_use)
     if in_use.records is not None:
         defect = None if in_use.store is None else in_use.store.defect(in_use.tip, thorough=True)
         if defect is not None:
             raise defect
-        view = judge(in_use, now())
+        view = records.judge(in_use, run.now())
         make_console().print(f"{lead('Probe  ')}{say(view.label)}")
     return in_use.body

@@ -93,19 +93,19 @@ def _touched(
     from ocmm_cli.calibrate._run import opened
     from ocmm_cli.calibrate._steps import about_tip, open_probe_site
     from ocmm_core.calibration.records import load_sphere
+    from ocmm_core.calibration.tip import TipSite
 
     console = make_console()
     place = open_probe_site(setup, console)
-    site, body, store = place.site, place.body, place.store
+    site = place.site
+    about = TipSite(site.rig, place.body, place.store, site.store)
     name = _mounted(place, tip, setup.who, console)
     procedure = opened(
         site, setup, console, kind.kind,
-        lambda path: about_tip(
-            kind.resume(path, site.rig, body, store, cameras=site.store), name
-        ),
+        lambda path: about_tip(kind.resume(path, about), name),
         lambda warm, now: begin(
-            site.sessions, site.rig, body, store, name, load_sphere(sphere), now,
-            who=setup.who, temperature=warm, cone=_cone(cone), cameras=site.store,
+            site.sessions, about, name, load_sphere(sphere), now,
+            who=setup.who, temperature=warm, cone=_cone(cone),
         ),
     )  # fmt: skip
     _take(procedure, place, shots, spot, setup, console)

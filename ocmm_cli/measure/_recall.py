@@ -14,18 +14,9 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from ocmm_cli import terminal
 from ocmm_cli.measure._pages import print_pages
 from ocmm_cli.options import ComputingSite
-from ocmm_cli.terminal import (
-    heads,
-    language,
-    lead,
-    make_console,
-    print_grid,
-    progress_line,
-    say,
-    shown,
-)
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.leftovers import scratch_folder
@@ -56,12 +47,12 @@ def recall_command(
     from ocmm_core.inspection.archive import Outcome
     from ocmm_core.inspection.recall import KeptPlaces, decide, recall
 
-    console = make_console()
+    console = terminal.make_console()
     folder = calibrations if calibrations is not None else default_folder()
     if artefact is not None or since is not None:
         _let_fall(console, folder, artefact, since, who)
     places = KeptPlaces(tuple(jobs or [_JOBS]), folder, probes)
-    with progress_line() as tell:
+    with terminal.progress_line() as tell:
         record = recall(places, datetime.now(UTC), tell, site=site)
     if who and record.jobs:
         record = decide(record, places, who, datetime.now(UTC))
@@ -88,14 +79,15 @@ def _let_fall(
     fallen = artefact_wrong(folder, artefact, since.astimezone(UTC), who, datetime.now(UTC))
     for one in fallen:
         console.print(
-            say(
+            terminal.say(
                 f"Invalid {one.kind} of rig {one.rig}, {one.made_utc[:16]} UTC, calibration "
                 f"{one.calibration[:12]}"
             )
         )
     if not fallen:
         console.print(
-            say(f"Everything based on artefact {artefact} was already invalidated."), highlight=True
+            terminal.say(f"Everything based on artefact {artefact} was already invalidated."),
+            highlight=True,
         )
 
 
@@ -108,10 +100,10 @@ def write_recall(
 
     if json_file is not None:
         _write(json_file, seal_signed(record, Signed.RECALL))
-        console.print(f"{lead('Recall  ')}{json_file}")
+        console.print(f"{terminal.lead('Recall  ')}{json_file}")
     if pdf_file is not None:
         _print_pages(record, pdf_file)
-        console.print(f"{lead('Recall  ')}{pdf_file}")
+        console.print(f"{terminal.lead('Recall  ')}{pdf_file}")
 
 
 def show_recall(console: Console, record: RecallRecord) -> None:
@@ -127,26 +119,26 @@ def show_recall(console: Console, record: RecallRecord) -> None:
         worst_first,
     )
 
-    speech = Speech(language(os.environ))
+    speech = Speech(terminal.language(os.environ))
     console.print(headline(record, speech), style="bold")
     for sentence in not_judged(record):
-        console.print(say(sentence), style="yellow")
+        console.print(terminal.say(sentence), style="yellow")
     if not record.jobs:
         return
     for sentence in (*totals(record), decided(record)):
-        console.print(say(sentence))
+        console.print(terminal.say(sentence))
     if not record.made_by:
-        console.print(say("--by NAME releases the points whose verdicts hold."))
+        console.print(terminal.say("--by NAME releases the points whose verdicts hold."))
     rows = []
     for job in worst_first(record.jobs):
         name = job.label
         for one in job.characteristics:
             cells = (name, *row(one, speech))
-            rows.append([Text(shown(cell), _STYLES[one.outcome.name]) for cell in cells])
+            rows.append([Text(terminal.shown(cell), _STYLES[one.outcome.name]) for cell in cells])
             name = ""
-    print_grid(console, heads(*COLUMNS), rows)
+    terminal.print_grid(console, terminal.heads(*COLUMNS), rows)
     for job in worst_first(record.jobs):
-        console.print(f"{job_line(job, speech)} {say(rests_on(job))}")
+        console.print(f"{job_line(job, speech)} {terminal.say(rests_on(job))}")
 
 
 def _print_pages(record: RecallRecord, path: Path) -> None:
@@ -157,7 +149,7 @@ def _print_pages(record: RecallRecord, path: Path) -> None:
         sealed.write_bytes(seal(record))
         print_pages(
             "ocmm_gui.reports._recall",
-            [[str(sealed), str(path), "--language", language(os.environ)]],
+            [[str(sealed), str(path), "--language", terminal.language(os.environ)]],
             "recall.pdf",
             "The recall report was not written",
             "The decision is stored; write the pages again.",
@@ -215,8 +207,8 @@ def recall_archived(
     places = ShopPlaces(
         place.address, tuple(calibrations or [default_folder()]), probes, place.password
     )
-    console = make_console()
-    with progress_line() as tell:
+    console = terminal.make_console()
+    with terminal.progress_line() as tell:
         record = recall_archive(places, datetime.now(UTC), tell, site, finding)
     if who and record.jobs:
         with open_archive(place.address, password=place.password) as opened:

@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal, get_type_hints
 import typer
 from typer.main import get_command_name
 
-from ocmm_cli.options import _instrument, _jobs, _serve, _shared, _tests
+from ocmm_cli.options import _instrument, _jobs, _shared
 from ocmm_cli.terminal import say
 from ocmm_core.cluster import Site
 from ocmm_core.errors import InputError
@@ -25,7 +25,7 @@ from ocmm_core.typed_numbers import NumberField
 
 OPTIONS = {
     (command.strip(), option.name): option
-    for table in (_shared.TABLE, _jobs.TABLE, _instrument.TABLE, _serve.TABLE, _tests.TABLE)
+    for table in (_shared.TABLE, _jobs.TABLE, _instrument.TABLE)
     for commands, options in table.items()
     for command in commands.split(",")
     for option in options

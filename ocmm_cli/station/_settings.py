@@ -8,18 +8,8 @@ import msgspec
 import typer
 
 from ocmm_cli.terminal import make_console, print_notes, say
+from ocmm_core import settings
 from ocmm_core.errors import InputError
-from ocmm_core.settings import (
-    SETTINGS,
-    LoadedSettings,
-    Note,
-    Scope,
-    SettingOrigin,
-    SettingsStore,
-    spec_of,
-    text_of,
-    value_of_text,
-)
 
 settings_app = typer.Typer(
     name="settings",
@@ -32,9 +22,9 @@ settings_app = typer.Typer(
 @settings_app.command()
 def show(key: str, *, json: bool) -> None:
     """Show all settings, where each comes from, and what differs from the default."""
-    store = SettingsStore.of_this_user()
+    store = settings.SettingsStore.of_this_user()
     loaded = store.load()
-    specs = SETTINGS if not key else (spec_of(key),)
+    specs = settings.SETTINGS if not key else (settings.spec_of(key),)
     if json:
         content: dict[str, Any] = {
             "schema": "ocmm.settings-shown/1",
@@ -43,8 +33,8 @@ def show(key: str, *, json: bool) -> None:
             "settings": [
                 {
                     "key": spec.key,
-                    "value": text_of(loaded.values[spec.key]),
-                    "default": text_of(spec.default),
+                    "value": settings.text_of(loaded.values[spec.key]),
+                    "default": settings.text_of(spec.default),
                     "differs": loaded.differs(spec.key),
                     "origin": loaded.origins[spec.key].value,
                 }
@@ -58,8 +48,8 @@ def show(key: str, *, json: bool) -> None:
     for spec in specs:
         origin = loaded.origins[spec.key]
         mark = "*" if loaded.differs(spec.key) else " "
-        told = "" if origin is SettingOrigin.DEFAULT else f"  ({origin.value})"
-        value = text_of(loaded.values[spec.key]) or "-"
+        told = "" if origin is settings.SettingOrigin.DEFAULT else f"  ({origin.value})"
+        value = settings.text_of(loaded.values[spec.key]) or "-"
         console.print(f"{mark} {spec.key:34} {value}{told}")
     console.print(
         say(f"* differs from the default. Station: {store.station.path}  User: {store.user.path}"),
@@ -70,17 +60,17 @@ def show(key: str, *, json: bool) -> None:
 @settings_app.command(name="set")
 def set_command(key: str, value: str, *, station: bool) -> None:
     """Change one setting; a window that is open takes it at its next start."""
-    spec = spec_of(key)
-    given = value_of_text(spec, value)
-    store = SettingsStore.of_this_user()
+    spec = settings.spec_of(key)
+    given = settings.value_of_text(spec, value)
+    store = settings.SettingsStore.of_this_user()
     if not station:
         make_console(soft_wrap=True, stderr=True).print(say(store.places()), style="dim")
-    print_notes(store.change({key: given}, Scope.STATION if station else None))
+    print_notes(store.change({key: given}, settings.Scope.STATION if station else None))
     if spec.section == "report":
         from ocmm_core.export.template import use_head
 
         use_head(store.load().settings, store.user.path.parent)
-    make_console(soft_wrap=True).print(f"{key} = {text_of(given) or '-'}")
+    make_console(soft_wrap=True).print(f"{key} = {settings.text_of(given) or '-'}")
 
 
 @settings_app.command()
@@ -88,7 +78,7 @@ def confirm(who: str, *, station: bool) -> None:
     """Sign the settings that change verdicts, after they were edited outside the program."""
     if not who.strip():
         raise InputError("settings.name", "No name given.", "Give it with --by.")
-    store = SettingsStore.of_this_user()
+    store = settings.SettingsStore.of_this_user()
     file = store.station if station else store.user
     file.confirm(who.strip())
     make_console(soft_wrap=True).print(say(f"{file.path}: confirmed by {who.strip()}."))
@@ -97,7 +87,7 @@ def confirm(who: str, *, station: bool) -> None:
 @settings_app.command()
 def check() -> None:
     """Check the documents and the files that they name; exit code 2 where something is wrong."""
-    loaded = SettingsStore.of_this_user().load()
+    loaded = settings.SettingsStore.of_this_user().load()
     print_notes(loaded.notes)
     wrong = _look(loaded)
     if loaded.notes or wrong:
@@ -105,14 +95,14 @@ def check() -> None:
     make_console().print(say("All settings can be used."))
 
 
-def _look(loaded: LoadedSettings) -> bool:
+def _look(loaded: settings.LoadedSettings) -> bool:
     found = False
-    for spec in SETTINGS:
-        if loaded.origins[spec.key] is SettingOrigin.DEFAULT or spec.key == "window.keys":
+    for spec in settings.SETTINGS:
+        if loaded.origins[spec.key] is settings.SettingOrigin.DEFAULT or spec.key == "window.keys":
             continue
         try:
-            value_of_text(spec, text_of(loaded.values[spec.key]))
+            settings.value_of_text(spec, settings.text_of(loaded.values[spec.key]))
         except InputError as error:
             found = True
-            print_notes((Note(error.what, error.remedy),))
+            print_notes((settings.Note(error.what, error.remedy),))
     return found

@@ -16,11 +16,10 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.acceptance._guards import (
-        artefact_findings, begin_findings, climate_reasons, reserved_spots, spots_hash,
+        EarlierUse, artefact_findings, begin_findings, climate_reasons, reserved_spots, spots_hash,
     )  # fmt: skip
-    from ocmm_core.acceptance._guided import AcceptanceProcedure
-    from ocmm_core.acceptance._guided_view import (
-        AcceptanceOutcome, GuidedAcceptanceView, worst_value,
+    from ocmm_core.acceptance._guided import (
+        AcceptanceOutcome, AcceptanceProcedure, GuidedAcceptanceView, worst_value,
     )  # fmt: skip
     from ocmm_core.acceptance._interim import (
         INTERIM, ChartPoint, InterimChart, InterimCheck, InterimHistory, InterimWord, check_of,
@@ -69,8 +68,8 @@ __all__ = [
     "RECORDS", "RECORD_SCHEMA", "REGISTER", "SESSIONS", "AcceptanceOutcome", "AcceptanceProcedure",
     "AcceptanceRecord", "AcceptanceSession", "AcceptanceVerdict", "AcceptanceView", "ArtefactEntry",
     "ArtefactKind", "ArtefactOffer", "ArtefactRegister", "ChartPoint", "ClimateReading",
-    "ClimateRule", "FinishedTest", "GuidedAcceptanceView", "InstrumentState", "InterimChart",
-    "InterimCheck", "InterimHistory", "InterimTest", "InterimWord", "JudgedValue",
+    "ClimateRule", "EarlierUse", "FinishedTest", "GuidedAcceptanceView", "InstrumentState",
+    "InterimChart", "InterimCheck", "InterimHistory", "InterimTest", "InterimWord", "JudgedValue",
     "LoggedTemperature", "Mpe", "Observation", "OpenTest", "PartTask", "PartTest",
     "PartUncertainty", "PlannedPosition", "ProcedureDocument", "ProcedureOffer", "QuantityResult",
     "RefusedPoint", "RoomAir", "Situation", "SpatValues", "SphereValues", "Stage",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -29,19 +30,23 @@ _READY = ("VALID", "DUE", "DESIGN")
 _LARGEST_MM = 1e5
 
 
+@dataclass(frozen=True, slots=True)
+class EarlierUse:
+    """Artefacts and observations behind the instrument, which may not test it."""
+
+    calibration: tuple[ArtefactUse, ...] = ()
+    qualification: tuple[ArtefactUse, ...] = ()
+    spots: tuple[str, ...] = ()
+    """`spots_hash` of observations."""
+
+
 def begin_findings(
-    stage: Stage,
-    now: datetime,
-    temperature: Temperature,
-    calibration_artefacts: Sequence[ArtefactUse],
-    qualification_artefacts: Sequence[ArtefactUse],
+    stage: Stage, now: datetime, temperature: Temperature, earlier: EarlierUse
 ) -> list[Finding]:
     """Return objections; artefacts of calibration and tip qualification may not test themselves."""
     found = [*_instrument(stage, temperature.celsius)]
     for artefact in stage.artefacts:
-        found += artefact_findings(
-            stage, artefact, now, temperature, calibration_artefacts, qualification_artefacts
-        )
+        found += artefact_findings(stage, artefact, now, temperature, earlier)
     return list(dict.fromkeys(found))
 
 
@@ -50,8 +55,7 @@ def artefact_findings(
     artefact: UsedArtefact,
     now: datetime,
     temperature: Temperature,
-    calibration_artefacts: Sequence[ArtefactUse],
-    qualification_artefacts: Sequence[ArtefactUse],
+    earlier: EarlierUse,
 ) -> list[Finding]:
     """Return objections to a needed artefact; parameters as in `begin_findings`."""
     if artefact.role not in kind_of(stage).roles:
@@ -68,8 +72,8 @@ def artefact_findings(
     found: list[Finding] = []
     for length, limit in _certified_limits(stage, artefact):
         found += known.judge(length, limit, now, temperature)
-    found += _reused(artefact, calibration_artefacts, "calibrated", "acceptance.calibration")
-    found += _reused(artefact, qualification_artefacts, "qualified", "acceptance.qualification")
+    found += _reused(artefact, earlier.calibration, "calibrated", "acceptance.calibration")
+    found += _reused(artefact, earlier.qualification, "qualified", "acceptance.qualification")
     found += _sphere(stage, artefact)
     return list(dict.fromkeys(found))
 

@@ -8,41 +8,172 @@ after its points. Recorded points stay: `drop` is refused.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime
+from enum import StrEnum
 from pathlib import Path
 from typing import TypeAlias
 
-from ocmm_core.acceptance._guided_view import (
-    AcceptanceOutcome,
-    GuidedAcceptanceView,
-    GuidedKind,
-    latest_values,
-    steps_of,
-)
-from ocmm_core.acceptance._interim import InterimChart
+import numpy as np
+
+from ocmm_core.acceptance._interim import InterimChart, InterimWord
 from ocmm_core.acceptance._kinds import quantities_of
 from ocmm_core.acceptance._recompute import save_record
-from ocmm_core.acceptance._result import AcceptanceRecord, AcceptanceVerdict
-from ocmm_core.acceptance._session import AcceptanceSession
-from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import (
-    PLACE_DONE,
-    STILL_FRAMES,
-    Average,
-    Live,
-    ProbeSpotAverager,
-    Procedure,
-    ProcedureDecision,
-    Step,
-    handle_axis,
-    to_spots,
+from ocmm_core.acceptance._result import (
+    AcceptanceRecord,
+    AcceptanceVerdict,
+    JudgedValue,
+    QuantityResult,
+    UsedArtefact,
 )
+from ocmm_core.acceptance._session import AcceptanceSession
+from ocmm_core.acceptance._session_state import AcceptanceView
+from ocmm_core.acceptance._situation import Stage
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking import ProbeBody, solve
+
+_WORDS = {
+    AcceptanceVerdict.PASS: "PASSED",
+    AcceptanceVerdict.FAIL: "FAILED",
+    AcceptanceVerdict.LEANING_IN: "NOT DECIDED",
+    AcceptanceVerdict.LEANING_OUT: "NOT DECIDED",
+    AcceptanceVerdict.VOID: "VOID",
+}
+_MEANINGS = {
+    AcceptanceVerdict.PASS: "Every error is within its limit by the decision rule.",
+    AcceptanceVerdict.FAIL: (
+        "An error is beyond its limit. Store the verdict, find the cause, and calibrate."
+    ),
+    AcceptanceVerdict.LEANING_IN: (
+        "An error is within its limit by less than the uncertainty of the test: conformity is not "
+        "proven. Use a better artefact."
+    ),
+    AcceptanceVerdict.LEANING_OUT: (
+        "An error is beyond its limit by less than the uncertainty of the test: nothing is proven. "
+        "Use a better artefact."
+    ),
+}
+_CHARTED = {
+    InterimWord.LEARNING: "The chart learns from this check.",
+    InterimWord.GOOD: "The system is as it was.",
+    InterimWord.REPEAT: "Repeat the check now.",
+    InterimWord.STOP: (
+        "STOP: points since the last good check are held back in every job until a verification "
+        "passes."
+    ),
+}
+_AGAIN = "What the procedure allows to repeat, N measures again; both results stay in the record."
+
+
+class GuidedKind(StrEnum):
+    """Kind of a snapshot; session files are named by the procedure."""
+
+    ACCEPTANCE = "acceptance"
+
+
+@dataclass(frozen=True, slots=True)
+class AcceptanceOutcome:
+    """Computed or stored verdict."""
+
+    verdict: AcceptanceVerdict
+    values: tuple[JudgedValue, ...]
+    quantities: tuple[QuantityResult, ...]
+    void_reasons: tuple[str, ...]
+    """Why the result is void; empty if valid."""
+    retests_left: int
+    record: AcceptanceRecord | None = None
+    file: Path | None = None
+    chart: InterimChart | None = None
+    """Chart of the interim checks including this one; None for other tests."""
+
+    @property
+    def word(self) -> str:
+        """Return the verdict in one or two words, for large type."""
+        return _WORDS[self.verdict]
+
+    @property
+    def sentence(self) -> str:
+        """Return meaning and consequence of the verdict."""
+        if self.verdict is AcceptanceVerdict.VOID:
+            return " ".join((*self.void_reasons, "The test shows nothing: do it again."))
+        if self.chart is not None:
+            last = self.chart.points[-1]
+            said = _CHARTED[last.word]
+            return f"{last.reason} {said}".strip()
+        again = _AGAIN if self.retests_left and self.verdict is not AcceptanceVerdict.PASS else ""
+        return f"{_MEANINGS[self.verdict]} {again}".strip()
+
+
+@dataclass(frozen=True, slots=True)
+class GuidedAcceptanceView:
+    """Snapshot of a test for display."""
+
+    base: guided.ProcedureView
+    test: AcceptanceView
+    """Plan, recorded points, values."""
+    stage: Stage
+    notes: tuple[str, ...]
+    """Advice not followed, and warnings."""
+    latest: tuple[JudgedValue, ...]
+    """Values of the last completed position; empty before the first."""
+    hint: str
+    """Why that position is repeated, or the last refusal; empty if none."""
+    temperature_c: float
+    outcome: AcceptanceOutcome | None
+
+    def artefact(self) -> UsedArtefact | None:
+        """Return the artefact of the current position, or None."""
+        current = self.test.current
+        if current < 0:
+            return None
+        role = self.test.positions[current].role
+        return next((one for one in self.stage.artefacts if one.role == role), None)
+
+
+def steps_of(test: AcceptanceView) -> tuple[guided.Step, ...]:
+    """Return the steps of a test with their gates."""
+    done = sum(test.done)
+    wanted = sum(len(one.points_world) * one.repeats for one in test.positions)
+    left = wanted - done
+    points = "1 point" if left == 1 else f"{left} points"
+    gate = guided.OPEN if not left else guided.Gate(False, f"{points} to go.", "Take them.")
+    return (
+        guided.Step(
+            "prepare", "Prepare",
+            "Place the artefact where it is held without play. Check what is fixed for this "
+            "test, then continue.",
+            guided.OPEN,
+        ),
+        guided.Step("measure", "Measure", test.instruction, gate, done, wanted),
+        guided.Step(
+            "result", "Verdict", "Every error against its limit. Store the verdict.",
+            guided.Gate(False, "The verdict is not stored.", "Store the verdict (A)."),
+        ),
+    )  # fmt: skip
+
+
+def latest_values(test: AcceptanceView) -> tuple[JudgedValue, ...]:
+    """Return the values of the last completed position."""
+    complete = [
+        one.name
+        for one, done in zip(test.positions, test.done, strict=True)
+        if done == len(one.points_world) * one.repeats
+    ]
+    if not complete:
+        return ()
+    return tuple(one for one in test.values if one.position == complete[-1])
+
+
+def worst_value(values: Sequence[JudgedValue]) -> int:
+    """Return the index of the value nearest to its limit or farthest beyond it."""
+    shares = [abs(one.error_mm) / one.limit_mm for one in values]
+    return int(np.argmax(shares))
+
 
 Charted: TypeAlias = Callable[[AcceptanceRecord, datetime], InterimChart]
 _PREPARE, _MEASURE, _RESULT = range(3)
@@ -51,7 +182,7 @@ _APART_MM, _TURN_RAD = 1.5, 0.15
 _ANEW = "The position is measured again: {hint}"
 
 
-class AcceptanceProcedure(Procedure):
+class AcceptanceProcedure(guided.Procedure):
     """A test to its verdict; thread-safe. `charted`: charts an interim check before it counts."""
 
     kind = GuidedKind.ACCEPTANCE
@@ -73,10 +204,10 @@ class AcceptanceProcedure(Procedure):
         self._session, self._rig, self._body, self._records = session, rig, body, records
         self._temperature = temperature
         self._temperature_utc: datetime | None = None
-        self._axis = handle_axis(body)
+        self._axis = guided.handle_axis(body)
         self._probe = self._averager()
-        self._at_rest = Live()
-        self._ready: tuple[Average, Float, Float] | None = None
+        self._at_rest = guided.Live()
+        self._ready: tuple[guided.Average, Float, Float] | None = None
         self._hint = ""
         self._test = session.view
         self._step = _MEASURE if any(self._test.done) else _PREPARE
@@ -106,19 +237,21 @@ class AcceptanceProcedure(Procedure):
         return self._step
 
     @property
-    def _ended_as(self) -> ProcedureDecision:
+    def _ended_as(self) -> guided.ProcedureDecision:
         if self._test.finished:
-            return ProcedureDecision.ACCEPTED
-        return ProcedureDecision.KEPT if self._test.abandoned else ProcedureDecision.OPEN
+            return guided.ProcedureDecision.ACCEPTED
+        return (
+            guided.ProcedureDecision.KEPT if self._test.abandoned else guided.ProcedureDecision.OPEN
+        )
 
     def _is_stored(self) -> bool:
         outcome = self._outcome
         return self._test.finished and outcome is not None and outcome.file is not None
 
-    def _steps_now(self) -> tuple[Step, ...]:
+    def _steps_now(self) -> tuple[guided.Step, ...]:
         return steps_of(self._test)
 
-    def _live(self) -> Live:
+    def _live(self) -> guided.Live:
         return self._at_rest
 
     def _read_at(self) -> datetime | None:
@@ -154,7 +287,7 @@ class AcceptanceProcedure(Procedure):
         self._outdate()
         try:
             hint = self._session.take(
-                tip, now, handle=handle, uv=to_spots(average.uv), sigma_px=average.sigma_px
+                tip, now, handle=handle, uv=guided.to_spots(average.uv), sigma_px=average.sigma_px
             )
         except CalibrationError as error:
             self._hint = error.what
@@ -164,7 +297,7 @@ class AcceptanceProcedure(Procedure):
             self._test = self._session.view
         self._hint = _ANEW.format(hint=hint) if hint else ""
         self._probe.taken(average)
-        self._at_rest = replace(self._at_rest, hint=PLACE_DONE)
+        self._at_rest = replace(self._at_rest, hint=guided.PLACE_DONE)
 
     @property
     def ready(self) -> bool:
@@ -203,7 +336,7 @@ class AcceptanceProcedure(Procedure):
     def _enter(self, step: int, now: datetime) -> None:
         """Show a page, which is not part of the file; points are kept."""
         if step > self._step:
-            self._probe, self._at_rest, self._ready = self._averager(), Live(), None
+            self._probe, self._at_rest, self._ready = self._averager(), guided.Live(), None
         self._step = step
 
     def _calculation(self) -> Callable[[], AcceptanceOutcome]:
@@ -253,8 +386,8 @@ class AcceptanceProcedure(Procedure):
             self._session.abandon(now, reason)
             self._test = self._session.view
 
-    def _averager(self) -> ProbeSpotAverager:
-        return ProbeSpotAverager(
-            self._rig, self._body, STILL_FRAMES, resting=True, distance_mm=_APART_MM,
+    def _averager(self) -> guided.ProbeSpotAverager:
+        return guided.ProbeSpotAverager(
+            self._rig, self._body, guided.STILL_FRAMES, resting=True, distance_mm=_APART_MM,
             turn_rad=_TURN_RAD,
         )  # fmt: skip

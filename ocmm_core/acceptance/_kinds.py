@@ -11,6 +11,7 @@ import numpy as np
 
 from ocmm_core.acceptance import _evaluating as evaluate
 from ocmm_core.acceptance import _planning as plan
+from ocmm_core.acceptance import _result as result
 from ocmm_core.acceptance._placement import missing_corners, missing_octants
 from ocmm_core.acceptance._procedure import (
     BallTest,
@@ -26,16 +27,10 @@ from ocmm_core.acceptance._procedure import (
     SphereTest,
     VolumetricTest,
 )
-from ocmm_core.acceptance._result import (
-    AcceptanceVerdict,
-    JudgedValue,
-    PlannedPosition,
-    QuantityResult,
-)
 from ocmm_core.acceptance._situation import Situation, Stage, worst_of
 from ocmm_core.errors import CalibrationError, InputError
 
-Retest: TypeAlias = tuple[PlannedPosition, ...]
+Retest: TypeAlias = tuple[result.PlannedPosition, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +42,7 @@ class TestKind:
     """Quantities whose limits the procedure must state."""
     plan: Callable[[Stage, Any], plan.Planned]
     """All positions, before the first point."""
-    values: Callable[[Situation], list[JudgedValue]]
+    values: Callable[[Situation], list[result.JudgedValue]]
     """All judged values of complete positions."""
     retest: Callable[[Situation], Retest]
     """Positions that may be repeated; raises CalibrationError if none may."""
@@ -60,7 +55,7 @@ def _whole(at: Situation) -> Retest:
     """Repeat the whole test."""
     if (
         worst_of([one.verdict for one in values_of(at) if not one.superseded])
-        is AcceptanceVerdict.PASS
+        is result.AcceptanceVerdict.PASS
     ):
         raise _refused("nothing failed")
     roots = [i for i, one in enumerate(at.plan) if one.retest_of < 0]
@@ -74,7 +69,7 @@ def _line(at: Situation) -> Retest:
         {
             int(one.key.split("/")[0])
             for one in values_of(at)
-            if not one.superseded and one.verdict is not AcceptanceVerdict.PASS
+            if not one.superseded and one.verdict is not result.AcceptanceVerdict.PASS
         }
     )
     if not bad:
@@ -93,7 +88,7 @@ def _sets(at: Situation) -> Retest:
         raise _refused("it is another kind of test")
     outside: dict[str, int] = {}
     for one in values_of(at):
-        if one.superseded or one.verdict is AcceptanceVerdict.PASS:
+        if one.superseded or one.verdict is result.AcceptanceVerdict.PASS:
             continue
         if one.quantity == "R0":
             raise _refused(f"R0 of '{one.position}', {one.name}, is outside")
@@ -124,7 +119,7 @@ def _sets(at: Situation) -> Retest:
     return tuple(again)
 
 
-def _again(position: PlannedPosition, index: int) -> PlannedPosition:
+def _again(position: result.PlannedPosition, index: int) -> result.PlannedPosition:
     return msgspec.structs.replace(
         position, name=f"{position.name.removesuffix(', again')}, again", retest_of=index
     )
@@ -190,7 +185,7 @@ def kind_of(stage: Stage) -> TestKind:
     return found
 
 
-def plan_of(stage: Stage) -> tuple[tuple[PlannedPosition, ...], tuple[str, ...]]:
+def plan_of(stage: Stage) -> tuple[tuple[result.PlannedPosition, ...], tuple[str, ...]]:
     """Return the positions of a test in measuring order, and notes.
 
     The order is drawn from the seed, so that drift forms no pattern over the volume.
@@ -208,7 +203,7 @@ def plan_of(stage: Stage) -> tuple[tuple[PlannedPosition, ...], tuple[str, ...]]
     return tuple(positions), tuple(notes)
 
 
-def values_of(at: Situation) -> list[JudgedValue]:
+def values_of(at: Situation) -> list[result.JudgedValue]:
     """Return all judged values; those replaced by a complete retest are superseded."""
     values = kind_of(at.stage).values(at)
     newest: dict[tuple[str, str], int] = {}
@@ -221,7 +216,7 @@ def values_of(at: Situation) -> list[JudgedValue]:
     ]
 
 
-def quantities_of(values: Sequence[JudgedValue]) -> tuple[QuantityResult, ...]:
+def quantities_of(values: Sequence[result.JudgedValue]) -> tuple[result.QuantityResult, ...]:
     """Return every quantity with its worst value."""
     found: dict[str, list[int]] = {}
     for index, one in enumerate(values):
@@ -235,7 +230,7 @@ def quantities_of(values: Sequence[JudgedValue]) -> tuple[QuantityResult, ...]:
         )
         one = values[worst]
         results.append(
-            QuantityResult(
+            result.QuantityResult(
                 quantity=quantity,
                 count=len(indices),
                 worst=worst,

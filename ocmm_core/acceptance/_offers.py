@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import cast
 
-from ocmm_core.acceptance._guards import artefact_findings
+from ocmm_core.acceptance import _register as register
+from ocmm_core.acceptance._guards import EarlierUse, artefact_findings
 from ocmm_core.acceptance._kinds import kind_of
 from ocmm_core.acceptance._procedure import ProcedureDocument, load_procedure, procedure_files
 from ocmm_core.acceptance._recompute import load_signed_record
-from ocmm_core.acceptance._register import (
-    ARTEFACT_KINDS,
-    ARTEFACT_SCHEMA,
-    ArtefactEntry,
-    ArtefactKind,
-    check_entry,
-)
+from ocmm_core.acceptance._register import ArtefactKind
 from ocmm_core.acceptance._result import AcceptanceRecord, InstrumentState, UsedArtefact
 from ocmm_core.acceptance._session import AcceptanceSession
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.seals import SealState
@@ -107,17 +101,14 @@ def offered_artefacts(
     candidates: Iterable[tuple[str, UsedArtefact]],
     now: datetime,
     temperature: Temperature,
-    calibration_artefacts: Sequence[ArtefactUse] = (),
-    qualification_artefacts: Sequence[ArtefactUse] = (),
+    earlier: EarlierUse | None = None,
 ) -> tuple[ArtefactOffer, ...]:
     """Return the needed artefacts for a test, usable first; others with the reason."""
     offers = []
     for name, used in candidates:
         if used.role not in kind_of(stage).roles:
             continue
-        found = artefact_findings(
-            stage, used, now, temperature, calibration_artefacts, qualification_artefacts
-        )
+        found = artefact_findings(stage, used, now, temperature, earlier or EarlierUse())
         refused = [f"{one.what} {one.remedy}" for one in found if one.refuses]
         warned = tuple(one.what for one in found if not one.refuses)
         offers.append(ArtefactOffer(name, used, refused[0] if refused else "", warned))
@@ -197,7 +188,7 @@ def finished_tests(
     return tuple(found), tuple(unread)
 
 
-def typed_entry(fields: Mapping[str, str], *, comma: bool = False) -> ArtefactEntry:
+def typed_entry(fields: Mapping[str, str], *, comma: bool = False) -> register.ArtefactEntry:
     """Return a register entry from typed fields or those of a certificate.
 
     Parameters
@@ -224,7 +215,7 @@ def typed_entry(fields: Mapping[str, str], *, comma: bool = False) -> ArtefactEn
         return read(name, text, field)
 
     given = {name: fields.get(name, "").strip() for name in _TEXTS}
-    kinds = ARTEFACT_KINDS
+    kinds = register.ARTEFACT_KINDS
     if fields.get("kind") not in kinds:
         raise InputError(
             "artefact.kind", f"The kind is {fields.get('kind')!r}.", f"Give {', '.join(kinds)}."
@@ -232,8 +223,8 @@ def typed_entry(fields: Mapping[str, str], *, comma: bool = False) -> ArtefactEn
     sizes = tuple(
         read("sizes", one, SIZE) for one in fields.get("sizes", "").replace(";", " ").split()
     )
-    entry = ArtefactEntry(
-        schema=ARTEFACT_SCHEMA, unit="mm", kind=cast("ArtefactKind", fields["kind"]),
+    entry = register.ArtefactEntry(
+        schema=register.ARTEFACT_SCHEMA, unit="mm", kind=cast("ArtefactKind", fields["kind"]),
         sizes=sizes, expanded=number("expanded", EXPANDED), form=number("form", FORM),
         expanded_per_length=number("expanded_per_length", PER_LENGTH),
         expansion=number("expansion", EXPANSION),
@@ -243,5 +234,5 @@ def typed_entry(fields: Mapping[str, str], *, comma: bool = False) -> ArtefactEn
         certificate_sha256=given["certificate_sha256"], due_utc=given["due_utc"],
         supports=given["supports"], source=given["source"] or "typed",
     )  # fmt: skip
-    check_entry(entry, "artefact")
+    register.check_entry(entry, "artefact")
     return entry

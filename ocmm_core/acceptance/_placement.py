@@ -5,16 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from ocmm_core.acceptance._procedure import (
-    DiameterTest,
-    E0BlockTest,
-    E0Test,
-    LengthTest,
-    LocationTest,
-    SpatTest,
-    SphereTest,
-    VolumetricTest,
-)
+from ocmm_core.acceptance import _procedure as procedure
 from ocmm_core.acceptance._situation import Situation, depth_share, third_of
 from ocmm_core.acceptance._values import faces_normal, flatness, nest_lengths, sphere_values
 from ocmm_core.calibration.verification import CORNER_NAMES, corner_distances
@@ -81,24 +72,24 @@ def judge_position(at: Situation, position: int) -> str:
     if np.any(tips < low - _OUTSIDE_MM) or np.any(tips > high + _OUTSIDE_MM):
         return "Points lie outside the calibrated volume: place the artefact inside."
     numbers, plan = at.stage.procedure.test, at.plan[position]
-    if plan.role == "gauge block" and isinstance(numbers, E0BlockTest):
+    if plan.role == "gauge block" and isinstance(numbers, procedure.E0BlockTest):
         return _block(at, position, numbers)
-    if isinstance(numbers, VolumetricTest):
+    if isinstance(numbers, procedure.VolumetricTest):
         return _octant(at, position)
-    if isinstance(numbers, LengthTest | E0Test):
+    if isinstance(numbers, procedure.LengthTest | procedure.E0Test):
         return _line(at, position, numbers)
     if plan.role == "sphere":
         hint = _sphere(at, position)
         if hint:
             return hint
-    if isinstance(numbers, LocationTest):
+    if isinstance(numbers, procedure.LocationTest):
         return _attitude(at, position, numbers)
-    if isinstance(numbers, SpatTest):
+    if isinstance(numbers, procedure.SpatTest):
         return _turned(at, position, numbers)
     return ""
 
 
-def _line(at: Situation, position: int, numbers: LengthTest | E0Test) -> str:
+def _line(at: Situation, position: int, numbers: procedure.LengthTest | procedure.E0Test) -> str:
     plan = at.plan[position]
     ends = _ends(at, position)
     direction = unit(ends[1] - ends[0])
@@ -114,7 +105,7 @@ def _line(at: Situation, position: int, numbers: LengthTest | E0Test) -> str:
                 f"The bar is within {numbers.angle_deg:g}° of the direction of "
                 f"'{at.plan[other].name}': place it in another direction."
             )
-    if isinstance(numbers, E0Test):
+    if isinstance(numbers, procedure.E0Test):
         points = np.array(plan.points_world)
         off = float(np.linalg.norm(ends - points[[0, -1]], axis=1).max())
         off = min(off, float(np.linalg.norm(ends - points[[-1, 0]], axis=1).max()))
@@ -130,7 +121,7 @@ def _line(at: Situation, position: int, numbers: LengthTest | E0Test) -> str:
     return ""
 
 
-def _block(at: Situation, position: int, numbers: E0BlockTest) -> str:
+def _block(at: Situation, position: int, numbers: procedure.E0BlockTest) -> str:
     """Judge the points on a gauge block; its length to a millimetre only."""
     plan = at.plan[position]
     planned = np.array(plan.points_world).reshape(2, -1, 3).mean(axis=1)
@@ -189,7 +180,7 @@ def _empty_octants(at: Situation, positions: list[int]) -> set[int]:
     return planned - {octant_of(at.tips[one].mean(axis=0), volume) for one in positions}
 
 
-def missing_octants(at: Situation, numbers: VolumetricTest) -> str:
+def missing_octants(at: Situation, numbers: procedure.VolumetricTest) -> str:
     """Return the empty octants of the volume, or that placements are missing."""
     volume = at.stage.volume
     filled = {octant_of(at.tips[one].mean(axis=0), volume) for one in at.complete()}
@@ -207,7 +198,7 @@ def _ends(at: Situation, position: int) -> Float:
     return tips[[0, count - 1]]
 
 
-def missing_corners(at: Situation, numbers: LengthTest) -> str:
+def missing_corners(at: Situation, numbers: procedure.LengthTest) -> str:
     """Return the volume corners not reached by a test length; empty if all are."""
     nests = np.concatenate([at.tips[one] for one in at.complete()])
     shares = corner_distances(nests, at.stage.volume).min(axis=0)
@@ -222,7 +213,7 @@ def missing_corners(at: Situation, numbers: LengthTest) -> str:
 def _sphere(at: Situation, position: int) -> str:
     plan, tips, numbers = at.plan[position], at.tips[position], at.stage.procedure.test
     found = sphere_values(tips)
-    if isinstance(numbers, SphereTest):
+    if isinstance(numbers, procedure.SphereTest):
         if found.gain > numbers.gain:
             return (
                 "The points are too near the pole: the diameter is known to "
@@ -241,7 +232,7 @@ def _sphere(at: Situation, position: int) -> str:
             f"The sphere measures {found.diameter - 2 * at.stage.instrument.ball_radius:.2f} mm "
             f"and is certified {at.stage.only('sphere').sizes[0]:.2f} mm: another sphere."
         )
-    if plan.place and not isinstance(numbers, DiameterTest):
+    if plan.place and not isinstance(numbers, procedure.DiameterTest):
         depth_part, wanted_part = third_of(found.centre, at.stage), plan.place
         if depth_part != wanted_part:
             return (
@@ -260,7 +251,7 @@ def _missing_places(arms: Points3, normals: Points3, match_deg: float) -> int:
     return int(np.sum(angles[rows, columns] > match_deg))
 
 
-def _attitude(at: Situation, position: int, numbers: LocationTest) -> str:
+def _attitude(at: Situation, position: int, numbers: procedure.LocationTest) -> str:
     handles, wanted = at.handles[position], at.plan[position].handle
     if not len(handles) or wanted is None:
         return ""
@@ -274,7 +265,7 @@ def _attitude(at: Situation, position: int, numbers: LocationTest) -> str:
     return ""
 
 
-def _turned(at: Situation, position: int, numbers: SpatTest) -> str:
+def _turned(at: Situation, position: int, numbers: procedure.SpatTest) -> str:
     plan = at.plan[position]
     share = depth_share(at.tips[position].mean(axis=0), at.stage)
     depth_part = third_of(at.tips[position].mean(axis=0), at.stage)

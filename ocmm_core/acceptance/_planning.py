@@ -8,20 +8,7 @@ from itertools import combinations, product
 import msgspec
 import numpy as np
 
-from ocmm_core.acceptance._procedure import (
-    BallTest,
-    DiameterTest,
-    E0BlockTest,
-    E0Test,
-    InterimTest,
-    LengthTest,
-    LocationTest,
-    LongStylusTest,
-    PlateTest,
-    SpatTest,
-    SphereTest,
-    VolumetricTest,
-)
+from ocmm_core.acceptance import _procedure as procedure
 from ocmm_core.acceptance._result import PlannedPosition
 from ocmm_core.acceptance._situation import Stage, stand_at
 from ocmm_core.calibration.verification import plan_lines
@@ -48,7 +35,7 @@ def vectors(values: Iterable[Float]) -> tuple[Vector3, ...]:
     return tuple(vector(one) for one in values)
 
 
-def plan_length(stage: Stage, numbers: LengthTest) -> Planned:
+def plan_length(stage: Stage, numbers: procedure.LengthTest) -> Planned:
     """Plan the lines of a bar by set cover; CalibrationError: too few nests, unsuitable length."""
     bar = stage.only("bar")
     if len(bar.sizes) < numbers.lengths + 1:
@@ -91,12 +78,12 @@ def _bar(
     )  # fmt: skip
 
 
-def plan_sphere(stage: Stage, numbers: SphereTest) -> Planned:
+def plan_sphere(stage: Stage, numbers: procedure.SphereTest) -> Planned:
     """Plan rings of points on a sphere at every place."""
     return [_sphere(stage, place, place, numbers.rings) for place in numbers.places], []
 
 
-def plan_diameter(stage: Stage, numbers: DiameterTest) -> Planned:
+def plan_diameter(stage: Stage, numbers: procedure.DiameterTest) -> Planned:
     """Plan nine points on a sphere in the middle, repeated."""
     return [
         _sphere(stage, "middle third", f"repeat {one + 1}", numbers.rings)
@@ -104,7 +91,7 @@ def plan_diameter(stage: Stage, numbers: DiameterTest) -> Planned:
     ], []
 
 
-def plan_ball(stage: Stage, numbers: BallTest) -> Planned:
+def plan_ball(stage: Stage, numbers: procedure.BallTest) -> Planned:
     """Plan repeated measurements of a ball in the middle."""
     rings = ((0.0, 1, 0.0), (45.0, 3, 0.0), (90.0, max(numbers.points - 4, 3), 20.0))
     return [
@@ -137,7 +124,7 @@ def ring_directions(rings: Sequence[tuple[float, int, float]], pole: Float) -> P
     return np.array(found)
 
 
-def plan_location(stage: Stage, numbers: LocationTest) -> Planned:
+def plan_location(stage: Stage, numbers: procedure.LocationTest) -> Planned:
     """Plan five probe attitudes on a sphere, each with the pole and four points."""
     reach = 0.5 * stage.only("sphere").sizes[0] + stage.instrument.ball_radius
     positions = []
@@ -166,7 +153,7 @@ def plan_location(stage: Stage, numbers: LocationTest) -> Planned:
     return positions, []
 
 
-def plan_spat(stage: Stage, numbers: SpatTest) -> Planned:
+def plan_spat(stage: Stage, numbers: procedure.SpatTest) -> Planned:
     """Plan a cone in three places; the same point with the probe turned."""
     return [
         PlannedPosition(
@@ -179,7 +166,7 @@ def plan_spat(stage: Stage, numbers: SpatTest) -> Planned:
     ], []
 
 
-def plan_e0(stage: Stage, numbers: E0Test) -> Planned:
+def plan_e0(stage: Stage, numbers: procedure.E0Test) -> Planned:
     """Plan four space diagonals and three more directions; CalibrationError: unsuitable bar."""
     bar, volume = stage.only("bar"), stage.volume
     length, extent = bar.sizes[-1] - bar.sizes[0], np.ptp(volume, axis=0)
@@ -231,7 +218,7 @@ def plan_e0(stage: Stage, numbers: E0Test) -> Planned:
     return positions, notes
 
 
-def plan_e0_blocks(stage: Stage, numbers: E0BlockTest) -> Planned:
+def plan_e0_blocks(stage: Stage, numbers: procedure.E0BlockTest) -> Planned:
     """Plan E0 and upright gauge blocks; CalibrationError as `plan_e0` or if too long."""
     positions, notes = plan_e0(stage, numbers)
     middle, across = stage.volume.mean(axis=0), np.array([1.0, 0.0, 0.0])
@@ -263,7 +250,7 @@ def plan_e0_blocks(stage: Stage, numbers: E0BlockTest) -> Planned:
     return positions, notes
 
 
-def plan_long_stylus(stage: Stage, numbers: LongStylusTest) -> Planned:
+def plan_long_stylus(stage: Stage, numbers: procedure.LongStylusTest) -> Planned:
     """Plan the first diagonals with a long stylus; CalibrationError if unsuitable."""
     said = stage.instrument.stylus
     stylus = 0.0 if isinstance(said, msgspec.UnsetType) else said
@@ -296,7 +283,7 @@ def _leaning(extent: Float, length: float) -> list[Float]:
     return found
 
 
-def plan_volumetric(stage: Stage, numbers: VolumetricTest) -> Planned:
+def plan_volumetric(stage: Stage, numbers: procedure.VolumetricTest) -> Planned:
     """Plan a length in every octant, level, upright, 45 degrees; CalibrationError: does not fit."""
     bar, volume = stage.only("bar"), stage.volume
     rng = np.random.default_rng([stage.seed, 11])
@@ -334,7 +321,7 @@ def plan_volumetric(stage: Stage, numbers: VolumetricTest) -> Planned:
     return places, []
 
 
-def plan_plate(stage: Stage, numbers: PlateTest) -> Planned:
+def plan_plate(stage: Stage, numbers: procedure.PlateTest) -> Planned:
     """Plan points on both faces of a plate in the middle of the volume."""
     plate = stage.only("plate")
     middle, half = stage.volume.mean(axis=0), 0.5 * np.array([*numbers.size, 0.0])
@@ -350,7 +337,7 @@ def plan_plate(stage: Stage, numbers: PlateTest) -> Planned:
     ], []
 
 
-def plan_interim(stage: Stage, numbers: InterimTest) -> Planned:
+def plan_interim(stage: Stage, numbers: procedure.InterimTest) -> Planned:
     """Plan five points on each sphere of a short bar."""
     first, second, distance = stage.only("dumbbell").sizes
     middle = stage.volume.mean(axis=0)

@@ -5,7 +5,6 @@ Each line of a chain file is on disk before a method returns; a test resumes aft
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -13,7 +12,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core.acceptance import _session_state as log
-from ocmm_core.acceptance._guards import begin_findings, require_usable
+from ocmm_core.acceptance._guards import EarlierUse, begin_findings, require_usable
 from ocmm_core.acceptance._kinds import Retest, kind_of, plan_of
 from ocmm_core.acceptance._placement import judge_point, judge_position
 from ocmm_core.acceptance._planning import vector
@@ -22,7 +21,7 @@ from ocmm_core.acceptance._session_state import SessionState
 from ocmm_core.acceptance._situation import Situation, Stage, wanted
 from ocmm_core.calibration.guided import SessionLog, Spots, utc_text
 from ocmm_core.calibration.probe_design import Temperature, check_temperature
-from ocmm_core.calibration.records import ArtefactUse, let_pass
+from ocmm_core.calibration.records import let_pass
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.geometry import Float
@@ -58,34 +57,29 @@ class AcceptanceSession:
         place: str = "",
         customer: str = "",
         condition: str = "as found",
-        calibration_artefacts: Sequence[ArtefactUse] = (),
-        qualification_artefacts: Sequence[ArtefactUse] = (),
-        reserved: Sequence[str] = (),
+        earlier: EarlierUse | None = None,
         air: RoomAir | None = None,
     ) -> AcceptanceSession:
         """Start a test in a new file; warnings go into its notes.
 
-        `calibration_artefacts`, `qualification_artefacts`: artefacts of the calibration and the
-        tip. `reserved`: `spots_hash` of observations behind the calibration and the tip. `air`:
-        humidity and pressure; None if not measured. CalibrationError: an artefact is missing,
-        expired, too coarse, unsuitable for the volume, or was used for the calibration; or the
-        calibration may not be used. InputError: the file exists.
+        `air`: humidity and pressure; None if not measured. CalibrationError: an artefact is
+        missing, expired, too coarse, unsuitable for the volume, or was used for the calibration; or
+        the calibration may not be used. InputError: the file exists.
         """
         if path.exists():
             raise InputError(
                 "acceptance.exists", f"{path}: the file exists.", "Resume it, or give another name."
             )
         plan, notes = plan_of(stage)
-        found = begin_findings(
-            stage, now, temperature, calibration_artefacts, qualification_artefacts
-        )
+        before = earlier or EarlierUse()
+        found = begin_findings(stage, now, temperature, before)
         let_pass(found, force=True)
         begun = log.Begun(
             utc=utc_text(now), procedure=stage.procedure, procedure_sha256=procedure_sha256,
             instrument=stage.instrument, artefacts=stage.artefacts, made_by=who, place=place,
             customer=customer, condition=condition, seed=stage.seed, plan=plan,
             notes=notes + tuple(one.what for one in found if not one.refuses),
-            reserved=tuple(reserved), air=air if air is not None and air.words else msgspec.UNSET,
+            reserved=before.spots, air=air if air is not None and air.words else msgspec.UNSET,
         )  # fmt: skip
         chain = ChainFile(path, log.Line, signed=Signed.TEST, remembered=True)
         chain.append(log.Line(begun))

@@ -7,22 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocmm_core.alignment import _rules as rules
 from ocmm_core.alignment._datums import datums_of, frame_of, nominal_frame, settled
 from ocmm_core.alignment._frame_document import is_covariance
 from ocmm_core.alignment._precedence import refit_under_precedence
 from ocmm_core.alignment._residuals import Residual, brought_together, frame_jacobian, residuals_of
-from ocmm_core.alignment._rules import (
-    Alignment,
-    BestFit,
-    BoundAlignment,
-    DatumAlignment,
-    DatumReferenceFrame,
-    ModelBestFit,
-    PlaneAxisPoint,
-    ReferencePoints,
-    Relocation,
-    SavedFrame,
-)
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.measured import AXIAL, CENTRED, LONG, ActualFeature, geometries_of
 from ocmm_core.features.shapes import Shape
@@ -41,38 +30,40 @@ Fault = tuple[str, str]
 
 
 def alignment_fault(
-    rule: Alignment, shapes: Mapping[str, Shape], field: str = "alignment"
+    rule: rules.Alignment, shapes: Mapping[str, Shape], field: str = "alignment"
 ) -> Fault | None:
     """Return field and fault of an impossible alignment, else None; ``shapes``: of all features."""
     match rule:
-        case DatumAlignment():
+        case rules.DatumAlignment():
             return _three_two_one(rule, shapes, field)
-        case PlaneAxisPoint():
+        case rules.PlaneAxisPoint():
             return (
                 _need(shapes, f"{field}.plane", rule.plane, (Shape.PLANE,))
                 or _need(shapes, f"{field}.axis", rule.axis, AXIAL)
                 or _need(shapes, f"{field}.point", rule.point, CENTRED)
                 or _once(f"{field}.point", rule.features)
             )
-        case DatumReferenceFrame():
+        case rules.DatumReferenceFrame():
             if not 1 <= len(rule.datums) <= 3:
                 return f"{field}.datums", f"names {len(rule.datums)}, but one to three are needed"
             return _known(shapes, f"{field}.datums", rule.datums, tuple(Shape))
-        case BestFit():
+        case rules.BestFit():
             return _best_fit(rule, shapes, field)
-        case ModelBestFit():
+        case rules.ModelBestFit():
             return _model_best_fit(rule, shapes, field)
-        case ReferencePoints():
+        case rules.ReferencePoints():
             return _reference_points(rule, shapes, field)
-        case SavedFrame():
+        case rules.SavedFrame():
             return _rigid(rule, field)
-        case Relocation():
+        case rules.Relocation():
             if not rule.limit > 0.0:
                 return f"{field}.limit", f"is {rule.limit:g}, but must be greater than zero"
             return _points(shapes, f"{field}.control", rule.features)
 
 
-def _three_two_one(rule: DatumAlignment, shapes: Mapping[str, Shape], field: str) -> Fault | None:
+def _three_two_one(
+    rule: rules.DatumAlignment, shapes: Mapping[str, Shape], field: str
+) -> Fault | None:
     wrong = _need(shapes, f"{field}.primary", rule.primary, (Shape.PLANE, *LONG))
     if wrong:
         return wrong
@@ -93,7 +84,7 @@ def _three_two_one(rule: DatumAlignment, shapes: Mapping[str, Shape], field: str
     return wrong
 
 
-def _best_fit(rule: BestFit, shapes: Mapping[str, Shape], field: str) -> Fault | None:
+def _best_fit(rule: rules.BestFit, shapes: Mapping[str, Shape], field: str) -> Fault | None:
     if rule.weights and len(rule.weights) != len(rule.points):
         return (
             f"{field}.weights",
@@ -112,7 +103,9 @@ def _best_fit(rule: BestFit, shapes: Mapping[str, Shape], field: str) -> Fault |
     return _points(shapes, f"{field}.points", rule.points)
 
 
-def _model_best_fit(rule: ModelBestFit, shapes: Mapping[str, Shape], field: str) -> Fault | None:
+def _model_best_fit(
+    rule: rules.ModelBestFit, shapes: Mapping[str, Shape], field: str
+) -> Fault | None:
     if not rule.faces:
         return f"{field}.faces", "names no face of the model"
     for place, face in enumerate(rule.faces):
@@ -125,7 +118,7 @@ def _model_best_fit(rule: ModelBestFit, shapes: Mapping[str, Shape], field: str)
 
 
 def _reference_points(
-    rule: ReferencePoints, shapes: Mapping[str, Shape], field: str
+    rule: rules.ReferencePoints, shapes: Mapping[str, Shape], field: str
 ) -> Fault | None:
     if len(rule.conditions) != CONDITIONS:
         return (
@@ -147,7 +140,7 @@ def _reference_points(
     return None
 
 
-def _rigid(rule: SavedFrame, field: str) -> Fault | None:
+def _rigid(rule: rules.SavedFrame, field: str) -> Fault | None:
     rotation = np.array(rule.rotation)
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-9 or np.linalg.det(rotation) < 0.0:
         return f"{field}.rotation", "is not a rotation"
@@ -224,7 +217,7 @@ class AlignmentReport:
 
 
 def preview_alignment(
-    bound: BoundAlignment,
+    bound: rules.BoundAlignment,
     actual: Mapping[str, ActualFeature | FitError],
     factors: PointFactors | None = None,
 ) -> AlignmentReport:
@@ -285,7 +278,7 @@ def report_lines(report: AlignmentReport) -> list[str]:
     return lines + list(report.advice)
 
 
-def _to_nominals(bound: BoundAlignment) -> RigidTransform:
+def _to_nominals(bound: rules.BoundAlignment) -> RigidTransform:
     try:
         return nominal_frame(bound).inverse()
     except FitError as error:
@@ -307,19 +300,19 @@ def _spread(jacobian: Rows, factors: PointFactors) -> Float:
     return spread
 
 
-def _free(bound: BoundAlignment, geometries: Mapping[str, Float]) -> tuple[str, ...]:
+def _free(bound: rules.BoundAlignment, geometries: Mapping[str, Float]) -> tuple[str, ...]:
     rule = bound.rule
-    if isinstance(rule, (BestFit, ReferencePoints)) and rule.start is not None:
+    if isinstance(rule, (rules.BestFit, rules.ReferencePoints)) and rule.start is not None:
         bound = replace(bound, rule=rule.start)
-        held = isinstance(rule, ReferencePoints) or not rule.locked
+        held = isinstance(rule, rules.ReferencePoints) or not rule.locked
         return () if held else _free(bound, geometries)
-    if isinstance(rule, (PlaneAxisPoint, DatumReferenceFrame)):
+    if isinstance(rule, (rules.PlaneAxisPoint, rules.DatumReferenceFrame)):
         return datums_of(rule, geometries, bound).free.words()
     return ()
 
 
 def _advice(
-    bound: BoundAlignment,
+    bound: rules.BoundAlignment,
     measured: Mapping[str, ActualFeature],
     residuals: tuple[Residual, ...],
     free: tuple[str, ...],
@@ -339,12 +332,12 @@ def _advice(
             f"{', '.join(deep)}: the depth of a circle or slot is where it was probed. Unless "
             "intended, construct its projection onto a face and align to that."
         )
-    count = {BestFit: 3, Relocation: 3}.get(type(rule))
+    count = {rules.BestFit: 3, rules.Relocation: 3}.get(type(rule))
     if count is not None and len(rule.features) <= count:
         said.append("Three points hardly check each other: take a fourth.")
-    if isinstance(rule, ReferencePoints) and len(residuals) == len(aligned):
+    if isinstance(rule, rules.ReferencePoints) and len(residuals) == len(aligned):
         said.append("Nothing checks the six conditions: measure one more feature and review it.")
-    if isinstance(rule, SavedFrame):
+    if isinstance(rule, rules.SavedFrame):
         said.append(
             "The frame is used as saved: only features with known positions show whether the "
             "part is still there."

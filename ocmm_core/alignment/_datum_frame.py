@@ -14,16 +14,7 @@ from itertools import islice
 
 import numpy as np
 
-from ocmm_core.alignment._freedom import (
-    LEVER_MM,
-    AlignedMotion,
-    Freedom,
-    cross,
-    misfit_of_all,
-    move_to,
-    square_pair,
-    turn_to,
-)
+from ocmm_core.alignment import _freedom as freedom
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import gauge_point
 from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, RADIUS, Shape
@@ -52,7 +43,7 @@ class DatumFrame:
 
     T_frame_from_world: RigidTransform
     """Brings the datums to their nominals."""
-    free: Freedom
+    free: freedom.Freedom
     """Freedom left by the datums; the motion is an arbitrary one within it."""
     misfits: tuple[DatumMisfit, ...]
     """Of every datum, in order; zero for the first."""
@@ -102,7 +93,7 @@ def datum_frame(
         )
     elements = [_element(name, geometries, shapes, nominals) for name in datums]
     if choice is not None:
-        held = next(islice(_ways(AlignedMotion.free(), elements), choice, None))
+        held = next(islice(_ways(freedom.AlignedMotion.free(), elements), choice, None))
         return _frame_of(held, elements, choice)
     return _likeliest(_frames(elements), geometries, shapes, nominals)
 
@@ -123,11 +114,11 @@ def freedoms_left(
     """Return freedoms before the first and after each datum; FitError: no nominal, weak datum."""
     elements = [_element(name, nominals, shapes, nominals) for name in datums]
     cuts = (elements[:count] for count in range(len(elements) + 1))
-    return tuple(next(_ways(AlignedMotion.free(), cut)).freedom.count for cut in cuts)
+    return tuple(next(_ways(freedom.AlignedMotion.free(), cut)).freedom.count for cut in cuts)
 
 
 def _frames(elements: Sequence[_Element]) -> list[DatumFrame]:
-    ways = _ways(AlignedMotion.free(), elements)
+    ways = _ways(freedom.AlignedMotion.free(), elements)
     return [_frame_of(held, elements, place) for place, held in enumerate(ways)]
 
 
@@ -170,7 +161,9 @@ def _element(
     return _Element(name, shape, measured, nominal, _rows(shape, nominal))
 
 
-def _ways(held: AlignedMotion, elements: Sequence[_Element]) -> Iterator[AlignedMotion]:
+def _ways(
+    held: freedom.AlignedMotion, elements: Sequence[_Element]
+) -> Iterator[freedom.AlignedMotion]:
     """Yield the poses for both senses of every direction without one."""
     if not elements:
         yield held
@@ -180,19 +173,19 @@ def _ways(held: AlignedMotion, elements: Sequence[_Element]) -> Iterator[Aligned
     senses = both if element.shape.spec.has_direction else ()
     for turned in _turns(held, element, DIRECTION, senses):
         measured, nominal = element.measured[POINT], element.nominal[POINT]
-        placed = move_to(turned, measured, nominal, element.rows, element.name)
+        placed = freedom.move_to(turned, measured, nominal, element.rows, element.name)
         ends = (1.0, -1.0) if element.shape.spec.has_across else ()
         for met in _turns(placed, element, ACROSS, ends):
             yield from _ways(met, elements[1:])
 
 
 def _turns(
-    held: AlignedMotion, element: _Element, part: slice, senses: Sequence[float]
-) -> Iterator[AlignedMotion]:
+    held: freedom.AlignedMotion, element: _Element, part: slice, senses: Sequence[float]
+) -> Iterator[freedom.AlignedMotion]:
     """Yield ``held`` turned to a datum's direction in each sense, or unchanged if none turns."""
     for sense in senses:
         measured, nominal = element.measured[part], element.nominal[part]
-        turned = turn_to(held, measured, nominal, sense, element.name)
+        turned = freedom.turn_to(held, measured, nominal, sense, element.name)
         if turned is held:
             break
         yield turned
@@ -202,7 +195,7 @@ def _turns(
     yield held
 
 
-def _frame_of(held: AlignedMotion, elements: Sequence[_Element], choice: int) -> DatumFrame:
+def _frame_of(held: freedom.AlignedMotion, elements: Sequence[_Element], choice: int) -> DatumFrame:
     misfits = tuple(_misfit(element, held.T_frame_from_world) for element in elements)
     return DatumFrame(held.T_frame_from_world, held.freedom, misfits, choice)
 
@@ -215,7 +208,7 @@ def _likeliest(
 ) -> DatumFrame:
     """Return the frame with the best match of the datums, or if undecided of all features."""
     squares = [
-        sum(item.offset**2 + (LEVER_MM * item.angle) ** 2 for item in frame.misfits)
+        sum(item.offset**2 + (freedom.LEVER_MM * item.angle) ** 2 for item in frame.misfits)
         for frame in frames
     ]
     limit = min(squares) + _CLEARLY * (1.0 + min(squares))
@@ -223,7 +216,7 @@ def _likeliest(
     best = level[0]
     for frame in level[1:]:
         least, here = (
-            misfit_of_all(item.T_frame_from_world, item.free, geometries, shapes, nominals)
+            freedom.misfit_of_all(item.T_frame_from_world, item.free, geometries, shapes, nominals)
             for item in (best, frame)
         )
         if here < least - _CLEARLY * (1.0 + least):
@@ -241,7 +234,7 @@ def _rows(shape: Shape, nominal: Float) -> Float:
         case "everywhere":
             return np.eye(3)
         case "across":
-            return square_pair(direction)
+            return freedom.square_pair(direction)
 
 
 def _misfit(element: _Element, T_frame_from_world: RigidTransform) -> DatumMisfit:
@@ -257,4 +250,4 @@ def _angle(direction: Float, nominal: Float, shape: Shape) -> float:
     cosine = float(direction @ nominal)
     if not shape.spec.has_sense:
         cosine = abs(cosine)
-    return float(np.arctan2(np.linalg.norm(cross(direction, nominal)), cosine))
+    return float(np.arctan2(np.linalg.norm(freedom.cross(direction, nominal)), cosine))

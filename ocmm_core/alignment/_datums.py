@@ -13,24 +13,12 @@ from itertools import product
 
 import numpy as np
 
+from ocmm_core.alignment import _rules as rules
 from ocmm_core.alignment._best_fit import best_fit, fit_points, relocated
 from ocmm_core.alignment._datum_frame import DatumFrame, datum_frame
 from ocmm_core.alignment._freedom import Freedom, misfit_of_all
 from ocmm_core.alignment._model_fit import model_fit
-from ocmm_core.alignment._rules import (
-    Alignment,
-    AnyAlignment,
-    AxisName,
-    BestFit,
-    BoundAlignment,
-    DatumAlignment,
-    DatumReferenceFrame,
-    ModelBestFit,
-    PlaneAxisPoint,
-    ReferencePoints,
-    Relocation,
-    SavedFrame,
-)
+from ocmm_core.alignment._rules import DatumAlignment
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
@@ -47,7 +35,7 @@ _HELD = Freedom(np.zeros((0, 3)), np.zeros(3), np.zeros((0, 3)))
 
 
 def three_two_one(
-    rule: DatumAlignment, geometries: Mapping[str, Float], bound: BoundAlignment | None = None
+    rule: DatumAlignment, geometries: Mapping[str, Float], bound: rules.BoundAlignment | None = None
 ) -> tuple[RigidTransform, int]:
     """Return the motion from the world to the part frame, and the choice of senses.
 
@@ -130,7 +118,9 @@ def _side(rule: DatumAlignment, geometries: Mapping[str, Float], x: Float) -> fl
     return float(np.sign(side))
 
 
-def _rotation(up_name: AxisName, up: Float, along_name: AxisName, along: Float) -> Float:
+def _rotation(
+    up_name: rules.AxisName, up: Float, along_name: rules.AxisName, along: Float
+) -> Float:
     """Return the rotation (3, 3) to the frame whose named axes are two unit world vectors."""
     rows = np.zeros((3, 3))
     places = []
@@ -142,7 +132,7 @@ def _rotation(up_name: AxisName, up: Float, along_name: AxisName, along: Float) 
     return rows
 
 
-def three_two_one_of_nominals(rule: DatumAlignment, bound: BoundAlignment) -> RigidTransform:
+def three_two_one_of_nominals(rule: DatumAlignment, bound: rules.BoundAlignment) -> RigidTransform:
     """Return the alignment of the nominals: from their frame to the part frame."""
     return _frame(rule, bound.nominals, bound.shapes, 1.0, 1.0)
 
@@ -151,7 +141,7 @@ def _misfit(
     rule: DatumAlignment,
     T_part_from_world: RigidTransform,
     geometries: Mapping[str, Float],
-    bound: BoundAlignment | None,
+    bound: rules.BoundAlignment | None,
 ) -> float:
     if bound is None or any(name not in bound.nominals for name in rule.features):
         return 0.0
@@ -185,7 +175,7 @@ _CONVERGED = 1e-12
 
 
 def reference_points(
-    rule: ReferencePoints,
+    rule: rules.ReferencePoints,
     geometries: Mapping[str, Float],
     nominals: Mapping[str, Float],
     start: RigidTransform | None,
@@ -251,7 +241,7 @@ __all__ = ["DatumAlignment", "datums_of", "frame_of", "nominal_frame", "settled"
 
 
 def frame_of(
-    rule: AnyAlignment,
+    rule: rules.AnyAlignment,
     geometries: Mapping[str, Float],
     actual: Mapping[str, ActualFeature] | None = None,
 ) -> RigidTransform:
@@ -278,15 +268,15 @@ def frame_of(
     return _placed(*_parts(rule), geometries, actual)[0]
 
 
-def settled(bound: BoundAlignment, geometries: Mapping[str, Float]) -> BoundAlignment:
+def settled(bound: rules.BoundAlignment, geometries: Mapping[str, Float]) -> rules.BoundAlignment:
     """Return the alignment with senses of axes fixed by all features; raises as `frame_of`."""
-    if isinstance(bound.rule, ModelBestFit):
+    if isinstance(bound.rule, rules.ModelBestFit):
         return replace(bound, choice=0)
     _, choice = _placed(bound.rule, bound, geometries)
     return replace(bound, choice=choice)
 
 
-def nominal_frame(bound: BoundAlignment) -> RigidTransform:
+def nominal_frame(bound: rules.BoundAlignment) -> RigidTransform:
     """Return the motion from the frame of the nominals to the part frame.
 
     For a 3-2-1 alignment it is the alignment of the nominals themselves, which may be in another
@@ -305,21 +295,21 @@ def nominal_frame(bound: BoundAlignment) -> RigidTransform:
 
 
 def datums_of(
-    rule: PlaneAxisPoint | DatumReferenceFrame,
+    rule: rules.PlaneAxisPoint | rules.DatumReferenceFrame,
     geometries: Mapping[str, Float],
-    bound: BoundAlignment,
+    bound: rules.BoundAlignment,
 ) -> DatumFrame:
     """Return the datum frame of a rule, with its freedom."""
     return datum_frame(rule.features, geometries, bound.shapes, bound.nominals, bound.choice)
 
 
-def _parts(rule: AnyAlignment) -> tuple[Alignment, BoundAlignment | None]:
-    return (rule.rule, rule) if isinstance(rule, BoundAlignment) else (rule, None)
+def _parts(rule: rules.AnyAlignment) -> tuple[rules.Alignment, rules.BoundAlignment | None]:
+    return (rule.rule, rule) if isinstance(rule, rules.BoundAlignment) else (rule, None)
 
 
 def _placed(
-    rule: Alignment,
-    bound: BoundAlignment | None,
+    rule: rules.Alignment,
+    bound: rules.BoundAlignment | None,
     geometries: Mapping[str, Float],
     actual: Mapping[str, ActualFeature] | None = None,
 ) -> tuple[RigidTransform, int]:
@@ -334,29 +324,29 @@ def _placed(
     match rule:
         case DatumAlignment():
             return three_two_one(rule, geometries, bound)
-        case SavedFrame():
+        case rules.SavedFrame():
             return RigidTransform(np.array(rule.rotation), np.array(rule.translation)), 0
-        case PlaneAxisPoint() | DatumReferenceFrame():
+        case rules.PlaneAxisPoint() | rules.DatumReferenceFrame():
             frame = datums_of(rule, geometries, _needed(rule, bound))
             return frame.T_frame_from_world, frame.choice
-        case Relocation():
+        case rules.Relocation():
             return relocated(rule, geometries), 0
-        case ModelBestFit():
+        case rules.ModelBestFit():
             nominals = _needed(rule, bound).nominals
             return model_fit(rule, geometries, nominals, actual).T_part_from_world, 0
-        case BestFit() | ReferencePoints():
+        case rules.BestFit() | rules.ReferencePoints():
             needed = _needed(rule, bound)
             start, choice = None, 0
             if rule.start is not None:
                 start, choice = _placed(rule.start, bound, geometries)
                 back = nominal_frame(replace(needed, rule=rule.start)).inverse()
                 start = back.compose(start)
-            if isinstance(rule, BestFit):
+            if isinstance(rule, rules.BestFit):
                 return best_fit(rule, geometries, needed.nominals, start), choice
             return reference_points(rule, geometries, needed.nominals, start), choice
 
 
-def _needed(rule: Alignment, bound: BoundAlignment | None) -> BoundAlignment:
+def _needed(rule: rules.Alignment, bound: rules.BoundAlignment | None) -> rules.BoundAlignment:
     if bound is None:
         raise FitError(
             "alignment.no_nominal",

@@ -14,15 +14,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.alignment._rules import (
-    AnyAlignment,
-    BestFit,
-    BoundAlignment,
-    ControlPoint,
-    ReferencePoints,
-    Relocation,
-    SavedFrame,
-)
+from ocmm_core.alignment import _rules as rules
 from ocmm_core.camera import Vector3
 from ocmm_core.documents import Document, load_document, write_atomic
 from ocmm_core.errors import InputError, StorageError
@@ -48,7 +40,7 @@ class FrameDocument(Document, frozen=True, kw_only=True):
     """Rows of the rotation from the world to the frame."""
     translation: Vector3
     """mm, frame."""
-    control: tuple[ControlPoint, ...] = ()
+    control: tuple[rules.ControlPoint, ...] = ()
     """Points with their places in the frame, to recover it after the part moved; may be empty."""
     covariance: tuple[tuple[float, ...], ...] = ()
     """6 x 6: small rotation, rad, about the frame's axes, shift, mm; empty in older documents."""
@@ -84,7 +76,7 @@ def frame_document(
         rotation=(rows[0], rows[1], rows[2]),
         translation=_vector(T_frame_from_world.translation),
         control=tuple(
-            ControlPoint(feature=feature, place=_vector(T_frame_from_world.apply(centre)))
+            rules.ControlPoint(feature=feature, place=_vector(T_frame_from_world.apply(centre)))
             for feature, centre in control_world.items()
         ),
         covariance=() if covariance is None else tuple(map(_tuple, covariance)),
@@ -163,9 +155,9 @@ def is_covariance(matrix: Float) -> bool:
     return bool(np.linalg.eigvalsh(seen)[0] > -_ASYMMETRY)
 
 
-def saved_frame(document: FrameDocument) -> SavedFrame:
+def saved_frame(document: FrameDocument) -> rules.SavedFrame:
     """Return the alignment that uses a stored frame."""
-    return SavedFrame(
+    return rules.SavedFrame(
         name=document.name,
         digest=document.sha256,
         rotation=document.rotation,
@@ -175,7 +167,7 @@ def saved_frame(document: FrameDocument) -> SavedFrame:
     )
 
 
-def relocation(document: FrameDocument, limit: float) -> Relocation:
+def relocation(document: FrameDocument, limit: float) -> rules.Relocation:
     """Return the alignment that recovers a frame from control points; InputError below three."""
     if len(document.control) < 3:
         raise InputError(
@@ -184,7 +176,7 @@ def relocation(document: FrameDocument, limit: float) -> Relocation:
             "needs three.",
             "Save it with at least three features that can be probed after the part is moved.",
         )
-    return Relocation(
+    return rules.Relocation(
         name=document.name,
         digest=document.sha256,
         control=document.control,
@@ -228,15 +220,15 @@ def _vector(values: Float) -> Vector3:
     return (x, y, z)
 
 
-def saved_frame_in(rule: AnyAlignment | None) -> SavedFrame | None:
+def saved_frame_in(rule: rules.AnyAlignment | None) -> rules.SavedFrame | None:
     """Return the saved frame of an alignment, as rule or start."""
-    kind = rule.rule if isinstance(rule, BoundAlignment) else rule
-    if isinstance(kind, (BestFit, ReferencePoints)):
+    kind = rule.rule if isinstance(rule, rules.BoundAlignment) else rule
+    if isinstance(kind, (rules.BestFit, rules.ReferencePoints)):
         kind = kind.start
-    return kind if isinstance(kind, SavedFrame) else None
+    return kind if isinstance(kind, rules.SavedFrame) else None
 
 
-def doubt_of(rule: AnyAlignment | None) -> FrameDoubt | None:
+def doubt_of(rule: rules.AnyAlignment | None) -> FrameDoubt | None:
     """Return the uncertainty of a saved frame; None without one (see `unknown_frame`)."""
     saved = saved_frame_in(rule)
     if saved is None or not saved.covariance:
@@ -245,7 +237,7 @@ def doubt_of(rule: AnyAlignment | None) -> FrameDoubt | None:
     return FrameDoubt(T_frame_from_world, np.array(saved.covariance))
 
 
-def unknown_frame(rule: AnyAlignment | None) -> str:
+def unknown_frame(rule: rules.AnyAlignment | None) -> str:
     """Return why a frame of unknown uncertainty proves nothing, or empty text."""
     saved = saved_frame_in(rule)
     if saved is None or saved.covariance:

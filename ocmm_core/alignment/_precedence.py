@@ -12,19 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ocmm_core.alignment import _rules as rules
 from ocmm_core.alignment._datum_frame import DatumFrame, datum_frame, frames_of_datums
 from ocmm_core.alignment._datums import frame_of
 from ocmm_core.alignment._freedom import SAME_DIRECTION, angle_about, cross
 from ocmm_core.alignment._residuals import frame_jacobian
-from ocmm_core.alignment._rules import (
-    Alignment,
-    AnyAlignment,
-    BestFit,
-    BoundAlignment,
-    DatumReferenceFrame,
-    PlaneAxisPoint,
-    ReferencePoints,
-)
 from ocmm_core.features.measured import (
     ActualFeature,
     Instead,
@@ -67,20 +59,20 @@ class ConstrainedAssociation:
         return " ".join(said)
 
 
-def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
+def part_frame(rule: rules.AnyAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
     """Return the motion from the world to the part frame; see `datums.frame_of`."""
     held = refit_under_precedence(rule, features)
     return frame_of(rule, held.geometries, held.features)
 
 
 def refit_under_precedence(
-    rule: AnyAlignment, actual: Mapping[str, ActualFeature]
+    rule: rules.AnyAlignment, actual: Mapping[str, ActualFeature]
 ) -> ConstrainedAssociation:
     """Return the features as used by a part frame: later datums re-associated in precedence.
 
     All else is as measured. FitError: a datum is not measured, or does not determine the frame.
     """
-    if not isinstance(rule, BoundAlignment):
+    if not isinstance(rule, rules.BoundAlignment):
         return ConstrainedAssociation(actual, {})
     datums, others = datums_in_precedence(rule.rule)
     if any(name not in actual for name in datums) or len(datums) < 2:
@@ -92,10 +84,10 @@ def refit_under_precedence(
 
 
 def datums_refit_by(
-    rule: AnyAlignment | None, actual: Mapping[str, ActualFeature]
+    rule: rules.AnyAlignment | None, actual: Mapping[str, ActualFeature]
 ) -> tuple[str, ...]:
     """Return the datums of a part frame re-associated by `refit_under_precedence`."""
-    if not isinstance(rule, BoundAlignment):
+    if not isinstance(rule, rules.BoundAlignment):
         return ()
     return may_be_refit(datums_in_precedence(rule.rule)[0], actual)
 
@@ -151,8 +143,8 @@ def _orientation(
     turn = held.free.turn
     if len(turn) == 3:
         return None
-    rule = BoundAlignment(
-        DatumReferenceFrame(datums=tuple(before)), shapes, nominals, choice=held.choice
+    rule = rules.BoundAlignment(
+        rules.DatumReferenceFrame(datums=tuple(before)), shapes, nominals, choice=held.choice
     )
     back = held.T_frame_from_world.rotation.T
     jacobian = frame_jacobian(rule, found, held.T_frame_from_world)
@@ -195,14 +187,14 @@ def _nearer(direction: Float, measured: Float) -> Float:
     return direction if float(direction @ measured) >= 0.0 else -direction
 
 
-def datums_in_precedence(rule: Alignment) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def datums_in_precedence(rule: rules.Alignment) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the datums in precedence of a rule, and other features used unchanged."""
     match rule:
-        case PlaneAxisPoint() | DatumReferenceFrame():
+        case rules.PlaneAxisPoint() | rules.DatumReferenceFrame():
             return rule.features, ()
-        case BestFit() if rule.start is not None:
+        case rules.BestFit() if rule.start is not None:
             return datums_in_precedence(rule.start)[0], rule.points
-        case ReferencePoints() if rule.start is not None:
+        case rules.ReferencePoints() if rule.start is not None:
             names = tuple(item.feature for item in rule.conditions)
             return datums_in_precedence(rule.start)[0], names
     return (), ()

@@ -10,17 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ocmm_core.alignment import _rules as rules
 from ocmm_core.alignment._datums import frame_of
 from ocmm_core.alignment._model_fit import model_fit, model_frame_slopes
-from ocmm_core.alignment._rules import (
-    Alignment,
-    AnyAlignment,
-    BestFit,
-    BoundAlignment,
-    ModelBestFit,
-    ReferencePoints,
-    Relocation,
-)
 from ocmm_core.features.measured import ActualFeature, gauge_point
 from ocmm_core.features.shapes import (
     DIRECTION,
@@ -48,14 +40,14 @@ refused.
 
 
 def frame_jacobian(
-    rule: AnyAlignment, actual: Mapping[str, ActualFeature], T_part_from_world: RigidTransform
+    rule: rules.AnyAlignment, actual: Mapping[str, ActualFeature], T_part_from_world: RigidTransform
 ) -> Rows:
     """Return the derivatives of the part frame by the points, 6 rows.
 
     Rotation, rad, about its axes through its origin, over shift, mm, of the part; senses are fixed.
     """
     geometries = {name: actual[name].fit.geometry for name in rule.features}
-    if isinstance(rule, BoundAlignment) and isinstance(rule.rule, ModelBestFit):
+    if isinstance(rule, rules.BoundAlignment) and isinstance(rule.rule, rules.ModelBestFit):
         found = model_fit(rule.rule, geometries, rule.nominals, actual)
         return model_frame_slopes(rule.rule, found, actual)
     rows = Rows.nothing(6)
@@ -76,12 +68,12 @@ def frame_jacobian(
     return rows
 
 
-def _only_points(rule: AnyAlignment, name: str) -> bool:
+def _only_points(rule: rules.AnyAlignment, name: str) -> bool:
     """Return whether a frame depends only on the place of a feature."""
-    kind = rule.rule if isinstance(rule, BoundAlignment) else rule
-    if isinstance(kind, (BestFit, ReferencePoints)):
+    kind = rule.rule if isinstance(rule, rules.BoundAlignment) else rule
+    if isinstance(kind, (rules.BestFit, rules.ReferencePoints)):
         return kind.start is None or name not in kind.start.features
-    return isinstance(kind, Relocation)
+    return isinstance(kind, rules.Relocation)
 
 
 def _small_motion(motion: RigidTransform) -> Float:
@@ -114,7 +106,7 @@ class Residual:
 
 
 def residuals_of(
-    bound: BoundAlignment,
+    bound: rules.BoundAlignment,
     measured: Mapping[str, ActualFeature],
     T_nominal_from_world: RigidTransform,
     frame_jacobian: Rows,
@@ -145,11 +137,11 @@ def residuals_of(
 
 
 def _on_model(
-    bound: BoundAlignment, measured: Mapping[str, ActualFeature]
+    bound: rules.BoundAlignment, measured: Mapping[str, ActualFeature]
 ) -> dict[str, tuple[float, Float]]:
     """Return the distances of touches from their fitted faces, mm, and the normals."""
     rule = bound.rule
-    if not isinstance(rule, ModelBestFit):
+    if not isinstance(rule, rules.ModelBestFit):
         return {}
     geometries = {name: measured[name].fit.geometry for name in rule.points}
     found = model_fit(rule, geometries, bound.nominals, measured)
@@ -157,23 +149,23 @@ def _on_model(
     return {name: (off, normal) for name, off, normal in rows}
 
 
-def brought_together(rule: Alignment) -> tuple[str, ...]:
+def brought_together(rule: rules.Alignment) -> tuple[str, ...]:
     """Return the features whose centres a rule aligns as points in space."""
     match rule:
-        case BestFit():
+        case rules.BestFit():
             return rule.points
-        case ReferencePoints():
+        case rules.ReferencePoints():
             return tuple(dict.fromkeys(item.feature for item in rule.conditions))
-        case Relocation():
+        case rules.Relocation():
             return rule.features
         case _:
             return ()
 
 
-def _compared_with(bound: BoundAlignment) -> dict[str, Float]:
+def _compared_with(bound: rules.BoundAlignment) -> dict[str, Float]:
     """Return the geometries to compare with; control points with their places."""
     nominals = dict(bound.nominals)
-    if isinstance(bound.rule, Relocation):
+    if isinstance(bound.rule, rules.Relocation):
         nominals |= {item.feature: element(item.place) for item in bound.rule.control}
     return nominals
 

@@ -10,14 +10,7 @@ from typing import Literal
 import msgspec
 import numpy as np
 
-from ocmm_core.camera._model import (
-    N_PARAMETERS,
-    PARAMETERS,
-    CameraModel,
-    on_sensor,
-    project,
-    projection_jacobians,
-)
+from ocmm_core.camera import _model as model
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
@@ -120,7 +113,7 @@ class Rig:
     """The calibrated cameras and the uncertainty of their calibration."""
 
     name: str
-    cameras: tuple[CameraModel, ...]
+    cameras: tuple[model.CameraModel, ...]
     aliases: tuple[int, ...]
     """EtherCAT station alias of each camera."""
     frame_rate_hz: int
@@ -162,9 +155,9 @@ def load_rig(path: Path | str) -> Rig:
     document = load_document(path, RigDocument, SCHEMA)
     _check(Path(path), document)
     cameras = tuple(camera_of(entry) for entry in document.cameras)
-    covariance = np.zeros((N_PARAMETERS * len(cameras),) * 2)
+    covariance = np.zeros((model.N_PARAMETERS * len(cameras),) * 2)
     for index, camera in enumerate(cameras):
-        part = slice(index * N_PARAMETERS, (index + 1) * N_PARAMETERS)
+        part = slice(index * model.N_PARAMETERS, (index + 1) * model.N_PARAMETERS)
         covariance[part, part] = known_points_covariance(Path(path), camera, document.calibration)
     return Rig(
         name=document.name,
@@ -185,7 +178,9 @@ _MOST_NOISE_PX = 10.0
 _MOST_POINTS = 100_000
 
 
-def known_points_covariance(path: Path, camera: CameraModel, design: CalibrationDesign) -> Float:
+def known_points_covariance(
+    path: Path, camera: model.CameraModel, design: CalibrationDesign
+) -> Float:
     """Return the covariance (14, 14) of a calibration with known points.
 
     The points are spread evenly over the design volume; with exact reference positions the cameras
@@ -193,18 +188,18 @@ def known_points_covariance(path: Path, camera: CameraModel, design: Calibration
     """
     low, high = np.array(design.volume_min), np.array(design.volume_max)
     points = low + (high - low) * np.random.default_rng(0).random((design.points, 3))
-    points = points[on_sensor(camera, project(camera, points))]
-    if len(points) < N_PARAMETERS:
+    points = points[model.on_sensor(camera, model.project(camera, points))]
+    if len(points) < model.N_PARAMETERS:
         raise InputError(
             "rig.calibration",
             f"{path}: only {len(points)} calibration points are seen by camera '{camera.name}'.",
             "Move the calibration volume into the view of the camera, or give more points.",
         )
-    d_point, d_parameters = projection_jacobians(camera, points)
+    d_point, d_parameters = model.projection_jacobians(camera, points)
     variance = design.spot_sigma_px**2 + design.reference_sigma**2 * np.mean(
         np.sum(d_point**2, axis=2)
     )
-    rows = d_parameters.reshape(-1, N_PARAMETERS)
+    rows = d_parameters.reshape(-1, model.N_PARAMETERS)
     scale = np.linalg.norm(rows, axis=0)
     # Implausible sizes give infinite numbers here; undetermined results are refused below.
     with np.errstate(all="ignore"):
@@ -212,7 +207,7 @@ def known_points_covariance(path: Path, camera: CameraModel, design: Calibration
     covariance: Float = np.full_like(information, np.inf)
     if np.isfinite(information).all() and np.linalg.cond(information) <= 1e15:
         covariance = np.linalg.inv(information) / np.outer(scale, scale)
-    focal = PARAMETERS.index("focal")
+    focal = model.PARAMETERS.index("focal")
     if not covariance[focal, focal] <= (MAX_FOCAL_SIGMA * camera.focal) ** 2:
         raise InputError(
             "rig.calibration",
@@ -222,10 +217,10 @@ def known_points_covariance(path: Path, camera: CameraModel, design: Calibration
     return 0.5 * (covariance + covariance.T)
 
 
-def camera_of(entry: CameraEntry) -> CameraModel:
+def camera_of(entry: CameraEntry) -> model.CameraModel:
     """Return the camera of an entry."""
     rotation = rotation_from_vector(np.array(entry.rotation_vector))
-    return CameraModel(
+    return model.CameraModel(
         name=entry.name,
         serial=entry.serial,
         width=entry.width_px,

@@ -5,8 +5,8 @@ Out: a prepared source, its calibration, and a station ready to start.
 
 Start with `_compose`. `_sources` has one entry per frame source, of this package and of others that
 register theirs (`ocmm.sources`); `_feed_makers` and `_feeds` make our own, `_calibration_choice`
-selects the records of a source; `_climate`, `_defaults`, `_from_settings`,
-`_station_state` do what their names say. `_station_checks` measures for the station doctor.
+selects the records of a source and returns their status; `_climate`, `_defaults` and
+`_from_settings` do what their names say. `_station_checks` measures for the station doctor.
 `_acceptance_site` and `_acceptance_bench` build acceptance tests for commands and the window,
 `hands` shows their frames.
 It must not import the virtual rig, nor commands.
@@ -19,11 +19,12 @@ if TYPE_CHECKING:
         VIRTUAL_ROOM, AcceptanceBench, StatedConditions, TestsMade,
     )  # fmt: skip
     from ocmm_core.composition._acceptance_site import (
-        AcceptanceSite, artefacts_used_before, default_test_folder, instrument_of, named_artefact,
+        AcceptanceSite, default_test_folder, earlier_use, instrument_of, named_artefact,
         open_test_site, recorded_feed, require_recorded, require_scenes, tests_folder,
     )  # fmt: skip
     from ocmm_core.composition._calibration_choice import (
-        checked_for_replay, choose_calibration, choose_probe,
+        StateLine, StationState, checked_for_replay, choose_calibration, choose_probe,
+        station_state,
     )  # fmt: skip
     from ocmm_core.composition._climate import ClimateRequest, climate_in_use
     from ocmm_core.composition._compose import BuiltStation, build_station, calibration_of
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
         source_of, sources, virtual_names,
     )  # fmt: skip
     from ocmm_core.composition._station_checks import measured_checks
-    from ocmm_core.composition._station_state import StateLine, StationState, station_state
 else:
     __getattr__ = door(__name__)
 
@@ -52,11 +52,11 @@ __all__ = [
     "RECOMMENDED_RIG", "SERVICE", "STANDARD_PROBE", "VIRTUAL_ROOM", "VIRTUAL_WIRE",
     "AcceptanceBench", "AcceptanceSite", "BuiltStation", "ClimateRequest", "Errand", "Feed",
     "NamedSource", "Origin", "Remaining", "ScriptedOperator", "ScriptedRig", "SourceSpec",
-    "StateLine", "StatedConditions", "StationRequest", "StationState", "TestsMade",
-    "artefacts_used_before", "build_station", "bus_config", "bus_description", "calibration_of",
-    "checked_for_replay", "choose_calibration", "choose_probe", "climate_in_use",
-    "default_test_folder", "described_cameras", "identities", "instrument_of", "late", "make_feed",
-    "measured_checks", "named_artefact", "names_in_words", "open_test_site", "origin_of", "rate_of",
-    "recorded_feed", "request_of_settings", "require_recorded", "require_scenes", "source_help",
-    "source_of", "sources", "station_state", "stream_options", "tests_folder", "virtual_names",
+    "StateLine", "StatedConditions", "StationRequest", "StationState", "TestsMade", "build_station",
+    "bus_config", "bus_description", "calibration_of", "checked_for_replay", "choose_calibration",
+    "choose_probe", "climate_in_use", "default_test_folder", "described_cameras", "earlier_use",
+    "identities", "instrument_of", "late", "make_feed", "measured_checks", "named_artefact",
+    "names_in_words", "open_test_site", "origin_of", "rate_of", "recorded_feed",
+    "request_of_settings", "require_recorded", "require_scenes", "source_help", "source_of",
+    "sources", "station_state", "stream_options", "tests_folder", "virtual_names",
 ]  # fmt: skip

@@ -37,20 +37,10 @@ from ocmm_core.acceptance import (
     offered_artefacts,
     offered_procedures,
     open_tests,
-    reserved_spots,
 )
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationInUse, CalibrationStore, ProbeInUse
-from ocmm_core.composition._acceptance_site import (
-    SHIPPED,
-    artefacts_used_before,
-    default_test_folder,
-    instrument_of,
-    named_artefact,
-    recorded_feed,
-    require_recorded,
-    require_scenes,
-)
+from ocmm_core.composition import _acceptance_site as acceptance_site
 from ocmm_core.composition._calibration_choice import choose_calibration, choose_probe
 from ocmm_core.composition._feeds import StationRequest
 from ocmm_core.composition._sources import Origin, origin_of, source_of
@@ -119,14 +109,14 @@ class AcceptanceBench:
     def instrument(self, now: datetime) -> InstrumentState:
         """Return the instrument in force; raise OcmmError if it cannot be tested."""
         cameras, probe = self.cameras(), self.probe()
-        found = instrument_of(cameras, probe, self.request.source, now)
-        return require_recorded(cameras, probe, found, self.recorded)
+        found = acceptance_site.instrument_of(cameras, probe, self.request.source, now)
+        return acceptance_site.require_recorded(cameras, probe, found, self.recorded)
 
     def tests(self) -> Path:
         """Return the test folder; virtual tests are kept apart from real ones."""
         if self.folder is not None:
             return self.folder
-        base = default_test_folder()
+        base = acceptance_site.default_test_folder()
         return base.with_name("virtual-acceptance") if self.is_virtual else base
 
     def artefacts(self) -> ArtefactRegister:
@@ -150,10 +140,9 @@ class AcceptanceBench:
         candidates = [(one.id, one.used()) for one in register.entries.values()]
         if self.is_virtual:
             candidates = [*self._shipped().items(), *candidates]
-        of_cameras, of_tip = artefacts_used_before(self.cameras(), self.probe())
-        offers = offered_artefacts(
-            self.stage(offer, (), now), candidates, now, temperature, of_cameras, of_tip
-        )
+        earlier = acceptance_site.earlier_use(self.cameras(), self.probe())
+        stage = self.stage(offer, (), now)
+        offers = offered_artefacts(stage, candidates, now, temperature, earlier)
         return tuple(
             replace(one, refusal=f"{faults[one.name]} {NOT_SIGNED_REMEDY}")
             if one.name in faults
@@ -163,13 +152,13 @@ class AcceptanceBench:
 
     def refused_for(self, entry: ArtefactEntry, now: datetime) -> tuple[tuple[str, str], ...]:
         """Return the procedures for a register entry's kind, each with the refusal if any."""
-        of_cameras, of_tip = artefacts_used_before(self.cameras(), self.probe())
+        earlier = acceptance_site.earlier_use(self.cameras(), self.probe())
         found = []
         for offer in self.procedures(now):
             if entry.kind in offer.roles:
                 stage = self.stage(offer, (), now)
                 (one,) = offered_artefacts(
-                    stage, [(entry.id, entry.used())], now, VIRTUAL_ROOM, of_cameras, of_tip
+                    stage, [(entry.id, entry.used())], now, VIRTUAL_ROOM, earlier
                 )
                 found.append((offer.procedure.id, one.refusal))
         return tuple(found)
@@ -185,11 +174,8 @@ class AcceptanceBench:
         """Start a test; raise OcmmError if it cannot be started."""
         if not given.who.strip():
             raise InputError("wizard.who", "No name given.", "Enter your name in 'Done by'.")
-        require_scenes(self.request.source)
-        cameras, probe = self.cameras(), self.probe()
-        of_cameras, of_tip = artefacts_used_before(cameras, probe)
-        stores = (cameras.store, probe.store)
-        folders = [one.folder / "sessions" for one in stores if one is not None]
+        acceptance_site.require_scenes(self.request.source)
+        earlier = acceptance_site.earlier_use(self.cameras(), self.probe(), spots=True)
         stage = self.stage(offer, artefacts, now)
         if seed is not None:
             stage = Stage(stage.procedure, stage.instrument, stage.artefacts, seed)
@@ -198,8 +184,7 @@ class AcceptanceBench:
             self.tests() / SESSIONS / name, stage, offer.sha256, now,
             temperature=given.temperature, who=given.who.strip(), place=given.place.strip(),
             customer=given.customer.strip(), condition=given.condition,
-            calibration_artefacts=of_cameras, qualification_artefacts=of_tip,
-            reserved=reserved_spots(folders), air=given.air,
+            earlier=earlier, air=given.air,
         )  # fmt: skip
         return self._procedure(session, given.temperature)
 
@@ -234,7 +219,9 @@ class AcceptanceBench:
         """Return the hand of a virtual rig or recording; None for real cameras."""
         one = self.request
         if origin_of(one.source) is Origin.RECORDING:
-            return RecordedHand(lambda: (recorded_feed(one), np.inf), procedure, failed)
+            return RecordedHand(
+                lambda: (acceptance_site.recorded_feed(one), np.inf), procedure, failed
+            )
         make = source_of(one.source).spec.hand
         return None if make is None else make(one, procedure, failed)
 
@@ -265,6 +252,6 @@ class AcceptanceBench:
 
     def _shipped(self) -> dict[str, UsedArtefact]:
         if not self.shipped:
-            for role, parts in SHIPPED.items():
-                self.shipped[role] = named_artefact(str(resource(*parts)))
+            for role, parts in acceptance_site.SHIPPED.items():
+                self.shipped[role] = acceptance_site.named_artefact(str(resource(*parts)))
         return self.shipped

@@ -11,34 +11,11 @@ import msgspec
 import numpy as np
 import platformdirs
 
-from ocmm_core.acceptance import (
-    ArtefactRegister,
-    InstrumentState,
-    Stage,
-    UsedArtefact,
-    find_procedure,
-    kind_of,
-    load_procedure,
-    load_used,
-    used_bar,
-    used_sphere,
-)
+from ocmm_core import acceptance
 from ocmm_core.build import build_version
-from ocmm_core.calibration.records import (
-    ArtefactUse,
-    CalibrationInUse,
-    ProbeInUse,
-    judge,
-    load_bar,
-    load_sphere,
-)
+from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse, judge, load_bar, load_sphere
 from ocmm_core.camera import load_rig
-from ocmm_core.composition._calibration_choice import (
-    checked_for_replay,
-    checked_probe_for_replay,
-    choose_calibration,
-    choose_probe,
-)
+from ocmm_core.composition import _calibration_choice as calibration_choice
 from ocmm_core.composition._defaults import DEMO_PLAN
 from ocmm_core.composition._feeds import Feed, StationRequest
 from ocmm_core.composition._sources import (
@@ -70,7 +47,7 @@ SHIPPED = {
 class AcceptanceSite:
     """Stage, calibration, probe and source of one acceptance test."""
 
-    stage: Stage
+    stage: acceptance.Stage
     procedure_sha256: str
     cameras: CalibrationInUse
     probe: ProbeInUse
@@ -93,30 +70,30 @@ def open_test_site(
     seed: int,
 ) -> AcceptanceSite:
     """Return the site of a test; raise InputError for invalid documents or artefacts."""
-    cameras = choose_calibration(source, rig, calibrations, uncalibrated=False)
-    of_probe = choose_probe(source, probe, probes, tip, uncalibrated=False)
-    document, sha256 = load_procedure(find_procedure(procedure))
+    cameras = calibration_choice.choose_calibration(source, rig, calibrations, uncalibrated=False)
+    of_probe = calibration_choice.choose_probe(source, probe, probes, tip, uncalibrated=False)
+    document, sha256 = acceptance.load_procedure(acceptance.find_procedure(procedure))
     instrument = instrument_of(cameras, of_probe, source, datetime.now(UTC))
-    bare = Stage(document, instrument, (), seed)
+    bare = acceptance.Stage(document, instrument, (), seed)
     found = [named_artefact(one) for one in artefacts]
     if origin_of(source) is Origin.VIRTUAL:
         given = {one.role for one in found}
         found += [
             named_artefact(str(resource(*SHIPPED[role])))
-            for role in kind_of(bare).roles
+            for role in acceptance.kind_of(bare).roles
             if role not in given
         ]
-    stage = Stage(document, instrument, tuple(found), seed)
+    stage = acceptance.Stage(document, instrument, tuple(found), seed)
     return AcceptanceSite(stage, sha256, cameras, of_probe, source, rig, probe, seed)
 
 
-def named_artefact(name: str) -> UsedArtefact:
+def named_artefact(name: str) -> acceptance.UsedArtefact:
     """Return an artefact by its id in the register, or by its document."""
     path = Path(name)
     if path.suffix != ".toml":
-        return ArtefactRegister().used(name)
+        return acceptance.ArtefactRegister().used(name)
     last: InputError | None = None
-    for read in (load_used, _bar_of, _sphere_of):
+    for read in (acceptance.load_used, _bar_of, _sphere_of):
         try:
             return read(path)
         except InputError as error:
@@ -130,12 +107,12 @@ def named_artefact(name: str) -> UsedArtefact:
     ) from last
 
 
-def _bar_of(path: Path) -> UsedArtefact:
-    return used_bar(load_bar(path))
+def _bar_of(path: Path) -> acceptance.UsedArtefact:
+    return acceptance.used_bar(load_bar(path))
 
 
-def _sphere_of(path: Path) -> UsedArtefact:
-    return used_sphere(load_sphere(path))
+def _sphere_of(path: Path) -> acceptance.UsedArtefact:
+    return acceptance.used_sphere(load_sphere(path))
 
 
 def default_test_folder() -> Path:
@@ -152,12 +129,12 @@ def tests_folder(folder: Path | None, site: AcceptanceSite) -> Path:
 
 def instrument_of(
     cameras: CalibrationInUse, probe: ProbeInUse, source: str, now: datetime
-) -> InstrumentState:
+) -> acceptance.InstrumentState:
     """Return the instrument under test as stored in a record."""
     rig, record = cameras.rig, cameras.record
     low, high = rig.volume_world
     centres = np.array([camera.centre_world for camera in rig.cameras])
-    return InstrumentState(
+    return acceptance.InstrumentState(
         rig=rig.name,
         calibration="" if record is None else rig.identity,
         calibration_status=judge(cameras, now).word.value,
@@ -186,12 +163,15 @@ def _doubts(cameras: CalibrationInUse) -> dict[str, tuple[str, ...]]:
 
 
 def require_recorded(
-    cameras: CalibrationInUse, probe: ProbeInUse, instrument: InstrumentState, recorded: str
-) -> InstrumentState:
+    cameras: CalibrationInUse,
+    probe: ProbeInUse,
+    instrument: acceptance.InstrumentState,
+    recorded: str,
+) -> acceptance.InstrumentState:
     """Return a recording's instrument; CalibrationError: real, but described by a document only."""
     for fault in (
-        checked_for_replay(cameras, recorded).fault,
-        checked_probe_for_replay(probe, recorded).fault,
+        calibration_choice.checked_for_replay(cameras, recorded).fault,
+        calibration_choice.checked_probe_for_replay(probe, recorded).fault,
     ):
         if fault is not None:
             raise CalibrationError("acceptance.replay", fault[1].what, fault[1].remedy)
@@ -199,14 +179,18 @@ def require_recorded(
     return msgspec.structs.replace(instrument, simulated=virtual)
 
 
-def artefacts_used_before(
-    cameras: CalibrationInUse, probe: ProbeInUse
-) -> tuple[tuple[ArtefactUse, ...], tuple[ArtefactUse, ...]]:
-    """Return the artefacts used by the calibration and by the tip qualification."""
+def earlier_use(
+    cameras: CalibrationInUse, probe: ProbeInUse, *, spots: bool = False
+) -> acceptance.EarlierUse:
+    """Return the artefacts of the calibration and the tip; with `spots` also their sessions'."""
     of_cameras = () if cameras.record is None else cameras.record.artefacts
     records = probe.records
     qualification = None if records is None else records.qualification
-    return of_cameras, () if qualification is None else qualification.artefacts
+    of_tip = () if qualification is None else qualification.artefacts
+    folders = [one.folder / "sessions" for one in (cameras.store, probe.store) if one is not None]
+    return acceptance.EarlierUse(
+        of_cameras, of_tip, acceptance.reserved_spots(folders) if spots else ()
+    )
 
 
 def _vector(values: Float) -> tuple[float, float, float]:

@@ -9,22 +9,11 @@ from typing import Any, Protocol
 
 import platformdirs
 
+from ocmm_core.acquisition import frames
 from ocmm_core.acquisition.bus_process import Acquisition
-from ocmm_core.acquisition.frames import (
-    AcquisitionStatus,
-    FrameRing,
-    SourceDescription,
-    read_status,
-)
 from ocmm_core.calibration.records import default_folder, default_probe_folder
+from ocmm_core.composition import _defaults as defaults
 from ocmm_core.composition._climate import ClimateRequest
-from ocmm_core.composition._defaults import (
-    DEFAULT_SEED,
-    DEFAULT_SOURCE,
-    DEMO_PART,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-)
 from ocmm_core.failure import log_folder
 from ocmm_core.inspection.evaluation import Probing
 from ocmm_core.options import DEFAULT_OPERATOR, DEFAULT_SERIAL
@@ -41,12 +30,12 @@ class StationRequest:
     plan: Path
     out: Path
     """Folder of the job file; created if missing."""
-    rig: Path = RECOMMENDED_RIG
-    probe: Path = STANDARD_PROBE
-    part: Path = DEMO_PART
-    source: str = DEFAULT_SOURCE
+    rig: Path = defaults.RECOMMENDED_RIG
+    probe: Path = defaults.STANDARD_PROBE
+    part: Path = defaults.DEMO_PART
+    source: str = defaults.DEFAULT_SOURCE
     """One of `sources`, with the value after its prefix."""
-    seed: int = DEFAULT_SEED
+    seed: int = defaults.DEFAULT_SEED
     speed: float = 0.0
     world: object = None
     frame_rate_hz: int = 0
@@ -139,9 +128,9 @@ class Feed:
     """A prepared frame source."""
 
     acquisition: Acquisition
-    ring: FrameRing
+    ring: frames.FrameRing
     """`acquisition`, `ring`: not started; the owner calls `end`, which stops and closes them."""
-    description: SourceDescription
+    description: frames.SourceDescription
     live: bool
     virtual: ScriptedRig | None = None
     """Virtual rig of the script; None for other sources."""
@@ -150,11 +139,11 @@ class Feed:
     recorded: str = ""
     """Source name in the recording; empty without replay."""
 
-    def end(self) -> AcquisitionStatus:
+    def end(self) -> frames.AcquisitionStatus:
         """Stop the acquisition, close the ring, and return the final status."""
         self.acquisition.request_stop()
         self.acquisition.join(_STOP_S)
-        status = read_status(self.ring)
+        status = frames.read_status(self.ring)
         self.ring.close()
         return status
 

@@ -30,13 +30,7 @@ from ocmm_core.doctor import (
     wake_check,
 )
 from ocmm_core.errors import OcmmError
-from ocmm_core.fieldbus.wire import (
-    CAMERA_INTERFACE,
-    HOST_INTERFACE,
-    HostTime,
-    make_link,
-    namespace_command,
-)
+from ocmm_core.fieldbus import wire
 
 LONGEST_LOOP_S = 10.0
 _MODULE = "ocmm_core.composition._station_checks"
@@ -56,7 +50,7 @@ def measured_checks(seconds: float) -> tuple[CheckSpec, ...]:
             raise NotAskedError("Not measured.", "Measure it: --seconds 60")
         length = min(seconds, LONGEST_LOOP_S)
         try:
-            inside = namespace_command()
+            inside = wire.namespace_command()
         except OcmmError as error:
             raise NotAskedError(error.what, "Measure it as root.") from error
         return answer_of([*inside, sys.executable, "-m", _MODULE, str(length)], length, LoopTimes)
@@ -79,8 +73,8 @@ def main() -> None:
 
 
 def _measure(seconds: float) -> LoopTimes:
-    make_link(HOST_INTERFACE, CAMERA_INTERFACE)
-    with _end(HOST_INTERFACE) as near, _end(CAMERA_INTERFACE) as far:
+    wire.make_link(wire.HOST_INTERFACE, wire.CAMERA_INTERFACE)
+    with _end(wire.HOST_INTERFACE) as near, _end(wire.CAMERA_INTERFACE) as far:
         # The mirror process ends when this process ends and its pipe closes.
         ends, held = os.pipe()
         mirror = os.fork()
@@ -114,7 +108,7 @@ def _reflect(far: socket.socket, ends: int) -> NoReturn:
 
 def _cycle(near: socket.socket, count: int) -> LoopTimes:
     real_time = take_priority(BUS_PRIORITY) is None
-    clock = HostTime()
+    clock = wire.HostTime()
     sent, came = [0] * count, [0] * count
     rest = bytes(_CAMERAS_BYTES - _NUMBER.size)
     gc.disable()
@@ -141,7 +135,7 @@ def _cycle(near: socket.socket, count: int) -> LoopTimes:
 
 
 def _await(
-    near: socket.socket, clock: HostTime, came: list[int], number: int, until_ns: int
+    near: socket.socket, clock: wire.HostTime, came: list[int], number: int, until_ns: int
 ) -> None:
     """Receive frames until the answer arrives or its time is over."""
     while not came[number] and (left := until_ns - clock.now_ns()) > 0:

@@ -5,20 +5,19 @@ that repair faults without risk.
 
 Start with `_result` (check results and changes), `_computer` (system queries) and `_registry` (one
 entry per check), then the checks: `_kernel_checks` (also rights), `_adapter_checks` with
-`_ethtool`, `_disk_checks` (also records), `_desk_checks`. `_wake` measures wake-ups, `_loop` judges
-measurements of `composition`. `_mend` applies and reverts changes.
-It must not import stations or screens: results are plain data.
+`_ethtool`, `_disk_checks` (also records), `_desk_checks`. `_wake` measures wake-ups and judges
+cycles measured by `composition`. `_mend` applies and reverts changes. It must not import stations
+or screens: results are plain data.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.doctor._computer import Computer, HostCalls, NotAskedError, this_computer
-    from ocmm_core.doctor._loop import LoopTimes, judge_loop
     from ocmm_core.doctor._mend import Mended, can_undo, may_mend, mend, undo
     from ocmm_core.doctor._registry import CHECKS, CheckSpec, examine
     from ocmm_core.doctor._result import CheckResult, DoctorReport, Light, SystemChange
-    from ocmm_core.doctor._wake import PERIOD_NS, answer_of, part, wake_check
+    from ocmm_core.doctor._wake import PERIOD_NS, LoopTimes, answer_of, judge_loop, part, wake_check
 else:
     __getattr__ = door(__name__)
 

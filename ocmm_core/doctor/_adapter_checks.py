@@ -5,26 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
+from ocmm_core.doctor import _ethtool as ethtool
+from ocmm_core.doctor import _result as result
 from ocmm_core.doctor._computer import Computer, NotAskedError
-from ocmm_core.doctor._ethtool import (
-    COALESCING,
-    EEE,
-    FEATURES,
-    PAUSE,
-    fixed_features,
-    is_on,
-    settings,
-)
 from ocmm_core.doctor._kernel_checks import bus_core, processors
-from ocmm_core.doctor._result import (
-    Answer,
-    ChangeKind,
-    SystemChange,
-    amber,
-    green,
-    kernel_file,
-    red,
-)
 
 NETWORK = "/sys/class/net"
 _SETTINGS = "/etc/ocmm/bus.env"
@@ -70,52 +54,52 @@ def _named(computer: Computer) -> str:
     return name
 
 
-def adapter(computer: Computer) -> Answer:
+def adapter(computer: Computer) -> result.Answer:
     """Return whether the adapter is present, connected, and used for cameras only."""
     name = _named(computer)
     folder = f"{NETWORK}/{name}"
     if not computer.has(folder):
         known = ", ".join(one for one in computer.names(NETWORK) if one != "lo")
-        return red(
+        return result.red(
             "adapter.missing",
             f"This computer has no network adapter {name} (it has: {known or 'none'}).",
             "Plug it in, or name the right one with --interface.",
         )
     if _carries_default_route(computer, name):
-        return red(
+        return result.red(
             "adapter.in_use",
             f"{name} carries the network of this computer; the camera bus would cut it off.",
             "Give the cameras an adapter of their own.",
         )
     # The kernel reports no carrier for an adapter that is down.
     if computer.text(f"{folder}/operstate") == "down":
-        return red(
+        return result.red(
             "adapter.down",
             f"{name} is switched off, or no cable is connected.",
             f"Connect the cable of the cameras, and type: ip link set {name} up",
         )
     speed = computer.number(f"{folder}/speed")
     if 0 < speed < _LEAST_MBIT:
-        return red(
+        return result.red(
             "adapter.slow",
             f"{name} is connected with {speed} Mbit/s; the cameras need {_LEAST_MBIT}.",
             "Replace the cable.",
         )
     if computer.has(f"{folder}/duplex") and computer.text(f"{folder}/duplex") == "half":
-        return red(
+        return result.red(
             "adapter.half_duplex",
             f"{name} is connected half duplex; frames of the cameras collide.",
             f"Replace the cable, and type: ethtool -s {name} autoneg on",
         )
     faults = _against(computer, name, speed)
     if faults:
-        return amber(
+        return result.amber(
             "adapter.unsuited",
             " ".join(what for what, _ in faults),
             " ".join(remedy for _, remedy in faults),
         )
     shown = f", {speed} Mbit/s" if speed > 0 else ""
-    return green(f"{name} is connected{shown}, and is not used by the network.")
+    return result.green(f"{name} is connected{shown}, and is not used by the network.")
 
 
 def _against(computer: Computer, name: str, speed: int) -> list[tuple[str, str]]:
@@ -138,12 +122,12 @@ def _against(computer: Computer, name: str, speed: int) -> list[tuple[str, str]]
             "Use an adapter on PCI Express.",
         ),
         (
-            is_on(computer, name, PAUSE),
+            ethtool.is_on(computer, name, ethtool.PAUSE),
             f"{name} uses pause frames.",
             f"Type: ethtool -A {name} rx off tx off",
         ),
         (
-            is_on(computer, name, EEE),
+            ethtool.is_on(computer, name, ethtool.EEE),
             f"{name} uses energy-efficient Ethernet.",
             f"Type: ethtool --set-eee {name} eee off",
         ),
@@ -162,7 +146,7 @@ def _has_address(computer: Computer, name: str) -> bool:
     return any(len(one) > 5 and one[5] == name and one[3] != _LINK_LOCAL for one in fields)
 
 
-def interrupts(computer: Computer) -> Answer:
+def interrupts(computer: Computer) -> result.Answer:
     """Return whether the camera adapter's interrupts avoid the bus processor."""
     core = bus_core(computer)
     if core is None:
@@ -183,10 +167,10 @@ def interrupts(computer: Computer) -> Answer:
     for number in numbers:
         place = f"/proc/irq/{number}/smp_affinity_list"
         if core in computer.cpus(place):
-            wrong.append(kernel_file(place, computer.text(place), _ranges(others)))
+            wrong.append(result.kernel_file(place, computer.text(place), _ranges(others)))
     if not wrong:
-        return green(f"The {len(numbers)} interrupts of {name} stay off processor {core}.")
-    return amber(
+        return result.green(f"The {len(numbers)} interrupts of {name} stay off processor {core}.")
+    return result.amber(
         "interrupts.on_bus_core",
         f"{len(wrong)} of {len(numbers)} interrupts of {name} may interrupt processor {core}, "
         "which is that of the bus.",
@@ -195,22 +179,22 @@ def interrupts(computer: Computer) -> Answer:
     )
 
 
-def coalescing(computer: Computer) -> Answer:
+def coalescing(computer: Computer) -> result.Answer:
     """Return whether the adapter reports every frame at once.
 
     Waiting for more frames makes every cycle longer (SOEM issues 184, 531 and 795: ``ethtool -C IF
     rx-usecs 0 tx-usecs 0``).
     """
     name = interface_of(computer)
-    found = settings(computer, name, COALESCING)
+    found = ethtool.settings(computer, name, ethtool.COALESCING)
     wanted = {option: "0" if "usecs" in option else "off" for option in found}
     if not {"rx-usecs", "tx-usecs"} & set(found):
         raise NotAskedError(f"The driver of {name} does not say whether it collects frames.")
-    wrong = _wrong(name, COALESCING, found, wanted)
+    wrong = _wrong(name, ethtool.COALESCING, found, wanted)
     if not wrong:
-        return green(f"{name} tells every frame at once.")
+        return result.green(f"{name} tells every frame at once.")
     shown = ", ".join(f"{one.place.split()[-1]} {one.before}" for one in wrong)
-    return amber(
+    return result.amber(
         "coalescing.on",
         f"{name} collects frames before it tells them ({shown}; usecs are microseconds).",
         f"Turn it off: ethtool -C {name} {_words(wrong)}",
@@ -218,24 +202,24 @@ def coalescing(computer: Computer) -> Answer:
     )
 
 
-def offloads(computer: Computer) -> Answer:
+def offloads(computer: Computer) -> result.Answer:
     """Return whether the kernel delivers every frame unmodified."""
     name = interface_of(computer)
-    found = settings(computer, name, FEATURES)
-    fixed = fixed_features(computer, name)
+    found = ethtool.settings(computer, name, ethtool.FEATURES)
+    fixed = ethtool.fixed_features(computer, name)
     if not found and not fixed:
         raise NotAskedError(f"The driver of {name} does not say whether it joins frames.")
-    wrong = _wrong(name, FEATURES, found, dict.fromkeys(found, "off"))
+    wrong = _wrong(name, ethtool.FEATURES, found, dict.fromkeys(found, "off"))
     if "on" in fixed.values():
-        return amber(
+        return result.amber(
             "offloads.fixed",
             f"{name} joins received frames, and its driver does not let it be turned off.",
             "Use another adapter for the cameras.",
             wrong,
         )
     if not wrong:
-        return green(f"{name} hands on every frame as it came.")
-    return amber(
+        return result.green(f"{name} hands on every frame as it came.")
+    return result.amber(
         "offloads.on",
         f"{name} joins received frames ({', '.join(one.place.split()[-1] for one in wrong)}).",
         f"Turn it off: ethtool -K {name} {_words(wrong)}",
@@ -253,10 +237,10 @@ def _carries_default_route(computer: Computer, name: str) -> bool:
 
 def _wrong(
     name: str, kind: str, found: Mapping[str, str], wanted: Mapping[str, str]
-) -> tuple[SystemChange, ...]:
+) -> tuple[result.SystemChange, ...]:
     return tuple(
-        SystemChange(
-            kind=ChangeKind.ADAPTER, place=f"{name} {kind} {option}", before=value,
+        result.SystemChange(
+            kind=result.ChangeKind.ADAPTER, place=f"{name} {kind} {option}", before=value,
             after=wanted[option],
         )
         for option, value in found.items()
@@ -264,7 +248,7 @@ def _wrong(
     )  # fmt: skip
 
 
-def _words(changes: Sequence[SystemChange]) -> str:
+def _words(changes: Sequence[result.SystemChange]) -> str:
     """Return settings in ethtool syntax."""
     return " ".join(f"{one.place.split()[-1]} {one.after}" for one in changes)
 

@@ -11,20 +11,12 @@ from ocmm_core.doctor import _adapter_checks as on_adapter
 from ocmm_core.doctor import _desk_checks as at_desk
 from ocmm_core.doctor import _disk_checks as on_disk
 from ocmm_core.doctor import _kernel_checks as in_kernel
+from ocmm_core.doctor import _result as result
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._desk_checks import settings
-from ocmm_core.doctor._result import (
-    SCHEMA,
-    Answer,
-    CheckResult,
-    DoctorReport,
-    Light,
-    SystemChange,
-    worst_of,
-)
 from ocmm_core.failure import contained
 
-Check = Callable[[Computer], Answer]
+Check = Callable[[Computer], result.Answer]
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,36 +121,38 @@ def examine(
     computer: Computer,
     more: Iterable[CheckSpec] = (),
     told: Callable[[str, float], None] = lambda title, share: None,
-) -> tuple[DoctorReport, tuple[SystemChange, ...]]:
+) -> tuple[result.DoctorReport, tuple[result.SystemChange, ...]]:
     """Return the report of a computer, and all changes that repair faults.
 
     ``more`` are measured checks; ``told`` gets each title beforehand, and the share done.
     """
-    results: list[CheckResult] = []
-    changes: list[SystemChange] = []
+    results: list[result.CheckResult] = []
+    changes: list[result.SystemChange] = []
     everything = (*CHECKS, *more)
     for number, spec in enumerate(everything):
         told(spec.title, number / len(everything))
         answer = _asked(spec, computer)
         changes += answer.changes
         results.append(
-            CheckResult(
+            result.CheckResult(
                 spec.name, spec.title, answer.light, answer.code, answer.what, answer.remedy,
                 bool(answer.changes), answer.figures,
             )
         )  # fmt: skip
     utc = computer.calls.now().astimezone(UTC).isoformat(timespec="seconds")
     found = tuple(results)
-    return DoctorReport(SCHEMA, utc, build_version(), worst_of(found), found), tuple(changes)
+    return result.DoctorReport(
+        result.SCHEMA, utc, build_version(), result.worst_of(found), found
+    ), tuple(changes)
 
 
-def _asked(spec: CheckSpec, computer: Computer) -> Answer:
+def _asked(spec: CheckSpec, computer: Computer) -> result.Answer:
     """Return the answer of a check; NOT CHECKED if it fails."""
     try:
         return spec.check(computer)
     except NotAskedError as error:
-        return Answer(Light.NOT_CHECKED, error.what, error.code, error.remedy)
+        return result.Answer(result.Light.NOT_CHECKED, error.what, error.code, error.remedy)
     except Exception as error:
         # An unexpected error in one check must not stop the others.
         told = contained(error, f"The check '{spec.title}'")
-        return Answer(Light.NOT_CHECKED, told.what, told.code, told.remedy)
+        return result.Answer(result.Light.NOT_CHECKED, told.what, told.code, told.remedy)

@@ -1,4 +1,4 @@
-"""Wake-up latency of cycles, measured under bus process conditions.
+"""Wake-up latency of cycles under bus process conditions, and judgement of cycles on a cable.
 
     python -m ocmm_core.doctor._wake SECONDS PROCESSOR
 
@@ -18,15 +18,7 @@ from typing import TypeVar
 
 import msgspec
 
-from ocmm_core.acquisition.bus_process import (
-    BUS_PRIORITY,
-    NEEDED,
-    allow_locked_memory,
-    bus_command,
-    give_up_all_but,
-    lock_memory,
-    take_priority,
-)
+from ocmm_core.acquisition import bus_process
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._kernel_checks import bus_core
 from ocmm_core.doctor._registry import CheckSpec
@@ -108,14 +100,14 @@ def measure_wakes(seconds: float, core: int) -> WakeTimes:
     """Return this process's wake-up times; keeps priority and processor (-1: any)."""
     # In the order of the bus process: memory locked as root beyond the limit would leave none after
     # dropping the right.
-    allow_locked_memory()
-    give_up_all_but(NEEDED)
-    real_time = take_priority(BUS_PRIORITY) is None
+    bus_process.allow_locked_memory()
+    bus_process.give_up_all_but(bus_process.NEEDED)
+    real_time = bus_process.take_priority(bus_process.BUS_PRIORITY) is None
     try:
         os.sched_setaffinity(0, {core} if core >= 0 else os.sched_getaffinity(0))
     except OSError:
         core = -1
-    lock_memory()
+    bus_process.lock_memory()
     clock = HostTime()
     count = max(1, round(seconds * 1e9 / PERIOD_NS))
     late = array("q", bytes(8 * count))
@@ -173,7 +165,7 @@ def _measured(computer: Computer, seconds: float) -> WakeTimes:
         core = bus_core(computer)
     except NotAskedError:
         core = None
-    command = wake_command(bus_command(), seconds, -1 if core is None else core)
+    command = wake_command(bus_process.bus_command(), seconds, -1 if core is None else core)
     return answer_of(command, seconds, WakeTimes)
 
 
@@ -198,3 +190,41 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
+
+
+class LoopTimes(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    cycles: int
+    """Frames sent, one per millisecond."""
+    late: int
+    lost: int
+    """`late`, `lost`: answered after their cycle, and never."""
+    p50_us: float
+    p999_us: float
+    max_us: float
+    """`p50_us`, `p999_us`, `max_us`: from sending a frame to its answer, us."""
+    real_time: bool
+
+
+def judge_loop(times: LoopTimes) -> Answer:
+    """Judge the transit of frames through the kernel, without adapter and cable."""
+    share = (times.late + times.lost) / times.cycles
+    how = "" if times.real_time else ", without real-time priority"
+    what = (
+        f"A frame is back after {times.p50_us:.0f} us in the median, 99.9 % within "
+        f"{times.p999_us:.0f} us, worst of {times.cycles:,}: {times.max_us:.0f} us; "
+        f"{100.0 * share:.2f} % not in their cycle, {times.lost} lost{how}."
+    )
+    figures = {
+        "p50_us": times.p50_us, "p999_us": times.p999_us, "max_us": times.max_us,
+        "late": float(times.late), "lost": float(times.lost), "cycles": float(times.cycles),
+        "real_time": float(times.real_time),
+    }  # fmt: skip
+    remedy = "See the lines on kernel, processor and wake-up jitter; end other programs."
+    # A virtual cable loses nothing; losses are due to this computer.
+    if share > BAD_MISSED:
+        return red("loop.very_late", what, remedy, **figures)
+    if share > GOOD_MISSED:
+        return amber("loop.late", what, remedy, **figures)
+    if times.cycles < ENOUGH_CYCLES:
+        return too_short("loop.short", what, **figures)
+    return green(what, **figures)

@@ -6,30 +6,18 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.export import report
 from ocmm_core.export._files import require_complete, seal_of, write_together
 from ocmm_core.export.aqdef import AQDEF
 from ocmm_core.export.qif import QIF
-from ocmm_core.export.report import (
-    AS9102,
-    JSON,
-    POLYWORKS,
-    XLSX,
-    Cell,
-    Exporter,
-    Number,
-    Profile,
-    ReportData,
-    ReportFormat,
-    ReportTable,
-    polyworks_profile,
-)
 
-EXPORTERS: dict[str, Exporter] = {
-    item.name: item for item in (POLYWORKS, QIF, AQDEF, XLSX, JSON, AS9102)
+EXPORTERS: dict[str, report.Exporter] = {
+    item.name: item
+    for item in (report.POLYWORKS, QIF, AQDEF, report.XLSX, report.JSON, report.AS9102)
 }
 """Formats of this package, by name on the command line."""
 
-PDF = ReportFormat(
+PDF = report.ReportFormat(
     name="pdf",
     title="PDF",
     purpose="paper; the JSON file is inside",
@@ -38,10 +26,10 @@ PDF = ReportFormat(
 )
 """Pages with pictures: they need Qt, so the window draws them."""
 
-FORMATS: dict[str, ReportFormat] = {**EXPORTERS, PDF.name: PDF}
+FORMATS: dict[str, report.ReportFormat] = {**EXPORTERS, PDF.name: PDF}
 """All formats of a report, by name on the command line."""
 
-DEFAULT_FORMAT = POLYWORKS.name
+DEFAULT_FORMAT = report.POLYWORKS.name
 
 ALL = "all"
 """All formats, on the command line."""
@@ -60,10 +48,10 @@ def chosen_formats(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def write_report(
-    data: ReportData | Sequence[ReportData],
+    data: report.ReportData | Sequence[report.ReportData],
     formats: Sequence[str],
     folder: Path | str,
-    profile: Profile | None = None,
+    profile: report.Profile | None = None,
     *,
     incomplete: bool = False,
     beside: Mapping[str, bytes] | None = None,
@@ -97,11 +85,11 @@ def write_report(
         A name or a number does not fit the files, two jobs have the same name, the folder cannot
         be written, or files read back differ. Nothing is written then.
     """
-    folder, profile = Path(folder), profile or polyworks_profile()
+    folder, profile = Path(folder), profile or report.polyworks_profile()
     contents: dict[Path, bytes] = {}
     taken: set[str] = set()
     if not incomplete:
-        require_complete([data] if isinstance(data, ReportData) else data)
+        require_complete([data] if isinstance(data, report.ReportData) else data)
     for exporter, jobs in () if beside and not formats else _parts(data, formats):
         for name, content in exporter.contents(jobs, profile).items():
             # Some file systems are case-insensitive.
@@ -114,7 +102,7 @@ def write_report(
             taken.add(name.lower())
             contents[folder / name] = content
     contents |= {folder / name: content for name, content in (beside or {}).items()}
-    reported = [data] if isinstance(data, ReportData) else list(data)
+    reported = [data] if isinstance(data, report.ReportData) else list(data)
     # Separately made files have a seal of their own, which must not replace that of the others.
     stem = reported[0].stem if formats else next(iter(beside or {}), reported[0].stem)
     seal_name, seal = seal_of(stem, contents, reported)
@@ -135,10 +123,12 @@ def write_report(
 
 
 def preview(
-    data: ReportData | Sequence[ReportData], name: str, profile: Profile | None = None
-) -> tuple[ReportTable, ...]:
+    data: report.ReportData | Sequence[report.ReportData],
+    name: str,
+    profile: report.Profile | None = None,
+) -> tuple[report.ReportTable, ...]:
     """Return the contents of a format as tables; errors as `write_report`."""
-    profile = profile or polyworks_profile()
+    profile = profile or report.polyworks_profile()
     return tuple(
         table
         for exporter, jobs in _parts(data, (name,))
@@ -146,7 +136,7 @@ def preview(
     )
 
 
-def preview_text(tables: Sequence[ReportTable]) -> str:
+def preview_text(tables: Sequence[report.ReportTable]) -> str:
     """Return tables as text with columns of equal width."""
     parts = []
     for table in tables:
@@ -160,17 +150,17 @@ def preview_text(tables: Sequence[ReportTable]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _shown(cell: Cell) -> str:
+def _shown(cell: report.Cell) -> str:
     if cell is None:
         return ""
-    return cell.text() if isinstance(cell, Number) else str(cell)
+    return cell.text() if isinstance(cell, report.Number) else str(cell)
 
 
 def _parts(
-    data: ReportData | Sequence[ReportData], formats: Sequence[str]
-) -> Iterator[tuple[Exporter, Sequence[ReportData]]]:
+    data: report.ReportData | Sequence[report.ReportData], formats: Sequence[str]
+) -> Iterator[tuple[report.Exporter, Sequence[report.ReportData]]]:
     """Yield every format with the jobs of each call."""
-    jobs = [data] if isinstance(data, ReportData) else list(data)
+    jobs = [data] if isinstance(data, report.ReportData) else list(data)
     if not jobs or not formats:
         raise InputError("export.nothing", "Nothing to report.", "Name a job and a format.")
     for name in dict.fromkeys(formats):
@@ -187,7 +177,7 @@ def _no_format(name: str, known: Iterable[str]) -> InputError:
     )
 
 
-def _require_same(exporter: Exporter, differences: Sequence[str]) -> None:
+def _require_same(exporter: report.Exporter, differences: Sequence[str]) -> None:
     if differences:
         raise _differs(exporter.title, differences)
 

@@ -15,15 +15,8 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, Points3
+from ocmm_core.part_model import _spline as spline
 from ocmm_core.part_model._part_model import ModelFace
-from ocmm_core.part_model._spline import (
-    BezierSurface,
-    Bool,
-    bezier_surface,
-    curvatures_at,
-    feet_from,
-    normals_at,
-)
 from ocmm_core.part_model._trimming import Patches, Trimming, patches_of, trimming_of
 
 RIVAL_MM = 0.1
@@ -44,7 +37,7 @@ class SearchedFace:
 
     number: int
     outward: bool
-    surface: BezierSurface
+    surface: spline.BezierSurface
     trimming: Trimming
     patches: Patches
 
@@ -69,7 +62,7 @@ class Feet:
     """(n,), mm: from the foot to the nearest edge."""
     rivals: Float
     """(n,), mm: extra distance of the next foot; infinite without one within `RIVAL_MM`."""
-    on_edge: Bool
+    on_edge: spline.Bool
     """(n,): the nearest place is on an edge, or not distinguishable from one."""
     stretches: Float
     """(n,): minimum of 1 + distance times curvature; 0 in a centre of curvature.
@@ -99,7 +92,7 @@ def searched_face(face: ModelFace) -> SearchedFace:
             f"The model holds no surface of face {face.number}.",
             "Choose another face, or export the model with surfaces.",
         )
-    surface = bezier_surface(face.spline)
+    surface = spline.bezier_surface(face.spline)
     trimming = trimming_of(surface, face.loops)
     patches = patches_of(surface)
     inside = trimming.crosses(patches.low, patches.high)
@@ -138,8 +131,8 @@ def followed_feet(points: Points3, faces: Sequence[SearchedFace], before: Feet) 
         rows = np.flatnonzero(before.faces == i)
         if not len(rows):
             continue
-        at, feet = feet_from(face.surface, points[rows], before.parameters[rows])
-        normals = normals_at(face.surface, at) * (1.0 if face.outward else -1.0)
+        at, feet = spline.feet_from(face.surface, points[rows], before.parameters[rows])
+        normals = spline.normals_at(face.surface, at) * (1.0 if face.outward else -1.0)
         found["parameters"][rows], found["feet"][rows], found["normals"][rows] = at, feet, normals
         found["distances"][rows] = np.einsum("ni,ni->n", points[rows] - feet, normals)
     if len(lost):
@@ -196,7 +189,7 @@ def _feet(
     faces: Sequence[SearchedFace],
     found: _Found,
     firsts: Int,
-    has: Bool,
+    has: spline.Bool,
     edges: tuple[Float, Float, Int],
 ) -> Feet:
     n = len(points)
@@ -220,8 +213,8 @@ def _feet(
         if not len(rows):
             continue
         sign = 1.0 if face.outward else -1.0
-        normals[rows] = sign * normals_at(face.surface, parameters[rows])
-        curvatures[rows] = curvatures_at(face.surface, parameters[rows], normals[rows])
+        normals[rows] = sign * spline.normals_at(face.surface, parameters[rows])
+        curvatures[rows] = spline.curvatures_at(face.surface, parameters[rows], normals[rows])
         gaps[rows] = face.trimming.nearest_edge(feet[rows])[0]
     arms = points - feet
     side = np.einsum("ni,ni->n", arms, normals)
@@ -242,7 +235,7 @@ def _feet(
     )  # fmt: skip
 
 
-def _rivals(found: _Found, firsts: Int, use: Bool, n: int) -> Float:
+def _rivals(found: _Found, firsts: Int, use: spline.Bool, n: int) -> Float:
     rivals = np.full(n, np.inf)
     rows = np.flatnonzero(use[found.points])
     point = found.points[rows]
@@ -257,7 +250,7 @@ def _rivals(found: _Found, firsts: Int, use: Bool, n: int) -> Float:
 def _beside_edge(point: Float, face: SearchedFace, foot: Float) -> tuple[Float, float]:
     """Return the direction from an edge to a point, out of the material, and its side."""
     start = _place_near(face, foot)
-    normal = normals_at(face.surface, start[None])[0] * (1.0 if face.outward else -1.0)
+    normal = spline.normals_at(face.surface, start[None])[0] * (1.0 if face.outward else -1.0)
     arm = point - foot
     side = float(arm @ normal)
     length = float(np.linalg.norm(arm))
@@ -274,7 +267,7 @@ def _place_near(face: SearchedFace, place: Float) -> Float:
     bounds = patches.at_least(np.broadcast_to(place, (len(all_), 3)), all_)
     start = np.argmin(bounds)
     middle = 0.5 * (patches.low[start] + patches.high[start])
-    found: Float = feet_from(face.surface, place[None], middle[None])[0][0]
+    found: Float = spline.feet_from(face.surface, place[None], middle[None])[0][0]
     return found
 
 
@@ -327,7 +320,7 @@ def _to_feet(points: Points3, number: int, face: SearchedFace, rows: Int, patche
     if not len(rows):
         return _none()
     start = 0.5 * (face.patches.low[patches] + face.patches.high[patches])
-    parameters, places = feet_from(face.surface, points[rows], start)
+    parameters, places = spline.feet_from(face.surface, points[rows], start)
     distances = np.linalg.norm(places - points[rows], axis=1)
     inside = face.trimming.holds(_nudged(face.surface, parameters))
     return _Found(
@@ -336,7 +329,7 @@ def _to_feet(points: Points3, number: int, face: SearchedFace, rows: Int, patche
     )  # fmt: skip
 
 
-def _nudged(surface: BezierSurface, parameters: Float) -> Float:
+def _nudged(surface: spline.BezierSurface, parameters: Float) -> Float:
     """Return parameters (m, 2) with those on a side of the surface moved inwards slightly.
 
     Rays count a side of the outline that runs along the surface's own to one side of it only.

@@ -15,16 +15,8 @@ import msgspec
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.seals import _memory as memory
 from ocmm_core.seals._key import THIS_STATION, KeyFolder
-from ocmm_core.seals._memory import (
-    MEMORY,
-    KnownEnd,
-    memory_file,
-    memory_folder,
-    order_of,
-    recall,
-    remember,
-)
 from ocmm_core.seals._private_file import guarded_content
 from ocmm_core.seals._public import check_names, public_text
 from ocmm_core.seals._signature import Signature, Signed, judge_signature, sign
@@ -39,8 +31,8 @@ _PAGE, _MET = 500, 20
 
 
 class _Heads(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    heads: tuple[KnownEnd, ...] = ()
-    jobs: tuple[KnownEnd, ...] = ()
+    heads: tuple[memory.KnownEnd, ...] = ()
+    jobs: tuple[memory.KnownEnd, ...] = ()
     """A list has either the ends of histories, or those of jobs."""
 
 
@@ -70,7 +62,7 @@ def signed_job_heads(keys: KeyFolder, kept: Iterable[str] = ()) -> list[str]:
     are first: a list that could not be stored is made again.
     """
     latest = [one for one in _known_ends() if one.name.startswith(JOB)]
-    before: set[KnownEnd] = set()
+    before: set[memory.KnownEnd] = set()
     met: list[int] = []
     for content in _own_lists(keys, kept) if latest else ():
         before.update(content.jobs)
@@ -81,7 +73,7 @@ def signed_job_heads(keys: KeyFolder, kept: Iterable[str] = ()) -> list[str]:
     return [_signed(_Heads(jobs=page), keys) for page in _pages(new[::-1])]
 
 
-def _pages(ends: Sequence[KnownEnd]) -> list[tuple[KnownEnd, ...]]:
+def _pages(ends: Sequence[memory.KnownEnd]) -> list[tuple[memory.KnownEnd, ...]]:
     return [tuple(ends[first : first + _PAGE]) for first in range(0, len(ends), _PAGE)]
 
 
@@ -123,29 +115,29 @@ def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
     return learned
 
 
-def _learn(seen: KnownEnd, *, foreign: bool) -> bool:
-    known = recall(seen.name)
+def _learn(seen: memory.KnownEnd, *, foreign: bool) -> bool:
+    known = memory.recall(seen.name)
     if known is not None and not _is_later(seen, known):
         return False
     if known is not None and foreign and known.place != seen.place:
         return False
-    remember(seen if known is None else msgspec.structs.replace(seen, utc=known.utc))
+    memory.remember(seen if known is None else msgspec.structs.replace(seen, utc=known.utc))
     return True
 
 
-def _is_later(seen: KnownEnd, known: KnownEnd) -> bool:
+def _is_later(seen: memory.KnownEnd, known: memory.KnownEnd) -> bool:
     if seen.moment and known.moment:
         return datetime.fromisoformat(seen.moment) > datetime.fromisoformat(known.moment)
     return seen.count > known.count
 
 
-def _known_ends() -> list[KnownEnd]:
+def _known_ends() -> list[memory.KnownEnd]:
     """Return all ends in the memory, latest first, without times and places."""
-    found: list[tuple[float, KnownEnd]] = []
-    for path in memory_folder().glob("*.json"):
+    found: list[tuple[float, memory.KnownEnd]] = []
+    for path in memory.memory_folder().glob("*.json"):
         with contextlib.suppress(OSError, ValueError, OcmmError, RecursionError):
             content = read_guarded(path, _MOST_MEMORY, follow=False)
-            seen = recall(msgspec.json.decode(content, type=KnownEnd).name)
+            seen = memory.recall(msgspec.json.decode(content, type=memory.KnownEnd).name)
             if seen is not None and seen.count:
                 bare = msgspec.structs.replace(seen, utc="", place="")
                 found.append((path.stat().st_mtime, bare))
@@ -177,12 +169,12 @@ def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | Non
     `last_utc`: time of its last line, ISO 8601 text; empty if unknown.
     """
     start = _read_start(keys)
-    if start is not None and order_of(last_utc) <= order_of(start.utc):
+    if start is not None and memory.order_of(last_utc) <= memory.order_of(start.utc):
         return None
     return StorageError(
         "memory.missing",
-        f"This station signed it, but its memory of it is missing in {memory_folder()} "
-        f"({memory_file(name).name}): a removed end would not be noticed.",
+        f"This station signed it, but its memory of it is missing in {memory.memory_folder()} "
+        f"({memory.memory_file(name).name}): a removed end would not be noticed.",
         "Restore that folder from a backup. If the key was brought to this computer or user "
         "without it, type ocmm key restored, with your name and the reason.",
     )
@@ -226,7 +218,7 @@ def start_memory(keys: KeyFolder, who: str, reason: str, now: datetime) -> str:
 
 
 def _start_path() -> Path:
-    return memory_folder() / "start.signed"
+    return memory.memory_folder() / "start.signed"
 
 
 def _content(start: _Start) -> bytes:
@@ -236,7 +228,7 @@ def _content(start: _Start) -> bytes:
 def _read_start(keys: KeyFolder) -> _Start | None:
     """Return the start of the memory if this station signed it."""
     try:
-        content = guarded_content(_start_path(), MEMORY)
+        content = guarded_content(_start_path(), memory.MEMORY)
         if content is None:
             return None
         found = msgspec.json.decode(content, type=_SignedStart)

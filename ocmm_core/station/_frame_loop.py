@@ -16,18 +16,11 @@ from ocmm_core.acquisition.frames import (
     read_status,
 )
 from ocmm_core.acquisition.recording import FrameHistory
-from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.measuring import PointOptions, Touch, TouchCollector
 from ocmm_core.station._faults import StationFaults
-from ocmm_core.tracking import (
-    ProbeBody,
-    ReferenceBody,
-    ReferenceHome,
-    TrackBlock,
-    TrackingOptions,
-    TrackingPipeline,
-)
+from ocmm_core.station._open_job import Gear
+from ocmm_core.tracking import ReferenceHome, TrackBlock, TrackingOptions, TrackingPipeline
 
 _BATCH = 800
 """Maximum batch of tracked frames; 10 ms at 8 kHz are 80."""
@@ -89,9 +82,7 @@ class FrameLoop:
     def __init__(
         self,
         ring: FrameRing,
-        rig: Rig,
-        body: ProbeBody,
-        reference: ReferenceBody | None,
+        gear: Gear,
         tracking: TrackingOptions,
         point: PointOptions,
         *,
@@ -103,7 +94,7 @@ class FrameLoop:
         history: FrameHistory | None = None,
     ) -> None:
         self._ring, self._history = ring, history
-        self._rig, self._body, self._reference = rig, body, reference
+        self._gear = gear
         self._tracking, self._point = tracking, point
         self._step, self._faults, self._recorder = step, faults, recorder
         self._pipeline = self.pipeline_from(home)
@@ -127,7 +118,8 @@ class FrameLoop:
 
     def pipeline_from(self, home: ReferenceHome | None) -> TrackingPipeline:
         """Return a pipeline relative to a first pose of the reference body; see `track_by`."""
-        return TrackingPipeline(self._rig, self._body, self._tracking, self._reference, home)
+        gear = self._gear
+        return TrackingPipeline(gear.rig, gear.body, self._tracking, gear.reference, home)
 
     def track_by(self, pipeline: TrackingPipeline) -> None:
         """Track with another pipeline, relative to another first pose of the reference body.

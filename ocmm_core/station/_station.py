@@ -142,9 +142,7 @@ class MeasuringStation:
         )  # fmt: skip
         self._frames = frames = FrameLoop(
             ring,
-            gear.rig,
-            gear.body,
-            gear.reference,
+            gear,
             options.tracking,
             session.point,
             home=current.now.session.reference_home,

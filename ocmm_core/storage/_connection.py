@@ -17,31 +17,10 @@ from typing import TypeVar
 from ocmm_core.documents import write_atomic, write_new
 from ocmm_core.errors import StorageError
 from ocmm_core.side_files import Trusted
-from ocmm_core.storage._faults import (
-    FAULTS,
-    bad_text,
-    damaged,
-    disk_failed,
-    no_job,
-    not_writable,
-    primary_code,
-    storage_error,
-)
-from ocmm_core.storage._guard import (
-    GuardedConnection,
-    database_content,
-    give_up,
-    open_in_place,
-    with_log,
-)
+from ocmm_core.storage import _faults as faults
+from ocmm_core.storage import _guard as guard
+from ocmm_core.storage import _migrations as migrations
 from ocmm_core.storage._job_content import read_job, unreadable
-from ocmm_core.storage._migrations import (
-    APPLICATION_ID,
-    MIGRATIONS,
-    backup_older,
-    bring_up_to_date,
-    require_known,
-)
 from ocmm_core.storage._tables import stored_head
 
 _SCHEMA = "SELECT type, name, tbl_name, sql FROM sqlite_master LIMIT ?"
@@ -49,23 +28,25 @@ _SCHEMA = "SELECT type, name, tbl_name, sql FROM sqlite_master LIMIT ?"
 
 def require_schema(db: sqlite3.Connection, path: Path) -> None:
     """Check the schema against its version; StorageError: different, or a newer file."""
-    version = require_known(db, path)
+    version = migrations.require_known(db, path)
     if version < 1:
-        raise damaged(path, f"it has the file version {version}")
+        raise faults.damaged(path, f"it has the file version {version}")
     expected = _expected(version)
     found = set(db.execute(_SCHEMA, (len(expected) + 1,)).fetchall())
     # A dropped trigger runs nothing. The audit reveals changes made without it.
     missing = {row for row in expected - found if row[0] != "trigger"}
     odd = sorted({str(row[1])[:60] for row in (found - expected) | missing})
     if odd:
-        raise damaged(path, f"its table definitions were changed: {', '.join(map(repr, odd))}")
+        raise faults.damaged(
+            path, f"its table definitions were changed: {', '.join(map(repr, odd))}"
+        )
 
 
 @cache
 def _expected(version: int) -> frozenset[tuple[str, str, str, str]]:
     """Return the rows of the schema of a version, from its migrations."""
     with contextlib.closing(sqlite3.connect(":memory:")) as db:
-        for step in MIGRATIONS[:version]:
+        for step in migrations.MIGRATIONS[:version]:
             step(db)
         return frozenset(db.execute(_SCHEMA, (-1,)).fetchall())
 
@@ -84,17 +65,17 @@ def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
     """Make a job file by ``fill``, atomically; StorageError: it exists or is not writable."""
 
     def whole(db: sqlite3.Connection) -> None:
-        bring_up_to_date(db, path)
+        migrations.bring_up_to_date(db, path)
         db.execute("BEGIN")
         fill(db)
         db.execute("COMMIT")
 
     try:
-        content = database_content(whole)
-    except FAULTS as error:
-        raise storage_error(path, error) from error
+        content = guard.database_content(whole)
+    except faults.FAULTS as error:
+        raise faults.storage_error(path, error) from error
     except UnicodeEncodeError as error:
-        raise bad_text(path, error) from error
+        raise faults.bad_text(path, error) from error
     try:
         write_new(path, content)
     except FileExistsError as error:
@@ -104,12 +85,12 @@ def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
             "Choose another name for the job; an existing file is never overwritten.",
         ) from error
     except OSError as error:
-        raise not_writable(path, error.strerror or str(error)) from error
+        raise faults.not_writable(path, error.strerror or str(error)) from error
 
 
 def job_bytes(db: sqlite3.Connection) -> bytes:
     """Return the bytes of a job file from a connection in memory."""
-    return with_log(db.serialize())
+    return guard.with_log(db.serialize())
 
 
 def opened_bytes(content: bytes) -> sqlite3.Connection:
@@ -122,7 +103,7 @@ def opened_bytes(content: bytes) -> sqlite3.Connection:
 
 
 @contextlib.contextmanager
-def connection_to(path: Path) -> Iterator[GuardedConnection]:
+def connection_to(path: Path) -> Iterator[guard.GuardedConnection]:
     """Yield a connection to a job file for writing, closed on errors.
 
     Raises StorageError if the file is missing, no job file, newer than this program, damaged,
@@ -131,15 +112,17 @@ def connection_to(path: Path) -> Iterator[GuardedConnection]:
     # As every reader sees it, before SQLite opens anything by name.
     content = read_job(path)
     if path.is_symlink():
-        raise not_writable(path, f"it is a link to {path.resolve()}; add to that file itself")
+        raise faults.not_writable(
+            path, f"it is a link to {path.resolve()}; add to that file itself"
+        )
     if not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):
-        raise not_writable(path, "the file or its folder is write-protected")
+        raise faults.not_writable(path, "the file or its folder is write-protected")
     if content.file[_FORMAT_VERSIONS] != b"\2\2":
         _mark_with_log(path, content.file)
     with _closing_on_error(path, _connect(path)) as db:
         _require_job(db, path)
-        backup_older(db, path)
-        bring_up_to_date(db, path)
+        migrations.backup_older(db, path)
+        migrations.bring_up_to_date(db, path)
         # Log content of a killed program or failed sync may only be in memory: now it is on the
         # disk, before anything is written after it.
         checkpoint(db)
@@ -152,15 +135,15 @@ def _mark_with_log(path: Path, content: bytes) -> None:
     with connection_in_memory(path, content) as checked, contextlib.closing(checked):
         stored_head(checked, path)
     try:
-        write_atomic(path, with_log(content))
+        write_atomic(path, guard.with_log(content))
     except OSError as error:
-        raise not_writable(path, error.strerror or str(error)) from error
+        raise faults.not_writable(path, error.strerror or str(error)) from error
 
 
 @contextlib.contextmanager
 def connection_in_memory(
     path: Path, content: bytes, *, whole: bool = True
-) -> Iterator[GuardedConnection]:
+) -> Iterator[guard.GuardedConnection]:
     """Yield a connection to the bytes of a job file without a log, closed on errors.
 
     `path`: Name for messages; no file is touched. `content`: Of this version or an earlier one,
@@ -168,11 +151,11 @@ def connection_in_memory(
     file's own version. Raises StorageError if it is not a job file, or damaged.
     """
     if not content.startswith(_MAGIC):
-        raise no_job(path)
+        raise faults.no_job(path)
     # A database in memory has no write-ahead log.
     held = content[: _FORMAT_VERSIONS.start] + b"\1\1" + content[_FORMAT_VERSIONS.stop :]
-    db: GuardedConnection = sqlite3.connect(
-        ":memory:", factory=GuardedConnection, isolation_level=None, check_same_thread=False
+    db: guard.GuardedConnection = sqlite3.connect(
+        ":memory:", factory=guard.GuardedConnection, isolation_level=None, check_same_thread=False
     )
     with _closing_on_error(path, db):
         db.deserialize(held)
@@ -181,17 +164,17 @@ def connection_in_memory(
         db.execute("PRAGMA foreign_keys = ON")
         _require_job(db, path, whole=whole)
         if whole:
-            bring_up_to_date(db, path)
+            migrations.bring_up_to_date(db, path)
         yield db
 
 
 def _require_job(db: sqlite3.Connection, path: Path, *, whole: bool = True) -> None:
-    if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
-        raise no_job(path)
+    if int(db.execute("PRAGMA application_id").fetchone()[0]) != migrations.APPLICATION_ID:
+        raise faults.no_job(path)
     require_schema(db, path)
     fault = db.execute("PRAGMA quick_check(1)").fetchone()[0] if whole else "ok"
     if fault != "ok":
-        raise damaged(path, " ".join(fault.split()))
+        raise faults.damaged(path, " ".join(fault.split()))
 
 
 def checkpoint(db: sqlite3.Connection) -> bool:
@@ -199,16 +182,16 @@ def checkpoint(db: sqlite3.Connection) -> bool:
     try:
         return bool(db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0] == 0)
     except sqlite3.Error as error:
-        if primary_code(error) != sqlite3.SQLITE_FULL:
+        if faults.primary_code(error) != sqlite3.SQLITE_FULL:
             raise
     return False
 
 
-def _connect(path: Path) -> GuardedConnection:
+def _connect(path: Path) -> guard.GuardedConnection:
     try:
-        db = open_in_place(path, GuardedConnection, Trusted.JOB, wait_s=_WAIT_S)
-    except FAULTS as error:
-        raise storage_error(path, error) from error
+        db = guard.open_in_place(path, guard.GuardedConnection, Trusted.JOB, wait_s=_WAIT_S)
+    except faults.FAULTS as error:
+        raise faults.storage_error(path, error) from error
     except OSError as error:
         raise unreadable(path, error) from error
     with _closing_on_error(path, db):
@@ -224,14 +207,14 @@ def _connect(path: Path) -> GuardedConnection:
 def _closing_on_error(path: Path, db: C) -> Iterator[C]:
     try:
         yield db
-    except FAULTS as error:
-        if primary_code(error) == sqlite3.SQLITE_IOERR:
-            give_up(db)
+    except faults.FAULTS as error:
+        if faults.primary_code(error) == sqlite3.SQLITE_IOERR:
+            guard.give_up(db)
         db.close()
-        raise storage_error(path, error) from error
+        raise faults.storage_error(path, error) from error
     except UnicodeEncodeError as error:
         db.close()
-        raise bad_text(path, error) from error
+        raise faults.bad_text(path, error) from error
     except BaseException:
         db.close()
         raise
@@ -256,7 +239,7 @@ class JobWriter:
     def transaction(self, db: sqlite3.Connection) -> Iterator[None]:
         """Make the changes durable, or none; StorageError: disk failed before; sqlite3.Error."""
         if self.failed:
-            raise disk_failed(self._path)
+            raise faults.disk_failed(self._path)
         try:
             db.execute("BEGIN IMMEDIATE")
             yield
@@ -268,7 +251,7 @@ class JobWriter:
             with contextlib.suppress(sqlite3.Error):
                 db.execute("ROLLBACK")
             if isinstance(error, UnicodeEncodeError):
-                raise bad_text(self._path, error) from error
+                raise faults.bad_text(self._path, error) from error
             raise
         self._steps += 1
         self.wrote_file = self._steps % _STEPS_A_CHECKPOINT == 0
@@ -283,9 +266,9 @@ class JobWriter:
     def close(self, db: sqlite3.Connection) -> None:
         """Close the connection; after a disk failure, without touching it again."""
         if self.failed:
-            give_up(db)
+            guard.give_up(db)
         else:
             db.close()
 
     def _note(self, error: BaseException) -> None:
-        self.failed = self.failed or primary_code(error) == sqlite3.SQLITE_IOERR
+        self.failed = self.failed or faults.primary_code(error) == sqlite3.SQLITE_IOERR

@@ -20,6 +20,8 @@ from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.named_file import FileIdentity, NameLoss
 from ocmm_core.part_model import PartModel
 from ocmm_core.seals import KeyFolder, StationKey
+from ocmm_core.storage import _job_seal as job_seal
+from ocmm_core.storage import _tables as tables
 from ocmm_core.storage._audit import find_faults, insert_audited
 from ocmm_core.storage._connection import JobWriter, connection_in_memory, connection_to, make_file
 from ocmm_core.storage._faults import FAULTS, not_writable
@@ -27,24 +29,7 @@ from ocmm_core.storage._guard import GuardedConnection
 from ocmm_core.storage._job_content import read_job
 from ocmm_core.storage._job_keeper import JobKeeper
 from ocmm_core.storage._job_reader import JobReader
-from ocmm_core.storage._job_seal import (
-    ADOPTED,
-    expect_job,
-    insert_seal,
-    remember_job,
-    require_adoptable,
-    require_sealed,
-)
 from ocmm_core.storage._rows import JobHead, JobReference, row_from_head
-from ocmm_core.storage._tables import (
-    insert_annulment,
-    insert_event,
-    insert_part,
-    insert_point,
-    insert_reference,
-    note_clock,
-    stored_head,
-)
 
 _LOCK_S = 0.1
 """s: longest wait for a running step; its name is compared again after that."""
@@ -135,13 +120,13 @@ class JobFile(JobReader):
 
         def fill(db: sqlite3.Connection) -> None:
             insert_audited(db, "head", row_from_head(head))
-            insert_seal(db, key)
+            job_seal.insert_seal(db, key)
 
-        expect_job(head.job_uuid, path)
+        job_seal.expect_job(head.job_uuid, path)
         make_file(path, fill)
         made = cls.open(path)
         seal = made.seal()
-        remember_job(head.job_uuid, seal.steps, seal.head, path)
+        job_seal.remember_job(head.job_uuid, seal.steps, seal.head, path)
         return made
 
     @classmethod
@@ -155,7 +140,7 @@ class JobFile(JobReader):
         if read_only:
             return cls.read(path, read_only=True)
         with connection_to(path) as db:
-            head = stored_head(db, path)
+            head = tables.stored_head(db, path)
             try:
                 return cls(path, db, head)
             except OSError as error:
@@ -192,19 +177,19 @@ class JobFile(JobReader):
     ) -> JobFile:
         """Open the bytes of a job without a log, touching no disk; StorageError if invalid."""
         with connection_in_memory(path, content) as db:
-            made = cls(path, db, stored_head(db, path), read_only=read_only, scratch=True)
+            made = cls(path, db, tables.stored_head(db, path), read_only=read_only, scratch=True)
             made.left_out = left_out
             return made
 
     def append_point(self, point: MeasuredPoint) -> None:
         """Store a point, for tests; StorageError if only the earlier ones are stored."""
         with self._transaction() as db:
-            insert_point(db, self.path, point)
+            tables.insert_point(db, self.path, point)
 
     def append_event(self, kind: str, text: str) -> None:
         """Store an event; it is on the disk when this returns."""
         with self._transaction() as db:
-            insert_event(db, kind, text)
+            tables.insert_event(db, kind, text)
 
     def change(
         self,
@@ -219,11 +204,11 @@ class JobFile(JobReader):
         """
         with self._transaction() as db:
             for number, reason in annul.items():
-                insert_annulment(db, self.path, number, reason)
+                tables.insert_annulment(db, self.path, number, reason)
             for point in append:
-                insert_point(db, self.path, point)
+                tables.insert_point(db, self.path, point)
             for kind, text in events:
-                insert_event(db, kind, text)
+                tables.insert_event(db, kind, text)
 
     def store_reference(self, reference: JobReference) -> None:
         """Store the reference body of the job and its first pose, durably.
@@ -231,7 +216,7 @@ class JobFile(JobReader):
         Raises StorageError if the job has one already, or the file cannot be written.
         """
         with self._transaction() as db:
-            insert_reference(db, self.path, reference)
+            tables.insert_reference(db, self.path, reference)
 
     def store_part(self, part: PartModel) -> None:
         """Store the nominal part of the CAD model, durably.
@@ -240,7 +225,7 @@ class JobFile(JobReader):
         it is inconsistent, or too large.
         """
         with self._transaction() as db:
-            insert_part(db, self.path, part)
+            tables.insert_part(db, self.path, part)
 
     def adopt(self, who: str, reason: str) -> None:
         """Adopt unsigned steps by name; every reader sees person, reason and content.
@@ -251,11 +236,11 @@ class JobFile(JobReader):
         """
         with self._reading() as db:
             seal = self._sealed(db)
-            require_adoptable(seal, self.path, find_faults(db))
+            job_seal.require_adoptable(seal, self.path, find_faults(db))
         self._key = KeyFolder().station_key()
         suspect = " ".join(seal.doubts)
         text = f"Steps 1 to {seal.steps} were taken over by {who}: {reason}. {suspect}"
-        self.append_event(ADOPTED, text)
+        self.append_event(job_seal.ADOPTED, text)
 
     def close(self, *, remove: bool = False) -> None:
         """Close the file; may be called twice. Afterwards `given_up` is set if it was lost.
@@ -312,19 +297,19 @@ class JobFile(JobReader):
             if keeper is not None and keeper.error is not None:
                 raise keeper.error
             if self._key is None and not self._scratch:
-                require_sealed(self._sealed(db), self.path)
+                job_seal.require_sealed(self._sealed(db), self.path)
                 self._key = KeyFolder().station_key()
             sealed = None
             try:
                 with self._writer.transaction(db):
                     if db.inserts is not None:
                         db.inserts.clear()
-                    note_clock(db)
+                    tables.note_clock(db)
                     if db.left_out:
-                        insert_event(db, LEFT_OUT, db.left_out)
+                        tables.insert_event(db, LEFT_OUT, db.left_out)
                     yield db
                     if self._key is not None:
-                        sealed = insert_seal(db, self._key)
+                        sealed = job_seal.insert_seal(db, self._key)
             except FAULTS as error:
                 self._note_loss(with_log=False)
                 if self.given_up is not None:
@@ -341,7 +326,7 @@ class JobFile(JobReader):
                     keeper.renew(db, whole=self._writer.emptied_log)
                 self._note_loss(with_log=False)
             if sealed is not None:
-                remember_job(self.head.job_uuid, *sealed, self.path)
+                job_seal.remember_job(self.head.job_uuid, *sealed, self.path)
 
     def _note_loss(
         self, *, with_log: bool, on_loss: Callable[[StorageError], object] = lambda _error: None

@@ -17,14 +17,8 @@ from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.part_model import PartModel
 from ocmm_core.seals import KeyFolder, KnownEnd
-from ocmm_core.storage._audit import (
-    AUDITED,
-    AuditedStep,
-    digest_row,
-    find_faults,
-    read_audit,
-    read_links,
-)
+from ocmm_core.storage import _audit as audit
+from ocmm_core.storage import _tables as tables
 from ocmm_core.storage._connection import connection_in_memory
 from ocmm_core.storage._faults import FAULTS, damaged, storage_error
 from ocmm_core.storage._guard import GuardedConnection, with_log
@@ -38,19 +32,8 @@ from ocmm_core.storage._rows import (
     point_fault,
     point_from_row,
 )
-from ocmm_core.storage._tables import (
-    Observed,
-    next_number,
-    stored_events,
-    stored_head,
-    stored_observations,
-    stored_part,
-    stored_points,
-    stored_reference,
-    stored_times,
-)
 
-_COLUMNS = ",".join(AUDITED["observation"])
+_COLUMNS = ",".join(audit.AUDITED["observation"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +68,7 @@ def read_steps(db: sqlite3.Connection, path: Path, after: int, most: int) -> lis
     )
     points = {row[0]: row for row in observed}
     for key, content in ((key, text) for _, subject, key, text in rows if subject == "observation"):
-        if key not in points or digest_row(points[key]) != content:
+        if key not in points or audit.digest_row(points[key]) != content:
             raise damaged(path, f"point {key} was changed after it was stored")
     fault = point_fault([points[key] for key in stored])
     if fault:
@@ -136,20 +119,20 @@ class JobReader:
     def points(self) -> list[MeasuredPoint]:
         """Return valid points in order; StorageError: an observation differs, see `verify`."""
         with self._reading() as db:
-            return stored_points(db, self.path, annulled=False)
+            return tables.stored_points(db, self.path, annulled=False)
 
-    def observed(self) -> list[Observed]:
+    def observed(self) -> list[tables.Observed]:
         """Return times of observation and storage of each point, also annulled ones, by number.
 
         Much cheaper than `points`, which check the observations. StorageError: a time is invalid.
         """
         with self._reading() as db:
-            return stored_observations(db, self.path)
+            return tables.stored_observations(db, self.path)
 
     def annulled(self) -> list[tuple[MeasuredPoint, str]]:
         """Return the annulled points with reasons; StorageError as `points`."""
         with self._reading() as db:
-            points = stored_points(db, self.path, annulled=True)
+            points = tables.stored_points(db, self.path, annulled=True)
             reasons = dict(db.execute("SELECT number, reason FROM annulment").fetchall())
         return [(point, reasons[point.number]) for point in points]
 
@@ -161,47 +144,47 @@ class JobReader:
     def reference(self) -> JobReference | None:
         """Return the reference body, or None; StorageError if it differs from the stored one."""
         with self._reading() as db:
-            return stored_reference(db, self.path)
+            return tables.stored_reference(db, self.path)
 
     def part(self) -> PartModel | None:
         """Return the nominal part, or None; StorageError if it was changed."""
         with self._reading() as db:
-            return stored_part(db, self.path)
+            return tables.stored_part(db, self.path)
 
     def taken_utc(self) -> dict[int, str]:
         """Return the storage time of each point, also annulled ones: ISO 8601 text by number."""
         with self._reading() as db:
-            return stored_times(db, self.path)
+            return tables.stored_times(db, self.path)
 
     def events(self) -> list[JobEvent]:
         """Return the events, oldest first."""
         with self._reading() as db:
-            return stored_events(db, self.path)
+            return tables.stored_events(db, self.path)
 
     def next_number(self) -> int:
         """Return the number of the next point; numbers of annulled points are not reused."""
         with self._reading() as db:
-            return next_number(db)
+            return tables.next_number(db)
 
     def verify(self, seal: JobSeal | None = None) -> list[str]:
         """Return faults against audit chain and signature; `seal`: judged elsewhere, or None."""
         with self._reading() as db:
-            return [*find_faults(db), *(seal or self._sealed(db)).doubts]
+            return [*audit.find_faults(db), *(seal or self._sealed(db)).doubts]
 
     def seal(self, keys: KeyFolder | None = None) -> JobSeal:
         """Return the end of the job, and its signer by the trusted keys, or by ``keys``."""
         with self._reading() as db:
             return self._sealed(db, keys)
 
-    def audited(self) -> list[AuditedStep]:
+    def audited(self) -> list[audit.AuditedStep]:
         """Return all stored steps, oldest first."""
         with self._reading() as db:
-            return read_audit(db)
+            return audit.read_audit(db)
 
     def links(self) -> dict[int, str]:
         """Return the hash of every row of the audit by its number, which a later copy continues."""
         with self._reading() as db:
-            return read_links(db)
+            return audit.read_links(db)
 
     def check_line(self, line: str) -> str:
         """Return the evidence of the line of a report, in a sentence; errors as `check_line`."""
@@ -244,7 +227,7 @@ def read_summary(path: Path) -> JobSummary:
     """Return the summary of a job, unchecked; StorageError as `read_job`, newer, or damaged."""
     content = read_job(path).file
     with connection_in_memory(path, content, whole=False) as db:
-        head = stored_head(db, path)
+        head = tables.stored_head(db, path)
         events = tuple(_events(db, path, len(content)))
         # Counted in interruptible steps; the count of a whole table is not.
         (n_points,) = db.execute(

@@ -12,25 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ocmm_core import seals
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.seals import (
-    THIS_STATION,
-    KeyFolder,
-    KnownEnd,
-    SealState,
-    SealWord,
-    Signature,
-    Signed,
-    StationKey,
-    expect,
-    judge_signature,
-    memory_loss,
-    memory_start,
-    recall,
-    remember,
-    shown_key,
-    sign,
-)
 from ocmm_core.storage._faults import damaged
 from ocmm_core.storage._rows import seal_fault
 
@@ -48,8 +31,8 @@ class JobSeal:
     steps: int
     head: str
     """`steps`, `head`: Rows of the audit, and the hash of the last one."""
-    state: SealState
-    signature: Signature | None = None
+    state: seals.SealState
+    signature: seals.Signature | None = None
     unsigned: int = 0
     """Number of initial rows stored without a signature."""
     missing: str = ""
@@ -75,24 +58,24 @@ class JobSeal:
     def doubts(self) -> tuple[str, ...]:
         """Return why the job is suspect, in sentences."""
         found = {
-            SealWord.SEALED: (),
-            SealWord.NOT_SIGNED: (
+            seals.SealWord.SEALED: (),
+            seals.SealWord.NOT_SIGNED: (
                 "The job is not signed: an earlier version made it, or its signatures were "
                 "removed. Whether it is as it was made is not known.",
             ),
-            SealWord.UNKNOWN_KEY: (
+            seals.SealWord.UNKNOWN_KEY: (
                 "The job was signed by a station that this computer does not know "
-                f"(key {shown_key(self.state.fingerprint)}).",
+                f"(key {seals.shown_key(self.state.fingerprint)}).",
             ),
-            SealWord.FORGED: ("The signature of the job does not belong to it.",),
+            seals.SealWord.FORGED: ("The signature of the job does not belong to it.",),
         }[self.state.word]
         return (*found, *([self.missing] if self.missing else []))
 
 
-def insert_seal(db: sqlite3.Connection, key: StationKey) -> tuple[int, str]:
+def insert_seal(db: sqlite3.Connection, key: seals.StationKey) -> tuple[int, str]:
     """Sign the last row of the audit, in the caller's transaction; return number and hash."""
     steps, head = _last(db)
-    signature = sign(key, Signed.JOB, _content(steps, head))
+    signature = seals.sign(key, seals.Signed.JOB, _content(steps, head))
     db.execute("INSERT INTO seal VALUES (?, ?, ?)", (steps, signature.key, signature.value))
     return steps, head
 
@@ -101,8 +84,8 @@ def read_seal(
     db: sqlite3.Connection,
     path: Path,
     job_uuid: str,
-    keys: KeyFolder,
-    end: Callable[[], KnownEnd | None],
+    keys: seals.KeyFolder,
+    end: Callable[[], seals.KnownEnd | None],
 ) -> JobSeal:
     """Return a job's end and signature state; StorageError: malformed row, or key ring.
 
@@ -114,12 +97,14 @@ def read_seal(
     if fault:
         raise damaged(path, fault)
     row = db.execute("SELECT key, signature FROM seal WHERE sequence = ?", (steps,)).fetchone()
-    signature = None if row is None else Signature(*row)
-    state = judge_signature(keys, Signed.JOB, _content(steps, head), signature)
+    signature = None if row is None else seals.Signature(*row)
+    state = seals.judge_signature(keys, seals.Signed.JOB, _content(steps, head), signature)
     (first,) = db.execute("SELECT coalesce(min(sequence), 0) FROM seal").fetchone()
     missing, older = _missing(db, job_uuid, steps, state, keys, end)
-    is_forgotten = not missing and state.station == THIS_STATION and recalled_end(job_uuid) is None
-    forgotten = memory_start(keys) if is_forgotten else ""
+    is_forgotten = (
+        not missing and state.station == seals.THIS_STATION and recalled_end(job_uuid) is None
+    )
+    forgotten = seals.memory_start(keys) if is_forgotten else ""
     adopted = db.execute("SELECT text FROM event WHERE kind = ? ORDER BY rowid", (ADOPTED,))
     return JobSeal(
         job_uuid, steps, head, state, signature, max(first - 1, 0), missing, older,
@@ -128,12 +113,14 @@ def read_seal(
     )  # fmt: skip
 
 
-def judge_head(keys: KeyFolder, steps: int, head: str, signature: Signature | None) -> SealState:
+def judge_head(
+    keys: seals.KeyFolder, steps: int, head: str, signature: seals.Signature | None
+) -> seals.SealState:
     """Return the signature state of a head without the file; StorageError: unreadable key ring."""
-    return judge_signature(keys, Signed.JOB, _content(steps, head), signature)
+    return seals.judge_signature(keys, seals.Signed.JOB, _content(steps, head), signature)
 
 
-def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder) -> str:
+def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: seals.KeyFolder) -> str:
     """Return the proof by a line from paper; StorageError: another job, or contradiction."""
     parts = line.strip().split(":")
     if len(parts) != 6 or parts[0] != _LINE or not parts[2].isdecimal() or len(parts[2]) > 12:
@@ -143,9 +130,11 @@ def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder
             "Scan the code of the report again.",
         )
     _, uuid, steps, head, key, signature = parts
-    state = judge_signature(keys, Signed.JOB, _content(int(steps), head), Signature(key, signature))
+    state = seals.judge_signature(
+        keys, seals.Signed.JOB, _content(int(steps), head), seals.Signature(key, signature)
+    )
     if not state.sound:
-        why = {SealWord.UNKNOWN_KEY: f"signed by {state.signer}"}.get(
+        why = {seals.SealWord.UNKNOWN_KEY: f"signed by {state.signer}"}.get(
             state.word, "not as it was signed"
         )
         raise StorageError(
@@ -171,13 +160,13 @@ def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder
 
 def remember_job(job_uuid: str, steps: int, head: str, place: Path) -> None:
     """Store the end of a job in the memory of the station."""
-    seen = KnownEnd(name=_name(job_uuid), count=steps, link=head, place=str(place))
-    remember(seen, sync=False)
+    seen = seals.KnownEnd(name=_name(job_uuid), count=steps, link=head, place=str(place))
+    seals.remember(seen, sync=False)
 
 
 def expect_job(job_uuid: str, place: Path) -> None:
     """Open the memory of a new job, before it is signed for the first time."""
-    expect(_name(job_uuid), place)
+    seals.expect(_name(job_uuid), place)
 
 
 def require_adoptable(seal: JobSeal, path: Path, faults: Sequence[str]) -> None:
@@ -188,9 +177,11 @@ def require_adoptable(seal: JobSeal, path: Path, faults: Sequence[str]) -> None:
     than missing steps at the end.
     """
     word, found = seal.state.word, list(faults)
-    if word in (SealWord.UNKNOWN_KEY, SealWord.FORGED) or (seal.missing and not seal.older):
+    if word in (seals.SealWord.UNKNOWN_KEY, seals.SealWord.FORGED) or (
+        seal.missing and not seal.older
+    ):
         found += seal.doubts
-    elif word is SealWord.NOT_SIGNED and seal.missing:
+    elif word is seals.SealWord.NOT_SIGNED and seal.missing:
         # Jobs enter the memory when signed, so its signatures were removed since.
         found += ["This station signed this job, and the signatures were removed.", seal.missing]
     if found or not seal.doubts:
@@ -206,7 +197,7 @@ def require_sealed(seal: JobSeal, path: Path) -> None:
     if not seal.doubts:
         return
     adopt = not seal.missing or seal.older
-    adopt = adopt and (seal.state.sound or seal.state.word is SealWord.NOT_SIGNED)
+    adopt = adopt and (seal.state.sound or seal.state.word is seals.SealWord.NOT_SIGNED)
     raise StorageError(
         "job.not_sealed",
         f"{path}: nothing can be added to this job. {seal.doubts[0]}",
@@ -223,9 +214,9 @@ def _missing(
     db: sqlite3.Connection,
     job_uuid: str,
     steps: int,
-    state: SealState,
-    keys: KeyFolder,
-    end: Callable[[], KnownEnd | None],
+    state: seals.SealState,
+    keys: seals.KeyFolder,
+    end: Callable[[], seals.KnownEnd | None],
 ) -> tuple[str, bool]:
     """Return how a job contradicts the memory, and whether only its end or the memory is lost."""
     try:
@@ -234,8 +225,8 @@ def _missing(
         return f"{error.what} {error.remedy}", True
     if seen is None:
         last = db.execute("SELECT max(time_utc) FROM audit").fetchone()[0]
-        own = state.station == THIS_STATION and last
-        lost = memory_loss(_name(job_uuid), last, keys) if own else None
+        own = state.station == seals.THIS_STATION and last
+        lost = seals.memory_loss(_name(job_uuid), last, keys) if own else None
         return ("", False) if lost is None else (f"{lost.what} {lost.remedy}", True)
     if seen.count > steps:
         return (
@@ -252,9 +243,9 @@ def _missing(
     )
 
 
-def recalled_end(job_uuid: str) -> KnownEnd | None:
+def recalled_end(job_uuid: str) -> seals.KnownEnd | None:
     """Return the end of a job in the memory of the station; StorageError if it is damaged."""
-    return recall(_name(job_uuid))
+    return seals.recall(_name(job_uuid))
 
 
 def _last(db: sqlite3.Connection) -> tuple[int, str]:

@@ -10,14 +10,7 @@ from pathlib import Path
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.part_model import PartModel, model_from_bytes, model_to_bytes
-from ocmm_core.storage._audit import (
-    AUDITED,
-    digest_row,
-    insert_audited,
-    last_step_utc,
-    now_utc,
-    step_utc,
-)
+from ocmm_core.storage import _audit as audit
 from ocmm_core.storage._faults import damaged
 from ocmm_core.storage._rows import (
     JobEvent,
@@ -42,7 +35,7 @@ CLOCK = "clock"
 """Kind of the event that reports that the clock of the computer was set back."""
 _CLOCK_TOLERANCE = timedelta(seconds=60)
 """Corrections of a clock are smaller; smaller steps back are not reported."""
-_POINT_COLUMNS = ",".join(AUDITED["observation"])
+_POINT_COLUMNS = ",".join(audit.AUDITED["observation"])
 _OBSERVED = (int, float, int, int)
 
 
@@ -60,7 +53,7 @@ class Observed:
 
 def stored_head(db: sqlite3.Connection, path: Path) -> JobHead:
     """Return the head; StorageError if missing."""
-    statement = f"SELECT {','.join(AUDITED['head'])} FROM head"  # noqa: S608 - constants
+    statement = f"SELECT {','.join(audit.AUDITED['head'])} FROM head"  # noqa: S608 - constants
     row = db.execute(statement).fetchone()
     if row is None:
         raise damaged(path, "it has no head")
@@ -105,7 +98,7 @@ def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list
         f"WHERE {among}"
     ).fetchall()
     for *row, content in (*rows, *beside):
-        if digest_row(row) != content:
+        if audit.digest_row(row) != content:
             raise damaged(path, f"point {row[0]} was changed after it was stored")
     fault = point_fault(rows) or beside_fault(beside)
     if fault:
@@ -143,9 +136,9 @@ def insert_point(db: sqlite3.Connection, path: Path, point: MeasuredPoint) -> No
             "Take the point again; every point needs a new number.",
         )
     row, beside = row_from_point(point), reference_row_from_point(point)
-    insert_audited(db, "observation", row)
+    audit.insert_audited(db, "observation", row)
     if beside is not None:
-        insert_audited(db, "reference_observation", beside)
+        audit.insert_audited(db, "reference_observation", beside)
     # Rolls back the transaction of the caller: a row that could not be read again is not stored.
     fault = point_fault([row]) or (beside_fault([beside]) if beside is not None else "")
     if fault:
@@ -164,17 +157,17 @@ def insert_annulment(db: sqlite3.Connection, path: Path, number: int, reason: st
         raise StorageError(
             "job.annulled", f"{path}: point {number} {fault}.", "Choose another point."
         )
-    insert_audited(db, "annulment", (int(number), step_utc(db), reason))
+    audit.insert_audited(db, "annulment", (int(number), audit.step_utc(db), reason))
 
 
 def insert_event(db: sqlite3.Connection, kind: str, text: str) -> None:
     number = db.execute("SELECT coalesce(max(id), 0) + 1 FROM event").fetchone()[0]
-    insert_audited(db, "event", (number, step_utc(db), kind, text))
+    audit.insert_audited(db, "event", (number, audit.step_utc(db), kind, text))
 
 
 def note_clock(db: sqlite3.Connection) -> None:
     """Store an event if the clock was set back since the last step; once for each time."""
-    last, now = last_step_utc(db), now_utc()
+    last, now = audit.last_step_utc(db), audit.now_utc()
     if not last or datetime.fromisoformat(last) - datetime.fromisoformat(now) <= _CLOCK_TOLERANCE:
         return
     told = db.execute("SELECT 1 FROM event WHERE kind = ? AND time_utc = ?", (CLOCK, last))
@@ -200,19 +193,19 @@ def insert_reference(db: sqlite3.Connection, path: Path, reference: JobReference
             f"{path}: the job already has a reference body.",
             "Start a new job for another one.",
         )
-    insert_audited(db, "reference", row_from_reference(reference))
+    audit.insert_audited(db, "reference", row_from_reference(reference))
 
 
 def stored_reference(db: sqlite3.Connection, path: Path) -> JobReference | None:
     """Return the reference body or None; StorageError if it was altered."""
     row = db.execute(
-        f"SELECT {','.join(AUDITED['reference'])}, content_sha256 FROM reference "  # noqa: S608 - constants
+        f"SELECT {','.join(audit.AUDITED['reference'])}, content_sha256 FROM reference "  # noqa: S608 - constants
         "LEFT JOIN audit ON subject = 'reference' AND key = id"
     ).fetchone()
     if row is None:
         return None
     *stored, content = row
-    if digest_row(stored) != content:
+    if audit.digest_row(stored) != content:
         raise damaged(path, "the reference body was changed after it was stored")
     fault = reference_fault(stored)
     if fault:
@@ -227,19 +220,19 @@ def insert_part(db: sqlite3.Connection, path: Path, part: PartModel) -> None:
             "job.part", f"{path}: the job already has a part.", "Start a new job for another one."
         )
     row = (1, part.source_name, part.source_sha256, model_to_bytes(part))
-    insert_audited(db, "part", row)
+    audit.insert_audited(db, "part", row)
 
 
 def stored_part(db: sqlite3.Connection, path: Path) -> PartModel | None:
     """Return the nominal part or None; StorageError if it was altered."""
     row = db.execute(
-        f"SELECT {','.join(AUDITED['part'])}, content_sha256 FROM part "  # noqa: S608 - constants
+        f"SELECT {','.join(audit.AUDITED['part'])}, content_sha256 FROM part "  # noqa: S608 - constants
         "LEFT JOIN audit ON subject = 'part' AND key = id"
     ).fetchone()
     if row is None:
         return None
     *stored, content = row
-    if digest_row(stored) != content:
+    if audit.digest_row(stored) != content:
         raise damaged(path, "the part was changed after it was stored")
     try:
         part = model_from_bytes(stored[3], str(path))

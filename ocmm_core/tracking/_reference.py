@@ -21,13 +21,9 @@ from numpy.typing import NDArray
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Int, RigidTransform
+from ocmm_core.tracking import _body_tracker as body_tracker
+from ocmm_core.tracking import _sensitivity as sensitivity
 from ocmm_core.tracking._body import ProbeBody
-from ocmm_core.tracking._body_tracker import (
-    BodyTracker,
-    TrackingOptions,
-    enough_spots,
-    spot_sigma_px,
-)
 from ocmm_core.tracking._pose import arm_jacobian, reprojection
 from ocmm_core.tracking._reference_body import ReferenceBody, ReferenceFilter
 from ocmm_core.tracking._result import (
@@ -36,13 +32,6 @@ from ocmm_core.tracking._result import (
     ReferenceHome,
     ReferenceTrack,
     TrackBlock,
-)
-from ocmm_core.tracking._sensitivity import (
-    PoseSensitivity,
-    TipSensitivity,
-    pose_sensitivities,
-    pose_sensitivity,
-    tip_sensitivities,
 )
 
 HOME_NS = 250_000_000
@@ -103,14 +92,14 @@ class HomeTaker:
 
     def _rests(self, spots: Float) -> bool:
         means = np.array([part.mean(axis=0) for part in np.array_split(spots, _BATCHES)])
-        noise = _SIGMAS * spot_sigma_px(self._rig) / np.sqrt(len(spots) / _BATCHES)
+        noise = _SIGMAS * body_tracker.spot_sigma_px(self._rig) / np.sqrt(len(spots) / _BATCHES)
         wander = float(np.nanmax(np.abs(means - means.mean(axis=0))))
         return wander < max(HOME_WANDER_PX, float(noise))
 
 
 def home_of(spots: Float, n_frames: int, rig: Rig, reference: ReferenceBody) -> ReferenceHome:
     """Return the home from mean spots (C, R, 2), px; TrackingError without a pose."""
-    pose = pose_sensitivity(spots, rig, reference.leds.leds_body)
+    pose = sensitivity.pose_sensitivity(spots, rig, reference.leds.leds_body)
     return ReferenceHome(spots, n_frames, RigidTransform(pose.rotation, pose.origin))
 
 
@@ -141,10 +130,10 @@ class ReferenceTracker:
         self,
         rig: Rig,
         reference: ReferenceBody,
-        options: TrackingOptions,
+        options: body_tracker.TrackingOptions,
         home: ReferenceHome | None = None,
     ) -> None:
-        self.tracker = BodyTracker(rig, reference.leds, reference.middle, options)
+        self.tracker = body_tracker.BodyTracker(rig, reference.leds, reference.middle, options)
         self.home = home
         self.motion: tuple[float, float] | None = None
         """Distance of the middle of its LEDs from home, mm, and rotation, rad; None until the mean
@@ -175,7 +164,7 @@ class ReferenceTracker:
         begin = 0
         doubt = seen.body.status == FrameStatus.UNIDENTIFIED
         # Spots explained by the probe are not the reference body: it is not visible.
-        seen.body.status[doubt & ~enough_spots(left.uv)] = FrameStatus.LOST
+        seen.body.status[doubt & ~body_tracker.enough_spots(left.uv)] = FrameStatus.LOST
         if self.home is None:
             taken = self._taker.feed(seen.body)
             begin = len(probe) if taken is None else taken[0]
@@ -222,7 +211,7 @@ class ReferenceTracker:
         leds = self._reference.leds.leds_body
         _, rows = reprojection(self._rig, leds, body.uv[frame], rotation, origin)
         inverse = np.linalg.inv(rows.T @ rows).astype(np.float64)
-        return _Anchor(rotation, origin, spot_sigma_px(self._rig) ** 2 * inverse)
+        return _Anchor(rotation, origin, body_tracker.spot_sigma_px(self._rig) ** 2 * inverse)
 
 
 @dataclass(frozen=True, slots=True)
@@ -296,7 +285,7 @@ def relative_sensitivity(
     rig: Rig,
     body: ProbeBody,
     reference: ReferenceBody,
-) -> TipSensitivity:
+) -> sensitivity.TipSensitivity:
     """Return the tip in the world of the job and its derivatives.
 
     It depends on three poses of the same cameras: probe, reference body now, and at home. If the
@@ -314,12 +303,12 @@ def relative_sensitivities(
     rig: Rig,
     body: ProbeBody,
     reference: ReferenceBody,
-) -> tuple[TipSensitivity, ...]:
+) -> tuple[sensitivity.TipSensitivity, ...]:
     """Return `relative_sensitivity` for n points: (n, C, L, 2) and (n, C, R, 2), px."""
     leds = reference.leds.leds_body
-    tips = tip_sensitivities(spots, rig, body)
-    poses = pose_sensitivities(reference_spots, rig, leds)
-    then = pose_sensitivity(home.spots, rig, leds)
+    tips = sensitivity.tip_sensitivities(spots, rig, body)
+    poses = sensitivity.pose_sensitivities(reference_spots, rig, leds)
+    then = sensitivity.pose_sensitivity(home.spots, rig, leds)
     leds_sigma: Float = np.linalg.cholesky(reference.geometry_covariance).astype(np.float64)
     spots_sigma = rig.noise.white_px / np.sqrt(home.n_frames)
     return tuple(
@@ -329,12 +318,12 @@ def relative_sensitivities(
 
 
 def _relative(
-    tip: TipSensitivity,
-    now: PoseSensitivity,
-    then: PoseSensitivity,
+    tip: sensitivity.TipSensitivity,
+    now: sensitivity.PoseSensitivity,
+    then: sensitivity.PoseSensitivity,
     leds_sigma: Float,
     spots_sigma: float,
-) -> TipSensitivity:
+) -> sensitivity.TipSensitivity:
     """Return a tip in the world of the job, by the reference body now and then.
 
     ``leds_sigma @ leds_sigma.T`` is the covariance of its LEDs, ``spots_sigma`` that of home spots.
@@ -347,7 +336,7 @@ def _relative(
     by_then = arm_jacobian(tip_world - then.origin)
     by_home_spots = by_then @ then.by_spots
     by_leds = by_now @ now.by_leds + by_then @ then.by_leds
-    return TipSensitivity(
+    return sensitivity.TipSensitivity(
         tip_world=tip_world,
         camera=np.concatenate([tip.camera, now.camera, then.camera]),
         uv=np.concatenate([tip.uv, now.uv, then.uv]),

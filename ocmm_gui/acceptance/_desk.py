@@ -9,14 +9,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import Qt, Signal
 
-from ocmm_core.acceptance import (
-    AcceptanceProcedure,
-    ArtefactOffer,
-    GuidedAcceptanceView,
-    OpenTest,
-    ProcedureOffer,
-    RoomAir,
-)
+from ocmm_core import acceptance
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.composition import VIRTUAL_ROOM, AcceptanceBench, StatedConditions
@@ -66,7 +59,7 @@ class AcceptanceDesk(GuidedStack):
         self.setAccessibleName(tr("Acceptance test"))
         self.bench = bench
         self._tap, self._who, self._clock = tap, who, clock
-        self.procedures: tuple[ProcedureOffer, ...] = ()
+        self.procedures: tuple[acceptance.ProcedureOffer, ...] = ()
         # Reading verifies all hashes, and the disk may be slow.
         self._lists = Worker("ocmm-tests-open", self)
         self._asked = self._chosen = 0
@@ -89,7 +82,7 @@ class AcceptanceDesk(GuidedStack):
         self.procedures = ()
         self.start.show_waiting()
 
-        def done(found: tuple[ProcedureOffer, ...]) -> None:
+        def done(found: tuple[acceptance.ProcedureOffer, ...]) -> None:
             # Opened again meanwhile: a later answer follows.
             if asked == self._asked:
                 self.procedures = found
@@ -116,7 +109,7 @@ class AcceptanceDesk(GuidedStack):
         self.start.show_trouble(said(f"{told.what} {told.remedy}"))
 
     def _read_unfinished(self, now: datetime, asked: int) -> None:
-        def done(found: tuple[OpenTest, ...]) -> None:
+        def done(found: tuple[acceptance.OpenTest, ...]) -> None:
             if asked == self._asked:
                 self.start.show_unfinished(found)
 
@@ -147,13 +140,13 @@ class AcceptanceDesk(GuidedStack):
         chosen, now = self._chosen, self._clock()
         self.start.show_reading(limits_text(offer))
 
-        def read() -> tuple[ArtefactOffer, ...]:
+        def read() -> tuple[acceptance.ArtefactOffer, ...]:
             # Only the last selection counts.
             if chosen != self._chosen:
                 return ()
             return self.bench.offers(offer, now, VIRTUAL_ROOM if warm is None else warm)
 
-        def done(found: tuple[ArtefactOffer, ...]) -> None:
+        def done(found: tuple[acceptance.ArtefactOffer, ...]) -> None:
             if chosen == self._chosen:
                 self.start.show_artefacts(found, limits_text(offer))
 
@@ -167,7 +160,7 @@ class AcceptanceDesk(GuidedStack):
     def _begin(self) -> None:
         self._make(self._wanted_test)
 
-    def _wanted_test(self) -> Callable[[], AcceptanceProcedure]:
+    def _wanted_test(self) -> Callable[[], acceptance.AcceptanceProcedure]:
         """Return the function that starts the filled-in test."""
         start = self.start
         if not 0 <= start.row() < len(self.procedures):
@@ -177,11 +170,11 @@ class AcceptanceDesk(GuidedStack):
             raise InputError("acceptance.artefact", chosen.refusal, "")
         warm = self._temperature()
         used, now = start.used(offer.roles), self._clock()
-        air = RoomAir.read(start.value("humidity"), start.value("pressure"))
+        air = acceptance.RoomAir.read(start.value("humidity"), start.value("pressure"))
         who, place, customer = (start.value(key) for key in ("who", "place", "customer"))
         condition = start.chosen_condition()
 
-        def begin() -> AcceptanceProcedure:
+        def begin() -> acceptance.AcceptanceProcedure:
             given = StatedConditions(
                 who=who, place=place, customer=customer, condition=condition, temperature=warm(),
                 air=air,
@@ -212,13 +205,13 @@ class AcceptanceDesk(GuidedStack):
         return read if stated.strip() and typed is None else _constant(read())
 
     def _resume(self, path: Path) -> None:
-        def wanted() -> Callable[[], AcceptanceProcedure]:
+        def wanted() -> Callable[[], acceptance.AcceptanceProcedure]:
             warm = self._temperature()
             return lambda: self.bench.resume(path, warm())
 
         self._make(wanted)
 
-    def _make(self, wanted: Callable[[], Callable[[], AcceptanceProcedure]]) -> None:
+    def _make(self, wanted: Callable[[], Callable[[], acceptance.AcceptanceProcedure]]) -> None:
         """Prepare a test in the background: it reads records, spots and documents."""
         if self._making:
             # Pressed twice: one test suffices.
@@ -233,7 +226,7 @@ class AcceptanceDesk(GuidedStack):
         self._making = True
         asked = self._asked
 
-        def done(procedure: AcceptanceProcedure) -> None:
+        def done(procedure: acceptance.AcceptanceProcedure) -> None:
             self._making = False
             self.start.show_starting("")
             # After leaving, it is among the unfinished tests.
@@ -248,7 +241,7 @@ class AcceptanceDesk(GuidedStack):
 
         self._lists.do(make, done, failed)
 
-    def _run(self, procedure: AcceptanceProcedure) -> None:
+    def _run(self, procedure: acceptance.AcceptanceProcedure) -> None:
         driver = WizardDriver(
             procedure, self._tap_of(procedure), DirectCalculation(procedure), clock=self._clock
         )
@@ -261,7 +254,7 @@ class AcceptanceDesk(GuidedStack):
         runner.buttons["repeat"].setText(tr("Retest\n[N]"))
         self._show_runner(runner, driver, procedure.base.torn)
 
-    def _tap_of(self, procedure: AcceptanceProcedure) -> Tap:
+    def _tap_of(self, procedure: acceptance.AcceptanceProcedure) -> Tap:
         """Return the frame source: the station, or the hand at the virtual rig."""
         hand = self.bench.hand(procedure, self._hand_failed.emit)
         if hand is None:
@@ -274,7 +267,7 @@ class AcceptanceDesk(GuidedStack):
 
         return tap
 
-    def _pages(self, procedure: AcceptanceProcedure) -> dict[str, StepPage]:
+    def _pages(self, procedure: acceptance.AcceptanceProcedure) -> dict[str, StepPage]:
         rig = self.bench.cameras().rig
         away = unit(np.array(procedure.session.stage.instrument.away))
         measure = MeasurePage(rig, away, procedure)
@@ -285,7 +278,7 @@ class AcceptanceDesk(GuidedStack):
 
 
 def _planned(seen: StepSnapshot) -> StepPlan:
-    view = seen.view_as(GuidedAcceptanceView)
+    view = seen.view_as(acceptance.GuidedAcceptanceView)
     words = tr("%n positions", "1 position", len(view.test.positions))
     return StepPlan(position_contents(view.test), words, view.notes)
 

@@ -23,33 +23,10 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.typed_numbers import TEMPERATURE
+from ocmm_gui import kit
 from ocmm_gui.acceptance._touch_picture import TouchPicture, planned_places, position_contents
 from ocmm_gui.charts import ErrorChart, InterimPlot, check_words
-from ocmm_gui.kit import (
-    FitText,
-    Mark,
-    NarrowButton,
-    NumberTable,
-    OwnKeysField,
-    PlainLabel,
-    Theme,
-    Themed,
-    dressed,
-    fill,
-    hbox,
-    later,
-    literal,
-    localised,
-    panel,
-    read_number,
-    said,
-    said_word,
-    sentence_label,
-    text_font,
-    tr,
-    tr_all,
-    vbox,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.wizards.pages import CollectPage, ResultFrame, ResultVerdict, StepSnapshot, bars
 
 
@@ -57,7 +34,7 @@ def checks_of(values: Sequence[JudgedValue]) -> tuple[Check, ...]:
     """Return values as checks; a chart groups them by the text before the comma."""
     return tuple(
         Check(
-            name=f"{said(one.position)}, {said_word(one.quantity)} {said(one.name)}",
+            name=f"{kit.said(one.position)}, {kit.said_word(one.quantity)} {kit.said(one.name)}",
             measured_mm=one.certified_mm + one.error_mm,
             certified_mm=one.certified_mm, expanded_mm=one.expanded_mm, limit_mm=one.limit_mm,
         )
@@ -74,7 +51,7 @@ class TemperatureLog(Protocol):
     def set_temperature(self, celsius: float, now: datetime) -> None: ...
 
 
-class MeasurePage(Themed, CollectPage):
+class MeasurePage(kit.Themed, CollectPage):
     """Volume, artefact, progress, last errors, temperature; ``away`` (3,): cameras to volume."""
 
     keys = ("back", "automatic", "take", "next")
@@ -89,16 +66,16 @@ class MeasurePage(Themed, CollectPage):
         self.touches = TouchPicture(away)
         self.chart = ErrorChart()
         self.chart.setMinimumHeight(_CHART_PX)
-        self.errors = panel(_one(self.chart))
+        self.errors = kit.panel(_one(self.chart))
         self.errors.hide()
-        self.last = sentence_label(tr("Last error against its limit"), 16)
-        self.hint = sentence_label(tr("Why something is measured again"), 15)
-        self.place = sentence_label(tr("Position"), 15)
-        self.temperature = OwnKeysField()
+        self.last = kit.sentence_label(tr("Last error against its limit"), 16)
+        self.hint = kit.sentence_label(tr("Why something is measured again"), 15)
+        self.place = kit.sentence_label(tr("Position"), 15)
+        self.temperature = kit.OwnKeysField()
         self.temperature.setObjectName("room")
         self.temperature.setAccessibleName(tr("Room, °C"))
         self.temperature.setAccessibleDescription(tr("Type it when it changes, then Return"))
-        self.temperature.setFont(text_font(15))
+        self.temperature.setFont(kit.text_font(15))
         self.temperature.returnPressed.connect(self._note_temperature)
         self.temperature.left.connect(self._give_keys_back)
         self._lay_out()
@@ -107,7 +84,7 @@ class MeasurePage(Themed, CollectPage):
         super().show_seen(seen)
         view = seen.view_as(GuidedAcceptanceView)
         if not self.temperature.hasFocus():
-            text = localised(f"{view.temperature_c:g}")
+            text = kit.localised(f"{view.temperature_c:g}")
             if self.temperature.text() != text:
                 self.temperature.setText(text)
         state = (view.test.done, view.test.current, len(view.test.positions), view.hint)
@@ -116,7 +93,7 @@ class MeasurePage(Themed, CollectPage):
         self._shown = state
         self._show_position(view)
         self._show_errors(view.test.values, view.latest)
-        self.hint.setText(f"▲ {said(view.hint)}" if view.hint else "")
+        self.hint.setText(f"▲ {kit.said(view.hint)}" if view.hint else "")
         self._paint()
 
     def _show_position(self, view: GuidedAcceptanceView) -> None:
@@ -127,7 +104,7 @@ class MeasurePage(Themed, CollectPage):
             self.place.setText("")
             return
         plan = test.positions[test.current]
-        name = said(plan.name)
+        name = kit.said(plan.name)
         self.picture.show_contents(position_contents(test), name)
         self.touches.setVisible(bool(plan.normals))
         if plan.normals:
@@ -154,7 +131,7 @@ class MeasurePage(Themed, CollectPage):
 
     def _note_temperature(self) -> None:
         try:
-            celsius = read_number(TEMPERATURE, self.temperature.text())
+            celsius = kit.read_number(TEMPERATURE, self.temperature.text())
         except InputError as error:
             self.misread.emit(error)
             return
@@ -173,28 +150,28 @@ class MeasurePage(Themed, CollectPage):
         self.hint.setStyleSheet(f"color: {theme.warn};")
 
     def _lay_out(self) -> None:
-        pictures = hbox((self.picture, 1), (self.touches, 1), spacing=8)
+        pictures = kit.hbox((self.picture, 1), (self.touches, 1), spacing=8)
         self.touches.hide()
-        self.beside.insertLayout(0, vbox((pictures, 3), (self.errors, 2), spacing=8), 1)
+        self.beside.insertLayout(0, kit.vbox((pictures, 3), (self.errors, 2), spacing=8), 1)
         for widget in (self.place, self.last, self.hint):
             self.scores.addWidget(widget)
         row = QHBoxLayout()
-        label = dressed(PlainLabel(tr("Room, °C")), font=text_font(15), role="muted")
+        label = kit.dressed(kit.PlainLabel(tr("Room, °C")), font=kit.text_font(15), role="muted")
         label.setBuddy(self.temperature)
-        fill(row, label, (self.temperature, 1))
+        kit.fill(row, label, (self.temperature, 1))
         self.scores.addLayout(row)
 
 
 def _one(widget: ErrorChart) -> QVBoxLayout:
-    return vbox(widget)
+    return kit.vbox(widget)
 
 
 _MARKS = {
-    AcceptanceVerdict.PASS: Mark.GOOD,
-    AcceptanceVerdict.FAIL: Mark.BAD,
-    AcceptanceVerdict.LEANING_IN: Mark.DOUBT,
-    AcceptanceVerdict.LEANING_OUT: Mark.DOUBT,
-    AcceptanceVerdict.VOID: Mark.DOUBT,
+    AcceptanceVerdict.PASS: kit.Mark.GOOD,
+    AcceptanceVerdict.FAIL: kit.Mark.BAD,
+    AcceptanceVerdict.LEANING_IN: kit.Mark.DOUBT,
+    AcceptanceVerdict.LEANING_OUT: kit.Mark.DOUBT,
+    AcceptanceVerdict.VOID: kit.Mark.DOUBT,
 }
 _COLUMNS = (
     (later("Quantity"), later("What is tested")),
@@ -216,7 +193,7 @@ class AcceptanceVerdictPage(ResultFrame):
     def __init__(self) -> None:
         self.chart = ErrorChart()
         self.interim = InterimPlot()
-        self.values = NumberTable(tr("Every value"), tr_all(_COLUMNS), whole=False)
+        self.values = kit.NumberTable(tr("Every value"), kit.tr_all(_COLUMNS), whole=False)
         header = self.values.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
@@ -229,18 +206,20 @@ class AcceptanceVerdictPage(ResultFrame):
                 (tr("Interim checks"), self.interim),
             )
         )
-        self._simulated = FitText(tr("Source"), limit=20)
+        self._simulated = kit.FitText(tr("Source"), limit=20)
         self._simulated.setFixedHeight(28)
         self.right.insertWidget(1, self._simulated)
-        self.record = dressed(NarrowButton(tr("Record  [2]")), tr("Show every value of the record"))
+        self.record = kit.dressed(
+            kit.NarrowButton(tr("Record  [2]")), tr("Show every value of the record")
+        )
         self.record.clicked.connect(lambda: self.show_plot(1))
-        self.paper = NarrowButton(tr("Certificate (PDF and DCC)  [P]"))
+        self.paper = kit.NarrowButton(tr("Certificate (PDF and DCC)  [P]"))
         self.paper.setAccessibleName(tr("Write the certificate, PDF and DCC"))
-        self.paper.setToolTip(literal(tr("Write the certificate, PDF and DCC")))
+        self.paper.setToolTip(kit.literal(tr("Write the certificate, PDF and DCC")))
         self.paper.setShortcut("P")
         self.paper.clicked.connect(self._want_paper)
         for button in (self.record, self.paper):
-            button.setFont(text_font(15, bold=True))
+            button.setFont(kit.text_font(15, bold=True))
             button.setMinimumHeight(44)
             self.right.addWidget(button)
 
@@ -255,7 +234,7 @@ class AcceptanceVerdictPage(ResultFrame):
         self.paper.setEnabled(self._file() is not None)
         self._show_source(seen)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         super().set_theme(theme)
         if self._seen is not None:
             self._show_source(self._seen)
@@ -263,9 +242,9 @@ class AcceptanceVerdictPage(ResultFrame):
     def judge(self, outcome: object) -> ResultVerdict:
         """Return the verdict."""
         if not isinstance(outcome, AcceptanceOutcome):
-            return ResultVerdict("", Mark.OPEN, "")
+            return ResultVerdict("", kit.Mark.OPEN, "")
         return ResultVerdict(
-            said_word(outcome.word), _MARKS[outcome.verdict], said(outcome.sentence)
+            kit.said_word(outcome.word), _MARKS[outcome.verdict], kit.said(outcome.sentence)
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
@@ -280,7 +259,7 @@ class AcceptanceVerdictPage(ResultFrame):
             self.show_plot(2)
         facts = [
             (
-                said_word(one.quantity),
+                kit.said_word(one.quantity),
                 tr("{error:+.1f} µm, U {u:.1f} µm (k = 2), limit {limit:.1f} µm").format(
                     error=1e3 * one.error_mm, u=1e3 * one.expanded_mm, limit=1e3 * one.limit_mm
                 ),
@@ -291,8 +270,8 @@ class AcceptanceVerdictPage(ResultFrame):
         facts += [
             (tr("Values"), str(len([one for one in values if not one.superseded]))),
             (tr("Retests left"), str(outcome.retests_left)),
-            (tr("Method"), said(stage.procedure.wording)),
-            (tr("Rule"), said_word(stage.procedure.rule)),
+            (tr("Method"), kit.said(stage.procedure.wording)),
+            (tr("Rule"), kit.said_word(stage.procedure.rule)),
             (tr("Artefact"), used or tr("none")),
         ]
         if outcome.file is not None:
@@ -308,19 +287,19 @@ class AcceptanceVerdictPage(ResultFrame):
 
     def _show_source(self, seen: StepSnapshot) -> None:
         instrument = seen.view_as(GuidedAcceptanceView).stage.instrument
-        known = ", ".join(map(said, instrument.states))
+        known = ", ".join(map(kit.said, instrument.states))
         if instrument.simulated and not instrument.unproven:
             known = tr("SIMULATED: virtual rig and artefact")
-        self._simulated.show_text(known, self._theme.warn, Mark.DOUBT if known else None)
-        self._simulated.setToolTip(literal(" ".join(map(said, instrument.unproven))))
+        self._simulated.show_text(known, self._theme.warn, kit.Mark.DOUBT if known else None)
+        self._simulated.setToolTip(kit.literal(" ".join(map(kit.said, instrument.unproven))))
         self._simulated.setVisible(bool(known))
 
 
 def _row(one: JudgedValue) -> tuple[str, ...]:
     superseded = tr(" (repeated)") if one.superseded else ""
     return (
-        said_word(one.quantity), f"{said(one.position)}, {said(one.name)}{superseded}",
-        localised(f"{1e3 * one.error_mm:+.1f}"),
-        localised(f"{1e3 * one.expanded_mm:.1f}") if one.expanded_mm else "–",
-        localised(f"{1e3 * one.limit_mm:.1f}"), said_word(one.verdict.value),
+        kit.said_word(one.quantity), f"{kit.said(one.position)}, {kit.said(one.name)}{superseded}",
+        kit.localised(f"{1e3 * one.error_mm:+.1f}"),
+        kit.localised(f"{1e3 * one.expanded_mm:.1f}") if one.expanded_mm else "–",
+        kit.localised(f"{1e3 * one.limit_mm:.1f}"), kit.said_word(one.verdict.value),
     )  # fmt: skip

@@ -18,30 +18,8 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer, UsedArtefact
-from ocmm_gui.kit import (
-    ChoiceBox,
-    HintField,
-    NumberTable,
-    PlainLabel,
-    Themed,
-    caption,
-    day_words,
-    dressed,
-    fill,
-    hbox,
-    large_button,
-    later,
-    literal,
-    localised,
-    panel,
-    said,
-    said_word,
-    sentence_label,
-    text_font,
-    tr,
-    tr_all,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.wizards.pages import THERMOMETER
 
 ROW_PX = 34
@@ -60,16 +38,17 @@ def kind_word(kind: str) -> str:
 def limits_text(offer: ProcedureOffer) -> str:
     one = offer.procedure
     limits = ", ".join(
-        localised(f"{said_word(key)} {limit.describe()}") for key, limit in one.limits.items()
+        kit.localised(f"{kit.said_word(key)} {limit.describe()}")
+        for key, limit in one.limits.items()
     )
     return tr("{wording}; rule: {rule}; limits: {limits}").format(
-        wording=said(one.wording), rule=said_word(one.rule), limits=limits
+        wording=kit.said(one.wording), rule=kit.said_word(one.rule), limits=limits
     )
 
 
 def choice_list(name: str) -> QListWidget:
     """Return an empty list with its name."""
-    found = dressed(QListWidget(), name, font=text_font(15))
+    found = kit.dressed(QListWidget(), name, font=kit.text_font(15))
     found.setWordWrap(True)
     # Fields below it keep their height.
     found.setMinimumHeight(ROW_PX + 6)
@@ -79,7 +58,7 @@ def choice_list(name: str) -> QListWidget:
 def add_line(where: QListWidget, text: str) -> None:
     """Add a line, with a tool tip in case it is cut."""
     item = QListWidgetItem(text, where)
-    item.setToolTip(literal(text))
+    item.setToolTip(kit.literal(text))
     item.setSizeHint(QSize(100, ROW_PX))
 
 
@@ -104,7 +83,7 @@ _CONDITIONS = ((later("as found"), "as found"), (later("after adjustment"), "aft
 _SIDE_PX = 424
 
 
-class AcceptanceStart(Themed, QWidget):
+class AcceptanceStart(kit.Themed, QWidget):
     """Procedures on the left; artefacts, conditions and unfinished tests on the right."""
 
     chosen = Signal(int)
@@ -118,10 +97,10 @@ class AcceptanceStart(Themed, QWidget):
         super().__init__()
         self._offers: tuple[ArtefactOffer, ...] = ()
         self._open: tuple[OpenTest, ...] = ()
-        title = PlainLabel(tr("Acceptance test"))
-        title.setFont(text_font(24, bold=True))
-        self.table = NumberTable(
-            tr("Procedures"), tr_all(_COLUMNS), whole=False, font=text_font(15)
+        title = kit.PlainLabel(tr("Acceptance test"))
+        title.setFont(kit.text_font(24, bold=True))
+        self.table = kit.NumberTable(
+            tr("Procedures"), kit.tr_all(_COLUMNS), whole=False, font=kit.text_font(15)
         )
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
@@ -131,24 +110,26 @@ class AcceptanceStart(Themed, QWidget):
         self.table.setWordWrap(True)
         self.table.verticalHeader().setMinimumSectionSize(ROW_PX)
         self.table.itemSelectionChanged.connect(self._choose)
-        self.limits = sentence_label(tr("Limits of the procedure"), 14)
+        self.limits = kit.sentence_label(tr("Limits of the procedure"), 14)
         self.artefacts = choice_list(tr("Artefacts"))
         self.artefacts.currentRowChanged.connect(self._show_artefact)
-        self.note = sentence_label(tr("About the artefact"), 14)
+        self.note = kit.sentence_label(tr("About the artefact"), 14)
         self.fields: dict[str, QLineEdit] = {}
-        self.condition = ChoiceBox(
+        self.condition = kit.ChoiceBox(
             tr("Condition"), tr("State of the machine"), [tr(one) for one, _ in _CONDITIONS]
         )
         self.unfinished = choice_list(tr("Unfinished tests"))
         self.unfinished.currentRowChanged.connect(self._show_open)
-        self.trouble = sentence_label(tr("Why it cannot start"), 16)
-        self.begin_button = large_button(tr("Start  [Return]"), tr("Start the test"), "Return")
+        self.trouble = kit.sentence_label(tr("Why it cannot start"), 16)
+        self.begin_button = kit.large_button(tr("Start  [Return]"), tr("Start the test"), "Return")
         self.begin_button.clicked.connect(self.begun)
         enter = QShortcut(QKeySequence("Enter"), self)
         enter.activated.connect(self.begin_button.click)
-        self.resume_button = large_button(tr("Resume  [G]"), tr("Resume the selected test"), "G")
+        self.resume_button = kit.large_button(
+            tr("Resume  [G]"), tr("Resume the selected test"), "G"
+        )
         self.resume_button.clicked.connect(self._resume)
-        self.leave_button = large_button(tr("Leave  [Esc]"), tr("Back to Maintain"), "Esc")
+        self.leave_button = kit.large_button(tr("Leave  [Esc]"), tr("Back to Maintain"), "Esc")
         self.leave_button.clicked.connect(self.left)
         self._lay_out(title)
 
@@ -162,11 +143,16 @@ class AcceptanceStart(Themed, QWidget):
         for index, one in enumerate(procedures):
             known = one.procedure
             needs = ", ".join(kind_word(role) for role in one.roles) or tr("nothing")
-            words = (said(known.title), said(known.source), needs, localised(f"{known.minutes:g}"))
+            words = (
+                kit.said(known.title),
+                kit.said(known.source),
+                needs,
+                kit.localised(f"{known.minutes:g}"),
+            )
             self.table.show_words(index, words)
             title = self.table.item(index, 0)
             if title is not None:
-                title.setToolTip(literal(f"{known.id}: {said(known.title)}"))
+                title.setToolTip(kit.literal(f"{known.id}: {kit.said(known.title)}"))
             if known.id == first:
                 row = index
         self.table.resizeRowsToContents()
@@ -191,10 +177,10 @@ class AcceptanceStart(Themed, QWidget):
                 "{title}, {who}: {done} of %n points",
                 "{title}, {who}: {done} of 1 point",
                 test.wanted,
-            ).format(title=said(test.title), who=test.who, done=test.done)
+            ).format(title=kit.said(test.title), who=test.who, done=test.done)
             add_line(
                 self.unfinished,
-                f"▲ {said(test.title)}: {said(test.blocker)}" if test.blocker else text,
+                f"▲ {kit.said(test.title)}: {kit.said(test.blocker)}" if test.blocker else text,
             )
         self._unfinished.setVisible(bool(self._open))
         if self._open:
@@ -236,7 +222,7 @@ class AcceptanceStart(Themed, QWidget):
         self.artefacts.clear()
         for one in self._offers:
             use = one.used.use
-            due = day_words(use.due_utc)
+            due = kit.day_words(use.due_utc)
             text = tr("{name}, {serial}, due {due}").format(
                 name=use.name, serial=use.serial, due=due
             )
@@ -296,7 +282,7 @@ class AcceptanceStart(Themed, QWidget):
             self.note.setText(tr("No artefact in the register suits. Add one: F9 in Maintain."))
         else:
             u = tr("U {um:.2f} µm (k = 2)").format(um=1e3 * one.used.expanded)
-            self.note.setText(said(one.refusal) or " ".join((u, *map(said, one.warnings))))
+            self.note.setText(kit.said(one.refusal) or " ".join((u, *map(kit.said, one.warnings))))
         self._paint()
 
     def _show_open(self, _row: int = 0) -> None:
@@ -317,52 +303,58 @@ class AcceptanceStart(Themed, QWidget):
         self.limits.setStyleSheet(f"color: {self._theme.muted};")
         self.trouble.setStyleSheet(f"color: {self._theme.bad}; font-weight: bold;")
 
-    def _field(self, key: str, label: str, tip: str) -> HintField:
-        field = HintField()
+    def _field(self, key: str, label: str, tip: str) -> kit.HintField:
+        field = kit.HintField()
         field.setObjectName(key)
         field.setAccessibleName(tr(label))
         field.setAccessibleDescription(tr(tip))
-        field.setToolTip(literal(tr(tip)))
+        field.setToolTip(kit.literal(tr(tip)))
         field.setPlaceholderText(tr(tip))
-        field.setFont(text_font(15))
+        field.setFont(kit.text_font(15))
         field.textEdited.connect(lambda _text: self.show_trouble(""))
         self.fields[key] = field
         return field
 
     def _lay_out(self, title: QWidget) -> None:
-        left = vbox((self.table, 1), self.limits, spacing=6)
+        left = kit.vbox((self.table, 1), self.limits, spacing=6)
         form = QGridLayout()
         form.setHorizontalSpacing(12)
         form.setVerticalSpacing(6)
         for row, (key, label, tip) in enumerate(_FIELDS):
             field = self._field(key, label, tip)
-            form.addWidget(caption(tr(label), field), row, 0)
+            form.addWidget(kit.caption(tr(label), field), row, 0)
             form.addWidget(field, row, 1)
         # In one row: rarely used, and the list of artefacts needs the room.
-        air = hbox(spacing=8)
+        air = kit.hbox(spacing=8)
         (first, named, first_tip), (second, other, second_tip) = _AIR
         humidity = self._field(first, named, first_tip)
         air.addWidget(humidity)
         pressure = self._field(second, other, second_tip)
-        fill(air, caption(tr(other), pressure), pressure)
-        form.addWidget(caption(tr(named), humidity), len(_FIELDS), 0)
+        kit.fill(air, kit.caption(tr(other), pressure), pressure)
+        form.addWidget(kit.caption(tr(named), humidity), len(_FIELDS), 0)
         form.addLayout(air, len(_FIELDS), 1)
-        form.addWidget(caption(tr("Condition"), self.condition), len(_FIELDS) + 1, 0)
+        form.addWidget(kit.caption(tr("Condition"), self.condition), len(_FIELDS) + 1, 0)
         form.addWidget(self.condition, len(_FIELDS) + 1, 1)
-        right = vbox(
-            caption(tr("Artefact"), self.artefacts), (self.artefacts, 2), self.note, form, spacing=6
+        right = kit.vbox(
+            kit.caption(tr("Artefact"), self.artefacts),
+            (self.artefacts, 2),
+            self.note,
+            form,
+            spacing=6,
         )
-        again = vbox(
-            caption(tr("Not finished"), self.unfinished), (self.unfinished, 1), self.resume_button
+        again = kit.vbox(
+            kit.caption(tr("Not finished"), self.unfinished),
+            (self.unfinished, 1),
+            self.resume_button,
         )
-        self._unfinished = panel(again)
-        side = vbox((panel(right), 3), (self._unfinished, 2), spacing=8)
+        self._unfinished = kit.panel(again)
+        side = kit.vbox((kit.panel(right), 3), (self._unfinished, 2), spacing=8)
         holder = QWidget()
         side.setContentsMargins(0, 0, 0, 0)
         holder.setLayout(side)
         holder.setFixedWidth(_SIDE_PX)
-        middle = hbox((panel(left), 1), holder, spacing=10)
-        row_of_buttons = hbox((self.leave_button, 1), (self.begin_button, 2))
+        middle = kit.hbox((kit.panel(left), 1), holder, spacing=10)
+        row_of_buttons = kit.hbox((self.leave_button, 1), (self.begin_button, 2))
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 8, 14, 10)
         layout.setSpacing(8)

@@ -9,13 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.errors import InputError
 from ocmm_core.typed_numbers import PARTS, REFERENCE, SEED, TRIALS
-from ocmm_gui.acceptance._study_work import (
-    StudyProgress,
-    StudyProgressTask,
-    StudyTask,
-    TypeOneStudy,
-    TypeOneTask,
-)
+from ocmm_gui.acceptance import _study_work as study_work
 from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
 from ocmm_gui.kit import (
     ActionInfo,
@@ -44,14 +38,7 @@ from ocmm_gui.kit import (
 )
 from ocmm_gui.wizards.pages import PlotTabs
 from ocmm_gui.work import WorkSheet
-from ocmm_shop.studies import (
-    CharacteristicStudy,
-    StudyPlan,
-    StudyReport,
-    load_study,
-    plan_study,
-    store_plan,
-)
+from ocmm_shop import studies
 
 KEYS = (
     ActionInfo("draw", later("Draw plan"), later("Draw the order and blind codes, and store them"),
@@ -84,7 +71,7 @@ COLUMNS = (
 MARKS = {"good": Mark.GOOD, "conditional": Mark.DOUBT, "not acceptable": Mark.BAD}
 
 
-def row_words(one: CharacteristicStudy) -> tuple[str, ...]:
+def row_words(one: studies.CharacteristicStudy) -> tuple[str, ...]:
     """Return the row of a characteristic, in the order of `COLUMNS`."""
     study = one.study
     if study is None:
@@ -124,10 +111,10 @@ class StudySheet(Themed, WorkSheet):
     ) -> None:
         super().__init__(tr("Gauge study"), KEYS, tr("Analysing the jobs"))
         self._proposed, self._records = folder, (probes, calibrations)
-        self._plan: StudyPlan | None = None
+        self._plan: studies.StudyPlan | None = None
         self._jobs: Path | None = None
-        self._report: StudyReport | None = None
-        self._type1: TypeOneStudy | None = None
+        self._report: studies.StudyReport | None = None
+        self._type1: study_work.TypeOneStudy | None = None
         self.fields: dict[str, FormField] = {}
         self.store = PathPanel(
             tr("Store the plan in the file"), tr("File of the plan"), tr("Store")
@@ -174,18 +161,18 @@ class StudySheet(Themed, WorkSheet):
     def draw(self, path: Path) -> None:
         """Draw a random plan and store it in a new file."""
 
-        def drawn() -> StudyPlan:
+        def drawn() -> studies.StudyPlan:
             count = int(read_number(PARTS, self._text("parts")))
             names = [f"{number + 1:0{len(str(count))}}" for number in range(count)]
             operators = [one.strip() for one in self._text("operators").split(",")]
-            plan = plan_study(
+            plan = studies.plan_study(
                 self._text("name"),
                 names,
                 operators,
                 int(read_number(TRIALS, self._text("trials"))),
                 int(read_number(SEED, self._text("seed"))),
             )
-            store_plan(path, plan)
+            studies.store_plan(path, plan)
             return plan
 
         plan = self.attempt(drawn)
@@ -194,7 +181,7 @@ class StudySheet(Themed, WorkSheet):
             self._use(plan)
 
     def open_plan(self, path: Path) -> None:
-        plan = self.attempt(lambda: load_study(path))
+        plan = self.attempt(lambda: studies.load_study(path))
         if plan is not None:
             self._use(plan)
 
@@ -206,13 +193,13 @@ class StudySheet(Themed, WorkSheet):
     def look(self) -> None:
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Reading the jobs"), StudyProgressTask(plan, self._folder()))
+            self._begin(tr("Reading the jobs"), study_work.StudyProgressTask(plan, self._folder()))
 
     def analyse(self) -> None:
         """Compute the studies of all characteristics, without blocking."""
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Analysing"), StudyTask(plan, self._folder(), *self._records))
+            self._begin(tr("Analysing"), study_work.StudyTask(plan, self._folder(), *self._records))
 
     def analyse_one(self) -> None:
         """Compute Cg and Cgk of the selected characteristic."""
@@ -221,14 +208,14 @@ class StudySheet(Themed, WorkSheet):
             row, name = self.table.currentRow(), ""
             if self._report is not None and row >= 0:
                 name = self._report.characteristics[row].name
-            work = TypeOneTask(self._folder(), name, reference, *self._records)
+            work = study_work.TypeOneTask(self._folder(), name, reference, *self._records)
             self._begin(tr("Analysing"), work)
 
     def set_theme(self, theme: Theme) -> None:
         self._theme = theme
         self._show_characteristic()
 
-    def _use(self, plan: StudyPlan) -> None:
+    def _use(self, plan: studies.StudyPlan) -> None:
         self._plan, self._report = plan, None
         for key, text in (
             ("name", plan.name), ("parts", str(len(plan.parts))),
@@ -245,18 +232,18 @@ class StudySheet(Themed, WorkSheet):
                 trials=plan.trials,
             )
         )  # fmt: skip
-        self._show_progress(StudyProgress(0, plan.runs[0]))
+        self._show_progress(study_work.StudyProgress(0, plan.runs[0]))
 
     def _show(self, answer: object) -> None:
         self.show_answer(answer)
 
     def show_answer(self, answer: object) -> None:
-        if isinstance(answer, StudyProgress):
+        if isinstance(answer, study_work.StudyProgress):
             self._show_progress(answer)
-        elif isinstance(answer, StudyReport):
+        elif isinstance(answer, studies.StudyReport):
             self._report = answer
             self._fill(answer)
-        elif isinstance(answer, TypeOneStudy):
+        elif isinstance(answer, study_work.TypeOneStudy):
             self._type1 = answer
             self.run.show_run(answer.study, answer.values, answer.reference, answer.width)
             self.tabs.show_plot(2)
@@ -270,7 +257,7 @@ class StudySheet(Themed, WorkSheet):
             word = tr("CAPABLE") if answer.study.capable else tr("NOT CAPABLE")
             self.word.show_text(word, mark_colour(self._theme, mark), mark)
 
-    def _show_progress(self, progress: StudyProgress) -> None:
+    def _show_progress(self, progress: study_work.StudyProgress) -> None:
         plan, following = self._plan, progress.following
         if plan is None:
             return
@@ -285,7 +272,7 @@ class StudySheet(Themed, WorkSheet):
             )
         self.progress.setText(said)
 
-    def _fill(self, report: StudyReport) -> None:
+    def _fill(self, report: studies.StudyReport) -> None:
         self.table.blockSignals(True)
         self.table.setRowCount(len(report.characteristics))
         for row, one in enumerate(report.characteristics):
@@ -322,7 +309,7 @@ class StudySheet(Themed, WorkSheet):
         mark = MARKS.get(word, Mark.DOUBT)
         self.word.show_text(word.upper(), mark_colour(self._theme, mark), mark)
 
-    def _required(self) -> StudyPlan | None:
+    def _required(self) -> studies.StudyPlan | None:
         if self._plan is None:
             self.failed.emit(
                 InputError("msa.no_plan", tr("No plan is open."), tr("Draw one (F6) or open it."))

@@ -10,15 +10,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.archive import compare_folder, parts_of_batch
 from ocmm_gui.kit import later
 from ocmm_gui.work import Teller
-from ocmm_shop.studies import (
-    StudyPlan,
-    StudyReport,
-    StudyRun,
-    Type1Study,
-    open_runs,
-    study_jobs,
-    type1_study,
-)
+from ocmm_shop import studies
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,34 +18,34 @@ class StudyProgress:
     """Progress of a study, and the next measurement; None if complete."""
 
     measured: int
-    following: StudyRun | None
+    following: studies.StudyRun | None
 
 
 @dataclass(frozen=True, slots=True)
 class StudyProgressTask:
     """Read the existing measurements of a study."""
 
-    plan: StudyPlan
+    plan: studies.StudyPlan
     jobs: Path
 
     def __call__(self, tell: Teller) -> StudyProgress:
         """Return the progress without computing results, to keep the study blind."""
         tell(later("Reading the jobs"), 0.2)
         parts = parts_of_batch(self.jobs, self.plan.name) if self.jobs.is_dir() else ()
-        left = open_runs(self.plan, {one.serial for one in parts})
+        left = studies.open_runs(self.plan, {one.serial for one in parts})
         return StudyProgress(len(self.plan.runs) - len(left), left[0] if left else None)
 
 
 @dataclass(frozen=True, slots=True)
 class StudyTask:
-    plan: StudyPlan
+    plan: studies.StudyPlan
     jobs: Path
     probes: Path | None
     calibrations: Path | None
 
-    def __call__(self, tell: Teller) -> StudyReport:
+    def __call__(self, tell: Teller) -> studies.StudyReport:
         """Return the studies; InputError as `study_jobs`."""
-        return study_jobs(
+        return studies.study_jobs(
             self.plan, self.jobs, progress=tell, probes=self.probes,
             calibrations=self.calibrations,
         )  # fmt: skip
@@ -63,7 +55,7 @@ class StudyTask:
 class TypeOneStudy:
     """A type-1 study with its values."""
 
-    study: Type1Study
+    study: studies.Type1Study
     values: Float
     name: str
     reference: float
@@ -94,5 +86,5 @@ class TypeOneTask:
             )
         trend = known[0]
         width = trend.high - trend.low
-        study = type1_study(trend.values, self.reference, width)
+        study = studies.type1_study(trend.values, self.reference, width)
         return TypeOneStudy(study, trend.values, trend.name, self.reference, width, found.simulated)

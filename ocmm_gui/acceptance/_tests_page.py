@@ -12,20 +12,9 @@ from PySide6.QtWidgets import QHeaderView, QWidget
 from ocmm_core.acceptance import FinishedTest
 from ocmm_core.composition import AcceptanceBench, TestsMade
 from ocmm_core.failure import contained
+from ocmm_gui import kit
 from ocmm_gui.charts import InterimPlot
-from ocmm_gui.kit import (
-    NumberTable,
-    later,
-    panel,
-    said,
-    said_word,
-    sentence_label,
-    text_font,
-    time_words,
-    tr,
-    tr_all,
-    vbox,
-)
+from ocmm_gui.kit import later, said, tr
 from ocmm_gui.work import Worker
 
 _COLUMNS = (
@@ -51,17 +40,19 @@ class TestsPage(QWidget):
         self._shown: tuple[FinishedTest, ...] = ()
         # Reading verifies all hashes, and the disk may be slow.
         self._lists = Worker("ocmm-tests-made", self)
-        self.about = sentence_label(tr("About the tests"), 15)
-        self.table = NumberTable(
-            tr("Acceptance tests"), tr_all(_COLUMNS), whole=False, font=text_font(14)
+        self.about = kit.sentence_label(tr("About the tests"), 15)
+        self.table = kit.NumberTable(
+            tr("Acceptance tests"), kit.tr_all(_COLUMNS), whole=False, font=kit.text_font(14)
         )
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
         self.chart = InterimPlot()
         self.chart.setMinimumHeight(150)
-        below = vbox(self.chart)
-        vbox(self.about, (self.table, 3), (panel(below), 2), parent=self, spacing=8, margins=0)
+        below = kit.vbox(self.chart)
+        kit.vbox(
+            self.about, (self.table, 3), (kit.panel(below), 2), parent=self, spacing=8, margins=0
+        )
 
     def showEvent(self, event: QShowEvent) -> None:
         self.read()
@@ -116,10 +107,10 @@ def _words(one: FinishedTest) -> tuple[str, ...]:
         value = tr("{quantity} {error:+.1f} of {limit:.1f} µm").format(
             quantity=worst.quantity, error=1e3 * worst.error_mm, limit=1e3 * worst.limit_mm
         )
-    verdict = said_word(record.verdict.value)
+    verdict = kit.said_word(record.verdict.value)
     if one.states:
-        verdict = " ".join((*map(said_word, one.states), verdict))
+        verdict = " ".join((*map(kit.said_word, one.states), verdict))
     return (
-        verdict, record.procedure.title, time_words(ended), record.made_by, value,
+        verdict, record.procedure.title, kit.time_words(ended), record.made_by, value,
         record.number,
     )  # fmt: skip

@@ -12,34 +12,11 @@ from PySide6.QtWidgets import QCompleter, QTableWidgetItem, QWidget
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.tolerances.decisions import PartWord, Verdict
-from ocmm_gui.archive._archive_words import (
-    FIELDS,
-    KEYS,
-    TITLES,
-    USE_WORDS,
-    ArchiveResult,
-    ArchiveTask,
-    labelled,
-    read_day,
-)
+from ocmm_gui import kit
+from ocmm_gui.archive import _archive_words as archive_words
 from ocmm_gui.archive._recall_panel import RecallPanel
 from ocmm_gui.charts import TrendChart
-from ocmm_gui.kit import (
-    ChoiceBox,
-    DataTable,
-    FormField,
-    PathPanel,
-    Theme,
-    digit_font,
-    fill,
-    form_field,
-    hbox,
-    localised,
-    said_word,
-    sentence_label,
-    tr,
-    vbox,
-)
+from ocmm_gui.kit import tr
 from ocmm_gui.work import WorkSheet
 from ocmm_shop.archive.outbox import ArchivePlace, HandOver
 from ocmm_shop.archive.questions import QUESTIONS, ArchiveAnswer, Query, export_answer
@@ -54,7 +31,7 @@ _DOUBT = (
 _LONGEST = 480
 
 
-class AnswerTable(DataTable):
+class AnswerTable(kit.DataTable):
     """Rows of an answer; numbers at the right with four decimals."""
 
     def __init__(self) -> None:
@@ -72,7 +49,7 @@ class AnswerTable(DataTable):
             return
         # Column names are words of the core, which also exports them; they are not data.
         for column, title in enumerate(columns):
-            item = QTableWidgetItem(said_word(title))
+            item = QTableWidgetItem(kit.said_word(title))
             item.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
             self.setHorizontalHeaderItem(column, item)
         self.setRowCount(len(answer.rows))
@@ -85,7 +62,7 @@ class AnswerTable(DataTable):
                 self._write(row, column, _text(cell), self._colour(cell))
                 if numbers[column]:
                     item_there = self._cell(row, column)
-                    item_there.setFont(digit_font(13, bold=False))
+                    item_there.setFont(kit.digit_font(13, bold=False))
                     item_there.setTextAlignment(
                         Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
                     )
@@ -96,7 +73,7 @@ class AnswerTable(DataTable):
                 self.setColumnWidth(column, _LONGEST)
         self.horizontalHeader().setStretchLastSection(bool(columns) and not numbers[-1])
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._colours = theme
         self.show_answer(self._answer)
 
@@ -111,7 +88,11 @@ class AnswerTable(DataTable):
 def _text(cell: object) -> str:
     if cell is None:
         return "–"
-    return localised(f"{cell:.4f}") if isinstance(cell, float) else said_word(shown_text(str(cell)))
+    return (
+        kit.localised(f"{cell:.4f}")
+        if isinstance(cell, float)
+        else kit.said_word(shown_text(str(cell)))
+    )
 
 
 _MOST_NOTES = 5
@@ -123,23 +104,25 @@ class ArchiveSheet(WorkSheet):
     def __init__(
         self, place: Callable[[], ArchivePlace | None], folder: Callable[[], Path]
     ) -> None:
-        super().__init__(tr("Archive"), KEYS, tr("Asking the archive"))
+        super().__init__(tr("Archive"), archive_words.KEYS, tr("Asking the archive"))
         self._place, self._proposed = place, folder
         self._answer: ArchiveAnswer | None = None
-        self.question = ChoiceBox(
+        self.question = kit.ChoiceBox(
             tr("Question"), tr("What is asked of the archive"),
-            [tr(TITLES[one.name]) for one in QUESTIONS],
+            [tr(archive_words.TITLES[one.name]) for one in QUESTIONS],
         )  # fmt: skip
-        self.kind = ChoiceBox(tr("Kind"), tr("What was used"), USES, lambda one: tr(USE_WORDS[one]))
-        self.fields: dict[str, FormField] = {}
+        self.kind = kit.ChoiceBox(
+            tr("Kind"), tr("What was used"), USES, lambda one: tr(archive_words.USE_WORDS[one])
+        )
+        self.fields: dict[str, kit.FormField] = {}
         self._holders: dict[str, QWidget] = {}
-        row = hbox(labelled(tr("Question"), self.question), spacing=10)
-        self._holders["kind"] = labelled(tr("Kind"), self.kind)
+        row = kit.hbox(archive_words.labelled(tr("Question"), self.question), spacing=10)
+        self._holders["kind"] = archive_words.labelled(tr("Kind"), self.kind)
         row.addWidget(self._holders["kind"])
-        for key, name, tip in FIELDS:
-            field = form_field(tr(name), tr(tip))
+        for key, name, tip in archive_words.FIELDS:
+            field = kit.form_field(tr(name), tr(tip))
             self.fields[key] = field
-            self._holders[key] = labelled(tr(name), field)
+            self._holders[key] = archive_words.labelled(tr(name), field)
             row.addWidget(self._holders[key], 1)
         self._parts, self._characteristics = QStringListModel(), QStringListModel()
         for key, model in (("part", self._parts), ("characteristic", self._characteristics)):
@@ -147,17 +130,17 @@ class ArchiveSheet(WorkSheet):
             completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
             completer.setFilterMode(Qt.MatchFlag.MatchContains)
             self.fields[key].setCompleter(completer)
-        self.target = PathPanel(
+        self.target = kit.PathPanel(
             tr("Write the table to the file"), tr("File of the table"), tr("Write")
         )
         self.table, self.chart = AnswerTable(), TrendChart()
-        self.notes = sentence_label(tr("What must be known about the answer"), 15)
-        self.standing = sentence_label(tr("Hand-over to the archive"), 14)
+        self.notes = kit.sentence_label(tr("What must be known about the answer"), 15)
+        self.standing = kit.sentence_label(tr("Hand-over to the archive"), 14)
         self.standing.setProperty("role", "muted")
-        middle = hbox((self.table, 55), (self.chart, 45), spacing=10)
+        middle = kit.hbox((self.table, 55), (self.chart, 45), spacing=10)
         self.recall, self._asking = RecallPanel(), QWidget()
-        vbox(row, (middle, 1), self.notes, parent=self._asking, margins=0)
-        fill(self.body, self.target, self.working, (self._asking, 1), (self.recall, 1))
+        kit.vbox(row, (middle, 1), self.notes, parent=self._asking, margins=0)
+        kit.fill(self.body, self.target, self.working, (self._asking, 1), (self.recall, 1))
         self.recall.hide()
         self.body.addWidget(self.standing)
         self.question.currentIndexChanged.connect(lambda _index: self._show_fields())
@@ -198,7 +181,7 @@ class ArchiveSheet(WorkSheet):
         question = QUESTIONS[self.question.currentIndex()]
         missing = [key for key in question.needs if not self.fields[key].text().strip()]
         name = "" if missing else question.name
-        self._begin(tr("Asking the archive"), ArchiveTask(place, name, asked))
+        self._begin(tr("Asking the archive"), archive_words.ArchiveTask(place, name, asked))
         if missing:
             self.say(tr("Fill in what it is about, then ask (F8)."))
             self.fields[missing[0]].setFocus()
@@ -234,7 +217,7 @@ class ArchiveSheet(WorkSheet):
         if work is not None:
             self._begin(tr("Storing the recall"), work)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self.table.set_theme(theme)
         self.chart.set_theme(theme)
         self.question.set_theme(theme)
@@ -253,7 +236,7 @@ class ArchiveSheet(WorkSheet):
             self.say(self.recall.show_record(answer))
         elif isinstance(answer, Path):
             self.say(tr("Recall written to {path}.").format(path=answer))
-        if not isinstance(answer, ArchiveResult):
+        if not isinstance(answer, archive_words.ArchiveResult):
             return
         self._known = answer.parts
         self._parts.setStringList(sorted({part for part, _ in answer.parts}))
@@ -329,4 +312,4 @@ class ArchiveSheet(WorkSheet):
 
 
 def _day(text: str) -> date | None:
-    return read_day(text, date.fromisoformat) if text else None
+    return archive_words.read_day(text, date.fromisoformat) if text else None

@@ -14,42 +14,13 @@ from PySide6.QtWidgets import QWidget
 from ocmm_core.calibration.records import default_folder
 from ocmm_core.errors import InputError
 from ocmm_core.export import write_together
+from ocmm_core.inspection import recall
 from ocmm_core.inspection.archive import Outcome, RecallRecord
-from ocmm_core.inspection.recall import (
-    COLUMNS,
-    checked,
-    decided,
-    headline,
-    job_line,
-    not_judged,
-    rests_on,
-    row,
-    totals,
-    worst_first,
-)
+from ocmm_core.inspection.recall import row
 from ocmm_core.wording import Speech
+from ocmm_gui import kit
 from ocmm_gui.archive._archive_words import labelled, read_day
-from ocmm_gui.kit import (
-    ChoiceBox,
-    ColouredRow,
-    DataTable,
-    FitText,
-    FormField,
-    Mark,
-    Theme,
-    Themed,
-    form_field,
-    hbox,
-    language_in_use,
-    later,
-    mark_colour,
-    said,
-    said_word,
-    sentence_label,
-    tr,
-    tr_all,
-    vbox,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.reports import drawing, pdf_bytes
 from ocmm_gui.work import Teller
 from ocmm_shop.archive.outbox import ArchivePlace
@@ -64,40 +35,50 @@ _TIPS = (
     later("whether the verdict still holds"),
     later("and why"),
 )
-_MARKS = {Outcome.HOLDS: Mark.GOOD, Outcome.CHANGES: Mark.BAD, Outcome.UNKNOWN: Mark.DOUBT}
+_MARKS = {
+    Outcome.HOLDS: kit.Mark.GOOD,
+    Outcome.CHANGES: kit.Mark.BAD,
+    Outcome.UNKNOWN: kit.Mark.DOUBT,
+}
 
 
-def mark_of(record: RecallRecord) -> Mark:
+def mark_of(record: RecallRecord) -> kit.Mark:
     """Return the mark of a recall: that of its worst verdict."""
     worst = next(
         (one for one in (Outcome.CHANGES, Outcome.UNKNOWN) if record.count(one)), Outcome.HOLDS
     )
-    return Mark.DOUBT if record.unread and worst is Outcome.HOLDS else _MARKS[worst]
+    return kit.Mark.DOUBT if record.unread and worst is Outcome.HOLDS else _MARKS[worst]
 
 
-class RecallTable(DataTable):
+class RecallTable(kit.DataTable):
     """One row per characteristic, urgent jobs first."""
 
     def __init__(self) -> None:
         super().__init__(
             tr("Verdicts of the recall"),
-            tuple(zip(map(said_word, COLUMNS), tr_all(_TIPS), strict=True)),
+            tuple(zip(map(kit.said_word, recall.COLUMNS), kit.tr_all(_TIPS), strict=True)),
         )
         self._record: RecallRecord | None = None
         self._lines: list[str] = []
-        self._rows = ColouredRow(self)
+        self._rows = kit.ColouredRow(self)
         self.setItemDelegate(self._rows)
         self.resizeColumnsToContents()
 
     def show_record(self, record: RecallRecord) -> None:
         self._record = record
-        rows = [(job, one) for job in worst_first(record.jobs) for one in job.characteristics]
-        speech = Speech(language_in_use())
-        self._lines = [f"{job_line(job, speech)} {said(rests_on(job))}" for job, _ in rows]
+        rows = [
+            (job, one) for job in recall.worst_first(record.jobs) for one in job.characteristics
+        ]
+        speech = Speech(kit.language_in_use())
+        self._lines = [
+            f"{recall.job_line(job, speech)} {kit.said(recall.rests_on(job))}" for job, _ in rows
+        ]
         self.setRowCount(len(rows))
         for at, (job, one) in enumerate(rows):
             for column, text in enumerate((job.label, *row(one, speech))):
-                colour = mark_colour(self._colours, _MARKS[one.outcome]) if column == 4 else None
+                colour = (
+                    kit.mark_colour(self._colours, _MARKS[one.outcome]) if column == 4 else None
+                )
                 self._write(at, column, text, colour)
         self.resizeColumnsToContents()
         if rows:
@@ -108,7 +89,7 @@ class RecallTable(DataTable):
         at = self.currentRow()
         return self._lines[at] if 0 <= at < len(self._lines) else ""
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._colours = self._rows.theme = theme
         if self._record is not None:
             self.show_record(self._record)
@@ -118,19 +99,21 @@ _MOST_LINES = 3
 """Of jobs that were not judged: the table below needs the room."""
 
 
-class RecallResult(Themed, QWidget):
+class RecallResult(kit.Themed, QWidget):
     """Result of any recall."""
 
     def __init__(self) -> None:
         super().__init__()
         self.record: RecallRecord | None = None
-        self._headline = FitText(tr("Result of the recall"), limit=26)
+        self._headline = kit.FitText(tr("Result of the recall"), limit=26)
         self._headline.setFixedHeight(40)
-        self.totals = sentence_label(tr("Findings of the recall"), 15)
+        self.totals = kit.sentence_label(tr("Findings of the recall"), 15)
         self.table = RecallTable()
-        self.about_job = sentence_label(tr("Evidence for the selected verdict"), 14)
+        self.about_job = kit.sentence_label(tr("Evidence for the selected verdict"), 14)
         self.about_job.setProperty("role", "muted")
-        vbox(self._headline, self.totals, (self.table, 1), self.about_job, parent=self, margins=0)
+        kit.vbox(
+            self._headline, self.totals, (self.table, 1), self.about_job, parent=self, margins=0
+        )
         self.table.itemSelectionChanged.connect(self._show_job)
 
     def show_record(self, record: RecallRecord) -> str:
@@ -138,13 +121,13 @@ class RecallResult(Themed, QWidget):
         self._show_words(record)
         self.table.show_record(record)
         self._show_job()
-        return said(checked(record))
+        return kit.said(recall.checked(record))
 
     def headline(self) -> str:
         """Return the totals in large words; for tests."""
         return self._headline.text()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self.table.set_theme(theme)
         if self.record is not None:
@@ -153,11 +136,13 @@ class RecallResult(Themed, QWidget):
     def _show_words(self, record: RecallRecord) -> None:
         mark = mark_of(record)
         self._headline.show_text(
-            headline(record, Speech(language_in_use())), mark_colour(self._theme, mark), mark
+            recall.headline(record, Speech(kit.language_in_use())),
+            kit.mark_colour(self._theme, mark),
+            mark,
         )
-        found = (*totals(record), decided(record)) if record.jobs else ()
-        lines = (*found, *not_judged(record, _MOST_LINES))
-        self.totals.setText("\n".join(map(said, lines)))
+        found = (*recall.totals(record), recall.decided(record)) if record.jobs else ()
+        lines = (*found, *recall.not_judged(record, _MOST_LINES))
+        self.totals.setText("\n".join(map(kit.said, lines)))
 
     def _show_job(self) -> None:
         self.about_job.setText(self.table.line())
@@ -229,18 +214,18 @@ class RecallPanel(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._places: ShopPlaces | None = None
-        self.finding = ChoiceBox(
+        self.finding = kit.ChoiceBox(
             tr("Finding"), tr("What was found to be wrong"), [tr(name) for _, name in _FINDINGS]
         )
-        self.fields: dict[str, FormField] = {}
-        row = hbox(labelled(tr("Finding"), self.finding), spacing=10)
+        self.fields: dict[str, kit.FormField] = {}
+        row = kit.hbox(labelled(tr("Finding"), self.finding), spacing=10)
         self._holders: dict[str, QWidget] = {}
         for key, name, tip in _FIELDS:
-            self.fields[key] = form_field(tr(name), tr(tip))
+            self.fields[key] = kit.form_field(tr(name), tr(tip))
             self._holders[key] = labelled(tr(name), self.fields[key])
             row.addWidget(self._holders[key], 2 if key == "folders" else 1)
         self.result = RecallResult()
-        vbox(row, (self.result, 1), parent=self, margins=0)
+        kit.vbox(row, (self.result, 1), parent=self, margins=0)
         self.finding.currentIndexChanged.connect(lambda _index: self._show_fields())
         self._show_fields()
 
@@ -278,13 +263,13 @@ class RecallPanel(QWidget):
         """Return the work that writes the displayed recall; InputError without one."""
         if self.result.record is None:
             raise _nothing()
-        return RecallExportTask(self.result.record, path, language_in_use())
+        return RecallExportTask(self.result.record, path, kit.language_in_use())
 
     def show_record(self, record: RecallRecord) -> str:
         """Show a recall, and return the sentence about the checked jobs."""
         return self.result.show_record(record)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self.finding.set_theme(theme)
         self.result.set_theme(theme)
 

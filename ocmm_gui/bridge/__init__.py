@@ -2,8 +2,8 @@
 
 In: a station with its threads. Out: signals on the window's thread, and commands to the station.
 
-Start with `_bridge` (signals, timer, services) and `_evaluator` (rate-limited evaluation of the
-job on its own thread). Commands of the window go through the queue in `_commands`, by ``job``,
+Start with `_bridge` (signals, timer, services) and `_threads` (rate-limited evaluation of the
+job, and commands). Commands of the window go through a queue, by ``job``,
 ``choice``, ``results``, ``jobs``, ``maintenance`` and ``serving``; read-only values come from
 ``bridge.station``.
 Nothing lengthy runs on the window's thread. It must not import screens.
@@ -13,7 +13,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.bridge._bridge import StationBridge
-    from ocmm_gui.bridge._evaluator import Evaluator
+    from ocmm_gui.bridge._threads import Evaluator
 else:
     __getattr__ = door(__name__)
 

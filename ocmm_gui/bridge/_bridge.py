@@ -24,15 +24,15 @@ from ocmm_core.inspection.evaluation import JobHeader, JobView, withdrawn
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.station import MeasuringStation
 from ocmm_core.station.coaching import CoachView
-from ocmm_gui.bridge._commands import (
+from ocmm_gui.bridge._threads import (
     ChoiceCommands,
     CommandQueue,
+    Evaluator,
     JobCommands,
     ResultCommands,
+    ServingCommands,
     ShownJob,
 )
-from ocmm_gui.bridge._evaluator import Evaluator
-from ocmm_gui.bridge._serving import ServingCommands
 
 _CAN_BE_READ = ("job.locked", "job.not_sealed", "job.not_writable")
 

@@ -11,19 +11,8 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 from ocmm_core.inspection.archive import Trend
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_gui.kit import (
-    SCENE_LEAST,
-    SCENE_SIZE,
-    PaintedWidget,
-    digit_font,
-    ink,
-    kind_value,
-    named_quantity,
-    quantity,
-    said_word,
-    text_font,
-    tr,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import tr
 
 _MARGIN_SHARE = 0.4
 """Margin beyond each limit, in widths of the tolerance."""
@@ -70,7 +59,7 @@ def make_scale(result: CharacteristicResult) -> BarScale:
     )
 
 
-class ToleranceBar(PaintedWidget):
+class ToleranceBar(kit.PaintedWidget):
     """Bar with red, amber and green fields, limits in digits and a marker with ±U."""
 
     def __init__(self, *, digits_share: float = 0.3) -> None:
@@ -86,10 +75,10 @@ class ToleranceBar(PaintedWidget):
             self.setAccessibleDescription(
                 tr("{name}: deviation {deviation}, limits {lower} to {upper}, {verdict}").format(
                     name=result.name,
-                    deviation=named_quantity(result, result.deviation, signed=True),
-                    lower=named_quantity(result, result.lower, signed=True),
-                    upper=named_quantity(result, result.upper, signed=True),
-                    verdict=said_word(result.verdict.value),
+                    deviation=kit.named_quantity(result, result.deviation, signed=True),
+                    lower=kit.named_quantity(result, result.lower, signed=True),
+                    upper=kit.named_quantity(result, result.upper, signed=True),
+                    verdict=kit.said_word(result.verdict.value),
                 )
             )
         self.update()
@@ -121,7 +110,7 @@ class ToleranceBar(PaintedWidget):
             left, right = (bar.left() + bar.width() * scale.place(v) for v in (low, high))
             painter.setBrush(QColor(colour))
             painter.drawRect(QRectF(left, bar.top(), right - left, bar.height()))
-        ink(painter, QPen(QColor(theme.border), theme.border_px), Qt.BrushStyle.NoBrush)
+        kit.ink(painter, QPen(QColor(theme.border), theme.border_px), Qt.BrushStyle.NoBrush)
         painter.drawRect(bar.adjusted(0.5, 0, -0.5, 0))
 
     def _paint_limits(
@@ -132,7 +121,7 @@ class ToleranceBar(PaintedWidget):
         digits: float,
         result: CharacteristicResult,
     ) -> None:
-        painter.setFont(digit_font(digits, bold=False))
+        painter.setFont(kit.digit_font(digits, bold=False))
         metrics = painter.fontMetrics()
         values = [scale.lower, scale.upper]
         if scale.lower < 0.0 < scale.upper:
@@ -141,7 +130,7 @@ class ToleranceBar(PaintedWidget):
             x = bar.left() + bar.width() * scale.place(value)
             painter.setPen(QPen(QColor(self._theme.text), 2))
             painter.drawLine(QPointF(x, bar.bottom() - 3), QPointF(x, bar.bottom() + 4))
-            text = "0" if value == 0.0 else quantity(result, value, signed=True)
+            text = "0" if value == 0.0 else kit.quantity(result, value, signed=True)
             wide = metrics.horizontalAdvance(text)
             left = min(max(x - 0.5 * wide, 0.0), self.width() - wide)
             place = QRectF(left, bar.bottom() + 3, wide + 2.0, self.height() - bar.bottom() - 3)
@@ -168,7 +157,7 @@ class ToleranceBar(PaintedWidget):
                     QPointF(end, middle - 0.2 * bar.height()),
                     QPointF(end, middle + 0.2 * bar.height()),
                 )
-        ink(painter, Qt.PenStyle.NoPen, colour)
+        kit.ink(painter, Qt.PenStyle.NoPen, colour)
         if not scale.low <= result.deviation <= scale.high:
             # Off the scale: an outward arrow.
             turn = 1.0 if result.deviation > scale.high else -1.0
@@ -191,11 +180,11 @@ class ToleranceBar(PaintedWidget):
 _HEAD_PX, _FOOT_PX, _SCALE_PX = 34.0, 24.0, 112.0
 
 
-class TrendChart(PaintedWidget):
+class TrendChart(kit.PaintedWidget):
     """Values as dots with their U; the field is the tolerance, dashed the limits."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Trend over the parts"), SCENE_SIZE, SCENE_LEAST)
+        super().__init__(tr("Trend over the parts"), kit.SCENE_SIZE, kit.SCENE_LEAST)
         self._trend: Trend | None = None
 
     def show_trend(self, trend: Trend | None) -> None:
@@ -209,7 +198,7 @@ class TrendChart(PaintedWidget):
         trend = self._trend
         if trend is None or not len(trend.values):
             return
-        ink(painter, QColor(self._theme.text), font=text_font(15, bold=True))
+        kit.ink(painter, QColor(self._theme.text), font=kit.text_font(15, bold=True))
         head = QRectF(frame.left() + 12.0, frame.top(), frame.width() - 24.0, _HEAD_PX)
         painter.drawText(head, Qt.AlignmentFlag.AlignVCenter, trend.name)
         box = frame.adjusted(_SCALE_PX, _HEAD_PX, -16.0, -_FOOT_PX)
@@ -225,9 +214,9 @@ class TrendChart(PaintedWidget):
 
         top = y(min(trend.high, high))
         bottom = y(max(trend.low, low))
-        ink(painter, Qt.PenStyle.NoPen, QColor(self._theme.zone_good))
+        kit.ink(painter, Qt.PenStyle.NoPen, QColor(self._theme.zone_good))
         painter.drawRect(QRectF(box.left(), top, box.width(), bottom - top))
-        painter.setFont(digit_font(12, bold=False))
+        painter.setFont(kit.digit_font(12, bold=False))
         levels: list[tuple[str, float, Qt.PenStyle]] = [
             (tr("limit"), value, Qt.PenStyle.SolidLine)
             for value in (trend.low, trend.high)
@@ -248,7 +237,7 @@ class TrendChart(PaintedWidget):
                 taken.append(y(value))
                 place = QRectF(box.left() - _SCALE_PX + 6.0, y(value) - 9.0, _SCALE_PX - 12.0, 18.0)
                 right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                painter.drawText(place, right, f"{name} {kind_value(trend.kind, value, 3)}")
+                painter.drawText(place, right, f"{name} {kit.kind_value(trend.kind, value, 3)}")
 
     def _paint_parts(
         self, painter: QPainter, trend: Trend, box: QRectF, low: float, high: float
@@ -263,7 +252,7 @@ class TrendChart(PaintedWidget):
         for index, part in enumerate(trend.parts):
             x = box.left() + (index + 0.5) * step
             if part.value is None or part.uncertainty is None:
-                ink(painter, QColor(self._theme.muted), font=text_font(13, bold=True))
+                kit.ink(painter, QColor(self._theme.muted), font=kit.text_font(13, bold=True))
                 painter.drawText(QPointF(x - 4.0, box.bottom() - 4.0), "?")
                 continue
             counted += 1
@@ -283,7 +272,7 @@ class TrendChart(PaintedWidget):
                 painter.drawRect(QRectF(place.x() - 6.0, place.y() - 6.0, 12.0, 12.0))
             else:
                 painter.drawEllipse(place, size, size)
-        ink(painter, QColor(self._theme.muted), font=text_font(12))
+        kit.ink(painter, QColor(self._theme.muted), font=kit.text_font(12))
         foot = QRectF(box.left(), box.bottom(), box.width(), _FOOT_PX)
         centre = Qt.AlignmentFlag.AlignVCenter
         painter.drawText(foot, centre | Qt.AlignmentFlag.AlignLeft, trend.parts[0].serial)
@@ -301,7 +290,7 @@ def _description(trend: Trend) -> str:
         len(values),
     ).format(
         name=trend.name,
-        least=kind_value(trend.kind, float(values.min()), 4),
-        most=kind_value(trend.kind, float(values.max()), 4),
+        least=kit.kind_value(trend.kind, float(values.min()), 4),
+        most=kit.kind_value(trend.kind, float(values.max()), 4),
         signals=tr("%n signals", "1 signal", signals),
     )

@@ -12,19 +12,8 @@ from ocmm_core.coach import Ellipsoid, Hint, ProbePicture, Turn, Way
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Refusal
 from ocmm_core.station.coaching import NOTHING, CoachView
-from ocmm_gui.kit import (
-    WRAPPED,
-    PaintedWidget,
-    Theme,
-    fitted,
-    ink,
-    literal,
-    localised,
-    said,
-    text_font,
-    tr,
-    wrapped_pixels,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import tr
 
 _ROOM = 0.76
 """Share of the box for the probe; the rest is for the arrow."""
@@ -32,7 +21,7 @@ _STEPS_UM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
 _FULL = 16 * 360
 
 
-def paint_probe(painter: QPainter, picture: ProbePicture, box: QRectF, theme: Theme) -> None:
+def paint_probe(painter: QPainter, picture: ProbePicture, box: QRectF, theme: kit.Theme) -> None:
     """Paint the probe: LEDs with a sector per camera, filled if visible."""
     points = np.vstack([picture.leds, picture.outline, picture.foot, [[0.0, 0.0]]])
     low, high = points.min(axis=0), points.max(axis=0)
@@ -56,7 +45,7 @@ def paint_probe(painter: QPainter, picture: ProbePicture, box: QRectF, theme: Th
                         Qt.PenJoinStyle.RoundJoin))  # fmt: skip
     painter.setBrush(body)
     painter.drawPolygon(QPolygonF([at(point) for point in picture.outline]))
-    ink(painter, Qt.PenStyle.NoPen, line)
+    kit.ink(painter, Qt.PenStyle.NoPen, line)
     radius = max(0.8 * small, picture.ball_radius * scale)
     painter.drawEllipse(ball, radius, radius)
     for number, led in enumerate(picture.leds):
@@ -67,11 +56,11 @@ def paint_probe(painter: QPainter, picture: ProbePicture, box: QRectF, theme: Th
 
 
 def _paint_led(
-    painter: QPainter, place: QPointF, radius: float, seen: list[bool], theme: Theme
+    painter: QPainter, place: QPointF, radius: float, seen: list[bool], theme: kit.Theme
 ) -> None:
     """Paint a disc with a sector per camera, in their order from left to right."""
     disc = QRectF(place.x() - radius, place.y() - radius, 2.0 * radius, 2.0 * radius)
-    ink(painter, Qt.PenStyle.NoPen, QColor(theme.panel))
+    kit.ink(painter, Qt.PenStyle.NoPen, QColor(theme.panel))
     painter.drawEllipse(disc)
     share = _FULL // max(len(seen), 1)
     painter.setBrush(QColor(theme.good))
@@ -85,7 +74,7 @@ def _paint_led(
 
 
 def _paint_turn(
-    painter: QPainter, turn: Turn, ball: QPointF, top: QPointF, box: QRectF, theme: Theme
+    painter: QPainter, turn: Turn, ball: QPointF, top: QPointF, box: QRectF, theme: kit.Theme
 ) -> None:
     thick = max(3.0, 0.035 * min(box.width(), box.height()))
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -117,7 +106,7 @@ def _paint_turn(
     _paint_arrow(painter, arc, thick, theme)
 
 
-def _paint_arrow(painter: QPainter, line: list[QPointF], thick: float, theme: Theme) -> None:
+def _paint_arrow(painter: QPainter, line: list[QPointF], thick: float, theme: kit.Theme) -> None:
     path = QPainterPath(line[0])
     for point in line[1:-2]:
         path.lineTo(point)
@@ -128,7 +117,7 @@ def _paint_arrow(painter: QPainter, line: list[QPointF], thick: float, theme: Th
     head = 2.2 * thick
     base = QPointF(end.x() - 0.6 * head * x, end.y() - 0.6 * head * y)
     tip = QPointF(end.x() + 0.9 * head * x, end.y() + 0.9 * head * y)
-    ink(painter, Qt.PenStyle.NoPen, QColor(theme.accent))
+    kit.ink(painter, Qt.PenStyle.NoPen, QColor(theme.accent))
     painter.drawPolygon(
         QPolygonF([tip, QPointF(base.x() - head * y, base.y() + head * x),
                    QPointF(base.x() + head * y, base.y() - head * x)])
@@ -141,11 +130,11 @@ def scale_um(ellipsoid: Ellipsoid) -> int:
     return next((step for step in _STEPS_UM if step >= wanted), _STEPS_UM[-1])
 
 
-def paint_ellipse(painter: QPainter, ellipsoid: Ellipsoid, box: QRectF, theme: Theme) -> None:
+def paint_ellipse(painter: QPainter, ellipsoid: Ellipsoid, box: QRectF, theme: kit.Theme) -> None:
     """Paint the ellipsoid's outline with rings of the full and half scale."""
     middle, scale = box.center(), scale_um(ellipsoid)
     radius = 0.46 * min(box.width(), box.height())
-    ink(painter, QPen(QColor(theme.border), 1.0), Qt.BrushStyle.NoBrush)
+    kit.ink(painter, QPen(QColor(theme.border), 1.0), Qt.BrushStyle.NoBrush)
     for part in (0.5, 1.0):
         painter.drawEllipse(middle, part * radius, part * radius)
     painter.drawLine(QPointF(middle.x() - radius, middle.y()),
@@ -159,7 +148,7 @@ def paint_ellipse(painter: QPainter, ellipsoid: Ellipsoid, box: QRectF, theme: T
     painter.rotate(-math.degrees(float(angle)))
     fill = QColor(theme.accent)
     fill.setAlphaF(0.35)
-    ink(painter, QPen(QColor(theme.accent), 2.0), fill)
+    kit.ink(painter, QPen(QColor(theme.accent), 2.0), fill)
     per_mm = 1e3 * radius / scale
     painter.drawEllipse(QPointF(0.0, 0.0), max(per_mm * longer, 1.5), max(per_mm * shorter, 1.5))
     painter.restore()
@@ -176,7 +165,7 @@ _LOW, _PICTURE_SHARE, _WORDS_SHARE = 1.1, 0.5, 0.4
 """Below this many widths of height the text is next to the picture, otherwise below it."""
 
 
-class CoachPanel(PaintedWidget):
+class CoachPanel(kit.PaintedWidget):
     """Ellipse and U in good order; the probe with an arrow if a turn would help."""
 
     refusal_over = Signal()
@@ -228,7 +217,7 @@ class CoachPanel(PaintedWidget):
         """Return the text: a hint, a remedy, or U."""
         view = self._view
         if view.remedy:
-            return said(view.remedy)
+            return kit.said(view.remedy)
         if view.hint is not None:
             return hint_words(view.hint)
         if view.ellipsoid is not None:
@@ -252,7 +241,7 @@ class CoachPanel(PaintedWidget):
             about.append(_where())
         text = " ".join(about)
         self.setAccessibleDescription(text)
-        self.setToolTip(literal(text))
+        self.setToolTip(kit.literal(text))
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -309,7 +298,7 @@ class CoachPanel(PaintedWidget):
 
     def _words_px(self, frame: QRectF, words: str) -> int:
         box = frame.adjusted(0.0, 0.0, 0.0, -2.0 * _LINE_PX)
-        return wrapped_pixels(self._lines(words), box, _GREATEST_PX, bold=self._is_urgent())
+        return kit.wrapped_pixels(self._lines(words), box, _GREATEST_PX, bold=self._is_urgent())
 
     def _paint_words(self, painter: QPainter, frame: QRectF, words: str) -> None:
         where = QRectF(frame)
@@ -317,13 +306,13 @@ class CoachPanel(PaintedWidget):
         self._paint_where(painter, where, 12)
         box = frame.adjusted(0.0, 0.0, 0.0, -where.height())
         painter.setPen(QColor(self._theme.bad if self._view.remedy else self._theme.text))
-        painter.setFont(text_font(self._words_px(frame, words), bold=self._is_urgent()))
-        painter.drawText(box, WRAPPED, self._lines(words))
+        painter.setFont(kit.text_font(self._words_px(frame, words), bold=self._is_urgent()))
+        painter.drawText(box, kit.WRAPPED, self._lines(words))
 
     def _paint_where(self, painter: QPainter, box: QRectF, limit: int) -> None:
         painter.setPen(QColor(self._theme.muted))
-        painter.setFont(text_font(wrapped_pixels(_where(), box, limit)))
-        painter.drawText(box, WRAPPED, _where())
+        painter.setFont(kit.text_font(kit.wrapped_pixels(_where(), box, limit)))
+        painter.drawText(box, kit.WRAPPED, _where())
 
     def _paint_line(
         self, painter: QPainter, frame: QRectF, text: str, colour: str, high: float = _LINE_PX
@@ -331,13 +320,13 @@ class CoachPanel(PaintedWidget):
         """Paint a line at the bottom and return the area above it."""
         box = QRectF(frame.left(), frame.bottom() - high, frame.width(), high)
         painter.setPen(QColor(colour))
-        painter.setFont(fitted(text_font(10), text, box.width(), box.height(), 64))
+        painter.setFont(kit.fitted(kit.text_font(10), text, box.width(), box.height(), 64))
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
         return frame.adjusted(0.0, 0.0, 0.0, -high)
 
 
 def hint_words(hint: Hint) -> str:
-    turns = ", ".join(said(turn.words) for turn in hint.turns)
+    turns = ", ".join(kit.said(turn.words) for turn in hint.turns)
     return tr("{turns}: U {now} → {then} µm").format(
         turns=turns, now=_um(hint.now_mm), then=_um(hint.then_mm)
     )
@@ -348,4 +337,4 @@ def _where() -> str:
 
 
 def _um(value_mm: float) -> str:
-    return localised(f"{1e3 * value_mm:.0f}")
+    return kit.localised(f"{1e3 * value_mm:.0f}")

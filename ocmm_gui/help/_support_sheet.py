@@ -16,99 +16,78 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
 )
 
+from ocmm_core import support
 from ocmm_core.errors import OcmmError
-from ocmm_core.support import (
-    PARTS,
-    BundleDraft,
-    BundleItem,
-    SupportSite,
-    draft_bundle,
-    write_bundle,
-)
-from ocmm_gui.kit import (
-    ACTIONS,
-    ActionInfo,
-    NumberTable,
-    PathPanel,
-    Sheet,
-    caption,
-    dressed,
-    fill,
-    hbox,
-    key_words,
-    later,
-    literal,
-    localised,
-    said,
-    said_word,
-    shortcuts_of,
-    text_font,
-    tr,
-    tr_all,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.work import Worker
 
 _KEYS = (
-    ActionInfo("write", later("Write"), later("Write the support bundle to a file"), ("F8",)),
-    ActionInfo(
+    kit.ActionInfo("write", later("Write"), later("Write the support bundle to a file"), ("F8",)),
+    kit.ActionInfo(
         "names", later("Mask names"), later("Take names of people out, or keep them"), ("F6",)
     ),
-    ActionInfo("part", later("Leave out"), later("Leave the selected part out, or not"), ("F7",)),
-    ActionInfo("again", later("Gather again"), later("Look again at everything"), ("F9",)),
-    ActionInfo("about", later("About"), later("Version, licences and folders of OCMM"), ("F10",)),
+    kit.ActionInfo(
+        "part", later("Leave out"), later("Leave the selected part out, or not"), ("F7",)
+    ),
+    kit.ActionInfo("again", later("Gather again"), later("Look again at everything"), ("F9",)),
+    kit.ActionInfo(
+        "about", later("About"), later("Version, licences and folders of OCMM"), ("F10",)
+    ),
 )
 _CLOSE_S = 1.0
 _SHOWN = 200_000
 """Characters of a preview; longer files are complete in the bundle, as the list states."""
 
 
-class SupportSheet(Sheet):
+class SupportSheet(kit.Sheet):
     """Parts with check boxes, their files, and the selected file's content."""
 
     def __init__(
-        self, site: Callable[[], SupportSite], folder: Callable[[], Path],
+        self, site: Callable[[], support.SupportSite], folder: Callable[[], Path],
         about: Callable[[], None],
     ) -> None:  # fmt: skip
         super().__init__(tr("Support bundle"), _KEYS)
         self._site, self._folder = site, folder
         self._worker = Worker("ocmm-support", self)
-        self._draft: BundleDraft | None = None
-        self._shown: list[BundleItem] = []
+        self._draft: support.BundleDraft | None = None
+        self._shown: list[support.BundleItem] = []
         self.parts: dict[str, QCheckBox] = {}
-        side = vbox(spacing=4)
-        for spec in PARTS:
-            box = QCheckBox(said_word(spec.title))
+        side = kit.vbox(spacing=4)
+        for spec in support.PARTS:
+            box = QCheckBox(kit.said_word(spec.title))
             box.setChecked(True)
-            box.setFont(text_font(15))
-            box.setToolTip(literal(said(spec.about)))
+            box.setFont(kit.text_font(15))
+            box.setToolTip(kit.literal(kit.said(spec.about)))
             box.toggled.connect(self._show_files)
             self.parts[spec.name] = box
             side.addWidget(box)
         self.mask_names = QCheckBox(tr("Mask names of people"))
-        self.mask_names.setFont(text_font(15, bold=True))
+        self.mask_names.setFont(kit.text_font(15, bold=True))
         self.mask_names.setChecked(True)
         self.mask_names.toggled.connect(lambda _on: self.gather())
         side.addWidget(self.mask_names)
-        self.files = dressed(QListWidget(), tr("Files of the support bundle"), font=text_font(13))
+        self.files = kit.dressed(
+            QListWidget(), tr("Files of the support bundle"), font=kit.text_font(13)
+        )
         self.files.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.files.currentRowChanged.connect(self._show_text)
         side.addWidget(self.files, 1)
-        self.text = dressed(QPlainTextEdit(), tr("What is in the selected file"))
+        self.text = kit.dressed(QPlainTextEdit(), tr("What is in the selected file"))
         self.text.setReadOnly(True)
         self.text.setTabChangesFocus(True)
-        self.text.setFont(text_font(13))
+        self.text.setFont(kit.text_font(13))
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
         right = QVBoxLayout()
-        self._name: QLabel = caption("", self.text)
-        fill(right, self._name, (self.text, 1))
-        both = hbox((side, 2), (right, 5), spacing=12)
-        self.panel = PathPanel(
+        self._name: QLabel = kit.caption("", self.text)
+        kit.fill(right, self._name, (self.text, 1))
+        both = kit.hbox((side, 2), (right, 5), spacing=12)
+        self.panel = kit.PathPanel(
             tr("Write the support bundle to"), tr("File of the support bundle"), tr("Write")
         )
         self.panel.given.connect(self._write)
-        fill(self.body, self.panel, (both, 1))
+        kit.fill(self.body, self.panel, (both, 1))
         self.use_keys(
             {
                 "write": self._ask,
@@ -133,7 +112,7 @@ class SupportSheet(Sheet):
         self.say(tr("Gathering. Nothing is sent."))
         site, mask = self._site(), self.mask_names.isChecked()
         self._worker.do(
-            lambda: draft_bundle(site, mask_names=mask), self._on_draft, self._on_failed
+            lambda: support.draft_bundle(site, mask_names=mask), self._on_draft, self._on_failed
         )
 
     def is_ready(self) -> bool:
@@ -146,14 +125,14 @@ class SupportSheet(Sheet):
     def left_out(self) -> tuple[str, ...]:
         return tuple(name for name, box in self.parts.items() if not box.isChecked())
 
-    def _on_draft(self, draft: BundleDraft) -> None:
+    def _on_draft(self, draft: support.BundleDraft) -> None:
         if draft.masked is not self.mask_names.isChecked():
             # Outdated: requested before the check box changed.
             return
         self._draft = draft
         self.keys["write"].setEnabled(True)
         for name, box in self.parts.items():
-            box.setToolTip(literal(said(draft.missing.get(name, "")) or box.text()))
+            box.setToolTip(kit.literal(kit.said(draft.missing.get(name, "")) or box.text()))
             box.setEnabled(bool(draft.of(name)))
         self._show_files()
 
@@ -170,13 +149,13 @@ class SupportSheet(Sheet):
         self._shown = [item for item in draft.items if item.part not in without]
         self.files.clear()
         for item in self._shown:
-            size = localised(f"{len(item.content) / 1024:.1f}")
+            size = kit.localised(f"{len(item.content) / 1024:.1f}")
             self.files.addItem(tr("{name}  {size} KiB").format(name=item.name, size=size))
         if self._shown:
             self.files.setCurrentRow(min(max(kept, 0), len(self._shown) - 1))
         else:
             self.text.clear()
-        total = localised(f"{sum(len(item.content) for item in self._shown) / 1024:.0f}")
+        total = kit.localised(f"{sum(len(item.content) for item in self._shown) / 1024:.0f}")
         self.say(
             tr(
                 "%n files, {size} KiB. This is all that is packed; nothing is sent. Passwords "
@@ -212,10 +191,10 @@ class SupportSheet(Sheet):
         if draft is None:
             return
         self._worker.do(
-            lambda: write_bundle(draft, path, without),
+            lambda: support.write_bundle(draft, path, without),
             lambda size: self.told.emit(
                 tr("Support bundle written to {path} ({size} KiB). Nothing was sent.").format(
-                    path=path, size=localised(f"{size / 1024:.0f}")
+                    path=path, size=kit.localised(f"{size / 1024:.0f}")
                 )
             ),
             self._on_not_written,
@@ -237,18 +216,18 @@ _ROW_PX = 28
 _SIGNS = {".": later(". (full stop)"), ",": later(", (comma)")}
 
 
-class KeysSheet(Sheet):
+class KeysSheet(kit.Sheet):
     """Table of `ACTIONS`, measuring first; `changed` returns the user's keys by action."""
 
     def __init__(self, changed: Callable[[], Mapping[str, Sequence[str]]]) -> None:
         super().__init__(tr("Keys"), ())
         self._changed = changed
-        self.table = NumberTable(
-            tr("Keys of the window"), tr_all(_COLUMNS), whole=False, font=text_font(15)
+        self.table = kit.NumberTable(
+            tr("Keys of the window"), kit.tr_all(_COLUMNS), whole=False, font=kit.text_font(15)
         )
         self.table.setWordWrap(True)
         self.table.verticalHeader().setMinimumSectionSize(_ROW_PX)
-        self.table.setRowCount(len(ACTIONS))
+        self.table.setRowCount(len(kit.ACTIONS))
         self._show()
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
@@ -269,11 +248,11 @@ class KeysSheet(Sheet):
 
     def _show(self) -> None:
         changed = self._changed()
-        for row, info in enumerate(ACTIONS):
-            self.table.show_words(row, _row(info, shortcuts_of(info, changed)))
+        for row, info in enumerate(kit.ACTIONS):
+            self.table.show_words(row, _row(info, kit.shortcuts_of(info, changed)))
 
 
-def _row(info: ActionInfo, shortcuts: Sequence[str]) -> tuple[str, ...]:
+def _row(info: kit.ActionInfo, shortcuts: Sequence[str]) -> tuple[str, ...]:
     where = tr("everywhere") if info.mode is None else tr(info.mode.value)
-    keys = tr(" or ").join(tr(_SIGNS.get(key, key_words(key))) for key in shortcuts)
+    keys = tr(" or ").join(tr(_SIGNS.get(key, kit.key_words(key))) for key in shortcuts)
     return (where, keys, tr(info.text), f"{tr(info.tip)}.")

@@ -12,18 +12,8 @@ from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit import (
-    ActionInfo,
-    DataTable,
-    Sheet,
-    Theme,
-    fill,
-    form_field,
-    later,
-    said,
-    text_font,
-    tr,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +158,9 @@ SYMPTOMS = (
 """By frequency."""
 
 
-_KEYS = (ActionInfo("support", later("Support bundle"), later("Pack what support needs"), ("F6",)),)
+_KEYS = (
+    kit.ActionInfo("support", later("Support bundle"), later("Pack what support needs"), ("F6",)),
+)
 _MOST_CODES = 60
 _LEAST = 2
 _LARGEST = 16 << 20
@@ -224,9 +216,9 @@ def answers(wanted: str) -> tuple[RemedyEntry, ...]:
     if len("".join(words)) < _LEAST:
         return tuple(found)
     for code, told in told_by_code().items():
-        if _has(f"{code} {' '.join(said(one.sentence) for one in told)}", words):
-            what = [said(one.sentence) for one in told if not one.is_remedy]
-            steps = [said(one.sentence) for one in told if one.is_remedy]
+        if _has(f"{code} {' '.join(kit.said(one.sentence) for one in told)}", words):
+            what = [kit.said(one.sentence) for one in told if not one.is_remedy]
+            steps = [kit.said(one.sentence) for one in told if one.is_remedy]
             found.append(RemedyEntry(_blank(" ".join(what)), _blank(" ".join(steps)), code))
         if len(found) >= _MOST_CODES:
             break
@@ -256,7 +248,7 @@ def _blank(sentence: str) -> str:
     return text
 
 
-class _AnswerTable(DataTable):
+class _AnswerTable(kit.DataTable):
     def __init__(self) -> None:
         super().__init__(
             tr("Symptoms and remedies"),
@@ -275,20 +267,20 @@ class _AnswerTable(DataTable):
             self.show_words(row, (one.sign, one.steps, one.codes))
         self.resizeRowsToContents()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._colours = theme
         self.show_answers(self._found)
 
 
-class WhatToDoSheet(Sheet):
+class WhatToDoSheet(kit.Sheet):
     """A search field and a table."""
 
     def __init__(self, support: Callable[[], None]) -> None:
         super().__init__(tr("What to do if"), _KEYS)
-        self.field = form_field(tr("Search"), tr("a symptom, or the code of an error"))
+        self.field = kit.form_field(tr("Search"), tr("a symptom, or the code of an error"))
         self.table = _AnswerTable()
         self.table.setWordWrap(True)
-        self.table.setFont(text_font(15))
+        self.table.setFont(kit.text_font(15))
         self.table.setShowGrid(True)
         head = self.table.horizontalHeader()
         head.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
@@ -300,7 +292,7 @@ class WhatToDoSheet(Sheet):
                 0, self.table, self.table.resizeRowsToContents
             )
         )
-        fill(self.body, self.field, (self.table, 1))
+        kit.fill(self.body, self.field, (self.table, 1))
         self.field.textChanged.connect(self.search)
         self.use_keys({"support": support})
         self.search("")

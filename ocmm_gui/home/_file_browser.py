@@ -12,19 +12,9 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from ocmm_core.documents import resource
 from ocmm_core.settings import RecentPlaces
+from ocmm_gui import kit
 from ocmm_gui.home._setting_row import HIGH_PX
-from ocmm_gui.kit import (
-    NarrowButton,
-    PlainLabel,
-    dressed,
-    form_field,
-    hbox,
-    literal,
-    sentence_label,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui.kit import tr
 from ocmm_gui.work import Worker
 
 _PATH = Qt.ItemDataRole.UserRole
@@ -66,24 +56,24 @@ class FileBrowser(QWidget):
         self._wanted = FileType.ANY
         self._folder = Path.home()
         self._worker = Worker("ocmm-files", self)
-        self.title = PlainLabel()
-        self.title.setFont(text_font(18, bold=True))
-        self.path = form_field(tr("Path"), tr("Path of the file; Return opens it"))
+        self.title = kit.PlainLabel()
+        self.title.setFont(kit.text_font(18, bold=True))
+        self.path = kit.form_field(tr("Path"), tr("Path of the file; Return opens it"))
         self.path.setMinimumHeight(HIGH_PX)
-        self.path.setFont(text_font(17))
+        self.path.setFont(kit.text_font(17))
         self.path.left.connect(self.left)
         self.path.returnPressed.connect(self._on_typed)
         self.places = _list(tr("Recent places"))
         self.files = _list(tr("Files of the folder"))
-        self.told = sentence_label(tr("About the folder"), 14)
+        self.told = kit.sentence_label(tr("About the folder"), 14)
         self.told.setProperty("role", "muted")
         self.take = _wide(tr("Choose this folder"), "primary")
         self.take.clicked.connect(lambda: self._give(self._folder))
         cancel = _wide(tr("Cancel"), "plain")
         cancel.clicked.connect(self.left)
-        head = hbox((self.path, 1), self.take, cancel)
-        lists = hbox((self.places, 2), (self.files, 5))
-        vbox(self.title, head, (lists, 1), self.told, parent=self, margins=0)
+        head = kit.hbox((self.path, 1), self.take, cancel)
+        lists = kit.hbox((self.places, 2), (self.files, 5))
+        kit.vbox(self.title, head, (lists, 1), self.told, parent=self, margins=0)
         for one in (self.places, self.files):
             one.itemActivated.connect(self._on_activated)
             one.itemClicked.connect(self._on_clicked)
@@ -197,7 +187,7 @@ def _drives() -> tuple[Path, ...]:
 
 
 def _list(name: str) -> QListWidget:
-    made = dressed(QListWidget(), name, font=text_font(16))
+    made = kit.dressed(QListWidget(), name, font=kit.text_font(16))
     made.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
     return made
 
@@ -205,12 +195,12 @@ def _list(name: str) -> QListWidget:
 def _add(to: QListWidget, text: str, path: Path) -> None:
     item = QListWidgetItem(text, to)
     item.setData(_PATH, path)
-    item.setToolTip(literal(str(path)))
+    item.setToolTip(kit.literal(str(path)))
     item.setSizeHint(QSize(120, _ROW_PX))
 
 
 def _wide(text: str, role: str) -> QPushButton:
-    button = dressed(NarrowButton(text), text, role=role)
+    button = kit.dressed(kit.NarrowButton(text), text, role=role)
     button.setMinimumHeight(HIGH_PX)
-    button.setFont(text_font(16))
+    button.setFont(kit.text_font(16))
     return button

@@ -25,25 +25,8 @@ from ocmm_core.settings import (
     text_of,
     value_of_text,
 )
-from ocmm_gui.kit import (
-    ChoiceBox,
-    NarrowButton,
-    OwnKeysField,
-    PlainLabel,
-    caption,
-    dressed,
-    later,
-    literal,
-    localised,
-    said,
-    said_word,
-    sentence_label,
-    text_font,
-    tr,
-    tr_all,
-    use_role,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.work import SideProcess, Teller
 
 HIGH_PX = 57
@@ -75,26 +58,26 @@ class SettingRow(QObject):
         self.spec = spec
         self._shown: Value = spec.default
         self._about = ""
-        label, tip = said_word(spec.label), said(spec.tip)
-        self.choice: ChoiceBox | None = None
+        label, tip = kit.said_word(spec.label), kit.said(spec.tip)
+        self.choice: kit.ChoiceBox | None = None
         self.switch: QPushButton | None = None
         # Without a place in the grid it would be a top-level window.
         self.field = _Field()
         # After the first show the style sheet overrides later fonts.
-        self.field.setFont(text_font(_FONT_PX))
+        self.field.setFont(kit.text_font(_FONT_PX))
         self.field.setAccessibleName(label)
-        self.field.setToolTip(literal(tip))
+        self.field.setToolTip(kit.literal(tip))
         self.field.setParent(parent)
         self.field.hide()
         editor: QWidget = self.field
         if spec.kind is Kind.CHOICE:
-            editor = self.choice = ChoiceBox(label, tip, tr_all(spec.choices))
+            editor = self.choice = kit.ChoiceBox(label, tip, kit.tr_all(spec.choices))
             self.choice.activated.connect(lambda index: self._commit(spec.choices[index]))
         elif spec.kind is Kind.SWITCH:
-            editor = self.switch = NarrowButton()
+            editor = self.switch = kit.NarrowButton()
             self.switch.setCheckable(True)
             self.switch.setAccessibleName(label)
-            self.switch.setToolTip(literal(tip))
+            self.switch.setToolTip(kit.literal(tip))
             self.switch.clicked.connect(self._commit)
         else:
             self.field.show()
@@ -108,14 +91,14 @@ class SettingRow(QObject):
         editor.setMinimumHeight(HIGH_PX)
         editor.setMinimumWidth(300)
         if editor is not self.field:
-            editor.setFont(text_font(_FONT_PX))
+            editor.setFont(kit.text_font(_FONT_PX))
         self.editor = editor
-        self.mark = PlainLabel()
-        self.mark.setFont(text_font(20, bold=True))
+        self.mark = kit.PlainLabel()
+        self.mark.setFont(kit.text_font(20, bold=True))
         self.mark.setFixedWidth(18)
-        words = caption(_with_unit(label, spec.quantity.unit), editor)
-        words.setFont(text_font(16))
-        self.told = sentence_label(tr("About {setting}").format(setting=label), 14)
+        words = kit.caption(_with_unit(label, spec.quantity.unit), editor)
+        words.setFont(kit.text_font(16))
+        self.told = kit.sentence_label(tr("About {setting}").format(setting=label), 14)
         self.told.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self.told.setProperty("role", "muted")
         # Every second line is for messages.
@@ -168,7 +151,7 @@ class SettingRow(QObject):
             told.append(tr("Set for this station."))
         elif origin is SettingOrigin.USER and spec.scope is Scope.STATION:
             told.append(tr("Set for this user only."))
-        told.append(f"{said(spec.tip)}.")
+        told.append(f"{kit.said(spec.tip)}.")
         if in_job and spec.applies is Applies.REOPEN:
             told.append(tr("Used when the job is opened."))
         self._about = " ".join(told)
@@ -187,7 +170,7 @@ class SettingRow(QObject):
         try:
             value_of_text(self.spec, text)
         except InputError as error:
-            self._say(said(error.what), fault=True)
+            self._say(kit.said(error.what), fault=True)
         else:
             self._say(tr("Return takes it."), fault=False)
 
@@ -197,7 +180,7 @@ class SettingRow(QObject):
         try:
             value = value_of_text(self.spec, self.field.text())
         except InputError as error:
-            self._say(said(error.what), fault=True)
+            self._say(kit.said(error.what), fault=True)
             return
         self.field.setModified(False)
         if value != self._shown:
@@ -218,12 +201,12 @@ class SettingRow(QObject):
         self.committed.emit(self.spec.key, value)
 
     def _say(self, text: str, *, fault: bool) -> None:
-        use_role(self.told, "bad" if fault else "muted")
+        kit.use_role(self.told, "bad" if fault else "muted")
         self.told.setText(text)
-        self.told.setToolTip(literal(text))
+        self.told.setToolTip(kit.literal(text))
 
 
-class _Field(OwnKeysField):
+class _Field(kit.OwnKeysField):
     """F-keys act on the page; Esc first undoes typing."""
 
     def event(self, event: QEvent) -> bool:
@@ -237,9 +220,9 @@ class _Field(OwnKeysField):
 
 
 def _button(text: str, name: str) -> QPushButton:
-    button = dressed(NarrowButton(text), name)
-    button.setToolTip(literal(name))
-    button.setFont(text_font(20))
+    button = kit.dressed(kit.NarrowButton(text), name)
+    button.setToolTip(kit.literal(name))
+    button.setFont(kit.text_font(20))
     button.setFixedSize(QSize(HIGH_PX, HIGH_PX))
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     return button
@@ -247,7 +230,7 @@ def _button(text: str, name: str) -> QPushButton:
 
 def _typed(spec: SettingSpec, value: Value) -> str:
     text = text_of(value)
-    return localised(text) if spec.kind is Kind.NUMBER else text
+    return kit.localised(text) if spec.kind is Kind.NUMBER else text
 
 
 def _with_unit(label: str, unit: str) -> str:
@@ -293,11 +276,11 @@ class TemplatePreview(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Preview of the report template"))
-        self.words = sentence_label(tr("State of the preview"), 14)
-        self.page = dressed(PlainLabel(), tr("First page of a report"))
+        self.words = kit.sentence_label(tr("State of the preview"), 14)
+        self.page = kit.dressed(kit.PlainLabel(), tr("First page of a report"))
         self.page.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignHCenter)
         self.page.setMinimumSize(QSize(1, 1))
-        vbox(self.words, (self.page, 1), parent=self, margins=0)
+        kit.vbox(self.words, (self.page, 1), parent=self, margins=0)
         self.setMinimumWidth(_LEAST_PX)
         self._settings: Settings | None = None
         self._width = 0
@@ -342,7 +325,7 @@ class TemplatePreview(QWidget):
             return
         self._watch(self._settings.report_template)
         self._width = self._room()
-        use_role(self.words, "muted")
+        kit.use_role(self.words, "muted")
         self.words.setText(tr("Drawing the first page"))
         self._work.start(HeadPage(self._settings, self._width))
 
@@ -369,5 +352,5 @@ class TemplatePreview(QWidget):
         if isinstance(error, OcmmError):
             # The previous page would be mistaken for this template's.
             self.page.clear()
-            use_role(self.words, "warn")
-            self.words.setText("▲ " + said(f"{error.what} {error.remedy}"))
+            kit.use_role(self.words, "warn")
+            self.words.setText("▲ " + kit.said(f"{error.what} {error.remedy}"))

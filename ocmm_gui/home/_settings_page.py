@@ -26,27 +26,14 @@ from ocmm_core.settings import (
     Value,
     spec_of,
 )
+from ocmm_gui import kit
 from ocmm_gui.access import RulerLine
 from ocmm_gui.home._file_browser import FileBrowser, FileType
 from ocmm_gui.home._setting_row import HIGH_PX, SettingRow, TemplatePreview
 from ocmm_gui.home._settings_parts import KeyList, SoundsPage
-from ocmm_gui.kit import (
-    ActionInfo,
-    NarrowButton,
-    Sheet,
-    fill,
-    hbox,
-    later,
-    panel,
-    said,
-    said_word,
-    sentence_label,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui.kit import later, tr
 
-_APPLY = ActionInfo(
+_APPLY = kit.ActionInfo(
     "apply", later("Use now"), later("Open the job again with these settings; no point is lost"),
     ("F8",),
 )  # fmt: skip
@@ -54,7 +41,7 @@ _NOTES_SHOWN = 4
 _HEAD = "report"
 
 
-class SettingsPage(Sheet):
+class SettingsPage(kit.Sheet):
     """Section names, with one section at a time at their right.
 
     Values are stored on Return or when leaving the field. Values that a running job cannot adopt
@@ -70,14 +57,14 @@ class SettingsPage(Sheet):
         self._store, self._reopens = store, apply is not None
         self._waiting: set[str] = set()
         self.loaded = store.load()
-        self.notes = sentence_label(tr("What was not used"), 15)
+        self.notes = kit.sentence_label(tr("What was not used"), 15)
         self.notes.setProperty("role", "warn")
         self.rows: dict[str, SettingRow] = {}
         self.ruler = RulerLine()
         self.preview = TemplatePreview()
         self._pages = QStackedWidget()
         self._sections = QButtonGroup(self)
-        names = vbox(spacing=5)
+        names = kit.vbox(spacing=5)
         for number, (section, title) in enumerate(SECTIONS.items()):
             names.addWidget(self._section_button(tr(title), number))
             self._pages.addWidget(
@@ -96,13 +83,13 @@ class SettingsPage(Sheet):
         self.browser.chosen.connect(self._on_chosen)
         self.browser.left.connect(lambda: self._whole.setCurrentIndex(0))
         self._browsed = ""
-        row = hbox(names, (self._pages, 1), spacing=12)
+        row = kit.hbox(names, (self._pages, 1), spacing=12)
         both = QWidget()
         both.setLayout(row)
         row.setContentsMargins(0, 0, 0, 0)
         self._whole.addWidget(both)
         self._whole.addWidget(self.browser)
-        fill(self.body, self.notes, (self._whole, 1))
+        kit.fill(self.body, self.notes, (self._whole, 1))
         self.use_keys({} if apply is None else {"apply": apply})
         for each in self.findChildren(QPushButton):
             if each.objectName().startswith("button_"):
@@ -149,15 +136,15 @@ class SettingsPage(Sheet):
 
     def _with_preview(self, section: str) -> QWidget:
         both = QWidget()
-        hbox((self._section(section), 5), (self.preview, 3), parent=both, margins=0)
+        kit.hbox((self._section(section), 5), (self.preview, 3), parent=both, margins=0)
         return both
 
     def _section_button(self, title: str, number: int) -> QPushButton:
-        button = NarrowButton(title)
+        button = kit.NarrowButton(title)
         button.setCheckable(True)
         button.setAccessibleName(title)
         button.setMinimumHeight(HIGH_PX)
-        button.setFont(text_font(17))
+        button.setFont(kit.text_font(17))
         self._sections.addButton(button, number)
         return button
 
@@ -183,7 +170,7 @@ class SettingsPage(Sheet):
         area.setWidgetResizable(True)
         area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setWidget(panel(grid))
+        area.setWidget(kit.panel(grid))
         return area
 
     def _commit(self, key: str, value: Value) -> None:
@@ -193,7 +180,7 @@ class SettingsPage(Sheet):
         except OcmmError as error:
             self.failed.emit(error)
         for note in notes:
-            self.told.emit(said(f"{note.what} {note.remedy}"))
+            self.told.emit(kit.said(f"{note.what} {note.remedy}"))
         before = self.loaded.values[key]
         self.loaded = self._store.load()
         if spec_of(key).section == _HEAD:
@@ -216,7 +203,9 @@ class SettingsPage(Sheet):
         wanted = FileType.FOLDER if spec.kind is Kind.FOLDER else FileType.ANY
         self._browsed = key
         self._whole.setCurrentWidget(self.browser)
-        self.browser.ask(said_word(spec.label), wanted, value if isinstance(value, Path) else None)
+        self.browser.ask(
+            kit.said_word(spec.label), wanted, value if isinstance(value, Path) else None
+        )
 
     def _on_chosen(self, path: Path) -> None:
         self._whole.setCurrentIndex(0)
@@ -230,11 +219,11 @@ class SettingsPage(Sheet):
         self.ruler.show_length(settings.window_ruler_mm)
         self.sounds.use(enabled=settings.window_sounds, volume=settings.window_volume)
         notes = self.loaded.notes
-        text = "\n".join(said(f"{note.what} {note.remedy}") for note in notes[:_NOTES_SHOWN])
+        text = "\n".join(kit.said(f"{note.what} {note.remedy}") for note in notes[:_NOTES_SHOWN])
         self.notes.setText(text)
         self.notes.setVisible(bool(notes))
         if self._waiting:
-            names = ", ".join(said_word(spec_of(key).label) for key in sorted(self._waiting))
+            names = ", ".join(kit.said_word(spec_of(key).label) for key in sorted(self._waiting))
             self.say(
                 tr("Used from the next opening of the job: {names}. F8 opens it again now.").format(
                     names=names
@@ -247,4 +236,4 @@ class SettingsPage(Sheet):
                 "1 setting differs from the default (●).",
                 count,
             )
-            self.say(f"{differ} {said(self._store.places())}")
+            self.say(f"{differ} {kit.said(self._store.places())}")

@@ -16,27 +16,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ocmm_gui import kit
 from ocmm_gui.home._setting_row import HIGH_PX
-from ocmm_gui.kit import (
-    ACTIONS,
-    ActionInfo,
-    NarrowButton,
-    PlainLabel,
-    Sound,
-    SoundPlayer,
-    conflict_of,
-    dressed,
-    hbox,
-    key_words,
-    later,
-    literal,
-    panel,
-    sentence_label,
-    shortcuts_of,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui.kit import later, tr
 
 _ROW_PX = 40
 _BARE = (
@@ -57,8 +39,8 @@ class KeyList(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Keys"))
         self._changed: dict[str, tuple[str, ...]] = {}
-        self.list = dressed(QListWidget(), tr("Actions and their keys"), font=text_font(16))
-        self.told = sentence_label(tr("About the chosen key"), 15)
+        self.list = kit.dressed(QListWidget(), tr("Actions and their keys"), font=kit.text_font(16))
+        self.told = kit.sentence_label(tr("About the chosen key"), 15)
         self.told.setText(
             tr("Choose an action and press Change; a foot switch is set up likewise.")
         )
@@ -69,8 +51,8 @@ class KeyList(QWidget):
         self._change.clicked.connect(self._begin)
         self._default = _wide(tr("Default key"))
         self._default.clicked.connect(self.restore)
-        row = hbox(self._change, self._default, (self.capture, 1))
-        vbox((self.list, 1), self.told, row, parent=self, margins=0)
+        row = kit.hbox(self._change, self._default, (self.capture, 1))
+        kit.vbox((self.list, 1), self.told, row, parent=self, margins=0)
         self.list.itemActivated.connect(lambda _item: self._begin())
         self.show_keys({})
 
@@ -78,8 +60,8 @@ class KeyList(QWidget):
         self._changed = dict(changed)
         row = max(self.list.currentRow(), 0)
         self.list.clear()
-        for info in ACTIONS:
-            keys = ", ".join(map(key_words, shortcuts_of(info, changed)))
+        for info in kit.ACTIONS:
+            keys = ", ".join(map(kit.key_words, kit.shortcuts_of(info, changed)))
             mark = "●" if info.key in changed else "  "
             item = QListWidgetItem(f"{mark} {keys}   {tr(info.text)}: {tr(info.tip)}", self.list)
             item.setData(Qt.ItemDataRole.UserRole, info.key)
@@ -87,26 +69,26 @@ class KeyList(QWidget):
         self.list.setCurrentRow(min(row, self.list.count() - 1))
 
     def select(self, key: str) -> None:
-        self.list.setCurrentRow([info.key for info in ACTIONS].index(key))
+        self.list.setCurrentRow([info.key for info in kit.ACTIONS].index(key))
 
     def take(self, shortcut: str) -> None:
         """Assign a key to the selected action, or show why not."""
         info = self._chosen()
-        other = conflict_of(info.key, shortcut, self._changed)
+        other = kit.conflict_of(info.key, shortcut, self._changed)
         if shortcut in _KEPT:
             self.told.setText(
-                tr("{key} leaves and walks through pages.").format(key=key_words(shortcut))
+                tr("{key} leaves and walks through pages.").format(key=kit.key_words(shortcut))
             )
         elif other is not None:
             self.told.setText(
                 tr(
                     "{key} is already {action}. Choose another key, or change that one first."
-                ).format(key=key_words(shortcut), action=tr(other.text))
+                ).format(key=kit.key_words(shortcut), action=tr(other.text))
             )
         else:
             self.told.setText(
                 tr("{action} is now on {key}.").format(
-                    action=tr(info.text), key=key_words(shortcut)
+                    action=tr(info.text), key=kit.key_words(shortcut)
                 )
             )
             # Foot switch keys (F13 and up) are kept in addition to the new key.
@@ -119,7 +101,7 @@ class KeyList(QWidget):
     def restore(self) -> None:
         info = self._chosen()
         left = {key: keys for key, keys in self._changed.items() if key != info.key}
-        taken = [conflict_of(info.key, key, left) for key in info.shortcuts]
+        taken = [kit.conflict_of(info.key, key, left) for key in info.shortcuts]
         other = next((one for one in taken if one is not None), None)
         if other is not None:
             self.told.setText(
@@ -130,8 +112,8 @@ class KeyList(QWidget):
         elif info.key in self._changed:
             self.changed.emit(left)
 
-    def _chosen(self) -> ActionInfo:
-        return ACTIONS[max(self.list.currentRow(), 0)]
+    def _chosen(self) -> kit.ActionInfo:
+        return kit.ACTIONS[max(self.list.currentRow(), 0)]
 
     def _begin(self) -> None:
         self.told.setText(
@@ -146,7 +128,7 @@ class KeyList(QWidget):
         self.list.setFocus()
 
 
-class _Capture(PlainLabel):
+class _Capture(kit.PlainLabel):
     """Captures the next key, whatever its other meaning."""
 
     pressed_key = Signal(str)
@@ -156,7 +138,7 @@ class _Capture(PlainLabel):
         super().__init__()
         self.setAccessibleName(tr("Press the new key"))
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self.setFont(text_font(16, bold=True))
+        self.setFont(kit.text_font(16, bold=True))
         self._listens = False
 
     def listen(self) -> None:
@@ -192,9 +174,9 @@ class _Capture(PlainLabel):
 
 
 def _wide(text: str) -> QPushButton:
-    button = dressed(NarrowButton(text), text)
+    button = kit.dressed(kit.NarrowButton(text), text)
     button.setMinimumHeight(HIGH_PX)
-    button.setFont(text_font(16))
+    button.setFont(kit.text_font(16))
     return button
 
 
@@ -211,35 +193,35 @@ class SoundWords:
 
 
 SOUND_WORDS = {
-    Sound.TAKEN: SoundWords(
+    kit.Sound.TAKEN: SoundWords(
         later("Point taken"), later("two short, high, rising"),
         later("A point is in the job. The readout flashes green, the count goes up."),
     ),
-    Sound.REFUSED: SoundWords(
+    kit.Sound.REFUSED: SoundWords(
         later("Touch refused"), later("two low, falling"),
         later("No point was taken. The readout flashes red, the reason stands below it."),
     ),
-    Sound.WRONG_FACE: SoundWords(
+    kit.Sound.WRONG_FACE: SoundWords(
         later("Wrong face"), later("low and up, twice"),
         later("The touch was on another face. No point was taken, the reason stands below."),
     ),
-    Sound.FEATURE_COMPLETE: SoundWords(
+    kit.Sound.FEATURE_COMPLETE: SoundWords(
         later("Feature finished"), later("three short, rising"),
         later("Nothing speaks against it. The verdict stands in words with a tick."),
     ),
-    Sound.IN_DOUBT: SoundWords(
+    kit.Sound.IN_DOUBT: SoundWords(
         later("In doubt"), later("three, down and up again"),
         later("Neither conform nor not conform. The verdict stands in words with a triangle."),
     ),
-    Sound.OUT_OF_TOLERANCE: SoundWords(
+    kit.Sound.OUT_OF_TOLERANCE: SoundWords(
         later("Not conform"), later("three long, low, the last one lower"),
         later("Out of tolerance. The verdict stands in words with a cross."),
     ),
-    Sound.TICK: SoundWords(
+    kit.Sound.TICK: SoundWords(
         later("Countdown"), later("two taps"),
         later("A sweep is about to begin. The page counts down."),
     ),
-    Sound.STARTED: SoundWords(
+    kit.Sound.STARTED: SoundWords(
         later("Sweep begins"), later("one long"),
         later("Poses are captured now; the page counts them."),
     ),
@@ -258,45 +240,45 @@ class SoundsPage(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Test of sounds"))
-        self._player: SoundPlayer | None = None
+        self._player: kit.SoundPlayer | None = None
         self._enabled, self._volume = True, 0
-        self.told = sentence_label(tr("About the sounds"), 15)
-        self.buttons: dict[Sound | None, QPushButton] = {}
+        self.told = kit.sentence_label(tr("About the sounds"), 15)
+        self.buttons: dict[kit.Sound | None, QPushButton] = {}
         grid = QGridLayout()
         grid.setHorizontalSpacing(14)
         grid.setVerticalSpacing(6)
         grid.setColumnStretch(1, 2)
         grid.setColumnStretch(2, 5)
-        lines: tuple[tuple[Sound | None, SoundWords], ...] = (
+        lines: tuple[tuple[kit.Sound | None, SoundWords], ...] = (
             *SOUND_WORDS.items(), (None, _APPROACH),
         )  # fmt: skip
         for row, (sound, words) in enumerate(lines):
             name, goes, means = tr(words.name), tr(words.goes), tr(words.means)
-            button = NarrowButton(f"♪ {name}")
+            button = kit.NarrowButton(f"♪ {name}")
             button.setAccessibleName(tr("Play: {name}").format(name=name))
             button.setAccessibleDescription(f"{goes}. {means}")
-            button.setToolTip(literal(f"{goes}. {means}"))
+            button.setToolTip(kit.literal(f"{goes}. {means}"))
             button.setMinimumHeight(HIGH_PX)
-            button.setFont(text_font(16))
+            button.setFont(kit.text_font(16))
             button.clicked.connect(lambda _checked=False, sound=sound: self.play(sound))
             self.buttons[sound] = button
             grid.addWidget(button, row, 0)
             for column, text in enumerate((goes, means), 1):
-                label = sentence_label(tr("About {setting}").format(setting=name), 15)
+                label = kit.sentence_label(tr("About {setting}").format(setting=name), 15)
                 label.setText(text)
                 label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
                 grid.addWidget(label, row, column)
         grid.setRowStretch(99, 1)
-        head = PlainLabel(tr("Everything that is heard is seen, too. Volume and off: Window."))
-        head.setFont(text_font(15))
+        head = kit.PlainLabel(tr("Everything that is heard is seen, too. Volume and off: Window."))
+        head.setFont(kit.text_font(15))
         head.setProperty("role", "muted")
         head.setWordWrap(True)
         area = QScrollArea()
         area.setWidgetResizable(True)
         area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setWidget(panel(grid))
-        vbox(head, (area, 1), self.told, parent=self, margins=0)
+        area.setWidget(kit.panel(grid))
+        kit.vbox(head, (area, 1), self.told, parent=self, margins=0)
 
     def use(self, *, enabled: bool, volume: int) -> None:
         """Set the volume, or show that sounds are off."""
@@ -307,11 +289,11 @@ class SoundsPage(QWidget):
             button.setEnabled(enabled)
         self.told.setText("" if enabled else tr("Sounds are off. Turn them on in Window."))
 
-    def play(self, sound: Sound | None) -> None:
+    def play(self, sound: kit.Sound | None) -> None:
         """Play a sound; None plays the guiding tones."""
         if self._player is None:
             # Files are only written on demand.
-            self._player = SoundPlayer(self, enabled=self._enabled, volume=self._volume)
+            self._player = kit.SoundPlayer(self, enabled=self._enabled, volume=self._volume)
         if not self._player.can_play():
             self.told.setText(
                 tr("Nothing is heard: no program that plays sounds was found on this computer.")

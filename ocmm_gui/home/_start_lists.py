@@ -19,19 +19,8 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import is_shipped
-from ocmm_gui.kit import (
-    ActionInfo,
-    Sheet,
-    Theme,
-    Themed,
-    dressed,
-    later,
-    literal,
-    said,
-    text_font,
-    time_words,
-    tr,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.work import SideProcess, Teller
 
 if TYPE_CHECKING:
@@ -75,14 +64,14 @@ class ReopeningTask:
                 tell.give(JobCardData(path, job.view, job.doubts))
 
 
-class JobCards(Themed, QListWidget):
+class JobCards(kit.Themed, QListWidget):
     """The last jobs; a verdict is shown once it is computed, and never assumed."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Last jobs"))
         self.setAccessibleDescription(tr("Up and down select a job; Return goes on with it"))
-        self.setFont(text_font(16))
+        self.setFont(kit.text_font(16))
         self.setIconSize(_PICTURE)
         self.setWordWrap(True)
         self._jobs: tuple[LastJob, ...] = ()
@@ -96,7 +85,7 @@ class JobCards(Themed, QListWidget):
         self.clear()
         for job in jobs:
             item = QListWidgetItem(self)
-            item.setToolTip(literal(str(job.path)))
+            item.setToolTip(kit.literal(str(job.path)))
             item.setSizeHint(QSize(200, _ROW_PX))
             self._show(item, job)
         sound = [row for row, job in enumerate(jobs) if job.fault is None]
@@ -120,7 +109,7 @@ class JobCards(Themed, QListWidget):
         row = self.currentRow()
         return self._jobs[row].path if 0 <= row < len(self._jobs) else None
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         for row, job in enumerate(self._jobs):
             self._show(self.item(row), job)
@@ -142,18 +131,18 @@ class JobCards(Themed, QListWidget):
 
 def card_words(job: LastJob, judged: JobCardData | None = None) -> str:
     when = datetime.fromtimestamp(job.changed_s).astimezone()
-    moment = f"{time_words(when)} {when.tzname()}"
+    moment = f"{kit.time_words(when)} {when.tzname()}"
     fault = job.fault if judged is None or job.fault is not None else judged.fault
     if fault is not None:
         return tr("{name}: cannot be read, {when}\n{why}").format(
-            name=job.path.name, when=moment, why=said(fault.what)
+            name=job.path.name, when=moment, why=kit.said(fault.what)
         )
     verdict = _progress(job)
     if judged is not None and judged.view is not None:
         # Imported on demand, as all that computes.
         from ocmm_gui.kit import counted_line
 
-        verdict = " ".join((counted_line(judged.view), *map(said, judged.doubts[:1])))
+        verdict = " ".join((counted_line(judged.view), *map(kit.said, judged.doubts[:1])))
     elif job.simulated:
         verdict = tr("SIMULATED. {verdict}").format(verdict=verdict)
     return tr("{part}, serial {serial}\n{verdict}\n{when}, {operator}, {points}, {name}").format(
@@ -174,7 +163,7 @@ def _progress(job: LastJob) -> str:
     return tr("paused, {done}").format(done=done) if job.paused else done
 
 
-def _picture(judged: JobCardData | None, theme: Theme) -> QPixmap:
+def _picture(judged: JobCardData | None, theme: kit.Theme) -> QPixmap:
     """Return a picture of the measured features; empty until they are known."""
     picture = QPixmap(_PICTURE)
     picture.fill(Qt.GlobalColor.transparent)
@@ -196,7 +185,7 @@ def _picture(judged: JobCardData | None, theme: Theme) -> QPixmap:
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     paint_scene(
         painter, [item for item in items if not hasattr(item, "text")],
-        orbit.fitted(places, *size, margin=1.3), QRectF(0.0, 0.0, *size), text_font(10),
+        orbit.fitted(places, *size, margin=1.3), QRectF(0.0, 0.0, *size), kit.text_font(10),
         theme.panel,
     )  # fmt: skip
     painter.end()
@@ -204,15 +193,15 @@ def _picture(judged: JobCardData | None, theme: Theme) -> QPixmap:
 
 
 _KEYS = (
-    ActionInfo("other", later("Other file"), later("Look for another plan file"), ("F9",)),
-    ActionInfo("begin", later("Next"), later("Go on with this plan: who measures which part"),
+    kit.ActionInfo("other", later("Other file"), later("Look for another plan file"), ("F9",)),
+    kit.ActionInfo("begin", later("Next"), later("Go on with this plan: who measures which part"),
                ("F8",)),
 )  # fmt: skip
 _PATH = Qt.ItemDataRole.UserRole
 _PLAN_ROW_PX = 60
 
 
-class PlanChoice(Sheet):
+class PlanChoice(kit.Sheet):
     """Plans, newest first."""
 
     chosen = Signal(object)
@@ -221,7 +210,7 @@ class PlanChoice(Sheet):
 
     def __init__(self) -> None:
         super().__init__(tr("New job: choose the plan"), _KEYS)
-        self.list = dressed(QListWidget(), tr("Plans"), font=text_font(18))
+        self.list = kit.dressed(QListWidget(), tr("Plans"), font=kit.text_font(18))
         self.list.itemActivated.connect(lambda _item: self._begin())
         self.body.addWidget(self.list, 1)
         self.use_keys({"other": self.other_wanted.emit, "begin": self._begin}, primary="begin")
@@ -235,7 +224,7 @@ class PlanChoice(Sheet):
     def show_plans(self, plans: tuple[PlanSummary, ...]) -> None:
         self.list.clear()
         for plan in plans:
-            remarks = tuple(map(said, plan.remarks))
+            remarks = tuple(map(kit.said, plan.remarks))
             where = tr("shipped with OCMM") if is_shipped(plan.path) else str(plan.path)
             item = QListWidgetItem(
                 tr("{name}, part {part}; {release}\n{where}").format(
@@ -244,7 +233,7 @@ class PlanChoice(Sheet):
                 self.list,
             )
             item.setData(_PATH, plan.path)
-            item.setToolTip(literal("\n".join((str(plan.path), *remarks))))
+            item.setToolTip(kit.literal("\n".join((str(plan.path), *remarks))))
             item.setSizeHint(QSize(200, _PLAN_ROW_PX))
         self.say(tr("Return or F8 goes on with the selected plan."))
         if plans:

@@ -15,25 +15,12 @@ from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
+from ocmm_gui import kit
 from ocmm_gui.access import HandsAndEyes, PageStack, ZoomArea
 from ocmm_gui.home._file_browser import FileBrowser, FileType
 from ocmm_gui.home._start_lists import PlanChoice, listed_jobs, listed_plans
 from ocmm_gui.home._start_page import StartPage
-from ocmm_gui.kit import (
-    ACTIONS,
-    THEMES,
-    NoticeCentre,
-    NoticeWindow,
-    Sheet,
-    apply_theme,
-    dress,
-    dress_application,
-    dropped_file,
-    shortcuts_of,
-    tr,
-    usable_keys,
-    vbox,
-)
+from ocmm_gui.kit import tr
 from ocmm_gui.work import Worker
 
 if TYPE_CHECKING:
@@ -45,7 +32,7 @@ if TYPE_CHECKING:
     from ocmm_gui.manual import ManualSheet
 
 
-S = TypeVar("S", bound=Sheet)
+S = TypeVar("S", bound=kit.Sheet)
 
 _ANEW = ("window_language", "window_decimal", "window_units")
 """Settings that affect every text of a window."""
@@ -80,13 +67,13 @@ class StartChoice:
     """Section of the settings opened by the Start page; empty for the page itself."""
 
 
-class StartWindow(NoticeWindow):
+class StartWindow(kit.NoticeWindow):
     """Choose what to open; `choice` is set when the window has closed."""
 
     closed = Signal()
 
     def __init__(
-        self, store: SettingsStore, notices: NoticeCentre, recent: RecentPlaces | None = None
+        self, store: SettingsStore, notices: kit.NoticeCentre, recent: RecentPlaces | None = None
     ) -> None:
         super().__init__()
         self.setWindowTitle("OCMM")
@@ -101,7 +88,7 @@ class StartWindow(NoticeWindow):
         self._look = QTimer(self, interval=_STATE_MS)
         self._look.timeout.connect(self.read_state)
         self.loaded = store.load()
-        dress_application(THEMES[self.loaded.settings.window_theme])
+        kit.dress_application(kit.THEMES[self.loaded.settings.window_theme])
         self.page = StartPage(
             {
                 "new": self._new,
@@ -133,7 +120,7 @@ class StartWindow(NoticeWindow):
         for page in (self.page, self.plans, self.browser):
             self._stack.addWidget(page)
         central = QWidget()
-        vbox(self.banner, (self._stack, 1), parent=central)
+        kit.vbox(self.banner, (self._stack, 1), parent=central)
         area = ZoomArea(central)
         self.setCentralWidget(area)
         self.eyes = HandsAndEyes(self, area, store, notices)
@@ -202,11 +189,11 @@ class StartWindow(NoticeWindow):
         self._leave_for(errand, path)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        if dropped_file(event.mimeData()) is not None:
+        if kit.dropped_file(event.mimeData()) is not None:
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        path = dropped_file(event.mimeData())
+        path = kit.dropped_file(event.mimeData())
         if path is not None:
             event.acceptProposedAction()
             self.take_file(path)
@@ -312,7 +299,7 @@ class StartWindow(NoticeWindow):
         sheet.left.connect(left)
         sheet.failed.connect(self._notices.error)
         self._stack.addWidget(sheet)
-        dress(sheet, THEMES[self.loaded.settings.window_theme])
+        kit.dress(sheet, kit.THEMES[self.loaded.settings.window_theme])
         return sheet
 
     def _has_settings(self) -> bool:
@@ -344,13 +331,13 @@ class StartWindow(NoticeWindow):
     def _make_keys(self) -> dict[str, QAction]:
         """Add the keys for size, gloves and manual to all pages, without buttons."""
         calls = {**self.eyes.calls(), "manual": self._open_manual}
-        changed = usable_keys(self.loaded.settings.window_keys)
+        changed = kit.usable_keys(self.loaded.settings.window_keys)
         made: dict[str, QAction] = {}
-        for info in ACTIONS:
+        for info in kit.ACTIONS:
             if info.key in calls:
                 action = QAction(tr(info.text), self)
                 action.setObjectName(info.key)
-                action.setShortcuts([QKeySequence(key) for key in shortcuts_of(info, changed)])
+                action.setShortcuts([QKeySequence(key) for key in kit.shortcuts_of(info, changed)])
                 action.setAutoRepeat(False)
                 action.triggered.connect(lambda _checked, call=calls[info.key]: call())
                 self.addAction(action)
@@ -358,7 +345,7 @@ class StartWindow(NoticeWindow):
         return made
 
     def _next_theme(self) -> None:
-        names = list(THEMES)
+        names = list(kit.THEMES)
         after = names[(names.index(self.loaded.settings.window_theme) + 1) % len(names)]
         try:
             for note in self._store.change({"window.theme": after}):
@@ -369,7 +356,7 @@ class StartWindow(NoticeWindow):
         self._on_settings(self._store.load())
 
     def _dress(self) -> None:
-        apply_theme(self, THEMES[self.loaded.settings.window_theme])
+        kit.apply_theme(self, kit.THEMES[self.loaded.settings.window_theme])
 
 
 def _state(settings: Settings) -> StationState:

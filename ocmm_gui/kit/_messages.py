@@ -8,15 +8,7 @@ import numpy as np
 
 from ocmm_core.features.measured import CommandingPoints
 from ocmm_core.features.shapes import CRITERIA, MINIMUM_POINTS, Shape
-from ocmm_core.inspection.evaluation import (
-    INCOMPLETE,
-    FeatureState,
-    FeatureView,
-    JobView,
-    LiveView,
-    StatusWord,
-    job_states,
-)
+from ocmm_core.inspection import evaluation
 from ocmm_core.tolerances.decisions import CharacteristicResult, PartWord, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_gui.kit._numbers import length_number, length_words, localised, numbers_in_use, unit_word
@@ -44,14 +36,14 @@ def shape_word(shape: Shape) -> str:
 _LONG_NAME = 16
 
 
-def feature_title(feature: FeatureView) -> str:
+def feature_title(feature: evaluation.FeatureView) -> str:
     """Return shape and name; only the name if it is long."""
     if len(feature.name) > _LONG_NAME:
         return feature.name
     return f"{shape_word(feature.shape)} {feature.name}"
 
 
-def form_words(feature: FeatureView) -> str:
+def form_words(feature: evaluation.FeatureView) -> str:
     """Return the form deviation, mm; dashes if the points do not determine it."""
     fit = feature.fit
     if fit is None or feature.shape is Shape.POINT:
@@ -70,7 +62,7 @@ def reference_led_name(number: int) -> str:
     return f"R{number + 1}"
 
 
-def slot_names(live: LiveView, camera: int) -> tuple[str, ...]:
+def slot_names(live: evaluation.LiveView, camera: int) -> tuple[str, ...]:
     """Return the LED of each slot of a camera, for its spot; '?' if unknown."""
     leds = [led_name(int(led)) if led >= 0 else "?" for led in live.slot_leds[camera]]
     if live.slot_references is None:
@@ -85,7 +77,7 @@ def slot_names(live: LiveView, camera: int) -> tuple[str, ...]:
 _MOVED_MM, _MOVED_RAD = 0.1, 2e-4
 
 
-def reference_words(live: LiveView) -> str:
+def reference_words(live: evaluation.LiveView) -> str:
     """Return that part and cameras moved against each other, or an empty text."""
     reference = live.reference
     if reference is None or reference.moved_mm is None or reference.turned_rad is None:
@@ -103,7 +95,7 @@ def reference_words(live: LiveView) -> str:
     )
 
 
-def seen_cameras(live: LiveView) -> int:
+def seen_cameras(live: evaluation.LiveView) -> int:
     """Return the number of cameras that see a spot not of the reference body."""
     seen = _seen(live)
     if live.slot_references is not None:
@@ -111,22 +103,22 @@ def seen_cameras(live: LiveView) -> int:
     return int(np.count_nonzero(seen.any(axis=1)))
 
 
-def seen_targets(live: LiveView) -> int:
+def seen_targets(live: evaluation.LiveView) -> int:
     """Return the number of identified LEDs seen by at least two cameras."""
     leds = live.slot_leds[_seen(live) & (live.slot_leds >= 0)]
     return int(np.count_nonzero(np.bincount(leds) >= 2)) if leds.size else 0
 
 
-def _seen(live: LiveView) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+def _seen(live: evaluation.LiveView) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     return np.asarray(np.isfinite(live.spots).all(axis=2))
 
 
-def active_feature(job: JobView) -> FeatureView | None:
+def active_feature(job: evaluation.JobView) -> evaluation.FeatureView | None:
     """Return the feature of the next point; None if all are done."""
     return next((item for item in job.features if item.name == job.active), None)
 
 
-def characteristics_of(job: JobView, feature: str) -> tuple[CharacteristicResult, ...]:
+def characteristics_of(job: evaluation.JobView, feature: str) -> tuple[CharacteristicResult, ...]:
     """Return the characteristics of a feature, in plan order."""
     return tuple(item for item in job.characteristics if feature in item.features)
 
@@ -171,7 +163,7 @@ def limit_words(result: CharacteristicResult) -> str:
     return f"{quantity(result, result.lower, signed=True)} {upper}"
 
 
-def basis_words(feature: FeatureView, result: CharacteristicResult | None) -> str:
+def basis_words(feature: evaluation.FeatureView, result: CharacteristicResult | None) -> str:
     """Return association and frame of a feature's numbers."""
     if feature.fit is None:
         return ""
@@ -182,13 +174,13 @@ def basis_words(feature: FeatureView, result: CharacteristicResult | None) -> st
     return f"{said_word(words)}, {frame}" if frame else said_word(words)
 
 
-def outlier_count(feature: FeatureView) -> str:
+def outlier_count(feature: evaluation.FeatureView) -> str:
     """Return the number of outliers for far reading; empty if none."""
     count = len(feature.outliers)
     return tr("%n outliers.", "1 outlier.", count) if count else ""
 
 
-def outlier_words(feature: FeatureView, chosen: int) -> str:
+def outlier_words(feature: evaluation.FeatureView, chosen: int) -> str:
     """Return the outliers of a feature and the selected point, in one sentence each."""
     lines = []
     residuals = {} if feature.fit is None else dict(
@@ -235,18 +227,18 @@ PAUSED = later("PAUSED")
 """Displayed instead of the state of a ready machine while the job is paused."""
 
 
-def is_held(job: JobView | None, live: LiveView) -> bool:
+def is_held(job: evaluation.JobView | None, live: evaluation.LiveView) -> bool:
     """Return whether the machine is ready but the job is paused."""
-    ready = live.status in (StatusWord.READY, StatusWord.MEASURING)
+    ready = live.status in (evaluation.StatusWord.READY, evaluation.StatusWord.MEASURING)
     return job is not None and job.paused and ready
 
 
-def has_failed(live: LiveView | None) -> bool:
+def has_failed(live: evaluation.LiveView | None) -> bool:
     """Return whether measuring has failed until a restart."""
-    return live is not None and live.status is StatusWord.FAILED
+    return live is not None and live.status is evaluation.StatusWord.FAILED
 
 
-def next_step(job: JobView, live: LiveView | None = None) -> str:
+def next_step(job: evaluation.JobView, live: evaluation.LiveView | None = None) -> str:
     if has_failed(live):
         return tr("Open the job again: Start page, Continue.")
     if job.paused:
@@ -277,7 +269,7 @@ def next_step(job: JobView, live: LiveView | None = None) -> str:
     return words.format(name=feature.name)
 
 
-def header_words(job: JobView) -> str:
+def header_words(job: evaluation.JobView) -> str:
     """Return operator and part, in one line."""
     header = job.header
     parts = [header.operator or job.operator]
@@ -290,7 +282,7 @@ def header_words(job: JobView) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def step_text(job: JobView) -> str:
+def step_text(job: evaluation.JobView) -> str:
     """Return the plan's text for the step, and the core's warning about the spread."""
     feature = active_feature(job)
     if feature is None or job.looked_at:
@@ -301,7 +293,7 @@ def step_text(job: JobView) -> str:
     return f"{feature.text} {warning}".strip()
 
 
-def mode_words(job: JobView) -> str:
+def mode_words(job: evaluation.JobView) -> str:
     """Return probing order and side detection."""
     order = tr("Plan order") if job.probing == "plan" else tr("Any order")
     feature = active_feature(job)
@@ -311,7 +303,7 @@ def mode_words(job: JobView) -> str:
     return tr("{order}. Side: {side}.").format(order=order, side=side)
 
 
-def approach_words(job: JobView | None, live: LiveView | None) -> str:
+def approach_words(job: evaluation.JobView | None, live: evaluation.LiveView | None) -> str:
     """Return the distance to the next point; empty if unknown."""
     if job is None or job.target is None or live is None or live.tip_world is None:
         return ""
@@ -335,10 +327,13 @@ COMPENSATION_WORDS = {
 """Side detection, as displayed."""
 
 
-def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
+def trouble(live: evaluation.LiveView | None, job: evaluation.JobView | None) -> tuple[str, ...]:
     """Return obstacles: the machine's reason, then that of the refused touch."""
     lines = []
-    if live is not None and live.status not in (StatusWord.READY, StatusWord.MEASURING):
+    if live is not None and live.status not in (
+        evaluation.StatusWord.READY,
+        evaluation.StatusWord.MEASURING,
+    ):
         lines.append(f"{said_word(live.status.value)}: {said(live.reason)}")
     told = live.reason if lines and live is not None else ""
     if job is not None and job.refusal is not None and job.refusal.what not in told:
@@ -350,13 +345,13 @@ def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def progress_word(feature: FeatureView, verdict: Verdict | None) -> str:
+def progress_word(feature: evaluation.FeatureView, verdict: Verdict | None) -> str:
     """Return the status of a feature in the plan; ``verdict`` is that of the feature."""
-    if feature.state is FeatureState.ACTIVE:
+    if feature.state is evaluation.FeatureState.ACTIVE:
         return tr("ACTIVE")
-    if feature.state is FeatureState.PENDING:
+    if feature.state is evaluation.FeatureState.PENDING:
         return tr("OPEN")
-    if feature.state is FeatureState.SKIPPED:
+    if feature.state is evaluation.FeatureState.SKIPPED:
         return tr("SKIPPED")
     return tr("DONE") if verdict is None else said_word(verdict.value)
 
@@ -368,15 +363,15 @@ def verdict_line(summary: VerdictSummary) -> str:
     return said(summary.words) or said_word(summary.verdict.value)
 
 
-def counted_line(job: JobView) -> str:
+def counted_line(job: evaluation.JobView) -> str:
     """Return the part verdict with all counts, after the status words of the job."""
     part = job.part_verdict
     counted = part.summary.counted or tr("No characteristics in the plan")
     # NOT COMPLETE already implies it; after DOES NOT CONFORM it is new.
     told = (
         state
-        for state in job_states(job)
-        if not (state == INCOMPLETE and part.word is PartWord.NOT_COMPLETE)
+        for state in evaluation.job_states(job)
+        if not (state == evaluation.INCOMPLETE and part.word is PartWord.NOT_COMPLETE)
     )
     states = ", ".join(map(said_word, told))
     words = f"{said_word(part.word.value)}: {said(counted)}"

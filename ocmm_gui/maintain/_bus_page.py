@@ -26,31 +26,9 @@ from ocmm_core.station import (
     BusSample,
     BusView,
 )
+from ocmm_gui import kit
 from ocmm_gui.charts import Curve, HistogramChart, RecentChart
-from ocmm_gui.kit import (
-    FitText,
-    Mark,
-    PaintedWidget,
-    PlainLabel,
-    Theme,
-    Themed,
-    digit_font,
-    dressed,
-    fill,
-    hbox,
-    ink,
-    later,
-    localised,
-    panel,
-    said,
-    said_word,
-    sentence_label,
-    stacked,
-    text_font,
-    tr,
-    value_label,
-    vbox,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.maintain._wire_view import BusEventTable, CameraTable, WireView
 
 _ROW_PX = 19.0
@@ -60,7 +38,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class CycleAccounts(PaintedWidget):
+class CycleAccounts(kit.PaintedWidget):
     """A bar of the four verdicts, a line per verdict, and their sum."""
 
     def __init__(self) -> None:
@@ -79,7 +57,7 @@ class CycleAccounts(PaintedWidget):
     def rows(self) -> tuple[tuple[str, str, str], ...]:
         """Return name, count and share of every line."""
         lines = [
-            (tr(name), str(count), localised(f"{share:.3f} %"))
+            (tr(name), str(count), kit.localised(f"{share:.3f} %"))
             for name, count, share in zip(_NAMES, self._counts, shares(self._counts), strict=True)
         ]
         if self._gap:
@@ -89,7 +67,7 @@ class CycleAccounts(PaintedWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         theme = self._theme
-        ink(painter, QColor(theme.muted), font=text_font(13))
+        kit.ink(painter, QColor(theme.muted), font=kit.text_font(13))
         painter.drawText(QRectF(0.0, 0.0, self.width(), _ROW_PX), _LEFT, tr("Bus cycles"))
         colours = (theme.good, theme.warn, theme.accent, theme.bad)
         self._paint_bar(painter, colours)
@@ -105,9 +83,9 @@ class CycleAccounts(PaintedWidget):
             # Cycles without verdict are shown between the verdicts and the sum.
             wrong = not known and index < len(rows) - 1
             painter.setPen(QColor(theme.bad if wrong else theme.text))
-            painter.setFont(text_font(13, bold=not known))
+            painter.setFont(kit.text_font(13, bold=not known))
             painter.drawText(line.adjusted(16.0, 0.0, 0.0, 0.0), _LEFT, name)
-            painter.setFont(digit_font(13, bold=not known))
+            painter.setFont(kit.digit_font(13, bold=not known))
             painter.drawText(line.adjusted(0.0, 0.0, -84.0, 0.0), _RIGHT, count)
             painter.drawText(line, _RIGHT, share)
 
@@ -142,7 +120,7 @@ _FACTS = (
 )
 
 
-class BusPage(Themed, QStackedWidget):
+class BusPage(kit.Themed, QStackedWidget):
     """The bus report, refreshed four times a second while visible."""
 
     def __init__(self, pull: Callable[[], BusView | None]) -> None:
@@ -150,9 +128,9 @@ class BusPage(Themed, QStackedWidget):
         self.setAccessibleName(tr("Bus"))
         self._pull = pull
         self._view: BusView | None = None
-        self._phase = FitText(tr("Phase of the bus"), limit=34)
+        self._phase = kit.FitText(tr("Phase of the bus"), limit=34)
         self._phase.setFixedHeight(44)
-        self._trouble = sentence_label(tr("Bus fault"), 15)
+        self._trouble = kit.sentence_label(tr("Bus fault"), 15)
         self.wire = WireView()
         self.cameras = CameraTable()
         self.accounts = CycleAccounts()
@@ -163,10 +141,10 @@ class BusPage(Themed, QStackedWidget):
             RecentChart(tr("Drift, ppm"), 0.5, TREND_S, "+.2f"),
             RecentChart(tr("Clocks, ns"), 50.0, TREND_S, "+.0f"),
         )
-        self.facts = {name: value_label(tr(name), tr(tip)) for name, tip in _FACTS}
+        self.facts = {name: kit.value_label(tr(name), tr(tip)) for name, tip in _FACTS}
         self.events = BusEventTable()
-        self._notes = sentence_label(tr("Notes on the privileges of the bus process"), 13)
-        self._absent = sentence_label(tr("Why no data are shown"), 20)
+        self._notes = kit.sentence_label(tr("Notes on the privileges of the bus process"), 13)
+        self._absent = kit.sentence_label(tr("Why no data are shown"), 20)
         self._absent.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._absent.setMargin(40)
         self.addWidget(self._absent)
@@ -191,13 +169,13 @@ class BusPage(Themed, QStackedWidget):
             pair = (NO_BUS, NO_BUS_REMEDY) if view is None else (NO_REPORT, NO_REPORT_REMEDY)
             if view is not None and view.ended:
                 pair = (view.ended, tr("Remove the cause, then open the job again."))
-            self._absent.setText("\n\n".join(map(said, pair)))
+            self._absent.setText("\n\n".join(map(kit.said, pair)))
             self.setCurrentIndex(0)
             return
         self.setCurrentIndex(1)
         self._show_report(view, view.report)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         if self._view is not None and self._view.report is not None:
             self._show_phase(self._view, self._view.report)
@@ -252,20 +230,20 @@ class BusPage(Themed, QStackedWidget):
     def _show_phase(self, view: BusView, report: BusReport) -> None:
         theme = self._theme
         what, remedy = trouble_words(report)
-        word = said_word(report.phase.value).upper()
+        word = kit.said_word(report.phase.value).upper()
         if view.ended:
-            self._phase.show_text(tr("ENDED"), theme.bad, Mark.BAD)
+            self._phase.show_text(tr("ENDED"), theme.bad, kit.Mark.BAD)
             what, remedy = view.ended, tr("These are the last values.")
         elif view.age_s > _OLD_S:
-            self._phase.show_text(tr("NO REPORT"), theme.bad, Mark.BAD)
+            self._phase.show_text(tr("NO REPORT"), theme.bad, kit.Mark.BAD)
             what = tr("No report from the bus process for {age_s:.0f} s.").format(age_s=view.age_s)
             remedy = tr("These are its last values. If this persists, open the job again.")
         elif report.phase is BusPhase.OPERATION:
-            self._phase.show_text(word, theme.good, Mark.GOOD)
+            self._phase.show_text(word, theme.good, kit.Mark.GOOD)
         elif report.phase is BusPhase.FAILED:
-            self._phase.show_text(word, theme.bad, Mark.BAD)
+            self._phase.show_text(word, theme.bad, kit.Mark.BAD)
         else:
-            self._phase.show_text(word, theme.warn, Mark.DOUBT)
+            self._phase.show_text(word, theme.warn, kit.Mark.DOUBT)
         text = f"{what} {remedy}".strip() or _in_order(report)
         if text != self._trouble.text():
             self._trouble.setText(text)
@@ -282,20 +260,20 @@ class BusPage(Themed, QStackedWidget):
 
     def _contents(self) -> QWidget:
         contents = QWidget()
-        layout = vbox(parent=contents, spacing=8, margins=0)
-        words = vbox(self._phase, (self._trouble, 1))
-        head = hbox((panel(words), 2), (panel(stacked(self.wire)), 3), spacing=8)
-        fill(layout, (head, 2), self.cameras)
-        charts = hbox(spacing=8)
+        layout = kit.vbox(parent=contents, spacing=8, margins=0)
+        words = kit.vbox(self._phase, (self._trouble, 1))
+        head = kit.hbox((kit.panel(words), 2), (kit.panel(kit.stacked(self.wire)), 3), spacing=8)
+        kit.fill(layout, (head, 2), self.cameras)
+        charts = kit.hbox(spacing=8)
         for part, stretch in (
-            (stacked(self.accounts), 5),
-            (stacked(self.lateness), 6),
-            (stacked(self.round_trip), 6),
-            (stacked(*self.clocks), 6),
+            (kit.stacked(self.accounts), 5),
+            (kit.stacked(self.lateness), 6),
+            (kit.stacked(self.round_trip), 6),
+            (kit.stacked(*self.clocks), 6),
             (self._fact_grid(), 4),
         ):
-            charts.addWidget(panel(part), stretch)
-        fill(layout, (charts, 6), (self.events, 6), self._notes)
+            charts.addWidget(kit.panel(part), stretch)
+        kit.fill(layout, (charts, 6), (self.events, 6), self._notes)
         return contents
 
     def _fact_grid(self) -> QGridLayout:
@@ -303,7 +281,7 @@ class BusPage(Themed, QStackedWidget):
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(0)
         for row, (name, value) in enumerate(self.facts.items()):
-            caption = dressed(PlainLabel(tr(name)), font=text_font(13), role="muted")
+            caption = kit.dressed(kit.PlainLabel(tr(name)), font=kit.text_font(13), role="muted")
             grid.addWidget(caption, row, 0)
             grid.addWidget(value, row, 1)
         return grid

@@ -9,35 +9,10 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QProgressBar, QWidget
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.features.measured import (
-    APEX_LIMIT,
-    DIRECTION_LIMIT,
-    POSITION_LIMIT,
-    SIZE_LIMIT,
-    Convention,
-    SetReport,
-    verify_folder,
-)
-from ocmm_gui.kit import (
-    ChoiceBox,
-    FitText,
-    Mark,
-    NarrowButton,
-    NumberTable,
-    OwnKeysField,
-    Themed,
-    digit_font,
-    dressed,
-    hbox,
-    later,
-    localised,
-    panel,
-    said,
-    sentence_label,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_core.features import measured
+from ocmm_core.features.measured import Convention
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.work import SideProcess, Tell
 
 _ASK = later(
@@ -51,21 +26,21 @@ def _columns() -> tuple[tuple[str, str], ...]:
     return (
         (tr("Folder"), tr("one folder of pairs")),
         (tr("Pairs"), tr("pairs fitted and compared")),
-        (tr("Position"), tr("mm, worst; limit {limit:g}").format(limit=POSITION_LIMIT)),
-        (tr("Size"), tr("mm, worst; limit {limit:g}").format(limit=SIZE_LIMIT)),
-        (tr("Direction"), tr("rad, worst; limit {limit:g}").format(limit=DIRECTION_LIMIT)),
-        (tr("Apex"), tr("degrees, worst; limit {limit:g}").format(limit=APEX_LIMIT)),
+        (tr("Position"), tr("mm, worst; limit {limit:g}").format(limit=measured.POSITION_LIMIT)),
+        (tr("Size"), tr("mm, worst; limit {limit:g}").format(limit=measured.SIZE_LIMIT)),
+        (tr("Direction"), tr("rad, worst; limit {limit:g}").format(limit=measured.DIRECTION_LIMIT)),
+        (tr("Apex"), tr("degrees, worst; limit {limit:g}").format(limit=measured.APEX_LIMIT)),
         (tr("Verdict"), tr("whether every pair is within the limits")),
     )
 
 
-def verified(folder: Path, convention: Convention, tell: Tell) -> tuple[SetReport, ...]:
+def verified(folder: Path, convention: Convention, tell: Tell) -> tuple[measured.SetReport, ...]:
     """Return the comparison, in a separate process. InputError as `verify_folder`."""
     tell(later("Fitting"), 0.2)
-    return verify_folder(folder, convention)
+    return measured.verify_folder(folder, convention)
 
 
-class FitsPage(Themed, QWidget):
+class FitsPage(kit.Themed, QWidget):
     """Folder and convention above, a table of the worst errors below."""
 
     failed = Signal(object)
@@ -74,35 +49,37 @@ class FitsPage(Themed, QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Fits against certified pairs"))
-        self._reports: tuple[SetReport, ...] = ()
-        self.folder = dressed(OwnKeysField(), tr("Folder of reference pairs"))
+        self._reports: tuple[measured.SetReport, ...] = ()
+        self.folder = kit.dressed(kit.OwnKeysField(), tr("Folder of reference pairs"))
         self.folder.setPlaceholderText(tr("Folder of reference pairs"))
-        self.folder.setFont(text_font(15))
+        self.folder.setFont(kit.text_font(15))
         self.folder.returnPressed.connect(self.toggle)
-        self.convention = ChoiceBox(
+        self.convention = kit.ChoiceBox(
             tr("Convention"),
             tr("Convention of the certified values"),
             [item.name for item in Convention],
         )
-        self.button = dressed(NarrowButton(tr("Verify")), tr("Verify"), role="primary")
+        self.button = kit.dressed(kit.NarrowButton(tr("Verify")), tr("Verify"), role="primary")
         self.button.setMinimumHeight(40)
-        self.button.setFont(text_font(15, bold=True))
+        self.button.setFont(kit.text_font(15, bold=True))
         self.button.clicked.connect(self.toggle)
-        self._word = FitText(tr("Outcome"), limit=30)
+        self._word = kit.FitText(tr("Outcome"), limit=30)
         self._word.setFixedHeight(42)
-        self._sentence = sentence_label(tr("What is compared"), 14)
+        self._sentence = kit.sentence_label(tr("What is compared"), 14)
         self._sentence.setText(tr(_ASK))
-        self.table = NumberTable(tr("Worst errors"), _columns(), whole=False, font=text_font(15))
+        self.table = kit.NumberTable(
+            tr("Worst errors"), _columns(), whole=False, font=kit.text_font(15)
+        )
         self.table.right_heads(range(1, _VERDICT))
         self.table.verticalHeader().setDefaultSectionSize(34)
-        self.progress = dressed(QProgressBar(), tr("Progress of the comparison"))
+        self.progress = kit.dressed(QProgressBar(), tr("Progress of the comparison"))
         self.progress.hide()
         self._process = SideProcess(self)
         self._process.finished.connect(self._on_reports)
         self._process.failed.connect(self._on_failed)
-        row = hbox((self.folder, 1), self.convention, self.button)
-        above = vbox(row, self._sentence, self.progress)
-        vbox(panel(above), self._word, (self.table, 1), parent=self, spacing=8, margins=0)
+        row = kit.hbox((self.folder, 1), self.convention, self.button)
+        above = kit.vbox(row, self._sentence, self.progress)
+        kit.vbox(kit.panel(above), self._word, (self.table, 1), parent=self, spacing=8, margins=0)
 
     def outcome(self) -> str:
         return self._word.text()
@@ -116,7 +93,7 @@ class FitsPage(Themed, QWidget):
         self.progress.setRange(0, 0)
         self.progress.show()
         self.button.setText(tr("Cancel"))
-        self._word.show_text(tr("Fitting"), self._theme.muted, Mark.ACTIVE)
+        self._word.show_text(tr("Fitting"), self._theme.muted, kit.Mark.ACTIVE)
         self._process.start(partial(verified, folder, convention))
 
     def cancel(self) -> None:
@@ -136,7 +113,7 @@ class FitsPage(Themed, QWidget):
 
     def _on_failed(self, error: OcmmError) -> None:
         self._end()
-        self._sentence.setText(said(f"{error.what} {error.remedy}"))
+        self._sentence.setText(kit.said(f"{error.what} {error.remedy}"))
         self._reports = ()
         self._paint()
         self.failed.emit(error)
@@ -148,30 +125,32 @@ class FitsPage(Themed, QWidget):
             self._word.show_text("", theme.muted)
         elif all(report.passed for report in reports):
             self._word.show_text(
-                tr("All {pairs} pairs within the limits").format(pairs=pairs), theme.good, Mark.GOOD
+                tr("All {pairs} pairs within the limits").format(pairs=pairs),
+                theme.good,
+                kit.Mark.GOOD,
             )
         else:
             off = sum(not result.passed for report in reports for result in report.results)
             self._word.show_text(
                 tr("{beyond} of {pairs} pairs beyond the limits").format(beyond=off, pairs=pairs),
                 theme.bad,
-                Mark.BAD,
+                kit.Mark.BAD,
             )
         self.table.setRowCount(len(reports))
         for row, report in enumerate(reports):
             self._write(row, report)
 
-    def _write(self, row: int, report: SetReport) -> None:
+    def _write(self, row: int, report: measured.SetReport) -> None:
         worst = [report.worst(key) for key in ("position", "size", "direction", "apex")]
         words = (
             report.name,
             str(len(report.results)),
-            *("–" if value is None else localised(f"{value:.1e}") for value in worst),
+            *("–" if value is None else kit.localised(f"{value:.1e}") for value in worst),
             tr("✔  AGREES") if report.passed else tr("✖  OFF"),
         )
         self.table.show_words(row, words)
         for column in range(1, _VERDICT):
             cell = self.table.item(row, column)
             if cell is not None:
-                cell.setFont(digit_font(15, bold=False))
+                cell.setFont(kit.digit_font(15, bold=False))
                 cell.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)

@@ -14,26 +14,9 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QStackedWidget, QWidget
 
 from ocmm_core.inspection.evaluation import LiveView
+from ocmm_gui import kit
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import (
-    FitText,
-    NarrowItems,
-    NoticeCentre,
-    PlainLabel,
-    Theme,
-    Themed,
-    dressed,
-    hbox,
-    literal,
-    make_button,
-    said,
-    said_word,
-    status_colour,
-    status_mark,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui.kit import tr
 from ocmm_gui.maintain._probe_page import ProbePage
 
 _SIDE_PX = 170
@@ -51,41 +34,41 @@ class Page:
     """Keys of its actions; each gets a button."""
 
 
-class MaintainView(Themed, QWidget):
+class MaintainView(kit.Themed, QWidget):
     """Pages with a list; up and down select."""
 
     def __init__(self, pages: Sequence[Page], actions: Mapping[str, QAction]) -> None:
         super().__init__()
         self._live: LiveView | None = None
-        self._word = FitText(tr("Status"), limit=26, reserve=tr("INACCURATE"))
+        self._word = kit.FitText(tr("Status"), limit=26, reserve=tr("INACCURATE"))
         self._word.setFixedHeight(40)
         self.list = QListWidget()
         self.list.setAccessibleName(tr("Pages"))
         self.list.setAccessibleDescription(tr("Up and down select a page"))
-        self.list.setFont(text_font(18, bold=True))
-        self.list.setItemDelegate(NarrowItems(self.list))
+        self.list.setFont(kit.text_font(18, bold=True))
+        self.list.setItemDelegate(kit.NarrowItems(self.list))
         self._stack = QStackedWidget()
         self._pages = tuple(page.widget for page in pages)
         for page in pages:
             item = QListWidgetItem(page.title, self.list)
-            item.setToolTip(literal(page.tip))
+            item.setToolTip(kit.literal(page.tip))
             item.setSizeHint(QSize(_SIDE_PX - 20, _ROW_PX))
             self._stack.addWidget(self._with_buttons(page, actions))
         self.list.currentRowChanged.connect(self._stack.setCurrentIndex)
         self.list.setCurrentRow(0)
         self.list.setFixedHeight(_ROW_PX * len(pages) + 4)
-        heading = PlainLabel(tr("Maintain"))
-        heading.setFont(text_font(20, bold=True))
-        side = vbox(heading, self._word, self.list, spacing=6)
+        heading = kit.PlainLabel(tr("Maintain"))
+        heading.setFont(kit.text_font(20, bold=True))
+        side = kit.vbox(heading, self._word, self.list, spacing=6)
         side.addStretch(1)
-        back = make_button(actions["mode"])
+        back = kit.make_button(actions["mode"])
         back.setText(tr("Inspect  [M]"))
         back.setObjectName("back")
         back.setAccessibleName(tr("Inspect"))
         back.setMinimumHeight(52)
-        back.setFont(text_font(16, bold=True))
+        back.setFont(kit.text_font(16, bold=True))
         side.addWidget(back)
-        hbox(side, (self._stack, 1), parent=self, spacing=10, margins=(10, 8, 10, 8))
+        kit.hbox(side, (self._stack, 1), parent=self, spacing=10, margins=(10, 8, 10, 8))
         for widget in (heading, self._word, self.list, back):
             widget.setFixedWidth(_SIDE_PX)
 
@@ -97,14 +80,14 @@ class MaintainView(Themed, QWidget):
 
     def show_live(self, live: LiveView) -> None:
         self._live = live
-        colour = status_colour(self._theme, live.status)
-        self._word.show_text(said_word(live.status.value), colour, status_mark(live.status))
-        self._word.setToolTip(literal(said(live.reason)))
+        colour = kit.status_colour(self._theme, live.status)
+        self._word.show_text(kit.said_word(live.status.value), colour, kit.status_mark(live.status))
+        self._word.setToolTip(kit.literal(kit.said(live.reason)))
 
     def status(self) -> str:
         return self._word.text()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         if self._live is not None:
             self.show_live(self._live)
@@ -112,16 +95,16 @@ class MaintainView(Themed, QWidget):
     @staticmethod
     def _with_buttons(page: Page, actions: Mapping[str, QAction]) -> QWidget:
         whole = QWidget()
-        layout = vbox((page.widget, 1), parent=whole, spacing=8, margins=0)
+        layout = kit.vbox((page.widget, 1), parent=whole, spacing=8, margins=0)
         if page.actions:
             layout.addLayout(_large_buttons([actions[key] for key in page.actions]))
-        row = hbox(spacing=6)
-        hint = dressed(PlainLabel(page.tip), font=text_font(12), role="muted")
+        row = kit.hbox(spacing=6)
+        hint = kit.dressed(kit.PlainLabel(page.tip), font=kit.text_font(12), role="muted")
         hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         row.addWidget(hint, 1)
         for key in _TOOLS:
-            button = make_button(actions[key])
-            button.setFont(text_font(13))
+            button = kit.make_button(actions[key])
+            button.setFont(kit.text_font(13))
             row.addWidget(button)
         layout.addLayout(row)
         return whole
@@ -129,11 +112,11 @@ class MaintainView(Themed, QWidget):
 
 def _large_buttons(actions: Sequence[QAction]) -> QHBoxLayout:
     """Return buttons for gloved hands, as wide as possible."""
-    row = hbox(spacing=6)
+    row = kit.hbox(spacing=6)
     for action in actions:
-        button = make_button(action, primary=True)
+        button = kit.make_button(action, primary=True)
         button.setText(button.text().replace("  [", "\n["))
-        button.setFont(text_font(15))
+        button.setFont(kit.text_font(15))
         button.setMinimumHeight(_LARGE_PX)
         row.addWidget(button, 1)
     return row
@@ -149,7 +132,7 @@ class ConfirmedActions:
     def __init__(
         self,
         bridge: StationBridge,
-        notices: NoticeCentre,
+        notices: kit.NoticeCentre,
         probe: ProbePage,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:

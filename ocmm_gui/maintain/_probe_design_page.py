@@ -10,46 +10,16 @@ import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QProgressBar, QVBoxLayout, QWidget
 
+from ocmm_core import measuring
 from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
 from ocmm_core.calibration.records import ProbeInUse, probe_from_records
 from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.measuring import (
-    BudgetTerm,
-    Examination,
-    ProbeReport,
-    examine,
-    label_verdict,
-    label_words,
-    map_range,
-    mechanics_words,
-)
 from ocmm_core.tracking import ProbeBody, load_probe
 from ocmm_core.typed_numbers import SPOT_NOISE, TILT, NumberField
+from ocmm_gui import kit
 from ocmm_gui.charts import BendingPlot, MapPlot
-from ocmm_gui.kit import (
-    DataTable,
-    FitText,
-    Mark,
-    NarrowButton,
-    OwnKeysField,
-    PlainLabel,
-    Theme,
-    Themed,
-    dressed,
-    hbox,
-    later,
-    literal,
-    localised,
-    panel,
-    read_number,
-    said,
-    sentence_label,
-    text_font,
-    tr,
-    tr_all,
-    vbox,
-)
+from ocmm_gui.kit import later, said, tr
 from ocmm_gui.work import SideProcess, Tell
 
 _ASK = later("Press Examine. It takes a few seconds; measuring continues meanwhile.")
@@ -80,15 +50,15 @@ class DesignRequest:
     body: ProbeBody
     probe: Path | None
     design: Path | None
-    asked: Examination
+    asked: measuring.Examination
 
 
-def examine_request(request: DesignRequest, tell: Tell) -> ProbeReport:
+def examine_request(request: DesignRequest, tell: Tell) -> measuring.ProbeReport:
     """Return the report, in a separate process. Raise InputError as the documents do."""
     body = request.body if request.probe is None else load_probe(request.probe)
     path = request.design if request.design is not None else shipped_design(body)
     design = None if path is None else load_design(path, body)
-    return examine(request.rig, body, design, request.asked, tell)
+    return measuring.examine(request.rig, body, design, request.asked, tell)
 
 
 def plain_body(probe: ProbeInUse) -> ProbeBody:
@@ -99,7 +69,7 @@ def plain_body(probe: ProbeInUse) -> ProbeBody:
     return probe_from_records(probe.design, records.calibration, records.qualification)
 
 
-class ProbeDesignPage(Themed, QWidget):
+class ProbeDesignPage(kit.Themed, QWidget):
     """Uncertainty, maps, labels, mechanics and budget of a probe, computed on request."""
 
     failed = Signal(object)
@@ -110,26 +80,28 @@ class ProbeDesignPage(Themed, QWidget):
         super().__init__()
         self.setAccessibleName(tr("Design of the probe"))
         self._rig, self._body = rig, body
-        self._report: ProbeReport | None = None
+        self._report: measuring.ProbeReport | None = None
         self._process = SideProcess(self)
         self._process.advanced.connect(self._on_advanced)
         self._process.finished.connect(self._show_report)
         self._process.failed.connect(self._on_failed)
-        self.fields = {key: OwnKeysField(localised(proposal)) for key, _, _, proposal in _FIELDS}
-        self.button = NarrowButton(tr("Examine"))
+        self.fields = {
+            key: kit.OwnKeysField(kit.localised(proposal)) for key, _, _, proposal in _FIELDS
+        }
+        self.button = kit.NarrowButton(tr("Examine"))
         self.button.setProperty("role", "primary")
         self.button.setMinimumHeight(38)
         self.button.setAccessibleName(tr("Examine"))
         self.button.clicked.connect(self.toggle)
-        self._progress = dressed(QProgressBar(), tr("Progress"))
+        self._progress = kit.dressed(QProgressBar(), tr("Progress"))
         self._progress.setTextVisible(True)
-        self._number = FitText(tr("Uncertainty of the tip"), limit=40, digits=True)
+        self._number = kit.FitText(tr("Uncertainty of the tip"), limit=40, digits=True)
         self._number.setFixedHeight(48)
-        self._sentence = sentence_label(tr("Meaning of the number"), 13)
-        self._labels = FitText(tr("Labels"), limit=17)
+        self._sentence = kit.sentence_label(tr("Meaning of the number"), 13)
+        self._labels = kit.FitText(tr("Labels"), limit=17)
         self._labels.setFixedHeight(24)
-        self._nearest = sentence_label(tr("Nearest wrong orders"), 13)
-        self._mechanics = sentence_label(tr("Growth and bending"), 13)
+        self._nearest = kit.sentence_label(tr("Nearest wrong orders"), 13)
+        self._mechanics = kit.sentence_label(tr("Growth and bending"), 13)
         self.budget = PointBudgetTable()
         self.tilt = MapPlot(tr("Over the tilt"))
         self.top = MapPlot(tr("From above"))
@@ -165,7 +137,7 @@ class ProbeDesignPage(Themed, QWidget):
             self._sentence.setText(tr(_ASK))
         self._wait(False)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         if self._report is not None:
             self._paint_words(self._report)
@@ -174,7 +146,7 @@ class ProbeDesignPage(Themed, QWidget):
         words = {key: field.text().strip() for key, field in self.fields.items()}
         tilt = tuple(_numbers(TILT, tr("Tilts"), words["tilt"], 3))
         (sigma,) = _numbers(SPOT_NOISE, tr("Spots"), words["sigma"], 1)
-        asked = Examination(Postures((tilt[0], tilt[1], tilt[2]), self._rig.volume_world))
+        asked = measuring.Examination(Postures((tilt[0], tilt[1], tilt[2]), self._rig.volume_world))
         return DesignRequest(
             self._rig,
             self._body,
@@ -201,21 +173,21 @@ class ProbeDesignPage(Themed, QWidget):
         self._sentence.setText(said(f"{error.what} {error.remedy}"))
         self.failed.emit(error)
 
-    def _paint_words(self, report: ProbeReport) -> None:
+    def _paint_words(self, report: measuring.ProbeReport) -> None:
         theme, number = self._theme, report.number
         seen = bool(np.isfinite(number.space_um))
         self._number.show_text(
-            localised(f"{number.space_um:.1f} µm") if seen else "–",
+            kit.localised(f"{number.space_um:.1f} µm") if seen else "–",
             theme.text if seen else theme.bad,
         )
         safe = report.coded or all(item.is_safe for item in report.labels)
         self._labels.show_text(
             tr("LEDs cannot be confused") if safe else tr("LEDs can be confused"),
             theme.good if safe else theme.bad,
-            Mark.GOOD if safe else Mark.BAD,
+            kit.Mark.GOOD if safe else kit.Mark.BAD,
         )
 
-    def _show_report(self, report: ProbeReport) -> None:
+    def _show_report(self, report: measuring.ProbeReport) -> None:
         self._report = report
         self._wait(False)
         self._paint_words(report)
@@ -244,15 +216,15 @@ class ProbeDesignPage(Themed, QWidget):
             report.labels,
             key=lambda item: np.inf if item.ambiguity is None else item.ambiguity.residual_mm,
         )
-        verdict = label_verdict(report.labels, coded=report.coded)
-        self._nearest.setText(f"{label_words(nearest)} {verdict}")
+        verdict = measuring.label_verdict(report.labels, coded=report.coded)
+        self._nearest.setText(f"{measuring.label_words(nearest)} {verdict}")
         self._mechanics.setText(
             tr("Thermal growth and bending need a design document.")
             if report.mechanics is None
-            else "\n".join(mechanics_words(report.mechanics))
+            else "\n".join(measuring.mechanics_words(report.mechanics))
         )
         self.budget.show_terms(report.budget)
-        limits = map_range(report.maps)
+        limits = measuring.map_range(report.maps)
         for plot, found in zip((self.tilt, self.top, self.front), report.maps, strict=True):
             plot.show_map(found, limits)
         self.bending.show_mechanics(report.mechanics)
@@ -263,12 +235,12 @@ class ProbeDesignPage(Themed, QWidget):
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(4)
         for row, (key, label, tip, _) in enumerate(_FIELDS):
-            caption, field = PlainLabel(tr(label)), self.fields[key]
+            caption, field = kit.PlainLabel(tr(label)), self.fields[key]
             caption.setProperty("role", "muted")
-            caption.setFont(text_font(13))
-            field.setFont(text_font(13))
+            caption.setFont(kit.text_font(13))
+            field.setFont(kit.text_font(13))
             field.setAccessibleName(tr(label))
-            field.setToolTip(literal(tr(tip)))
+            field.setToolTip(kit.literal(tr(tip)))
             field.setPlaceholderText(tr(_EMPTY.get(key, "")))
             field.returnPressed.connect(self.toggle)
             grid.addWidget(caption, row, 0)
@@ -281,32 +253,32 @@ class ProbeDesignPage(Themed, QWidget):
         ):  # fmt: skip
             said.addWidget(widget)
         said.addStretch(1)
-        left = vbox(panel(grid), (panel(said), 1), spacing=8)
+        left = kit.vbox(kit.panel(grid), (kit.panel(said), 1), spacing=8)
         plots = QGridLayout()
         plots.setSpacing(8)
         for index, plot in enumerate((self.tilt, self.bending, self.top, self.front)):
-            plots.addWidget(panel(vbox(plot)), index // 2, index % 2)
-        right = vbox((plots, 1), self.budget, spacing=8)
-        hbox((left, 4), (right, 7), parent=self, spacing=8, margins=0)
+            plots.addWidget(kit.panel(kit.vbox(plot)), index // 2, index % 2)
+        right = kit.vbox((plots, 1), self.budget, spacing=8)
+        kit.hbox((left, 4), (right, 7), parent=self, spacing=8, margins=0)
 
 
-class PointBudgetTable(DataTable):
+class PointBudgetTable(kit.DataTable):
     """Uncertainty sources of one point."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Budget of one point"), tr_all(_COLUMNS))
+        super().__init__(tr("Budget of one point"), kit.tr_all(_COLUMNS))
         self.horizontalHeader().setStretchLastSection(True)
         self.verticalHeader().setDefaultSectionSize(20)
         self.setWordWrap(False)
         self.setFixedHeight(196)
-        self._terms: tuple[BudgetTerm, ...] = ()
+        self._terms: tuple[measuring.BudgetTerm, ...] = ()
 
-    def show_terms(self, terms: tuple[BudgetTerm, ...]) -> None:
+    def show_terms(self, terms: tuple[measuring.BudgetTerm, ...]) -> None:
         self._terms = terms
         self.setRowCount(len(terms))
         for row, term in enumerate(terms):
             self._write(row, 0, term.name)
-            self._write(row, 1, localised(f"{term.sigma_um:.2f}"))
+            self._write(row, 1, kit.localised(f"{term.sigma_um:.2f}"))
             self._cell(row, 1).setTextAlignment(
                 Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             )
@@ -314,7 +286,7 @@ class PointBudgetTable(DataTable):
         self.resizeColumnToContents(0)
         self.resizeColumnToContents(1)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._colours = theme
         self.show_terms(self._terms)
 
@@ -327,4 +299,4 @@ def _numbers(field: NumberField, what: str, text: str, count: int) -> list[float
             f"Field '{what}' is {text!r}; it needs {count} number(s).",
             "Enter numbers separated by spaces.",
         )
-    return [read_number(field, word) for word in words]
+    return [kit.read_number(field, word) for word in words]

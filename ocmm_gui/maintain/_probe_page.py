@@ -6,36 +6,11 @@ from collections.abc import Callable, Sequence
 
 from PySide6.QtWidgets import QHeaderView, QVBoxLayout
 
-from ocmm_core.calibration.records import (
-    CalibrationStatus,
-    ProbeOverview,
-    ProbeView,
-    State,
-    TipEvent,
-    TipEventKind,
-    TipState,
-)
+from ocmm_core.calibration import records
+from ocmm_gui import kit
 from ocmm_gui.charts import HistoryChart
-from ocmm_gui.kit import (
-    DataTable,
-    Theme,
-    later,
-    localised,
-    said,
-    said_word,
-    stacked,
-    text_font,
-    tr,
-    tr_all,
-)
-from ocmm_gui.maintain._status_page import (
-    EventLine,
-    EventTable,
-    StatusPage,
-    Tone,
-    in_a_row,
-    local_time,
-)
+from ocmm_gui.kit import later, tr
+from ocmm_gui.maintain import _status_page as status_page
 
 _TIPS = (
     (later("Tip"), later("Name; an arrow marks the mounted tip")),
@@ -57,36 +32,36 @@ _HISTORY = (
     (later("Record"), later("First digits of its hash")),
 )
 _TONES = {
-    TipEventKind.QUALIFIED: Tone.GOOD,
-    TipEventKind.PASSED: Tone.GOOD,
-    TipEventKind.NOT_QUALIFIED: Tone.BAD,
-    TipEventKind.FAILED: Tone.BAD,
-    TipEventKind.DOUBTED: Tone.WARN,
-    TipEventKind.MOUNTED: Tone.WARN,
+    records.TipEventKind.QUALIFIED: status_page.Tone.GOOD,
+    records.TipEventKind.PASSED: status_page.Tone.GOOD,
+    records.TipEventKind.NOT_QUALIFIED: status_page.Tone.BAD,
+    records.TipEventKind.FAILED: status_page.Tone.BAD,
+    records.TipEventKind.DOUBTED: status_page.Tone.WARN,
+    records.TipEventKind.MOUNTED: status_page.Tone.WARN,
 }
 _STANDING, _ROW_PX = 1, 38
 
 
-class TipTable(DataTable):
+class TipTable(kit.DataTable):
     """All tips, the mounted one first; the selected one can be mounted."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Tips"), tr_all(_TIPS))
+        super().__init__(tr("Tips"), kit.tr_all(_TIPS))
         self.setAccessibleDescription(tr("Up and down select a tip"))
-        self.setFont(text_font(14))
+        self.setFont(kit.text_font(14))
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(len(_TIPS) - 1, QHeaderView.ResizeMode.Stretch)
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
         self.setMinimumHeight(2 * _ROW_PX + 20)
-        self._tips: tuple[TipState, ...] = ()
+        self._tips: tuple[records.TipState, ...] = ()
 
     def chosen(self) -> str | None:
         row = self.currentRow()
         return self._tips[row].tip if 0 <= row < len(self._tips) else None
 
-    def show_tips(self, tips: Sequence[TipState]) -> None:
+    def show_tips(self, tips: Sequence[records.TipState]) -> None:
         """Show tips, keeping the selection."""
         chosen = self.chosen()
         self._tips = tuple(tips)
@@ -95,13 +70,13 @@ class TipTable(DataTable):
         if names:
             self.setCurrentCell(names.index(chosen) if chosen in names else 0, 0)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._colours = theme
         self._show()
 
     def _show(self) -> None:
         theme = self._colours
-        colours = {State.VALID: theme.good, State.DUE: theme.warn}
+        colours = {records.State.VALID: theme.good, records.State.DUE: theme.warn}
         self.setRowCount(len(self._tips))
         for row, one in enumerate(self._tips):
             for column, text in enumerate(_tip_words(one)):
@@ -111,58 +86,58 @@ class TipTable(DataTable):
                 self._write(row, column, text, colour)
 
 
-class TipHistoryTable(EventTable):
+class TipHistoryTable(status_page.EventTable):
     """Events of the tips, newest first."""
 
     def __init__(self) -> None:
-        super().__init__(tr_all(_HISTORY), what=1, why=4)
+        super().__init__(kit.tr_all(_HISTORY), what=1, why=4)
 
-    def show_events(self, events: Sequence[TipEvent]) -> None:
+    def show_events(self, events: Sequence[records.TipEvent]) -> None:
         """Show events, given oldest first."""
         self.show_lines([_line(event) for event in events])
 
 
-def _tip_words(one: TipState) -> tuple[str, ...]:
+def _tip_words(one: records.TipState) -> tuple[str, ...]:
     found, check = one.qualification, one.check
     name = f"▶ {one.tip}" if one.mounted else f"   {one.tip}"
-    until = local_time(one.due_utc)[:10]
+    until = status_page.local_time(one.due_utc)[:10]
     if found is None:
-        return (name, said_word(one.status.state.value), "–", "–", "–", tr("never"), "–", until)
+        return (name, kit.said_word(one.status.state.value), "–", "–", "–", tr("never"), "–", until)
     temperature_state = (
-        "" if found.temperature_c is None else localised(f", {found.temperature_c:.1f} °C")
+        "" if found.temperature_c is None else kit.localised(f", {found.temperature_c:.1f} °C")
     )
     checked = "–"
     if check is not None:
         verdict = tr("passed") if check.passed else tr("FAILED")
-        checked = f"{local_time(check.made_utc)[:10]} {verdict}"
+        checked = f"{status_page.local_time(check.made_utc)[:10]} {verdict}"
     return (
         name,
-        said_word(one.status.state.value),
-        localised(f"{found.diameter_mm:.4f} ± {2.0 * found.diameter_sigma_mm:.4f}"),
-        localised(f"{1e3 * found.form_mm:.1f}"),
-        localised(f"{1e3 * found.articulation_2s_mm:.1f}"),
-        f"{local_time(found.made_utc)[:10]}{temperature_state}",
+        kit.said_word(one.status.state.value),
+        kit.localised(f"{found.diameter_mm:.4f} ± {2.0 * found.diameter_sigma_mm:.4f}"),
+        kit.localised(f"{1e3 * found.form_mm:.1f}"),
+        kit.localised(f"{1e3 * found.articulation_2s_mm:.1f}"),
+        f"{status_page.local_time(found.made_utc)[:10]}{temperature_state}",
         checked,
         until,
     )
 
 
-def _line(event: TipEvent) -> EventLine:
+def _line(event: records.TipEvent) -> status_page.EventLine:
     kind = event.kind
-    word = said_word(kind.value)
+    word = kit.said_word(kind.value)
     word = word[0].upper() + word[1:]
-    if kind in (TipEventKind.FAILED, TipEventKind.NOT_QUALIFIED):
+    if kind in (records.TipEventKind.FAILED, records.TipEventKind.NOT_QUALIFIED):
         word = word.replace("failed", "FAILED")
     cells = (
-        local_time(event.utc),
+        status_page.local_time(event.utc),
         word,
         event.tip,
         event.who,
-        said(event.reason),
-        local_time(event.since_utc) if event.since_utc else "",
+        kit.said(event.reason),
+        status_page.local_time(event.since_utc) if event.since_utc else "",
         event.record[:12],
     )
-    return EventLine(cells, _TONES.get(kind, Tone.PLAIN))
+    return status_page.EventLine(cells, _TONES.get(kind, status_page.Tone.PLAIN))
 
 
 DESIGN = later("Virtual probe: the geometry of its document is used.")
@@ -182,11 +157,13 @@ _FACTS = (
 )
 
 
-class ProbePage(StatusPage[ProbeView, ProbeOverview]):
+class ProbePage(status_page.StatusPage[records.ProbeView, records.ProbeOverview]):
     """Status, tips, trends and history of the probe."""
 
     def __init__(
-        self, pull: Callable[[], ProbeView], pull_overview: Callable[[], ProbeOverview]
+        self,
+        pull: Callable[[], records.ProbeView],
+        pull_overview: Callable[[], records.ProbeOverview],
     ) -> None:
         super().__init__(
             tr("Probe"),
@@ -208,8 +185,8 @@ class ProbePage(StatusPage[ProbeView, ProbeOverview]):
             form="+.0f",
         )  # fmt: skip
         self.history = TipHistoryTable()
-        self._charts = in_a_row(
-            *(stacked(one) for one in (self.diameter, self.form, self.place, self.check))
+        self._charts = status_page.in_a_row(
+            *(kit.stacked(one) for one in (self.diameter, self.form, self.place, self.check))
         )
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -220,7 +197,7 @@ class ProbePage(StatusPage[ProbeView, ProbeOverview]):
         layout.addWidget(self._empty, 2)
         layout.addWidget(self.history, 4)
 
-    def _show_overview(self, view: ProbeView, found: ProbeOverview) -> None:
+    def _show_overview(self, view: records.ProbeView, found: records.ProbeOverview) -> None:
         self._show_facts(_facts(view))
         self.tips.show_tips(found.tips)
         trends = found.trends
@@ -234,19 +211,19 @@ class ProbePage(StatusPage[ProbeView, ProbeOverview]):
         self.history.show_events(found.events)
         why = found.fault
         if not why and not found.tips:
-            why = tr(_NO_RECORDS if view.word is CalibrationStatus.DESIGN else _NO_TIP)
+            why = tr(_NO_RECORDS if view.word is records.CalibrationStatus.DESIGN else _NO_TIP)
         self._show_fault(why)
         self._charts.setVisible(bool(found.tips))
         self.tips.setVisible(bool(found.tips))
         self.history.setVisible(bool(found.events))
 
 
-def _facts(view: ProbeView) -> dict[str, str]:
+def _facts(view: records.ProbeView) -> dict[str, str]:
     words = dict.fromkeys((name for name, _ in _FACTS), "–")
     words |= {
         "Probe": view.probe,
         "Tip": view.tip or "–",
-        "Ball": localised(f"{view.diameter_mm:.4f} mm"),
+        "Ball": kit.localised(f"{view.diameter_mm:.4f} mm"),
         "Hash": view.identity[:12],
     }
     if view.records is None:
@@ -254,14 +231,17 @@ def _facts(view: ProbeView) -> dict[str, str]:
     calibration, qualification = view.records.calibration, view.records.qualification
     made = [calibration] if qualification is None else [calibration, qualification]
     temperature_state = " / ".join(
-        "?" if one.temperature_c is None else localised(f"{one.temperature_c:.1f}") for one in made
+        "?" if one.temperature_c is None else kit.localised(f"{one.temperature_c:.1f}")
+        for one in made
     )
     words |= {
-        "Calibrated": f"{local_time(calibration.made_utc)[:10]}, {calibration.made_by}",
-        "Valid until": local_time(view.due_utc)[:10],
+        "Calibrated": f"{status_page.local_time(calibration.made_utc)[:10]}, {calibration.made_by}",
+        "Valid until": status_page.local_time(view.due_utc)[:10],
         "Warmth": f"{temperature_state} °C",
         "Turned": "{:.0f}°, {:.0f}°, {:.0f}°".format(*calibration.ranges_deg),
     }
     if qualification is not None:
-        words["Qualified"] = f"{local_time(qualification.made_utc)[:10]}, {qualification.made_by}"
+        words["Qualified"] = (
+            f"{status_page.local_time(qualification.made_utc)[:10]}, {qualification.made_by}"
+        )
     return words

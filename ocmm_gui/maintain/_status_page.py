@@ -12,37 +12,9 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
 
-from ocmm_core.calibration.records import (
-    Blocker,
-    CalibrationStatus,
-    CalibrationView,
-    Event,
-    EventKind,
-    ProbeView,
-)
-from ocmm_gui.kit import (
-    DataTable,
-    FitText,
-    Mark,
-    PlainLabel,
-    Theme,
-    Themed,
-    dressed,
-    hbox,
-    later,
-    literal,
-    mark_colour,
-    panel,
-    said,
-    said_word,
-    sentence_label,
-    text_font,
-    time_words,
-    tr,
-    tr_all,
-    value_label,
-    vbox,
-)
+from ocmm_core.calibration import records
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 
 _COLUMNS = (
     (later("Time"), later("Local time")),
@@ -53,12 +25,12 @@ _COLUMNS = (
     (later("Calibration"), later("First digits of its hash")),
 )
 _WORDS = {
-    EventKind.ACCEPTED: later("Activated"),
-    EventKind.PASSED: later("Verification passed"),
-    EventKind.FAILED: later("Verification FAILED"),
-    EventKind.SUSPECTED: later("Marked suspect"),
-    EventKind.FALLEN: later("Artefact found WRONG"),
-    EventKind.RECALLED: later("Jobs recalled"),
+    records.EventKind.ACCEPTED: later("Activated"),
+    records.EventKind.PASSED: later("Verification passed"),
+    records.EventKind.FAILED: later("Verification FAILED"),
+    records.EventKind.SUSPECTED: later("Marked suspect"),
+    records.EventKind.FALLEN: later("Artefact found WRONG"),
+    records.EventKind.RECALLED: later("Jobs recalled"),
 }
 
 
@@ -72,10 +44,10 @@ class Tone(Enum):
 
 
 _TONES = {
-    EventKind.PASSED: Tone.GOOD,
-    EventKind.FAILED: Tone.BAD,
-    EventKind.FALLEN: Tone.BAD,
-    EventKind.SUSPECTED: Tone.WARN,
+    records.EventKind.PASSED: Tone.GOOD,
+    records.EventKind.FAILED: Tone.BAD,
+    records.EventKind.FALLEN: Tone.BAD,
+    records.EventKind.SUSPECTED: Tone.WARN,
 }
 
 
@@ -85,7 +57,7 @@ class EventLine:
     tone: Tone = Tone.PLAIN
 
 
-class EventTable(DataTable):
+class EventTable(kit.DataTable):
     """Events, newest first. `what`, `why`: Columns with the event, and with long text."""
 
     def __init__(self, columns: Sequence[tuple[str, str]], what: int, why: int) -> None:
@@ -104,7 +76,7 @@ class EventTable(DataTable):
             self._lines = tuple(lines)
             self._show()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._colours = theme
         self._show()
 
@@ -132,19 +104,19 @@ class HistoryTable(EventTable):
     """Events of the calibrations, newest first."""
 
     def __init__(self) -> None:
-        super().__init__(tr_all(_COLUMNS), what=1, why=3)
+        super().__init__(kit.tr_all(_COLUMNS), what=1, why=3)
 
-    def show_events(self, events: Sequence[Event]) -> None:
+    def show_events(self, events: Sequence[records.Event]) -> None:
         """Show events, given oldest first."""
         self.show_lines([_line(event) for event in events])
 
 
-def _line(event: Event) -> EventLine:
+def _line(event: records.Event) -> EventLine:
     cells = (
         local_time(event.utc),
         tr(_WORDS[event.kind]),
         event.who,
-        said(event.reason),
+        kit.said(event.reason),
         local_time(event.since_utc) if event.since_utc else "",
         event.calibration[:12],
     )
@@ -153,25 +125,25 @@ def _line(event: Event) -> EventLine:
 
 def local_time(utc: str) -> str:
     """Return a record's time in local display format."""
-    return time_words(datetime.fromisoformat(utc).astimezone())
+    return kit.time_words(datetime.fromisoformat(utc).astimezone())
 
 
 REFRESH_MS = 500
 
 _MARKS = {
-    CalibrationStatus.VALID: Mark.GOOD,
-    CalibrationStatus.DESIGN: Mark.DONE,
-    CalibrationStatus.DUE: Mark.DOUBT,
-    CalibrationStatus.SUSPECT: Mark.DOUBT,
+    records.CalibrationStatus.VALID: kit.Mark.GOOD,
+    records.CalibrationStatus.DESIGN: kit.Mark.DONE,
+    records.CalibrationStatus.DUE: kit.Mark.DOUBT,
+    records.CalibrationStatus.SUSPECT: kit.Mark.DOUBT,
 }
 
 
-V = TypeVar("V", CalibrationView, ProbeView)
+V = TypeVar("V", records.CalibrationView, records.ProbeView)
 H = TypeVar("H")
 """Contents of the store: history and trends."""
 
 
-class StatusPage(Themed, QWidget, Generic[V, H]):
+class StatusPage(kit.Themed, QWidget, Generic[V, H]):
     """A large status word, its meaning, and facts; refreshed while visible.
 
     ``pull_overview`` returns the contents of the store, on opening and after status changes, as it
@@ -198,13 +170,13 @@ class StatusPage(Themed, QWidget, Generic[V, H]):
         self._in_doubt = in_doubt
         self._view: V | None = None
         self.setAccessibleName(name)
-        self._mark = Mark.OPEN
-        self._word = FitText(of, limit=34)
+        self._mark = kit.Mark.OPEN
+        self._word = kit.FitText(of, limit=34)
         self._word.setFixedHeight(44)
-        self._sentence = sentence_label(tr("Meaning of the status"), 15)
-        self._notes = sentence_label(tr("Watch list"), 14)
-        self.facts = {name: value_label(tr(name), tr(tip)) for name, tip in facts}
-        self._empty = sentence_label(tr("Why no history is shown"), 20)
+        self._sentence = kit.sentence_label(tr("Meaning of the status"), 15)
+        self._notes = kit.sentence_label(tr("Watch list"), 14)
+        self.facts = {name: kit.value_label(tr(name), tr(tip)) for name, tip in facts}
+        self._empty = kit.sentence_label(tr("Why no history is shown"), 20)
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._empty.setMargin(30)
         self._timer = QTimer(self, interval=REFRESH_MS)
@@ -237,7 +209,7 @@ class StatusPage(Themed, QWidget, Generic[V, H]):
         """Return why history or trends cannot be shown; empty if they can."""
         return self._empty.text()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self._paint_word(self._word.text())
 
@@ -254,13 +226,15 @@ class StatusPage(Themed, QWidget, Generic[V, H]):
 
     def _show_status(self, view: V) -> None:
         bad = view.uncalibrated or (
-            view.word is CalibrationStatus.DESIGN and view.blocker is not None
+            view.word is records.CalibrationStatus.DESIGN and view.blocker is not None
         )
-        self._mark = Mark.BAD if bad else _MARKS.get(view.word, Mark.BAD)
-        self._paint_word(tr("UNCALIBRATED") if view.uncalibrated else said_word(view.word.value))
-        in_order = self._design if view.word is CalibrationStatus.DESIGN else self._in_order
+        self._mark = kit.Mark.BAD if bad else _MARKS.get(view.word, kit.Mark.BAD)
+        self._paint_word(
+            tr("UNCALIBRATED") if view.uncalibrated else kit.said_word(view.word.value)
+        )
+        in_order = self._design if view.word is records.CalibrationStatus.DESIGN else self._in_order
         self._sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
-        notes = list(map(said, view.warnings))
+        notes = list(map(kit.said, view.warnings))
         if view.since_utc:
             notes.append(
                 tr("Points since {since_utc} are suspect, also in older jobs.").format(
@@ -274,15 +248,15 @@ class StatusPage(Themed, QWidget, Generic[V, H]):
     def _show_facts(self, words: dict[str, str]) -> None:
         for name, label in self.facts.items():
             label.setText(words[name])
-            label.setToolTip(literal(words[name]))
+            label.setToolTip(kit.literal(words[name]))
 
     def _show_fault(self, why: str) -> None:
         self._empty.setText(why)
         self._empty.setVisible(bool(why))
 
     def _head(self) -> QHBoxLayout:
-        words = vbox(self._word, (self._sentence, 1), self._notes)
-        return hbox((panel(words), 2), (panel(self._fact_grid()), 3), spacing=8)
+        words = kit.vbox(self._word, (self._sentence, 1), self._notes)
+        return kit.hbox((kit.panel(words), 2), (kit.panel(self._fact_grid()), 3), spacing=8)
 
     def _fact_grid(self) -> QGridLayout:
         grid = QGridLayout()
@@ -290,7 +264,7 @@ class StatusPage(Themed, QWidget, Generic[V, H]):
         grid.setVerticalSpacing(1)
         half = (len(self.facts) + 1) // 2
         for index, (name, label) in enumerate(self.facts.items()):
-            caption = dressed(PlainLabel(tr(name)), font=text_font(13), role="muted")
+            caption = kit.dressed(kit.PlainLabel(tr(name)), font=kit.text_font(13), role="muted")
             row, column = index % half, 2 * (index // half)
             grid.addWidget(caption, row, column)
             grid.addWidget(label, row, column + 1)
@@ -299,27 +273,27 @@ class StatusPage(Themed, QWidget, Generic[V, H]):
         return grid
 
     def _paint_word(self, word: str) -> None:
-        self._word.show_text(word, mark_colour(self._theme, self._mark), self._mark)
+        self._word.show_text(word, kit.mark_colour(self._theme, self._mark), self._mark)
 
 
 def in_a_row(*panels: QVBoxLayout) -> QWidget:
     """Return panels side by side, equally wide."""
     whole = QWidget()
-    row = hbox(parent=whole, spacing=8, margins=0)
+    row = kit.hbox(parent=whole, spacing=8, margins=0)
     for one in panels:
-        row.addWidget(panel(one), 1)
+        row.addWidget(kit.panel(one), 1)
     return whole
 
 
-def _sentence(blocker: Blocker | None, in_order: str, *, uncalibrated: bool) -> str:
+def _sentence(blocker: records.Blocker | None, in_order: str, *, uncalibrated: bool) -> str:
     """Return the consequence of a status for measuring."""
     if uncalibrated:
-        why = f" {said(str(blocker))}" if blocker is not None else ""
+        why = f" {kit.said(str(blocker))}" if blocker is not None else ""
         return tr("Points are taken but prove nothing: every verdict is NOT PROVEN.{why}").format(
             why=why
         )
     return (
         in_order
         if blocker is None
-        else tr("No points are taken. {blocker}").format(blocker=said(str(blocker)))
+        else tr("No points are taken. {blocker}").format(blocker=kit.said(str(blocker)))
     )

@@ -17,21 +17,8 @@ from ocmm_core.fieldbus.report import (
     is_present,
     wire_picture,
 )
-from ocmm_gui.kit import (
-    DataTable,
-    PaintedWidget,
-    Theme,
-    day_words,
-    fitted,
-    ink,
-    later,
-    literal,
-    localised,
-    said,
-    text_font,
-    tr,
-    tr_all,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 
 _WORDS_PX = 20.0
 _BOX_SHARE = 0.78
@@ -42,7 +29,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _CENTRE = Qt.AlignmentFlag.AlignCenter
 
 
-class WireView(PaintedWidget):
+class WireView(kit.PaintedWidget):
     """Boxes for host and cameras, lines for cables, and a summary below."""
 
     def __init__(self) -> None:
@@ -59,12 +46,12 @@ class WireView(PaintedWidget):
                 )
                 for camera, link in zip(wire.cameras, wire.links, strict=True)
             )
-            self.setAccessibleDescription(f"{wire.interface}, {chain}. {said(wire.words)}")
-            self.setToolTip(literal(said(wire.words)))
+            self.setAccessibleDescription(f"{wire.interface}, {chain}. {kit.said(wire.words)}")
+            self.setToolTip(kit.literal(kit.said(wire.words)))
             self.update()
 
     def words(self) -> str:
-        return said(self._wire.words) if self._wire is not None else ""
+        return kit.said(self._wire.words) if self._wire is not None else ""
 
     def paintEvent(self, event: QPaintEvent) -> None:
         wire = self._wire
@@ -93,9 +80,15 @@ class WireView(PaintedWidget):
         painter.setPen(QColor(self._theme.bad if broken else self._theme.text))
         line = QRectF(0.0, self.height() - _WORDS_PX, self.width(), _WORDS_PX)
         painter.setFont(
-            fitted(text_font(10, bold=broken), said(wire.words), line.width(), line.height(), 14)
+            kit.fitted(
+                kit.text_font(10, bold=broken),
+                kit.said(wire.words),
+                line.width(),
+                line.height(),
+                14,
+            )
         )
-        painter.drawText(line, _LEFT, said(wire.words))
+        painter.drawText(line, _LEFT, kit.said(wire.words))
 
     def _camera(self, painter: QPainter, box: QRectF, camera: CameraReport) -> None:
         theme = self._theme
@@ -121,17 +114,17 @@ class WireView(PaintedWidget):
         pen = QPen(QColor(colour), 2.0)
         if dashed:
             pen.setStyle(Qt.PenStyle.DashLine)
-        ink(painter, pen, QColor(self._theme.background))
+        kit.ink(painter, pen, QColor(self._theme.background))
         painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), 6, 6)
         row = (box.height() - 8.0) / 3.0
-        texts = [(title, text_font(15, bold=True), self._theme.text)]
-        texts += [(line, text_font(13), self._theme.muted) for line in lines]
+        texts = [(title, kit.text_font(15, bold=True), self._theme.text)]
+        texts += [(line, kit.text_font(13), self._theme.muted) for line in lines]
         if len(lines) > 1:
-            texts[-1] = (lines[-1], text_font(13, bold=True), colour)
+            texts[-1] = (lines[-1], kit.text_font(13, bold=True), colour)
         top = box.center().y() - 0.5 * row * len(texts)
         for index, (text, font, pen_colour) in enumerate(texts):
             place = QRectF(box.left() + 6.0, top + index * row, box.width() - 12.0, row)
-            painter.setFont(fitted(font, text, place.width(), row, font.pixelSize()))
+            painter.setFont(kit.fitted(font, text, place.width(), row, font.pixelSize()))
             painter.setPen(QColor(pen_colour))
             painter.drawText(place, _CENTRE, text)
 
@@ -194,11 +187,11 @@ _EVENT_COLUMNS = (
 _WORD_COLUMNS = (2, 3)
 
 
-class CameraTable(DataTable):
+class CameraTable(kit.DataTable):
     """One row per camera of the rig."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Cameras on the bus"), tr_all(_CAMERA_COLUMNS))
+        super().__init__(tr("Cameras on the bus"), kit.tr_all(_CAMERA_COLUMNS))
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(_AL_COLUMN, QHeaderView.ResizeMode.Stretch)
@@ -218,7 +211,7 @@ class CameraTable(DataTable):
             for column, text in enumerate(_camera_words(camera)):
                 self._write(row, column, text, colours.get(column))
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._colours = theme
         if self._report is not None:
             self.show_report(self._report)
@@ -236,11 +229,11 @@ class CameraTable(DataTable):
         return colours
 
 
-class BusEventTable(DataTable):
+class BusEventTable(kit.DataTable):
     """Events, newest first."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Events, newest first"), tr_all(_EVENT_COLUMNS))
+        super().__init__(tr("Events, newest first"), kit.tr_all(_EVENT_COLUMNS))
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         for column in _WORD_COLUMNS:
@@ -254,7 +247,7 @@ class BusEventTable(DataTable):
             self._events = report.events
             self._show_events()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._colours = theme
         self._show_events()
 
@@ -287,7 +280,7 @@ def _camera_words(camera: CameraReport) -> tuple[str, ...]:
         str(camera.overruns),
         str(camera.bad_cycles),
         _UNKNOWN if offset is None else str(offset),
-        _UNKNOWN if warm is None else localised(f"{warm:.1f}"),
+        _UNKNOWN if warm is None else kit.localised(f"{warm:.1f}"),
         str(camera.link_errors),
         str(camera.emergencies),
         str(camera.boot_counter),
@@ -300,10 +293,10 @@ def _event_words(event: BusEvent) -> tuple[str, ...]:
     today = when.date() == datetime.now().astimezone().date()
     stamp = f"{when:%H:%M:%S.%f}"[:-3]
     return (
-        stamp if today else f"{day_words(when)} {stamp}",
+        stamp if today else f"{kit.day_words(when)} {stamp}",
         event.camera or tr("all"),
-        said(event.what),
-        said(event.remedy),
+        kit.said(event.what),
+        kit.said(event.remedy),
         str(event.cycles),
         event.code,
     )

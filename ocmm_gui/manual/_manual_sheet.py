@@ -10,39 +10,26 @@ from PySide6.QtWidgets import QApplication, QListWidget, QListWidgetItem, QWidge
 from shiboken6 import isValid
 
 from ocmm_core.manual import Chapter, Manual, ManualHit, ManualPart, Place, load_manual
-from ocmm_gui.kit import (
-    ActionInfo,
-    FormField,
-    Sheet,
-    dressed,
-    hbox,
-    language_in_use,
-    later,
-    list_step,
-    literal,
-    sentence_label,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.manual._reading import FIRST, DocumentView
 
 
-class SearchField(FormField):
+class SearchField(kit.FormField):
     """Search field; Up and Down move in the hits."""
 
     moved = Signal(int)
 
     @classmethod
     def of(cls, name: str, tip: str) -> SearchField:
-        field = dressed(cls(""), name)
-        field.setToolTip(literal(tip))
+        field = kit.dressed(cls(""), name)
+        field.setToolTip(kit.literal(tip))
         field.setPlaceholderText(tip)
-        field.setFont(text_font(15))
+        field.setFont(kit.text_font(15))
         return field
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if step := list_step(event):
+        if step := kit.list_step(event):
             self.moved.emit(step)
             return
         super().keyPressEvent(event)
@@ -55,16 +42,16 @@ def hit_words(hit: ManualHit) -> str:
 
 
 _INFOS = (
-    ActionInfo(
+    kit.ActionInfo(
         "chapters", later("Chapters"), later("List of chapters, those for the inspector first"),
         ("F7",),
     ),
-    ActionInfo("search", later("Search"), later("Search the manual"), ("F8", "Ctrl+F")),
-    ActionInfo(
+    kit.ActionInfo("search", later("Search"), later("Search the manual"), ("F8", "Ctrl+F")),
+    kit.ActionInfo(
         "before", later("Previous place"), later("Back to where you read before"),
         ("F9", "Alt+Left"),
     ),
-    ActionInfo(
+    kit.ActionInfo(
         "after", later("Next place"), later("Forward to where you came back from"),
         ("F10", "Alt+Right"),
     ),
@@ -92,31 +79,33 @@ class _Read:
     words: tuple[str, ...] = ()
 
 
-class ManualSheet(Sheet):
+class ManualSheet(kit.Sheet):
     """Chapters, search, and text; `manual` None: that of this program, read at first use."""
 
     def __init__(self, manual: Manual | None = None) -> None:
         super().__init__(tr("Manual"), _INFOS)
-        self._language = language_in_use()
+        self._language = kit.language_in_use()
         self._manual = manual or self.attempt(lambda: load_manual(language=self._language))
         self._read: list[_Read] = []
         self._now = -1
         self._came_from: tuple[QWidget | None, QWidget | None] = (None, None)
         self.field = SearchField.of(tr("Search the manual"), tr("Words to search for"))
-        self.list = dressed(QListWidget(), tr("Chapters and what was found"), font=text_font(14))
+        self.list = kit.dressed(
+            QListWidget(), tr("Chapters and what was found"), font=kit.text_font(14)
+        )
         self.list.setWordWrap(True)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        side = vbox(self.field, (self.list, 1), spacing=6)
+        side = kit.vbox(self.field, (self.list, 1), spacing=6)
         left = QWidget()
         left.setLayout(side)
         side.setContentsMargins(0, 0, 0, 0)
         left.setFixedWidth(_SIDE_PX)
         self.text = DocumentView(self._manual) if self._manual is not None else None
-        both = hbox(left, spacing=10)
-        self.remark = sentence_label(tr("Language of this page"), 14)
+        both = kit.hbox(left, spacing=10)
+        self.remark = kit.sentence_label(tr("Language of this page"), 14)
         self.remark.setProperty("role", "muted")
         if self.text is not None:
-            both.addLayout(vbox(self.remark, (self.text, 1), spacing=4), 1)
+            both.addLayout(kit.vbox(self.remark, (self.text, 1), spacing=4), 1)
             self.text.link_wanted.connect(self._follow)
         self.body.addLayout(both, 1)
         self.field.textChanged.connect(lambda _text: self._list())
@@ -241,7 +230,7 @@ class ManualSheet(Sheet):
                     part = chapter.part
                     self._heading(tr(_PARTS[part]))
                 item = self._item(chapter.title, Place(chapter.name), _ROW_PX)
-                item.setToolTip(literal(chapter.name))
+                item.setToolTip(kit.literal(chapter.name))
             return
         hits = self._manual.search(words)
         for hit in hits:
@@ -254,7 +243,7 @@ class ManualSheet(Sheet):
     def _heading(self, text: str) -> None:
         item = QListWidgetItem(text, self.list)
         item.setFlags(Qt.ItemFlag.NoItemFlags)
-        item.setFont(text_font(14, bold=True))
+        item.setFont(kit.text_font(14, bold=True))
         item.setSizeHint(QSize(_SIDE_PX - 30, _ROW_PX if len(text) < 40 else 2 * _ROW_PX))
 
     def _item(self, text: str, place: Place, height: int) -> QListWidgetItem:
@@ -264,7 +253,7 @@ class ManualSheet(Sheet):
         item.setSizeHint(
             QSize(_SIDE_PX - 30, max(height, _ROW_PX + 18 * (lines - 1) if "\n" not in text else 0))
         )
-        item.setToolTip(literal(text))
+        item.setToolTip(kit.literal(text))
         return item
 
     def _open_item(self, item: QListWidgetItem) -> None:

@@ -3,11 +3,10 @@
 In: live snapshots and views of the job from the bridge. Out: two screens, and selected points.
 
 Start with `_far_view` (legible at three metres) and `_desk_view` (everything, and the choice of a
-point), then their parts: `_readout`, `_status_strip`, `_status_bands`, `_far_parts`,
-`_feature_panel` with `_feature_details`, `_plan_list`, `_part_view`. `_job_sheet` starts a job,
-`_readout` plays sounds, and
-`_service_strip` shows the server for measuring programs. It must not import results, plan editor,
-Maintain or wizards.
+point), then their parts: `_readout` (also sounds), `_status_strip` (also of the server for
+measuring programs), `_status_bands`, `_large_parts`, `_feature_panel` with `_feature_details`,
+`_plan_list`. `_job_sheet` starts a job. It must not import results, plan editor, Maintain or
+wizards.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -17,8 +16,8 @@ if TYPE_CHECKING:
     from ocmm_gui.operator._far_view import FarView
     from ocmm_gui.operator._job_sheet import JobSheet
     from ocmm_gui.operator._readout import Feedback
-    from ocmm_gui.operator._service_strip import ServiceStrip
     from ocmm_gui.operator._status_bands import SimulatedBand, TipLine, TrustBar, TrustPlace
+    from ocmm_gui.operator._status_strip import ServiceStrip
 else:
     __getattr__ = door(__name__)
 

@@ -26,26 +26,12 @@ from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView, LiveView
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.tracking import ProbeBody
+from ocmm_gui import kit
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.help import CoachPanel
-from ocmm_gui.kit import (
-    NoticeCentre,
-    PlainLabel,
-    ReasonPanel,
-    dressed,
-    fill,
-    hbox,
-    header_words,
-    literal,
-    make_button,
-    said,
-    sentence_label,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui.kit import tr
 from ocmm_gui.operator._feature_panel import FeaturePanel
-from ocmm_gui.operator._part_view import PartVerdictView
+from ocmm_gui.operator._large_parts import PartVerdictView
 from ocmm_gui.operator._plan_list import FeatureList
 from ocmm_gui.operator._readout import CoachedView, Readout
 from ocmm_gui.operator._status_strip import Guidance, StatusStrip
@@ -61,20 +47,22 @@ class CameraBar(QFrame):
     def __init__(self, rig: Rig, action: QAction) -> None:
         super().__init__()
         self._names = tuple(camera.name for camera in rig.cameras)
-        self._label = dressed(PlainLabel(), tr("Cameras"), font=text_font(13), role="muted")
+        self._label = kit.dressed(
+            kit.PlainLabel(), tr("Cameras"), font=kit.text_font(13), role="muted"
+        )
         # Too long for the line with many cameras.
         self._label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        button = dressed(make_button(action), font=text_font(12), role="tool")
-        hbox((self._label, 1), button, parent=self, spacing=8, margins=(4, 0, 0, 0))
+        button = kit.dressed(kit.make_button(action), font=kit.text_font(12), role="tool")
+        kit.hbox((self._label, 1), button, parent=self, spacing=8, margins=(4, 0, 0, 0))
 
     def show_live(self, live: LiveView) -> None:
         counts = np.isfinite(live.spots).all(axis=2).sum(axis=1).tolist()
         # Without frames no camera is blind: the line must not mislead.
         silent = not any(counts) and not live.frames_per_second
-        words = said(live.reason) if silent else _camera_words(self._names, counts)
+        words = kit.said(live.reason) if silent else _camera_words(self._names, counts)
         if self._label.text() != words:
             self._label.setText(words)
-            self._label.setToolTip(literal(words))
+            self._label.setToolTip(kit.literal(words))
 
     def words(self) -> str:
         return self._label.text()
@@ -136,12 +124,12 @@ class DeskView(CoachedView):
         # The part has priority; a key or the bar opens the cameras.
         self.cameras.hide()
         self.camera_bar = CameraBar(rig, actions["cameras"])
-        self._heading = dressed(PlainLabel(), tr("Job"))
+        self._heading = kit.dressed(kit.PlainLabel(), tr("Job"))
         self._heading.setTextFormat(Qt.TextFormat.PlainText)
-        self._heading.setFont(text_font(14, bold=True))
-        self._header = sentence_label(tr("Operator and part"), 12)
+        self._heading.setFont(kit.text_font(14, bold=True))
+        self._header = kit.sentence_label(tr("Operator and part"), 12)
         self._header.setProperty("role", "muted")
-        self._climate = sentence_label(tr("Temperatures"), 12)
+        self._climate = kit.sentence_label(tr("Temperatures"), 12)
         self._climate.setProperty("role", "muted")
         # Too long for one line with hundreds of features.
         self._heading.setWordWrap(True)
@@ -156,7 +144,7 @@ class DeskView(CoachedView):
         # Below the picture: next to it the digits need the height.
         centre.addWidget(self._guided())
         work = QWidget()
-        hbox(self._left(actions), (centre, 1), parent=work, spacing=8, margins=0)
+        kit.hbox(self._left(actions), (centre, 1), parent=work, spacing=8, margins=0)
         self._split = QSplitter(Qt.Orientation.Vertical)
         self._split.setChildrenCollapsible(False)
         self._split.addWidget(work)
@@ -164,7 +152,7 @@ class DeskView(CoachedView):
         self._split.setStretchFactor(0, 3)
         self._split.setStretchFactor(1, 1)
         self._split.setSizes([690, 230])
-        middle = hbox((vbox((self._split, 1), self.camera_bar, spacing=4), 1), spacing=8)
+        middle = kit.hbox((kit.vbox((self._split, 1), self.camera_bar, spacing=4), 1), spacing=8)
         self._side = self._right(actions)
         middle.addWidget(self._side)
         layout = QVBoxLayout(self)
@@ -195,10 +183,10 @@ class DeskView(CoachedView):
                 "{part}   {done} / %n features", "{part}   {done} / 1 feature", len(job.features)
             ).format(part=job.part, done=done)
         )
-        self._heading.setToolTip(literal(header_words(job)))
-        self._header.setText(header_words(job))
+        self._heading.setToolTip(kit.literal(kit.header_words(job)))
+        self._header.setText(kit.header_words(job))
         self.picture.show_step(self._nominals.get(job.active), self._folder)
-        self._climate.setText(" ".join(map(said, (job.temperature, *job.noise))).strip())
+        self._climate.setText(" ".join(map(kit.said, (job.temperature, *job.noise))).strip())
         self.strip.show_job(job)
         self.plan.show_job(job)
         self.part.show_job(job)
@@ -218,7 +206,7 @@ class DeskView(CoachedView):
     def _left(self, actions: dict[str, QAction]) -> QWidget:
         side = QWidget()
         side.setFixedWidth(_SIDE_PX)
-        layout = vbox(
+        layout = kit.vbox(
             self._heading, self._header, (self.plan, 3), parent=side, spacing=6, margins=0
         )
         self.picture.setMinimumHeight(_PICTURE_PX[0])
@@ -229,33 +217,35 @@ class DeskView(CoachedView):
         for row, keys in enumerate(_STEPS):
             span = 3 // len(keys)
             for column, key in enumerate(keys):
-                button = make_button(actions[key])
+                button = kit.make_button(actions[key])
                 shortcut = actions[key].shortcuts()[0].toString()
                 if len(shortcut) > 1:
                     button.setText(actions[key].text())
                 button.setProperty("role", "tool")
-                button.setFont(text_font(12))
+                button.setFont(kit.text_font(12))
                 grid.addWidget(button, row, span * column, 1, span)
-        fill(layout, grid, self._climate)
+        kit.fill(layout, grid, self._climate)
         return side
 
     def _guided(self) -> QWidget:
         box = QFrame()
         box.setProperty("role", "panel")
-        vbox(self.guidance, parent=box, margins=(12, 6, 12, 6))
+        kit.vbox(self.guidance, parent=box, margins=(12, 6, 12, 6))
         return box
 
     def _right(self, actions: dict[str, QAction]) -> QWidget:
         side = QWidget()
-        layout = vbox(parent=side, spacing=6, margins=0)
-        above = hbox((self.readout, _READOUT_SHARE), (self.coach, 100 - _READOUT_SHARE), spacing=6)
-        fill(layout, (above, 2), (self.feature, 3))
-        row = hbox(spacing=8)
+        layout = kit.vbox(parent=side, spacing=6, margins=0)
+        above = kit.hbox(
+            (self.readout, _READOUT_SHARE), (self.coach, 100 - _READOUT_SHARE), spacing=6
+        )
+        kit.fill(layout, (above, 2), (self.feature, 3))
+        row = kit.hbox(spacing=8)
         for key in ("take", "undo", "finish"):
-            button = make_button(actions[key], primary=key == "take")
+            button = kit.make_button(actions[key], primary=key == "take")
             button.setMinimumHeight(_TOUCHED_PX)
             button.setText(actions[key].text())
-            button.setFont(text_font(18, bold=True))
+            button.setFont(kit.text_font(18, bold=True))
             row.addWidget(button, 1)
         layout.addLayout(row)
         return side
@@ -268,7 +258,7 @@ def _animated() -> bool:
 
 
 def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:
-    row = hbox(spacing=5)
+    row = kit.hbox(spacing=5)
     for key in _PAGES:
         row.addWidget(_tool(actions[key]))
     row.addStretch(1)
@@ -278,23 +268,23 @@ def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:
 
 
 def _tool(action: QAction) -> QPushButton:
-    button = make_button(action)
+    button = kit.make_button(action)
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     button.setProperty("role", "tool")
-    button.setFont(text_font(13))
+    button.setFont(kit.text_font(13))
     return button
 
 
 class PointChoice(QObject):
     """Select a point of the shown feature, delete or restore it."""
 
-    def __init__(self, bridge: StationBridge, desk: DeskView, notices: NoticeCentre) -> None:
+    def __init__(self, bridge: StationBridge, desk: DeskView, notices: kit.NoticeCentre) -> None:
         super().__init__()
         self._bridge = bridge
         self._desk = desk
         self._notices = notices
         self._chosen = 0
-        self.panel = ReasonPanel()
+        self.panel = kit.ReasonPanel()
         self.panel.given.connect(self._delete)
         desk.feature.point_chosen.connect(self.choose)
 

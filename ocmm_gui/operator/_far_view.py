@@ -20,43 +20,12 @@ from PySide6.QtWidgets import (
 from ocmm_core.inspection.evaluation import JobView, LiveView
 from ocmm_core.station.coaching import CoachView
 from ocmm_core.tolerances.decisions import NO_VERDICT, Verdict, VerdictSummary
+from ocmm_gui import kit
 from ocmm_gui.charts import ToleranceBar
 from ocmm_gui.help import CoachPanel
-from ocmm_gui.kit import (
-    DASHES,
-    PAUSED,
-    FitText,
-    Mark,
-    PaintedWidget,
-    Theme,
-    Themed,
-    far_type,
-    feature_title,
-    fill,
-    form_words,
-    has_failed,
-    hbox,
-    is_held,
-    later,
-    make_button,
-    next_step,
-    outlier_count,
-    quantity,
-    said,
-    said_word,
-    status_colour,
-    status_mark,
-    step_text,
-    tr,
-    trouble,
-    vbox,
-    verdict_colour,
-    verdict_line,
-    verdict_mark,
-)
-from ocmm_gui.operator._far_parts import FarMessage, TargetRing
+from ocmm_gui.kit import later, tr
 from ocmm_gui.operator._feature_details import CoverageView
-from ocmm_gui.operator._part_view import PartVerdictView
+from ocmm_gui.operator._large_parts import FarMessage, PartVerdictView, TargetRing
 from ocmm_gui.operator._readout import CoachedView, Readout
 
 _VALUES = (
@@ -75,7 +44,7 @@ _PART_PX = (220, 30)
 """Maximum type of the part verdict, and minimum type below it."""
 
 
-class FarView(Themed, CoachedView):
+class FarView(kit.Themed, CoachedView):
     """Status, feature, digits, tolerance bar, verdict and three large buttons."""
 
     def __init__(self, actions: dict[str, QAction]) -> None:
@@ -83,12 +52,12 @@ class FarView(Themed, CoachedView):
         self._job: JobView | None = None
         self._live: LiveView | None = None
         right = Qt.AlignmentFlag.AlignRight
-        self._status = FitText(tr("Status"), limit=_TYPE_PX, reserve=tr("INACCURATE"))
-        self._count = FitText(
+        self._status = kit.FitText(tr("Status"), limit=_TYPE_PX, reserve=tr("INACCURATE"))
+        self._count = kit.FitText(
             tr("Points"), limit=_TYPE_PX, align=right, digits=True, reserve="00/00"
         )
-        self._feature = FitText(tr("Feature name"), limit=_TYPE_PX)
-        self._verdict = FitText(
+        self._feature = kit.FitText(tr("Feature name"), limit=_TYPE_PX)
+        self._verdict = kit.FitText(
             tr("Verdict"), limit=_TYPE_PX, align=right, reserve=tr("NOT MEASURED")
         )
         self.readout = Readout()
@@ -98,13 +67,13 @@ class FarView(Themed, CoachedView):
         self.coach.refusal_over.connect(self.forget_refusal)
         self.coach.hide()
         self._values = {
-            key: FitText(tr(name), limit=_DIGITS_PX, align=right, digits=True, reserve=reserve)
+            key: kit.FitText(tr(name), limit=_DIGITS_PX, align=right, digits=True, reserve=reserve)
             for key, name, reserve in _VALUES
         }
         self._bar = ToleranceBar(digits_share=0.36)
         self._message = FarMessage()
         self._captions = {
-            key: FitText(
+            key: kit.FitText(
                 tr("{name}, description").format(name=tr(name)),
                 limit=_TYPE_PX,
                 reserve=tr("Deviation"),
@@ -121,19 +90,19 @@ class FarView(Themed, CoachedView):
             side.addWidget(self._values[key], line, 1)
             side.setRowStretch(line, 1)
             self._captions[key].show_text(tr(name))
-        pictures = vbox((self._coverage, 1), (self._ring, 1), (self.coach, 2))
+        pictures = kit.vbox((self._coverage, 1), (self._ring, 1), (self.coach, 2))
         grid = QGridLayout(self)
         grid.setContentsMargins(24, 4, 24, 12)
         grid.setHorizontalSpacing(28)
         grid.setVerticalSpacing(6)
         grid.addLayout(_beside(self._status, self._verdict, 41), 0, 0)
-        work = hbox((self.readout, 38), (pictures, 12), (side, 50), spacing=24)
+        work = kit.hbox((self.readout, 38), (pictures, 12), (side, 50), spacing=24)
         self._one = QWidget()
         one = QVBoxLayout(self._one)
         one.setContentsMargins(0, 0, 0, 0)
         one.setSpacing(6)
         # Words and digits need different shares of the width.
-        fill(one, (_beside(self._feature, self._count, 80), 107), (work, 434), (self._bar, 83))
+        kit.fill(one, (_beside(self._feature, self._count, 80), 107), (work, 434), (self._bar, 83))
         self.part = PartVerdictView(*_PART_PX)
         self._what = QStackedWidget()
         self._what.addWidget(self._one)
@@ -141,9 +110,9 @@ class FarView(Themed, CoachedView):
         grid.addWidget(self._what, 1, 0)
         grid.addWidget(self._message, 2, 0)
         self._buttons: list[QPushButton] = []
-        row = hbox(spacing=24)
+        row = kit.hbox(spacing=24)
         for key in ("take", "undo", "finish"):
-            button = make_button(actions[key], primary=key == "take")
+            button = kit.make_button(actions[key], primary=key == "take")
             button.setText(actions[key].text())
             self._buttons.append(button)
             row.addWidget(button, 1)
@@ -152,12 +121,12 @@ class FarView(Themed, CoachedView):
             grid.setRowStretch(line, stretch)
         self._airs = [_Air(layout) for layout in self.findChildren(QLayout)]
         for child in self.findChildren(QWidget):
-            if isinstance(child, PaintedWidget | Readout):
+            if isinstance(child, kit.PaintedWidget | Readout):
                 # Relative to the window: enlarged twice it has 360 lines.
                 child.setMinimumSize(1, 1)
 
     def show_live(self, live: LiveView) -> None:
-        turned = has_failed(live) and not has_failed(self._live)
+        turned = kit.has_failed(live) and not kit.has_failed(self._live)
         self._live = live
         if turned and self._job is not None:
             # The next step may have changed.
@@ -170,17 +139,17 @@ class FarView(Themed, CoachedView):
         self._job = job
         # The readout shows the machine's reason instead of digits.
         feature = job.shown
-        far_off = "" if feature is None else outlier_count(feature)
+        far_off = "" if feature is None else kit.outlier_count(feature)
         # From afar the first sentence suffices.
-        step, point, rest = next_step(job, self._live).partition(". ")
+        step, point, rest = kit.next_step(job, self._live).partition(". ")
         summary = NO_VERDICT if feature is None or job.shows_part else job.verdict_of(feature.name)
-        counted = f"{summary.deciding}: {said(summary.words)}." if summary.words else ""
+        counted = f"{summary.deciding}: {kit.said(summary.words)}." if summary.words else ""
         hint = self.coach.hint()
-        parts = (hint, counted, rest, far_off, step_text(job))
+        parts = (hint, counted, rest, far_off, kit.step_text(job))
         words = " ".join(part for part in parts if part)
-        hidden = self._live if job.shows_part and has_failed(self._live) else None
+        hidden = self._live if job.shows_part and kit.has_failed(self._live) else None
         step = f"{step}{point}".strip()
-        lines = trouble(hidden, job) + ((step,) if hidden is not None else ())
+        lines = kit.trouble(hidden, job) + ((step,) if hidden is not None else ())
         self._message.tell(step, words, " ".join(lines))
         self._show_status()
         self._show_ring()
@@ -193,8 +162,8 @@ class FarView(Themed, CoachedView):
         if feature is None:
             return
         summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
-        self._feature.show_text(feature_title(feature))
-        what = tr("Measured") if result is None else _first_large(said_word(result.kind))
+        self._feature.show_text(kit.feature_title(feature))
+        what = tr("Measured") if result is None else _first_large(kit.said_word(result.kind))
         if what == tr("Form"):  # the form of the fit is next to it
             what = tr("Measured")
         warm = ", 20 °C" if job.at_20_c else ""
@@ -205,27 +174,29 @@ class FarView(Themed, CoachedView):
         provisional = summary.verdict is Verdict.PROVISIONAL
         # Provisional values are muted.
         settled = self._theme.muted if provisional else self._theme.text
-        self._values["form"].show_text(form_words(feature), settled)
-        colour = verdict_colour(self._theme, summary.verdict)
-        mark = None if summary.verdict is None else verdict_mark(summary.verdict)
+        self._values["form"].show_text(kit.form_words(feature), settled)
+        colour = kit.verdict_colour(self._theme, summary.verdict)
+        mark = None if summary.verdict is None else kit.verdict_mark(summary.verdict)
         self._verdict.show_text(self._verdict_words(summary), colour, mark)
         if result is None:
             for key in ("measured", "deviation", "uncertainty"):
-                self._values[key].show_text(DASHES, self._theme.muted)
+                self._values[key].show_text(kit.DASHES, self._theme.muted)
             return
-        self._values["measured"].show_text(quantity(result, result.measured), settled)
-        self._values["uncertainty"].show_text(quantity(result, result.uncertainty), settled)
-        self._values["deviation"].show_text(quantity(result, result.deviation, signed=True), colour)
+        self._values["measured"].show_text(kit.quantity(result, result.measured), settled)
+        self._values["uncertainty"].show_text(kit.quantity(result, result.uncertainty), settled)
+        self._values["deviation"].show_text(
+            kit.quantity(result, result.deviation, signed=True), colour
+        )
 
     def _verdict_words(self, summary: VerdictSummary) -> str:
         """Return the verdict, with its count if still legible from afar."""
         if summary.verdict is None:
-            return verdict_line(summary)
-        short = said(summary.words.replace(" of ", "/"))
-        for words in (said(summary.words), short):
-            if words and self._verdict.size_of(words) >= far_type(self):
+            return kit.verdict_line(summary)
+        short = kit.said(summary.words.replace(" of ", "/"))
+        for words in (kit.said(summary.words), short):
+            if words and self._verdict.size_of(words) >= kit.far_type(self):
                 return words
-        return said_word(summary.verdict.value)
+        return kit.said_word(summary.verdict.value)
 
     def verdict(self) -> str:
         """Return the verdict on the shown feature; empty while that of the part is shown."""
@@ -243,7 +214,7 @@ class FarView(Themed, CoachedView):
             return pixels
         return pixels | {self._message.text(): self._message.type_pixels()}
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         for caption in self._captions.values():
             caption.show_text(caption.text(), theme.muted)
@@ -269,12 +240,14 @@ class FarView(Themed, CoachedView):
     def _show_status(self) -> None:
         if self._live is None:
             return
-        if is_held(self._job, self._live):
-            self._status.show_text(tr(PAUSED), self._theme.warn, Mark.DOUBT)
+        if kit.is_held(self._job, self._live):
+            self._status.show_text(tr(kit.PAUSED), self._theme.warn, kit.Mark.DOUBT)
             return
         status = self._live.status
         self._status.show_text(
-            said_word(status.value), status_colour(self._theme, status), status_mark(status)
+            kit.said_word(status.value),
+            kit.status_colour(self._theme, status),
+            kit.status_mark(status),
         )
 
     def _show_ring(self) -> None:
@@ -325,4 +298,4 @@ def _first_large(word: str) -> str:
 
 def _beside(left: QWidget, right: QWidget, share: int) -> QHBoxLayout:
     """Return two widgets in one line, the left one with ``share`` hundredths of it."""
-    return hbox((left, share), (right, 100 - share), spacing=28)
+    return kit.hbox((left, share), (right, 100 - share), spacing=28)

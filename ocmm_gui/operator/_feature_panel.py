@@ -11,37 +11,9 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureView, JobView
 from ocmm_core.tolerances.decisions import U_LABEL, CharacteristicResult, Verdict
 from ocmm_core.tolerances.kinds import spec_of
+from ocmm_gui import kit
 from ocmm_gui.charts import ToleranceBar
-from ocmm_gui.kit import (
-    DASHES,
-    FitText,
-    PaintedWidget,
-    PlainLabel,
-    Theme,
-    Themed,
-    basis_words,
-    characteristics_of,
-    digit_font,
-    feature_title,
-    fill,
-    form_words,
-    hbox,
-    ink,
-    later,
-    length_words,
-    literal,
-    millimetres,
-    outlier_words,
-    quantity,
-    said,
-    said_word,
-    text_font,
-    tr,
-    vbox,
-    verdict_colour,
-    verdict_line,
-    verdict_mark,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.operator._feature_details import CharacteristicList, CoverageView, PointDots
 
 _LINE_PX = 22.0
@@ -51,7 +23,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class ResidualChart(PaintedWidget):
+class ResidualChart(kit.PaintedWidget):
     """Distances of points from the fitted feature; outliers red, selection framed."""
 
     point_chosen = Signal(int)
@@ -74,7 +46,7 @@ class ResidualChart(PaintedWidget):
         self._flagged, self._chosen = frozenset(feature.outliers), chosen
         self.setAccessibleDescription(
             " ".join(
-                f"{number}: {millimetres(float(r), signed=True)}"
+                f"{number}: {kit.millimetres(float(r), signed=True)}"
                 for number, r in zip(self._numbers, self._residuals, strict=False)
             )
         )
@@ -98,10 +70,10 @@ class ResidualChart(PaintedWidget):
             return
         painter = self._painter()
         reach = max(float(np.abs(self._residuals).max()), 0.005)
-        ink(painter, QColor(self._theme.muted), font=text_font(13))
+        kit.ink(painter, QColor(self._theme.muted), font=kit.text_font(13))
         line = QRectF(0, 0, self.width(), top)
         painter.drawText(line, _LEFT, tr("Points from the fit"))
-        painter.drawText(line, _RIGHT, f"±{length_words(reach)}")
+        painter.drawText(line, _RIGHT, f"±{kit.length_words(reach)}")
         high = min(0.5 * (self.height() - 2.0 * top), _TALLEST_PX)
         zero = top + high
         pitch = self._pitch()
@@ -111,7 +83,7 @@ class ResidualChart(PaintedWidget):
             self._paint_bar(painter, bar, index)
         painter.setPen(QPen(QColor(self._theme.text), 1))
         painter.drawLine(QPointF(0, zero), QPointF(count * pitch, zero))
-        ink(painter, QColor(self._theme.muted), font=digit_font(11, bold=False))
+        kit.ink(painter, QColor(self._theme.muted), font=kit.digit_font(11, bold=False))
         every = 1 if pitch >= 20.0 else 5
         for index in range(0, count, every):
             box = QRectF(index * pitch, zero + high + 2.0, pitch * every, 14.0)
@@ -122,7 +94,7 @@ class ResidualChart(PaintedWidget):
         outlier = number in self._flagged
         painter.fillRect(bar, QColor(self._theme.bad if outlier else self._theme.accent))
         if number == self._chosen:
-            ink(painter, QPen(QColor(self._theme.text), 2.0), Qt.BrushStyle.NoBrush)
+            kit.ink(painter, QPen(QColor(self._theme.text), 2.0), Qt.BrushStyle.NoBrush)
             painter.drawRect(bar.adjusted(-3, -3, 3, 3))
 
     def _pitch(self) -> float:
@@ -146,7 +118,7 @@ _PICTURE_PX, _SMALL_PX = 104, 84
 _MAX_OTHERS = 6
 
 
-class FeaturePanel(Themed, QFrame):
+class FeaturePanel(kit.Themed, QFrame):
     """Results of a feature: points, value, deviation, U, form, bar and verdict.
 
     Numbers are provisional until the feature is complete. A click on a bar selects a point.
@@ -162,21 +134,21 @@ class FeaturePanel(Themed, QFrame):
         self.setProperty("role", "panel")
         self.setAccessibleName(tr("Feature"))
         self._job: JobView | None = None
-        self._title = FitText(tr("Feature name"), limit=26)
+        self._title = kit.FitText(tr("Feature name"), limit=26)
         self._title.setFixedHeight(36)
         self._dots = PointDots()
         self.coverage = CoverageView()
         self.coverage.setFixedSize(_PICTURE_PX, _PICTURE_PX)
-        self._subject = _label(tr("Characteristic"), text_font(13), muted=True)
-        self._basis = _label(tr("Association and frame"), text_font(12), muted=True)
-        self._outliers = _label(tr("Outliers"), text_font(13))
+        self._subject = _label(tr("Characteristic"), kit.text_font(13), muted=True)
+        self._basis = _label(tr("Association and frame"), kit.text_font(12), muted=True)
+        self._outliers = _label(tr("Outliers"), kit.text_font(13))
         self._outliers.setWordWrap(True)
         self._outliers.hide()
         self._bar = ToleranceBar()
         self._bar.setFixedHeight(60)
-        self._verdict = FitText(tr("Verdict"), limit=30, reserve=tr("1 of 3 NOT MEASURED"))
+        self._verdict = kit.FitText(tr("Verdict"), limit=30, reserve=tr("1 of 3 NOT MEASURED"))
         self._verdict.setFixedHeight(42)
-        self._note = _label(tr("Note"), text_font(13), muted=True)
+        self._note = _label(tr("Note"), kit.text_font(13), muted=True)
         self._note.setWordWrap(True)
         self._note.hide()
         self._values: dict[str, QLabel] = {}
@@ -185,9 +157,9 @@ class FeaturePanel(Themed, QFrame):
         grid.setVerticalSpacing(2)
         grid.setColumnStretch(1, 1)
         for row, name in enumerate(_ROWS):
-            value = _label(tr(name), digit_font(16))
+            value = _label(tr(name), kit.digit_font(16))
             value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-            caption = _label("", text_font(14), text=tr(name), muted=True)
+            caption = _label("", kit.text_font(14), text=tr(name), muted=True)
             caption.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
             grid.addWidget(caption, row, 0)
             grid.addWidget(value, row, 1)
@@ -195,14 +167,14 @@ class FeaturePanel(Themed, QFrame):
             self._captions[name] = caption
         self._others = CharacteristicList()
         self.residuals = ResidualChart()
-        layout = vbox(parent=self, spacing=6, margins=(14, 8, 14, 8))
+        layout = kit.vbox(parent=self, spacing=6, margins=(14, 8, 14, 8))
         # The panel adapts to its height; a layout that sets minimums would grow over the readout.
         layout.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
         self._column, self._named = layout, QVBoxLayout()
         named = self._named
         for widget in (self._title, self._dots, self._subject, self._basis):
             named.addWidget(widget)
-        fill(layout, hbox((named, 1), self.coverage), grid)
+        kit.fill(layout, kit.hbox((named, 1), self.coverage), grid)
         for below in (self._bar, self._verdict, self._note, self._outliers, self._others):
             layout.addWidget(below)
         layout.addWidget(self.residuals, 1)
@@ -217,25 +189,25 @@ class FeaturePanel(Themed, QFrame):
         if feature is None:
             return
         summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
-        self._title.show_text(feature_title(feature))
+        self._title.show_text(kit.feature_title(feature))
         self._dots.show_points(feature)
         self._show_values(feature, result)
         self._bar.show_result(result)
         self._bar.setVisible(result is not None)
-        colour = verdict_colour(self._theme, summary.verdict)
-        mark = None if summary.verdict is None else verdict_mark(summary.verdict)
-        self._verdict.show_text(verdict_line(summary), colour, mark)
+        colour = kit.verdict_colour(self._theme, summary.verdict)
+        mark = None if summary.verdict is None else kit.verdict_mark(summary.verdict)
+        self._verdict.show_text(kit.verdict_line(summary), colour, mark)
         self.coverage.show_feature(feature, self._chosen)
         flagged = bool(feature.outliers)
-        self._outliers.setText(outlier_words(feature, self._chosen))
+        self._outliers.setText(kit.outlier_words(feature, self._chosen))
         self._outliers.setStyleSheet(f"color: {self._theme.bad if flagged else self._theme.text};")
         self._outliers.setVisible(bool(self._outliers.text()))
-        note = said(feature.note or (result.note if result is not None else ""))
+        note = kit.said(feature.note or (result.note if result is not None else ""))
         self._note.setText(note)
         # The note explains a number; without a number it is the reason and must be visible.
         explains = result is not None and result.measured is not None and not feature.note
         self._note.setVisible(bool(note) and (not explains or self.height() >= _ROOMY_PX))
-        others = [item for item in characteristics_of(job, feature.name) if item is not result]
+        others = [item for item in kit.characteristics_of(job, feature.name) if item is not result]
         self._others.show_results(tuple(others[:_MAX_OTHERS]))
         self.residuals.show_feature(feature, self._chosen)
         self._fit()
@@ -273,7 +245,7 @@ class FeaturePanel(Themed, QFrame):
     def title(self) -> str:
         return self._title.text()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         if self._job is not None:
             self.show_job(self._job)
@@ -312,8 +284,8 @@ class FeaturePanel(Themed, QFrame):
         for name, value in self._values.items():
             large = name in _LARGE
             pixels = (18 if tight else 26) if large else (13 if tight else 16)
-            value.setFont(digit_font(pixels, bold=large))
-            self._captions[name].setFont(text_font(13 if tight else 14))
+            value.setFont(kit.digit_font(pixels, bold=large))
+            self._captions[name].setFont(kit.text_font(13 if tight else 14))
         for widget, usual, least in (
             (self._title, 36, 26), (self._dots, 30, 22), (self._bar, 60, 44),
             (self._verdict, 42, 32),
@@ -337,39 +309,39 @@ class FeaturePanel(Themed, QFrame):
         fit = feature.fit
         size = ""
         if result is not None:
-            self._subject.setText(f"{result.name}: {said_word(str(result.kind))}")
-            self._subject.setToolTip(literal(f"{result.name}: {subject(result)}"))
-            size = quantity(result, result.measured)
+            self._subject.setText(f"{result.name}: {kit.said_word(str(result.kind))}")
+            self._subject.setToolTip(kit.literal(f"{result.name}: {subject(result)}"))
+            size = kit.quantity(result, result.measured)
         else:
             self._subject.setText(tr("No tolerance on this feature."))
             if fit is not None and fit.radius > 0.0:
-                size = millimetres(2.0 * fit.radius)
-        self._basis.setText(basis_words(feature, result))
+                size = kit.millimetres(2.0 * fit.radius)
+        self._basis.setText(kit.basis_words(feature, result))
         so_far = result is not None and result.verdict is Verdict.PROVISIONAL
         for value in self._values.values():
             value.setStyleSheet(f"color: {self._theme.muted};" if so_far else "")
         texts = {
-            "Measured": size or millimetres(None),
-            "Nominal": DASHES if result is None else quantity(result, result.nominal),
-            "Deviation": DASHES
+            "Measured": size or kit.millimetres(None),
+            "Nominal": kit.DASHES if result is None else kit.quantity(result, result.nominal),
+            "Deviation": kit.DASHES
             if result is None
-            else quantity(result, result.deviation, signed=True),
-            U_LABEL: DASHES if result is None else quantity(result, result.uncertainty),
-            "Form": form_words(feature),
-            "Position": millimetres(None)
+            else kit.quantity(result, result.deviation, signed=True),
+            U_LABEL: kit.DASHES if result is None else kit.quantity(result, result.uncertainty),
+            "Form": kit.form_words(feature),
+            "Position": kit.millimetres(None)
             if fit is None
-            else "  ".join(millimetres(float(value), signed=True) for value in fit.point),
+            else "  ".join(kit.millimetres(float(value), signed=True) for value in fit.point),
         }
         for name, text in texts.items():
             self._values[name].setText(text)
 
 
 def subject(result: CharacteristicResult) -> str:
-    return f"{said_word(spec_of(result.kind).words)} {' – '.join(result.features)}"
+    return f"{kit.said_word(spec_of(result.kind).words)} {' – '.join(result.features)}"
 
 
 def _label(name: str, font: QFont, *, text: str = "", muted: bool = False) -> QLabel:
-    label = PlainLabel(text)
+    label = kit.PlainLabel(text)
     label.setFont(font)
     label.setTextFormat(Qt.TextFormat.PlainText)
     label.setAccessibleName(name or text)

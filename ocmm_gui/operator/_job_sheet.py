@@ -17,37 +17,19 @@ from ocmm_core.inspection.archive import BatchPart, next_serial, parts_of_batch
 from ocmm_core.inspection.evaluation import JobHeader, JobView
 from ocmm_core.inspection.plan import PlanSummary, list_plans, plan_card
 from ocmm_core.surroundings import TypedRoom
+from ocmm_gui import kit
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import (
-    ActionInfo,
-    ChoiceBox,
-    PathPanel,
-    PlainLabel,
-    Sheet,
-    caption,
-    dressed,
-    fill,
-    form_field,
-    hbox,
-    later,
-    literal,
-    panel,
-    said,
-    sentence_label,
-    text_font,
-    time_words,
-    tr,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.work import Worker, WorkLine
 
 _KEYS = (
-    ActionInfo(
+    kit.ActionInfo(
         "next_part", later("Next part"), later("Next serial number, all other fields unchanged",
     ),
                ("F6",)),
-    ActionInfo("plan", later("Other plan"), later("Choose another plan file"), ("F9",)),
-    ActionInfo("go_on", later("Continue"), later("Resume the selected job"), ("F7",)),
-    ActionInfo("begin", later("Start"), later("Start a job for this part"), ("F8",)),
+    kit.ActionInfo("plan", later("Other plan"), later("Choose another plan file"), ("F9",)),
+    kit.ActionInfo("go_on", later("Continue"), later("Resume the selected job"), ("F7",)),
+    kit.ActionInfo("begin", later("Start"), later("Start a job for this part"), ("F8",)),
 )  # fmt: skip
 _FIELDS = (
     ("operator", later("Operator"), later("Name of the operator")),
@@ -64,13 +46,13 @@ _PATH = Qt.ItemDataRole.UserRole
 _ROW_PX = 44
 
 
-class JobSheet(Sheet):
+class JobSheet(kit.Sheet):
     """Four fields beside the jobs of the batch; Return moves on, and starts the job."""
 
     def __init__(self, bridge: StationBridge) -> None:
         super().__init__(tr("Job"), _KEYS)
         self._bridge = bridge
-        self.fields = {key: form_field(tr(label), tr(tip)) for key, label, tip in _FIELDS}
+        self.fields = {key: kit.form_field(tr(label), tr(tip)) for key, label, tip in _FIELDS}
         grid = QGridLayout()
         grid.setHorizontalSpacing(14)
         grid.setVerticalSpacing(12)
@@ -82,28 +64,28 @@ class JobSheet(Sheet):
         bridge.jobs.job_begun.connect(self.work.end)
         bridge.failed.connect(self._on_failed)
         self._cards: list[PlanSummary | None] = [None]
-        self.plans = ChoiceBox(tr("Plan"), tr("Plan of the next job"), ())
-        self.plans.setFont(text_font(18))
+        self.plans = kit.ChoiceBox(tr("Plan"), tr("Plan of the next job"), ())
+        self.plans.setFont(kit.text_font(18))
         self.plans.setMinimumHeight(44)
         self.plans.currentIndexChanged.connect(lambda _row: self._show_part())
-        self.plan_file = PathPanel(
+        self.plan_file = kit.PathPanel(
             tr("Choose the plan from the file"), tr("File of the plan"), tr("Choose")
         )
         self.plan_file.given.connect(self.choose_plan)
-        fill(self.body, self.plan_file, self.work)
-        self._part = dressed(PlainLabel(), tr("Part"), font=text_font(20, bold=True))
+        kit.fill(self.body, self.plan_file, self.work)
+        self._part = kit.dressed(kit.PlainLabel(), tr("Part"), font=kit.text_font(20, bold=True))
         grid.addWidget(self._part, 0, 0, 1, 2)
         keys = [key for key, _, _ in _FIELDS]
-        words = caption(tr("Plan"), self.plans)
-        words.setFont(text_font(18))
+        words = kit.caption(tr("Plan"), self.plans)
+        words.setFont(kit.text_font(18))
         grid.addWidget(words, 1, 0)
         grid.addWidget(self.plans, 1, 1)
         for row, (key, label, _) in enumerate(_FIELDS, start=2):
             field = self.fields[key]
-            field.setFont(text_font(20))
+            field.setFont(kit.text_font(20))
             field.setMinimumHeight(44)
-            words = caption(tr(label), field)
-            words.setFont(text_font(18))
+            words = kit.caption(tr(label), field)
+            words.setFont(kit.text_font(18))
             grid.addWidget(words, row, 0)
             grid.addWidget(field, row, 1)
             field.left.connect(self.left)
@@ -112,7 +94,7 @@ class JobSheet(Sheet):
                 field.returnPressed.connect(partial(_enter, self.fields[after[0]]))
             else:
                 field.returnPressed.connect(self.begin)
-        hint = sentence_label(tr("What to do next"), 14)
+        hint = kit.sentence_label(tr("What to do next"), 14)
         hint.setText(
             tr(
                 "Return moves to the next field and, after the last one, starts the job. "
@@ -126,14 +108,14 @@ class JobSheet(Sheet):
         self.jobs = QListWidget()
         self.jobs.setAccessibleName(tr("Jobs of this batch"))
         self.jobs.setAccessibleDescription(tr("Up and down select a job; F7 resumes it"))
-        self.jobs.setFont(text_font(15))
+        self.jobs.setFont(kit.text_font(15))
         beside = QGridLayout()
-        self._heading = sentence_label(tr("Which jobs"), 15)
+        self._heading = kit.sentence_label(tr("Which jobs"), 15)
         beside.addWidget(self._heading, 0, 0)
         beside.addWidget(self.jobs, 1, 0)
         beside.setRowStretch(1, 1)
         beside.addLayout(self._room_form(), 2, 0)
-        self.body.addLayout(hbox((panel(grid), 1), (panel(beside), 1), spacing=12), 1)
+        self.body.addLayout(kit.hbox((kit.panel(grid), 1), (kit.panel(beside), 1), spacing=12), 1)
         self.fields["batch"].editingFinished.connect(self._list_jobs)
         self.jobs.itemActivated.connect(lambda _item: self.go_on())
         self.use_keys(
@@ -147,19 +129,19 @@ class JobSheet(Sheet):
         )
 
     def _room_form(self) -> QGridLayout:
-        self.room = {key: form_field(tr(label), tr(tip)) for key, label, tip in _ROOM}
+        self.room = {key: kit.form_field(tr(label), tr(tip)) for key, label, tip in _ROOM}
         grid = QGridLayout()
         keys = tuple(self.room)
         for row, (key, label, _) in enumerate(_ROOM):
             field = self.room[key]
-            grid.addWidget(caption(tr(label), field), row, 0)
+            grid.addWidget(kit.caption(tr(label), field), row, 0)
             grid.addWidget(field, row, 1)
             field.left.connect(self.left)
             after = keys[row + 1 : row + 2]
             field.returnPressed.connect(
                 partial(_enter, self.room[after[0]]) if after else self.note_room
             )
-        self._kept = sentence_label(tr("What the job keeps of the room"), 14)
+        self._kept = kit.sentence_label(tr("What the job keeps of the room"), 14)
         grid.addWidget(self._kept, len(_ROOM), 0, 1, 2)
         self._bridge.job_changed.connect(self._show_room)
         return grid
@@ -179,7 +161,7 @@ class JobSheet(Sheet):
         if job.room_doubt:
             told.append(job.room_doubt)
         nothing = tr("Current job: nothing was read off in the room.")
-        self._kept.setText(said(" ".join(told)) if told else nothing)
+        self._kept.setText(kit.said(" ".join(told)) if told else nothing)
 
     def open(self, job: JobView) -> None:
         """Fill in known values, with the focus in the first field."""
@@ -305,10 +287,10 @@ class JobSheet(Sheet):
         self.plans.addItem(tr("{name} (current job)").format(name=station.job.plan.name))
         for card in others:
             changed = ", " + tr("changed since") if card.path == station.job.plan_file else ""
-            remarks = ", ".join(map(said, card.remarks))
+            remarks = ", ".join(map(kit.said, card.remarks))
             self.plans.addItem(f"{card.name}, {card.path.name}{changed}, {remarks}")
             self.plans.setItemData(
-                self.plans.count() - 1, literal(str(card.path)), Qt.ItemDataRole.ToolTipRole
+                self.plans.count() - 1, kit.literal(str(card.path)), Qt.ItemDataRole.ToolTipRole
             )
         self.plans.blockSignals(False)
         if before is not None:
@@ -344,7 +326,7 @@ class JobSheet(Sheet):
         for part in reversed(parts):
             if part.path == running:
                 continue
-            when = time_words(datetime.fromisoformat(part.created_utc))
+            when = kit.time_words(datetime.fromisoformat(part.created_utc))
             item = QListWidgetItem(
                 tr("Serial {serial}: {points}, {operator}, {when} UTC, {name}").format(
                     serial=part.serial,
@@ -356,7 +338,7 @@ class JobSheet(Sheet):
                 self.jobs,
             )
             item.setData(_PATH, part.path)
-            item.setToolTip(literal(item.text()))
+            item.setToolTip(kit.literal(item.text()))
             item.setSizeHint(QSize(200, _ROW_PX))
         if self.jobs.count():
             self.jobs.setCurrentRow(0)

@@ -13,21 +13,8 @@ from PySide6.QtWidgets import (
 
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
 from ocmm_core.tolerances.decisions import Verdict
-from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
-    Theme,
-    feature_mark,
-    fitted,
-    ink,
-    literal,
-    paint_mark,
-    progress_word,
-    shape_word,
-    text_font,
-    tr,
-    verdict_colour,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import tr
 from ocmm_gui.operator._feature_details import points_words
 
 _ROLE = Qt.ItemDataRole.UserRole
@@ -70,11 +57,11 @@ class FeatureList(QListWidget):
                 continue
             item.setData(_ROLE, feature)
             item.setData(_VERDICT, verdict)
-            parts = (shape_word(feature.shape), points_words(feature))
-            item.setText(", ".join((feature.name, *parts, progress_word(feature, verdict))))
-            item.setToolTip(literal(item.text()))
+            parts = (kit.shape_word(feature.shape), points_words(feature))
+            item.setText(", ".join((feature.name, *parts, kit.progress_word(feature, verdict))))
+            item.setToolTip(kit.literal(item.text()))
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._delegate.theme = theme
         self.viewport().update()
 
@@ -87,7 +74,7 @@ class _Row(QStyledItemDelegate):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        self.theme = THEMES[DEFAULT_THEME]
+        self.theme = kit.THEMES[kit.DEFAULT_THEME]
 
     def sizeHint(
         self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
@@ -116,35 +103,35 @@ class _Row(QStyledItemDelegate):
         done = feature.state is FeatureState.DONE
         colour = theme.muted
         if done:
-            colour = verdict_colour(theme, verdict)
+            colour = kit.verdict_colour(theme, verdict)
         elif active:
             colour = theme.accent
         side = 20.0
         mark = QRectF(box.left() + 12, box.center().y() - 0.5 * side, side, side)
-        paint_mark(painter, feature_mark(feature, verdict), mark, colour, theme.panel)
+        kit.paint_mark(painter, kit.feature_mark(feature, verdict), mark, colour, theme.panel)
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         text = box.adjusted(42, 4, -10, -4)
         upper = QRectF(text.left(), text.top(), text.width(), 0.5 * text.height())
         lower = QRectF(text.left(), upper.bottom(), text.width(), 0.5 * text.height())
         count = feature.count_text
-        bold = text_font(14, bold=True)
-        ink(painter, QColor(theme.text), font=bold)
+        bold = kit.text_font(14, bold=True)
+        kit.ink(painter, QColor(theme.text), font=bold)
         metrics = painter.fontMetrics()
-        shape = shape_word(feature.shape)
+        shape = kit.shape_word(feature.shape)
         # A long name uses the whole line; the points are below it.
         alone = metrics.horizontalAdvance(f"{feature.name}  {count}") > upper.width()
         if alone:
             shape = f"{shape}  {count}"
         else:
             painter.drawText(upper, right, count)
-        painter.setFont(fitted(bold, feature.name, upper.width(), upper.height() + 2.0, 14))
+        painter.setFont(kit.fitted(bold, feature.name, upper.width(), upper.height() + 2.0, 14))
         name = painter.fontMetrics().elidedText(
             feature.name, Qt.TextElideMode.ElideMiddle, int(upper.width())
         )
         painter.drawText(upper, left, name)
-        ink(painter, QColor(theme.muted), font=text_font(12))
+        kit.ink(painter, QColor(theme.muted), font=kit.text_font(12))
         painter.drawText(lower, left, shape)
-        ink(painter, QColor(colour), font=text_font(12, bold=True))
-        painter.drawText(lower, right, progress_word(feature, verdict))
+        kit.ink(painter, QColor(colour), font=kit.text_font(12, bold=True))
+        painter.drawText(lower, right, kit.progress_word(feature, verdict))
         painter.restore()

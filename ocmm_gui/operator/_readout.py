@@ -15,28 +15,9 @@ from ocmm_core.inspection.evaluation import FeatureState, JobView, LiveView, Tar
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.station.coaching import CoachView
 from ocmm_core.tolerances.decisions import Verdict
+from ocmm_gui import kit
 from ocmm_gui.help import CoachPanel
-from ocmm_gui.kit import (
-    CAP_HEIGHT,
-    DASHES,
-    WRAPPED,
-    Approach,
-    NoticeCentre,
-    Sound,
-    SoundPlayer,
-    Theme,
-    Themed,
-    digit_font,
-    fitted,
-    ink,
-    length_number,
-    said,
-    text_font,
-    tr,
-    unit_word,
-    verdict_sound,
-    wrapped_pixels,
-)
+from ocmm_gui.kit import tr
 
 DIGITS_HZ = 12
 """Faster digits are illegible."""
@@ -50,12 +31,12 @@ _LARGE_SHARE = 0.62
 """Height share of the remedy; the rest is the reason."""
 
 
-class Readout(Themed, QWidget):
+class Readout(kit.Themed, QWidget):
     """Three rows of digits, replaced by the reason if the core withholds them."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._values = (DASHES, DASHES, DASHES)
+        self._values = (kit.DASHES, kit.DASHES, kit.DASHES)
         self._caption = ""
         self._shown_at = 0.0
         self._flash: bool | None = None
@@ -70,10 +51,13 @@ class Readout(Themed, QWidget):
         """Show the tip or why not; hiding is immediate, new numbers wait for the next update."""
         now = time.monotonic()
         if live.tip_world is None:
-            self._show((DASHES, DASHES, DASHES), said(live.reason) or tr("no valid position"))
-        elif now - self._shown_at >= 0.9 / DIGITS_HZ or DASHES in self._values:
+            self._show(
+                (kit.DASHES, kit.DASHES, kit.DASHES),
+                kit.said(live.reason) or tr("no valid position"),
+            )
+        elif now - self._shown_at >= 0.9 / DIGITS_HZ or kit.DASHES in self._values:
             self._shown_at = now
-            x, y, z = (length_number(float(value), signed=True) for value in live.tip_world)
+            x, y, z = (kit.length_number(float(value), signed=True) for value in live.tip_world)
             uncertainty = _known(live.tip_uncertainty)
             frame = (
                 tr("world frame")
@@ -83,7 +67,7 @@ class Readout(Themed, QWidget):
             self._show(
                 (x, y, z),
                 tr("ball centre, {unit}, {frame}   ±{uncertainty} (k=2)").format(
-                    unit=unit_word(), frame=frame, uncertainty=uncertainty
+                    unit=kit.unit_word(), frame=frame, uncertainty=uncertainty
                 ),
             )
 
@@ -104,7 +88,7 @@ class Readout(Themed, QWidget):
 
     def trouble(self) -> tuple[str, str]:
         """Return remedy and reason; empty while digits are shown."""
-        if DASHES in self._values:
+        if kit.DASHES in self._values:
             return self._remedy, self._caption
         if self._refusal is not None:
             what, remedy = self._refusal
@@ -112,7 +96,7 @@ class Readout(Themed, QWidget):
         return "", ""
 
     def withdraw(self, reason: str) -> None:
-        self._show((DASHES, DASHES, DASHES), reason)
+        self._show((kit.DASHES, kit.DASHES, kit.DASHES), reason)
 
     def values(self) -> tuple[str, str, str]:
         """Return the three rows; dashes while the reason is shown."""
@@ -124,13 +108,13 @@ class Readout(Themed, QWidget):
         self._end_of_flash.start()
         self.update()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self.update()
 
     def cap_height(self) -> float:
         """Return the height of the digits, px; for tests."""
-        return CAP_HEIGHT * self._type()
+        return kit.CAP_HEIGHT * self._type()
 
     def sizeHint(self) -> QSize:
         """Return a size for the desk view; elsewhere the layout decides."""
@@ -148,7 +132,7 @@ class Readout(Themed, QWidget):
         painter.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 6, 6)
         pixels = self._type()
         box = self._digit_box()
-        painter.setFont(digit_font(pixels))
+        painter.setFont(kit.digit_font(pixels))
         row = box.height() / 3.0
         large, why = self.trouble()
         for index, (axis, value) in enumerate(zip("XYZ", self._values, strict=True)):
@@ -157,27 +141,27 @@ class Readout(Themed, QWidget):
             painter.drawText(
                 place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, axis
             )
-            if value != DASHES and not large:
+            if value != kit.DASHES and not large:
                 painter.setPen(QColor(self._theme.text))
                 painter.drawText(
                     place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
                 )
         if large:
             self._paint_trouble(painter, large, why)
-        elif DASHES in self._values:
-            ink(painter, QColor(self._theme.text), font=text_font(self.reason_pixels()))
-            painter.drawText(self._reason_box(), WRAPPED, self._caption)
+        elif kit.DASHES in self._values:
+            kit.ink(painter, QColor(self._theme.text), font=kit.text_font(self.reason_pixels()))
+            painter.drawText(self._reason_box(), kit.WRAPPED, self._caption)
         else:
             painter.setPen(QColor(self._theme.muted))
             caption = QRectF(box.left(), box.bottom(), box.width(), self._caption_height())
             painter.setFont(
-                fitted(text_font(10), self._caption, caption.width(), caption.height(), 28)
+                kit.fitted(kit.text_font(10), self._caption, caption.width(), caption.height(), 28)
             )
             painter.drawText(caption, Qt.AlignmentFlag.AlignCenter, self._caption)
         if self._flash is not None:
             thick = max(6.0, 0.02 * self.height())
             news = self._theme.good if self._flash else self._theme.bad
-            ink(painter, QPen(QColor(news), thick), Qt.BrushStyle.NoBrush)
+            kit.ink(painter, QPen(QColor(news), thick), Qt.BrushStyle.NoBrush)
             half = 0.5 * thick
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)
 
@@ -188,19 +172,19 @@ class Readout(Themed, QWidget):
             first.setHeight(_LARGE_SHARE * box.height())
         painter.setPen(QColor(self._theme.bad))
         painter.setFont(
-            text_font(wrapped_pixels(large, first, self._limit(), bold=True), bold=True)
+            kit.text_font(kit.wrapped_pixels(large, first, self._limit(), bold=True), bold=True)
         )
-        painter.drawText(first, WRAPPED, large)
+        painter.drawText(first, kit.WRAPPED, large)
         if why:
             second = QRectF(box)
             second.setTop(first.bottom())
             painter.setPen(QColor(self._theme.text))
-            painter.setFont(text_font(wrapped_pixels(why, second, self._limit() // 2)))
-            painter.drawText(second, WRAPPED, why)
+            painter.setFont(kit.text_font(kit.wrapped_pixels(why, second, self._limit() // 2)))
+            painter.drawText(second, kit.WRAPPED, why)
 
     def reason_pixels(self) -> int:
         """Return the pixel size of the sentence shown instead of the digits."""
-        return wrapped_pixels(self._caption, self._reason_box(), self._limit())
+        return kit.wrapped_pixels(self._caption, self._reason_box(), self._limit())
 
     def _limit(self) -> int:
         return max(_REASON_LIMIT_PX, round(_REASON_SHARE * self.window().height()))
@@ -223,15 +207,15 @@ class Readout(Themed, QWidget):
 
     def _type(self) -> int:
         box = self._digit_box()
-        return fitted(
-            digit_font(10), "X " + _RESERVE, box.width(), box.height() / 3.0, 400
+        return kit.fitted(
+            kit.digit_font(10), "X " + _RESERVE, box.width(), box.height() / 3.0, 400
         ).pixelSize()
 
     def _show(self, values: tuple[str, str, str], caption: str) -> None:
         if (values, caption) != (self._values, self._caption):
             self._values, self._caption = values, caption
             spoken = " ".join(map(" ".join, zip("XYZ", values, strict=True)))
-            self.setAccessibleDescription(caption if DASHES in values else spoken)
+            self.setAccessibleDescription(caption if kit.DASHES in values else spoken)
             self.update()
 
     def _stop_flash(self) -> None:
@@ -240,7 +224,7 @@ class Readout(Themed, QWidget):
 
 
 def _known(value: float | None) -> str:
-    return DASHES if value is None or not math.isfinite(value) else length_number(value)
+    return kit.DASHES if value is None or not math.isfinite(value) else kit.length_number(value)
 
 
 class CoachedView(QWidget):
@@ -251,13 +235,13 @@ class CoachedView(QWidget):
 
     def show_coach(self, view: CoachView) -> None:
         self.coach.show_coach(view)
-        self.readout.show_remedy(said(view.remedy))
+        self.readout.show_remedy(kit.said(view.remedy))
         self.coach_changed()
 
     def show_refusal(self, refusal: Refusal) -> None:
         """Show for a while why a touch gave no point, and the remedy."""
         self.coach.show_refusal(refusal)
-        self.readout.show_refusal(said(refusal.what), said(refusal.remedy))
+        self.readout.show_refusal(kit.said(refusal.what), kit.said(refusal.remedy))
         self.coach_changed()
 
     def forget_refusal(self) -> None:
@@ -274,22 +258,25 @@ class Feedback:
     """Sounds, also shown as flashes of the readout."""
 
     def __init__(
-        self, sounds: SoundPlayer | None, notices: NoticeCentre, readout: Callable[[], Readout]
+        self,
+        sounds: kit.SoundPlayer | None,
+        notices: kit.NoticeCentre,
+        readout: Callable[[], Readout],
     ) -> None:
         self._sounds, self._notices, self._readout = sounds, notices, readout
-        self._approach = Approach(sounds)
+        self._approach = kit.Approach(sounds)
 
-    def play(self, sound: Sound) -> None:
+    def play(self, sound: kit.Sound) -> None:
         if self._sounds is not None:
             self._sounds.play(sound)
 
     def taken(self, point: MeasuredPoint) -> None:
-        self.play(Sound.TAKEN)
+        self.play(kit.Sound.TAKEN)
         self._readout().flash(good=True)
 
     def refused(self, refusal: Refusal) -> None:
         wrong = refusal.code is RefusalCode.WRONG_FACE
-        self.play(Sound.WRONG_FACE if wrong else Sound.REFUSED)
+        self.play(kit.Sound.WRONG_FACE if wrong else kit.Sound.REFUSED)
         self._readout().flash(good=False)
 
     def announce(self, previous: JobView, job: JobView) -> None:
@@ -307,7 +294,7 @@ class Feedback:
                 self._tell(job.verdict_of(feature.name).verdict)
 
     def _tell(self, verdict: Verdict | None) -> None:
-        self.play(verdict_sound(verdict))
+        self.play(kit.verdict_sound(verdict))
         self._readout().flash(good=verdict in (None, Verdict.CONFORM))
 
     def way(self, target: Target | None, tip_world: Float | None) -> None:

@@ -10,30 +10,14 @@ from PySide6.QtWidgets import QFrame, QSizePolicy, QWidget
 
 from ocmm_core.calibration.records import CalibrationStatus, CalibrationView, ProbeView
 from ocmm_core.inspection.evaluation import SIMULATED
-from ocmm_gui.kit import (
-    CAP_HEIGHT,
-    Mark,
-    PaintedWidget,
-    PlainLabel,
-    Themed,
-    day_words,
-    dressed,
-    far_type,
-    hbox,
-    literal,
-    mark_colour,
-    paint_mark,
-    said,
-    said_word,
-    text_font,
-    tr,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import tr
 
 _DESK_SHARE = 0.022
 """Type size over window height at the desk."""
 
 
-class SimulatedBand(PaintedWidget):
+class SimulatedBand(kit.PaintedWidget):
     """One word, vertical, repeated as space permits. Costs only width: height is scarce."""
 
     def __init__(self) -> None:
@@ -48,7 +32,7 @@ class SimulatedBand(PaintedWidget):
 
     def type_pixels(self) -> int:
         if self._far:
-            return far_type(self)
+            return kit.far_type(self)
         return max(13, round(_DESK_SHARE * self.window().height()))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -60,21 +44,21 @@ class SimulatedBand(PaintedWidget):
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(self._theme.warn))
         painter.setPen(QColor(self._theme.background))
-        font = text_font(self.type_pixels(), bold=True)
+        font = kit.text_font(self.type_pixels(), bold=True)
         painter.setFont(font)
-        text = said_word(SIMULATED)
+        text = kit.said_word(SIMULATED)
         word = painter.fontMetrics().horizontalAdvance(text)
         times = max(1, self.height() // (2 * word))
         share = self.height() / times
         painter.translate(0.0, self.height())
         painter.rotate(-90.0)
         # Centre the capitals: the descent is unused.
-        base = 0.5 * (self.width() + CAP_HEIGHT * self.type_pixels())
+        base = 0.5 * (self.width() + kit.CAP_HEIGHT * self.type_pixels())
         for index in range(times):
             painter.drawText(QPointF((index + 0.5) * share - 0.5 * word, base), text)
 
     def _fit(self) -> None:
-        self.setFixedWidth(round(1.25 * CAP_HEIGHT * self.type_pixels()))
+        self.setFixedWidth(round(1.25 * kit.CAP_HEIGHT * self.type_pixels()))
         self.update()
 
 
@@ -83,7 +67,7 @@ _CALM_SHARE = 0.35
 """Relative to far type: good order need not be readable at three metres."""
 
 
-class TipLine(Themed, QFrame):
+class TipLine(kit.Themed, QFrame):
     """A mark and a sentence about the probe; always visible."""
 
     turned = Signal(object)
@@ -99,23 +83,23 @@ class TipLine(Themed, QFrame):
         self._mark = MarkView()
         # Nothing to mark before the first view.
         self._mark.hide()
-        self._text = dressed(PlainLabel(), tr("Status of the tip"))
+        self._text = kit.dressed(kit.PlainLabel(), tr("Status of the tip"))
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
         self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        hbox(self._mark, (self._text, 1), parent=self, spacing=8, margins=(14, 2, 14, 2))
+        kit.hbox(self._mark, (self._text, 1), parent=self, spacing=8, margins=(14, 2, 14, 2))
 
     def show_probe(self, view: ProbeView, place: TrustPlace) -> None:
         pixels = _NEAR_PX
         if place is TrustPlace.FAR:
-            pixels = round((_CALM_SHARE if _is_calm(view) else 1.0) * far_type(self))
+            pixels = round((_CALM_SHARE if _is_calm(view) else 1.0) * kit.far_type(self))
         if (view, place, pixels) == (self._view, self._place, self._pixels):
             return
         before, self._view, self._place, self._pixels = self._view, view, place, pixels
         text = tip_words(view, place)
         self._mark.show()
         self._text.setText(text)
-        self._text.setToolTip(literal(text))
+        self._text.setToolTip(kit.literal(text))
         self._paint()
         if before is not None and (before.blocking_reason is None) != (
             view.blocking_reason is None
@@ -127,12 +111,12 @@ class TipLine(Themed, QFrame):
 
     def _paint(self) -> None:
         theme, view = self._theme, self._view
-        mark = Mark.DONE if view is None else tip_mark(view)
+        mark = kit.Mark.DONE if view is None else tip_mark(view)
         calm = view is None or _is_calm(view)
-        colour = theme.muted if calm else mark_colour(theme, mark)
+        colour = theme.muted if calm else kit.mark_colour(theme, mark)
         pixels = self._pixels
         self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
-        self._mark.show_mark(mark, mark_colour(theme, mark), theme.panel)
+        self._mark.show_mark(mark, kit.mark_colour(theme, mark), theme.panel)
         weight = "normal" if calm else "bold"
         self.setStyleSheet(
             f"#tipline {{ background: {theme.panel}; border-bottom: 1px solid {theme.border}; }}"
@@ -140,24 +124,24 @@ class TipLine(Themed, QFrame):
         )
 
 
-def tip_mark(view: ProbeView) -> Mark:
+def tip_mark(view: ProbeView) -> kit.Mark:
     if view.uncalibrated:
-        return Mark.BAD
+        return kit.Mark.BAD
     return {
-        CalibrationStatus.VALID: Mark.GOOD,
-        CalibrationStatus.DESIGN: Mark.DONE if view.blocker is None else Mark.DOUBT,
-        CalibrationStatus.DUE: Mark.DOUBT,
-        CalibrationStatus.SUSPECT: Mark.DOUBT,
-    }.get(view.word, Mark.BAD)
+        CalibrationStatus.VALID: kit.Mark.GOOD,
+        CalibrationStatus.DESIGN: kit.Mark.DONE if view.blocker is None else kit.Mark.DOUBT,
+        CalibrationStatus.DUE: kit.Mark.DOUBT,
+        CalibrationStatus.SUSPECT: kit.Mark.DOUBT,
+    }.get(view.word, kit.Mark.BAD)
 
 
 def _is_calm(view: ProbeView) -> bool:
-    return tip_mark(view) in (Mark.DONE, Mark.GOOD)
+    return tip_mark(view) in (kit.Mark.DONE, kit.Mark.GOOD)
 
 
 def tip_words(view: ProbeView, place: TrustPlace) -> str:
     """Return the probe status; from three metres only the tip name and one word."""
-    word = tr("UNCALIBRATED") if view.uncalibrated else said_word(view.word.value)
+    word = tr("UNCALIBRATED") if view.uncalibrated else kit.said_word(view.word.value)
     if place is TrustPlace.FAR:
         return (
             tr("Tip {tip}: {word}").format(tip=view.tip, word=word)
@@ -172,15 +156,15 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
     # The desk view's status strip already shows why no points are recorded.
     why = ""
     if view.blocker is not None and view.uncalibrated:
-        why = f" {said(view.blocker.what)}"
+        why = f" {kit.said(view.blocker.what)}"
     elif view.blocker is not None and place is TrustPlace.MAINTAIN:
-        why = " " + tr("No points: {blocker}").format(blocker=said(str(view.blocker)))
-    warnings = f" {' '.join(map(said, view.warnings))}" if view.warnings else ""
+        why = " " + tr("No points: {blocker}").format(blocker=kit.said(str(view.blocker)))
+    warnings = f" {' '.join(map(kit.said, view.warnings))}" if view.warnings else ""
     usable = view.word in (CalibrationStatus.VALID, CalibrationStatus.DUE) and bool(view.due_utc)
     line = tr("Probe {title}: {word}, {ball}.")
     if usable:
         line = tr("Probe {title}: {word} until {until}, {ball}.")
-    line = line.format(title=view.title, word=word, until=day_words(view.due_utc), ball=ball)
+    line = line.format(title=view.title, word=word, until=kit.day_words(view.due_utc), ball=ball)
     return f"{line}{why}{warnings}"
 
 
@@ -197,7 +181,7 @@ class TrustPlace(Enum):
     MAINTAIN = "maintain"
 
 
-class TrustBar(Themed, QFrame):
+class TrustBar(kit.Themed, QFrame):
     """A mark with UNCALIBRATED, NO POINTS or a warning; hidden in good order."""
 
     def __init__(self) -> None:
@@ -209,16 +193,16 @@ class TrustBar(Themed, QFrame):
         self._beside = ""
         self._pixels = _TRUST_NEAR_PX
         self._mark = MarkView()
-        self._text = PlainLabel()
+        self._text = kit.PlainLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
         self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        hbox(self._mark, (self._text, 1), parent=self, spacing=10, margins=(14, 4, 14, 4))
+        kit.hbox(self._mark, (self._text, 1), parent=self, spacing=10, margins=(14, 4, 14, 4))
         self.hide()
 
     def show_calibration(self, view: CalibrationView, place: TrustPlace, beside: str = "") -> None:
         """Show the status for a place, with ``beside`` for readers at the screen, or hide."""
-        pixels = far_type(self) if place is TrustPlace.FAR else _TRUST_NEAR_PX
+        pixels = kit.far_type(self) if place is TrustPlace.FAR else _TRUST_NEAR_PX
         if (view, place, beside, pixels) == (self._view, self._place, self._beside, self._pixels):
             return
         self._view, self._place, self._beside, self._pixels = view, place, beside, pixels
@@ -226,7 +210,7 @@ class TrustBar(Themed, QFrame):
         if place is not TrustPlace.FAR:
             text = f"{text} {beside}".strip()
         self._text.setText(text)
-        self._text.setToolTip(literal(text))
+        self._text.setToolTip(kit.literal(text))
         self._paint()
         self.setVisible(bool(text))
 
@@ -240,7 +224,7 @@ class TrustBar(Themed, QFrame):
         colour = theme.bad if severe else theme.warn
         pixels = self._pixels
         self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
-        self._mark.show_mark(Mark.BAD if severe else Mark.DOUBT, colour, theme.panel)
+        self._mark.show_mark(kit.Mark.BAD if severe else kit.Mark.DOUBT, colour, theme.panel)
         self.setStyleSheet(
             f"#trust {{ background: {theme.panel}; border-bottom: 3px solid {colour}; }}"
             f" #trust QLabel {{ color: {colour}; font-size: {pixels}px; font-weight: bold; }}"
@@ -252,25 +236,25 @@ class MarkView(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._shown = (Mark.DOUBT, "#000000", "#000000")
+        self._shown = (kit.Mark.DOUBT, "#000000", "#000000")
 
-    def show_mark(self, mark: Mark, colour: str, inside: str) -> None:
+    def show_mark(self, mark: kit.Mark, colour: str, inside: str) -> None:
         """Show a mark; ``inside`` is the colour of its cut-outs."""
         self._shown = (mark, colour, inside)
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         mark, colour, inside = self._shown
-        paint_mark(QPainter(self), mark, QRectF(self.rect()), colour, inside)
+        kit.paint_mark(QPainter(self), mark, QRectF(self.rect()), colour, inside)
 
 
 def trust_words(view: CalibrationView, place: TrustPlace) -> str:
     """Return the text; empty in good order, and if shown elsewhere on the screen."""
-    warnings = " ".join(map(said, view.warnings))
+    warnings = " ".join(map(kit.said, view.warnings))
     if view.uncalibrated:
         if place is TrustPlace.FAR:
             return tr("UNCALIBRATED: no proof")
-        why = said(view.blocker.what) if view.blocker is not None else ""
+        why = kit.said(view.blocker.what) if view.blocker is not None else ""
         return (
             tr("UNCALIBRATED: results are not proven. {why} {warnings}")
             .format(why=why, warnings=warnings)
@@ -278,7 +262,7 @@ def trust_words(view: CalibrationView, place: TrustPlace) -> str:
         )
     if view.blocker is not None:
         return (
-            tr("NO POINTS: {blocker}").format(blocker=said(str(view.blocker)))
+            tr("NO POINTS: {blocker}").format(blocker=kit.said(str(view.blocker)))
             if place is TrustPlace.MAINTAIN
             else ""
         )

@@ -1,43 +1,14 @@
-"""Guidance (next step, instruction, last refusal), and status strip with machine counters."""
+"""Strips: guidance (next step, last refusal), status with machine counters, and the server."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QSizePolicy
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy
 
 from ocmm_core.inspection.evaluation import JobView, LiveView, ReferenceView
-from ocmm_gui.kit import (
-    PAUSED,
-    FitText,
-    Mark,
-    PlainLabel,
-    Theme,
-    Themed,
-    approach_words,
-    digit_font,
-    dressed,
-    has_failed,
-    hbox,
-    is_held,
-    later,
-    literal,
-    localised,
-    millimetres,
-    mode_words,
-    next_step,
-    said,
-    said_word,
-    seen_cameras,
-    seen_targets,
-    status_colour,
-    status_mark,
-    step_text,
-    text_font,
-    tr,
-    trouble,
-    unit_word,
-    vbox,
-)
+from ocmm_core.station import ServiceState
+from ocmm_gui import kit
+from ocmm_gui.kit import later, said, tr
 
 _COUNTERS = (
     (later("Cameras"), later("cameras that see the probe / in the rig")),
@@ -56,7 +27,7 @@ _NEEDED = 3
 """Minimum LEDs for a pose of the reference body."""
 
 
-class StatusStrip(Themed, QFrame):
+class StatusStrip(kit.Themed, QFrame):
     """Word and reason on the left, counters on the right."""
 
     def __init__(self, n_cameras: int, n_leds: int) -> None:
@@ -66,30 +37,30 @@ class StatusStrip(Themed, QFrame):
         self._n_leds = n_leds
         self._live: LiveView | None = None
         self._job: JobView | None = None
-        self._word = FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
+        self._word = kit.FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
         self._word.setFixedSize(250, 46)
-        self._reason = dressed(PlainLabel(), tr("Reason for the status"))
+        self._reason = kit.dressed(kit.PlainLabel(), tr("Reason for the status"))
         self._reason.setTextFormat(Qt.TextFormat.PlainText)
         self._reason.setWordWrap(True)
-        self._reason.setFont(text_font(14))
+        self._reason.setFont(kit.text_font(14))
         self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._values: dict[str, QLabel] = {}
         self._reference: tuple[QLabel, ...] = ()
-        layout = hbox(
+        layout = kit.hbox(
             self._word, (self._reason, 1), parent=self, spacing=12, margins=(12, 4, 12, 4)
         )
         grid = QGridLayout()
         grid.setHorizontalSpacing(16)
         grid.setVerticalSpacing(0)
         for column, (name, tip) in enumerate(_COUNTERS):
-            said = tr(tip).replace("{unit}", unit_word())
-            caption, value = PlainLabel(tr(name)), PlainLabel("–")
+            said = tr(tip).replace("{unit}", kit.unit_word())
+            caption, value = kit.PlainLabel(tr(name)), kit.PlainLabel("–")
             caption.setProperty("role", "muted")
-            caption.setFont(text_font(12))
-            value.setFont(digit_font(16))
+            caption.setFont(kit.text_font(12))
+            value.setFont(kit.digit_font(16))
             value.setAccessibleName(tr(name))
             value.setAccessibleDescription(said)
-            value.setToolTip(literal(said))
+            value.setToolTip(kit.literal(said))
             for row, label in enumerate((caption, value)):
                 label.setAlignment(Qt.AlignmentFlag.AlignRight)
                 grid.addWidget(label, row, column)
@@ -101,22 +72,24 @@ class StatusStrip(Themed, QFrame):
 
     def show_live(self, live: LiveView) -> None:
         self._live = live
-        if is_held(self._job, live):
-            self._word.show_text(tr(PAUSED), self._theme.warn, Mark.DOUBT)
+        if kit.is_held(self._job, live):
+            self._word.show_text(tr(kit.PAUSED), self._theme.warn, kit.Mark.DOUBT)
         else:
-            colour = status_colour(self._theme, live.status)
-            self._word.show_text(said_word(live.status.value), colour, status_mark(live.status))
+            colour = kit.status_colour(self._theme, live.status)
+            self._word.show_text(
+                kit.said_word(live.status.value), colour, kit.status_mark(live.status)
+            )
         words = tuple(map(said, (live.reason, *live.faults, live.acquisition.pace_words)))
         reason = " ".join(filter(None, words))
         if self._reason.text() != reason:
             self._reason.setText(reason)
-            self._reason.setToolTip(literal(reason))
+            self._reason.setToolTip(kit.literal(reason))
         self._show_reference(live.reference)
         counts = live.acquisition
         for name, value in (
-            ("Cameras", f"{seen_cameras(live)}/{self._n_cameras}"),
-            ("Targets", f"{seen_targets(live)}/{self._n_leds}"),
-            ("U point", millimetres(live.tip_uncertainty)),
+            ("Cameras", f"{kit.seen_cameras(live)}/{self._n_cameras}"),
+            ("Targets", f"{kit.seen_targets(live)}/{self._n_leds}"),
+            ("U point", kit.millimetres(live.tip_uncertainty)),
             ("Frames/s", f"{live.frames_per_second:.0f}"),
             ("Good", _short(counts.good)),
             ("Late", _short(counts.late)),
@@ -147,7 +120,7 @@ class StatusStrip(Themed, QFrame):
         """Return the text under a caption."""
         return self._values[name].text()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         if self._live is not None:
             self.show_live(self._live)
@@ -155,10 +128,10 @@ class StatusStrip(Themed, QFrame):
 
 def _short(count: int) -> str:
     # Six digits fit for any length of shift.
-    return f"{count}" if count < 1_000_000 else localised(f"{count / 1e6:.2f}M")
+    return f"{count}" if count < 1_000_000 else kit.localised(f"{count / 1e6:.2f}M")
 
 
-class Guidance(Themed, QFrame):
+class Guidance(kit.Themed, QFrame):
     """Next step, plan text, distance to the next point, and trouble."""
 
     def __init__(self, pixels: int = 16) -> None:
@@ -171,7 +144,7 @@ class Guidance(Themed, QFrame):
         self._mode = _sentence(tr("Probing order and probe side"))
         self._approach = _sentence(tr("Approach to the next point"))
         self._trouble = _sentence(tr("Blocking reason"))
-        layout = vbox(parent=self, spacing=3, margins=0)
+        layout = kit.vbox(parent=self, spacing=3, margins=0)
         for widget in (self._step, self._words, self._approach, self._mode):
             layout.addWidget(widget)
         layout.addWidget(self._trouble, 1)
@@ -180,9 +153,9 @@ class Guidance(Themed, QFrame):
     def show_job(self, job: JobView) -> None:
         self._job = job
         self._show_step()
-        self._words.setText(step_text(job))
+        self._words.setText(kit.step_text(job))
         self._words.setVisible(bool(self._words.text()))
-        self._mode.setText(mode_words(job))
+        self._mode.setText(kit.mode_words(job))
         self._show_approach()
         self._show_trouble()
 
@@ -202,20 +175,20 @@ class Guidance(Themed, QFrame):
         return self._trouble.text()
 
     def _show_step(self) -> None:
-        text = "" if self._job is None else next_step(self._job, self._live)
+        text = "" if self._job is None else kit.next_step(self._job, self._live)
         if text != self._step.text():
             self._step.setText(text)
 
     def _show_approach(self) -> None:
-        text = approach_words(self._job, self._live)
+        text = kit.approach_words(self._job, self._live)
         if text != self._approach.text():
             self._approach.setText(text)
         self._approach.setVisible(bool(text))
 
     def _show_trouble(self) -> None:
         # The reason of a failure is long and shown above, instead of the digits.
-        live = None if has_failed(self._live) else self._live
-        text = "\n".join(trouble(live, self._job))
+        live = None if kit.has_failed(self._live) else self._live
+        text = "\n".join(kit.trouble(live, self._job))
         if text != self._trouble.text():
             self._trouble.setText(text)
 
@@ -230,10 +203,84 @@ class Guidance(Themed, QFrame):
 
 
 def _sentence(name: str) -> QLabel:
-    label = PlainLabel()
+    label = kit.PlainLabel()
     label.setTextFormat(Qt.TextFormat.PlainText)
     label.setWordWrap(True)
     label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
     label.setAccessibleName(name)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
     return label
+
+
+_BUTTON_PX = 36
+_WORDS = (
+    ("done", later("Done"), later("Report the element as complete")),
+    ("del", later("Delete last"), later("Delete your last point, here and in the program")),
+    ("goto", later("Clearance"), later("Send the present position as a clearance point")),
+    ("cancel", later("No touch"), later("Report that this point cannot be touched")),
+)
+"""Words of the operator, with the text and the tip of their buttons."""
+
+
+class ServiceStrip(QFrame):
+    """Address and program, last sentence, last command with its answer, and the operator's words.
+
+    Hidden while no server runs.
+    """
+
+    pressed = Signal(str)
+    """Emits a word of the operator."""
+    stop_wanted = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("service")
+        self.setAccessibleName(tr("Server for measuring programs"))
+        self.status = kit.sentence_label(tr("Address and program"), 16)
+        self.lines = kit.dressed(
+            kit.PlainLabel(), tr("Last command and answer"), font=kit.text_font(13)
+        )
+        self.lines.setTextFormat(Qt.TextFormat.PlainText)
+        for label in (self.status, self.lines):
+            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.buttons = {word: _button(tr(text), tr(tip)) for word, text, tip in _WORDS}
+        for word, button in self.buttons.items():
+            button.clicked.connect(lambda _checked=False, word=word: self.pressed.emit(word))
+        self.stop_button = _button(
+            tr("Stop server"), tr("Disconnect the program and end the server")
+        )
+        self.stop_button.clicked.connect(self.stop_wanted)
+        row = kit.hbox(
+            (self.lines, 1), *self.buttons.values(), self.stop_button, spacing=8, margins=0
+        )
+        kit.vbox(self.status, row, parent=self, spacing=2, margins=(14, 4, 14, 4))
+        self.set_theme(kit.THEMES[kit.DEFAULT_THEME])
+        self.hide()
+
+    def show_state(self, state: ServiceState | None) -> None:
+        self.setVisible(state is not None)
+        if state is None:
+            return
+        where = tr("{title} at {address}.").format(title=state.title, address=state.address)
+        program = tr("No program is connected.")
+        if state.client:
+            program = tr("Program at {client}.").format(client=state.client)
+        self.status.setText(f"{where} {program} {kit.said(state.sentence)}".strip())
+        self.lines.setText(f"{state.command}   →   {state.answer}" if state.command else "")
+        self.lines.setToolTip(kit.literal(self.lines.text()))
+        for button in self.buttons.values():
+            button.setEnabled(bool(state.client))
+
+    def set_theme(self, theme: kit.Theme) -> None:
+        self.setStyleSheet(
+            f"#service {{ background: {theme.panel}; border-bottom: 3px solid {theme.accent}; }}"
+            f" #service QLabel {{ color: {theme.text}; }}"
+        )
+
+
+def _button(text: str, tip: str) -> QPushButton:
+    button = kit.dressed(kit.NarrowButton(text), tip, font=kit.text_font(15, bold=True))
+    button.setToolTip(kit.literal(tip))
+    button.setMinimumHeight(_BUTTON_PX)
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return button

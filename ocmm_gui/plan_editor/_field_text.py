@@ -10,18 +10,8 @@ from typing import Any
 from ocmm_core.errors import InputError
 from ocmm_core.names import normal_name
 from ocmm_core.typed_numbers import COORDINATE
-from ocmm_gui.kit import (
-    field_length,
-    is_ambiguous,
-    later,
-    localised,
-    numbers_in_use,
-    split_unit,
-    to_mm,
-    tr,
-    typed_value,
-    unit_word,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.plan_editor._field_labels import FieldUnit
 from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine
 
@@ -45,7 +35,7 @@ _TO = re.compile(r"\s+(?:to|bis|-|–|…)\s+|\s*[–…]\s*|\s+")
 def text_of(line: FormLine, value: Any, *, angle: bool = False) -> str:
     """Return the text of a field; `angle`: values of kind length are in degrees."""
     match line.kind:
-        case _ if numbers_in_use().inch and _is_length(line, angle=angle):
+        case _ if kit.numbers_in_use().inch and _is_length(line, angle=angle):
             return _in_inch(line, value)
         case FieldKind.FLAG:
             return _YES if value else _NO
@@ -120,8 +110,8 @@ def _in_inch(line: FormLine, value: Any) -> str:
 
 
 def _inches(values: Iterable[float]) -> str:
-    texts = [field_length(float(value)).removesuffix(f" {unit_word()}") for value in values]
-    return f"{'  '.join(texts)} {unit_word()}" if texts else ""
+    texts = [kit.field_length(float(value)).removesuffix(f" {kit.unit_word()}") for value in values]
+    return f"{'  '.join(texts)} {kit.unit_word()}" if texts else ""
 
 
 def _taken_unit(line: FormLine, words: list[str], *, angle: bool) -> str | None:
@@ -130,17 +120,17 @@ def _taken_unit(line: FormLine, words: list[str], *, angle: bool) -> str | None:
         # With a unit such a number is invalid.
         return None
     if not words:
-        return unit_word()
-    last, unit = split_unit(words[-1])
+        return kit.unit_word()
+    last, unit = kit.split_unit(words[-1])
     if unit:
         words[-1:] = [last] if last else []
-    return unit or unit_word()
+    return unit or kit.unit_word()
 
 
 def _numbers(line: FormLine, text: str, words: list[str], unit: str | None) -> list[float]:
-    values = [typed_value(word) for word in words]
+    values = [kit.typed_value(word) for word in words]
     if unit is not None:
-        values = [value if value is None else to_mm(value, unit) for value in values]
+        values = [value if value is None else kit.to_mm(value, unit) for value in values]
     found = [value for value in values if value is not None]
     if len(found) < len(values):
         raise _fault(line, text)
@@ -148,7 +138,7 @@ def _numbers(line: FormLine, text: str, words: list[str], unit: str | None) -> l
 
 
 def _fault(line: FormLine, text: str) -> InputError:
-    unclear = next((word for word in text.split() if is_ambiguous(word)), "")
+    unclear = next((word for word in text.split() if kit.is_ambiguous(word)), "")
     if unclear:
         return InputError(
             f"plan.form.{line.key}",
@@ -181,5 +171,5 @@ def _row(values: Iterable[Any]) -> str:
 def _plain(value: Any) -> str:
     if isinstance(value, float):
         short = f"{value:g}"
-        return localised(short if float(short) == value else str(value))
+        return kit.localised(short if float(short) == value else str(value))
     return "" if value is None else str(value)

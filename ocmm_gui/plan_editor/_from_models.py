@@ -24,20 +24,8 @@ from ocmm_core.inspection.plan import (
 )
 from ocmm_core.part_model import ModelFace, PartModel
 from ocmm_core.tables import TableOptions, TablePreview
-from ocmm_gui.kit import (
-    AnswerPanel,
-    DataTable,
-    NarrowButton,
-    TableImport,
-    Theme,
-    Themed,
-    hbox,
-    later,
-    said,
-    sentence_label,
-    tr,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.plan_editor._importing import ImportLine, ImportResult, InUse, LoadedModel, with_table
 from ocmm_gui.plan_editor._part_choice import ChoiceLine, ChoiceWords, ModelChoice, PartChoice
 from ocmm_gui.plan_editor._plan_checks import PlanDraft
@@ -56,7 +44,7 @@ _GROUPS = {
 }
 
 
-class ToleranceAccount(Themed, QWidget):
+class ToleranceAccount(kit.Themed, QWidget):
     """Number of imported items, and each with its reason: refused ones first.
 
     Datum references and labels are counted; they follow their items. Return accepts features and
@@ -73,8 +61,8 @@ class ToleranceAccount(Themed, QWidget):
         super().__init__()
         self.setAccessibleName(tr("Tolerances of the model"))
         self._items: list[AccountItem] = []
-        self.summary = sentence_label(tr("What became of the tolerances of the model"), 14)
-        self.table = DataTable(
+        self.summary = kit.sentence_label(tr("What became of the tolerances of the model"), 14)
+        self.table = kit.DataTable(
             tr("Every item of the model"),
             (
                 (tr("Status"), tr("Whether it is in the plan")),
@@ -87,14 +75,14 @@ class ToleranceAccount(Themed, QWidget):
         self.table.horizontalHeader().setSectionResizeMode(3, QHeaderView.ResizeMode.Stretch)
         for column, width in enumerate((110, 230, 300)):
             self.table.setColumnWidth(column, width)
-        self.question = AnswerPanel(tr("Take over the tolerances"), tr("Take over"))
+        self.question = kit.AnswerPanel(tr("Take over the tolerances"), tr("Take over"))
         self.question.agreed.connect(self.agreed)
         self.question.declined.connect(self.declined)
-        self.features_only = NarrowButton(tr("Features only"))
+        self.features_only = kit.NarrowButton(tr("Features only"))
         self.features_only.setAccessibleName(tr("Take over the features without tolerances"))
         self.features_only.clicked.connect(self.without)
-        line = hbox((self.question, 1), self.features_only)
-        vbox(self.summary, (self.table, 1), line, parent=self, margins=0)
+        line = kit.hbox((self.question, 1), self.features_only)
+        kit.vbox(self.summary, (self.table, 1), line, parent=self, margins=0)
         self.hide()
 
     def show_account(self, account: Account, characteristics: int) -> None:
@@ -124,7 +112,7 @@ class ToleranceAccount(Themed, QWidget):
         self.question.hide()
         self.hide()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self.question.set_theme(theme)
         self._fill()
@@ -133,7 +121,9 @@ class ToleranceAccount(Themed, QWidget):
         self.table.setRowCount(len(self._items))
         for row, item in enumerate(self._items):
             became = ", ".join(item.became)
-            words = "; ".join(part for part in (became, said(item.why), said(item.remark)) if part)
+            words = "; ".join(
+                part for part in (became, kit.said(item.why), kit.said(item.remark)) if part
+            )
             self.table.show_words(row, (tr(_STATUS[item.status]), item.name, item.kind, words))
             cell = self.table.item(row, 0)
             if cell is not None:
@@ -235,7 +225,7 @@ class ModelImport(QObject):
         self.faces = FaceChoice()
         self.faces.taken.connect(self._take_faces)
         self.faces.declined.connect(self.close)
-        self.table = TableImport("name,shape,x,y,z,-")
+        self.table = kit.TableImport("name,shape,x,y,z,-")
         self.table.changed.connect(self._read_table)
         self.table.taken.connect(self._take_table)
         self.table.declined.connect(self.close)
@@ -315,7 +305,7 @@ class ModelImport(QObject):
         self.opened.emit()
         self.choice.show_model(read)
         if read.model.remark:
-            self.told.emit(said(read.model.remark))
+            self.told.emit(kit.said(read.model.remark))
 
     def _read_again(self, up: str) -> None:
         if self._read is not None:

@@ -11,22 +11,8 @@ from typing import TypeAlias
 import msgspec
 from PySide6.QtCore import Qt, Signal
 
+from ocmm_cad import step
 from ocmm_cad.drawing import NOT_IMPORTED, Account, plan_with_tolerances, with_account
-from ocmm_cad.step import (
-    STEP_SIZE_MB,
-    FacesAccount,
-    LeftOut,
-    Offer,
-    StepModel,
-    ask_for_chosen,
-    faces_account,
-    has_step,
-    offers_of,
-    read_model,
-    setting_for,
-    up_of,
-    usual_request,
-)
 from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
 from ocmm_core.camera import Rig
 from ocmm_core.features.shapes import NominalFeature
@@ -81,15 +67,17 @@ class LoadedModel:
     """A model that was read, for the selection."""
 
     path: Path
-    model: StepModel
-    offers: tuple[Offer, ...]
+    model: step.StepModel
+    offers: tuple[step.Offer, ...]
     """All surfaces that can become features."""
     up: str
     """Axis of the model that points up."""
 
-    def account(self, taken: Sequence[Offer], refused: Sequence[LeftOut] = ()) -> FacesAccount:
+    def account(
+        self, taken: Sequence[step.Offer], refused: Sequence[step.LeftOut] = ()
+    ) -> step.FacesAccount:
         """Return the result of each face of the file, see `faces_account`."""
-        return faces_account(self.model, taken, refused)
+        return step.faces_account(self.model, taken, refused)
 
 
 def with_table(plan: Plan, table: FeatureTable) -> ImportResult:
@@ -110,22 +98,22 @@ def model_of(
     `up`: axis of the model that points up. `in_use`: None for the standard probe and the
     recommended rig. `given_up`, `progress`: as of `read_model`; it takes up to a minute.
     """
-    request = msgspec.structs.replace(usual_request(), up=up_of(up))
+    request = msgspec.structs.replace(step.usual_request(), up=step.up_of(up))
     setting = None
     if in_use is not None:
         rig, body = in_use
-        setting = setting_for(body, rig, up_of(up))
-    model = read_model(
+        setting = step.setting_for(body, rig, step.up_of(up))
+    model = step.read_model(
         path, given_up=given_up, progress=progress, with_part=True, request=request,
         setting=setting,
     )  # fmt: skip
-    return LoadedModel(path, model, offers_of(model), up)
+    return LoadedModel(path, model, step.offers_of(model), up)
 
 
 def with_offers(
     plan: Plan,
     read: LoadedModel,
-    taken: Sequence[Offer],
+    taken: Sequence[step.Offer],
     plan_file: Path | None,
     zone_mm: float | None = None,
     given_up: Callable[[], bool] = lambda: False,
@@ -140,7 +128,7 @@ def with_offers(
 
     StorageError if the model cannot be copied, InputError if the plan became unmeasurable.
     """
-    reach = ask_for_chosen(read.model, taken, given_up, progress)
+    reach = step.ask_for_chosen(read.model, taken, given_up, progress)
     taken = reach.taken
     surfaces = [offer.feature for offer in taken if offer.free_form is None]
     free_forms = [offer.free_form for offer in taken if offer.free_form is not None]
@@ -186,10 +174,10 @@ def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> I
 
 def what_is_missing() -> str:
     """Return the requirement for importing a CAD model; empty if met."""
-    if has_step():
+    if step.has_step():
         return ""
     return tr("CAD models (STEP) need an extra of some {size} MB: {command}.").format(
-        size=STEP_SIZE_MB, command=install_line("step")
+        size=step.STEP_SIZE_MB, command=install_line("step")
     )
 
 
@@ -278,7 +266,7 @@ class ImportLine(WorkLine):
         self,
         plan: Plan,
         model: LoadedModel,
-        taken: Sequence[Offer],
+        taken: Sequence[step.Offer],
         plan_file: Path | None,
         zone_mm: float | None = None,
     ) -> None:

@@ -20,28 +20,8 @@ from PySide6.QtWidgets import (
 from ocmm_cad.step import Offer
 from ocmm_core.part_model import PartModel
 from ocmm_core.typed_numbers import ZONE
-from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
-    ChoiceBox,
-    NarrowButton,
-    PlainLabel,
-    Theme,
-    caption,
-    form_field,
-    hbox,
-    literal,
-    millimetres,
-    said,
-    shape_word,
-    split_unit,
-    text_font,
-    to_mm,
-    tr,
-    typed_value,
-    unit_word,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import tr
 from ocmm_gui.plan_editor._importing import LoadedModel
 from ocmm_gui.views import PartPicture
 
@@ -87,21 +67,21 @@ class PartChoice(QFrame):
     def __init__(self, words: ChoiceWords) -> None:
         super().__init__()
         self.setAccessibleName(words.choice)
-        self.theme = THEMES[DEFAULT_THEME]
+        self.theme = kit.THEMES[kit.DEFAULT_THEME]
         self._lines: tuple[ChoiceLine, ...] = ()
         self._row_of: dict[int, int] = {}
         self.picture = PartPicture()
         self.list = ChoiceList(words.list)
-        self._told, self._about = PlainLabel(), PlainLabel()
+        self._told, self._about = kit.PlainLabel(), kit.PlainLabel()
         self._told.setAccessibleName(tr("What is chosen"))
         self._about.setAccessibleName(words.about)
         for label in (self._told, self._about):
             label.setWordWrap(True)
-            label.setFont(text_font(14))
+            label.setFont(kit.text_font(14))
             label.setFixedWidth(_LIST_PX)
         self._about.setMinimumHeight(44)
-        self._take = NarrowButton(words.take)
-        self._back = NarrowButton(tr("Back  [Esc]"))
+        self._take = kit.NarrowButton(words.take)
+        self._back = kit.NarrowButton(tr("Back  [Esc]"))
         self._take.setAccessibleName(words.take_long)
         self._back.setAccessibleName(words.back_long)
         self._take.setProperty("role", "primary")
@@ -127,7 +107,7 @@ class PartChoice(QFrame):
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             state = Qt.CheckState.Checked if line.is_chosen else Qt.CheckState.Unchecked
             item.setCheckState(state)
-            item.setToolTip(literal(line.tip or line.words))
+            item.setToolTip(kit.literal(line.tip or line.words))
         self.list.setCurrentRow(0)
         self.list.blockSignals(False)
         self.picture.show_part(part)
@@ -150,7 +130,7 @@ class PartChoice(QFrame):
         """Return the message about the selection."""
         return f"{self._told.text()} {self._about.text()}".strip()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self.theme = theme
         self.list.set_theme(theme)
         self.show_choice()
@@ -201,8 +181,8 @@ class PartChoice(QFrame):
         self.list.item(row).setCheckState(other)
 
     def _lay_out(self) -> None:
-        keys = hbox((self._take, 2), (self._back, 1))
-        side = vbox(spacing=8)
+        keys = kit.hbox((self._take, 2), (self._back, 1))
+        side = kit.vbox(spacing=8)
         parts: tuple[QWidget | QLayout, ...] = (
             self._told, self.list, self._about, self._more, keys
         )  # fmt: skip
@@ -211,7 +191,7 @@ class PartChoice(QFrame):
                 side.addLayout(part)
             else:
                 side.addWidget(part, int(part is self.list))
-        hbox((self.picture, 1), side, parent=self, spacing=10)
+        kit.hbox((self.picture, 1), side, parent=self, spacing=10)
         self.list.setFixedWidth(_LIST_PX)
 
 
@@ -227,10 +207,10 @@ class ChoiceList(QListWidget):
         self.setAccessibleDescription(tr("Space chooses, Return takes over, Esc goes back"))
         self.setUniformItemSizes(True)
         self.setSpacing(2)
-        self.setFont(text_font(14))
+        self.setFont(kit.text_font(14))
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         # The style's own empty box is invisible on a dark panel.
         self.setStyleSheet(
             f"QListView::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.muted};"
@@ -267,8 +247,8 @@ class ModelChoice(PartChoice):
     def __init__(self) -> None:
         self._read: LoadedModel | None = None
         self._offers: tuple[Offer, ...] = ()
-        words = tr("Profile of free forms, {unit}").format(unit=unit_word())
-        self.zone = form_field(words, tr("Width of the zone"))
+        words = tr("Profile of free forms, {unit}").format(unit=kit.unit_word())
+        self.zone = kit.form_field(words, tr("Width of the zone"))
         super().__init__(
             ChoiceWords(
                 choice=tr("Features of the model"),
@@ -279,10 +259,10 @@ class ModelChoice(PartChoice):
                 about=tr("Why the selected surface is not chosen"),
             )
         )
-        self._zone_words = caption(words, self.zone)
-        self._up = ChoiceBox(tr("Axis that points up"), tr("How the part stands"), UPS)
+        self._zone_words = kit.caption(words, self.zone)
+        self._up = kit.ChoiceBox(tr("Axis that points up"), tr("How the part stands"), UPS)
         self.add_row(self._zone_words, self.zone)
-        self.add_row(caption(tr("Up"), self._up), self._up)
+        self.add_row(kit.caption(tr("Up"), self._up), self._up)
         self.zone.textChanged.connect(lambda _text: self.show_choice())
         self._up.textActivated.connect(self.up_changed)
 
@@ -311,9 +291,9 @@ class ModelChoice(PartChoice):
 
     def zone_mm(self) -> float | None:
         """Return the zone of free forms; None without any, or without a zone."""
-        typed, unit = split_unit(self.zone.text())
-        found = typed_value(typed)
-        value = None if found is None else to_mm(found, unit)
+        typed, unit = kit.split_unit(self.zone.text())
+        found = kit.typed_value(typed)
+        value = None if found is None else kit.to_mm(found, unit)
         has_free = any(offer.free_form is not None for offer in self.chosen())
         return value if has_free and value is not None and value in ZONE.quantity else None
 
@@ -338,11 +318,11 @@ class ModelChoice(PartChoice):
         account = read.account(self.chosen())
         listed = {offer.against for offer in self._offers}
         others = [
-            f"{said(why)} ({count})"
+            f"{kit.said(why)} ({count})"
             for why, count in account.left_out
             if why in read.model.not_measured and why not in listed
         ]
-        sentences = (said(account.sentence()), said(account.recognised_sentence()))
+        sentences = (kit.said(account.sentence()), kit.said(account.recognised_sentence()))
         return "\n".join((" ".join(filter(None, sentences)), *others))
 
     def about(self, row: int) -> str:
@@ -360,11 +340,11 @@ class ModelChoice(PartChoice):
 def _words(offer: Offer) -> str:
     """Return a line: name, shape, size, and reason against it."""
     feature = offer.feature
-    size = f"\N{LATIN CAPITAL LETTER O WITH STROKE} {millimetres(feature.diameter)}"
+    size = f"\N{LATIN CAPITAL LETTER O WITH STROKE} {kit.millimetres(feature.diameter)}"
     if not feature.diameter:
         size = " \N{MULTIPLICATION SIGN} ".join(
-            millimetres(side, decimals=1) for side in (feature.length, feature.width)
+            kit.millimetres(side, decimals=1) for side in (feature.length, feature.width)
         )
-    shape = shape_word(feature.shape) if offer.free_form is None else tr("Free form")
+    shape = kit.shape_word(feature.shape) if offer.free_form is None else tr("Free form")
     words = f"{feature.name}   {shape}   {size}"
     return f"{words}   \N{EN DASH} {offer.against}" if offer.against else words

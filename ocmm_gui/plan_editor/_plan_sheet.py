@@ -14,20 +14,10 @@ from ocmm_core.inspection.plan import EDITED, Plan, check_plan, load_plan
 from ocmm_core.names import file_stem
 from ocmm_core.settings import is_shipped
 from ocmm_gui.kit import ActionInfo, Sheet, later, make_button, tr
+from ocmm_gui.plan_editor import _plan_checks as plan_checks
 from ocmm_gui.plan_editor._from_models import ModelImport
 from ocmm_gui.plan_editor._importing import InUse, what_is_missing
 from ocmm_gui.plan_editor._item_form import ItemForm
-from ocmm_gui.plan_editor._plan_changes import (
-    PlanChange,
-    fresh_plan,
-    moved,
-    with_characteristic,
-    with_construction,
-    with_feature,
-    with_item,
-    with_picture_of,
-    without,
-)
 from ocmm_gui.plan_editor._plan_checks import PlanChecks, PlanDraft, faulty_field
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey, PlanItems, drawn_of, item_of
 from ocmm_gui.plan_editor._plan_parts import TeachProgress, item_forms, lay_out, path_panels
@@ -138,14 +128,18 @@ class PlanSheet(Sheet):
                 "align": self.align,
                 "faces": self.choose_faces,
                 "remove": self.remove,
-                "earlier": lambda: self._change(moved(self.draft.plan, self.items.chosen(), -1)),
-                "later": lambda: self._change(moved(self.draft.plan, self.items.chosen(), 1)),
+                "earlier": lambda: self._change(
+                    plan_checks.moved(self.draft.plan, self.items.chosen(), -1)
+                ),
+                "later": lambda: self._change(
+                    plan_checks.moved(self.draft.plan, self.items.chosen(), 1)
+                ),
                 "undo": self.undo,
                 "redo": self.redo,
                 "picture": lambda: self.image.ask(self._folder()),
                 "teach": self.teach,
                 "import": self.ask_import,
-                "new": lambda: self._change_to(fresh_plan, None),
+                "new": lambda: self._change_to(plan_checks.fresh_plan, None),
                 "open": lambda: self.other.ask(self._folder()),
                 "save": self.save,
                 "measure": self.measure,
@@ -171,15 +165,15 @@ class PlanSheet(Sheet):
 
     def add_feature(self) -> None:
         """Add a feature like the selected one, under a unique name."""
-        self._add(with_feature(self.draft.plan, self.items.chosen()))
+        self._add(plan_checks.with_feature(self.draft.plan, self.items.chosen()))
 
     def add_construction(self) -> None:
         """Add a construction from the selected feature, or one like the selected construction."""
-        made = with_construction(self.draft.plan, self.items.chosen())
+        made = plan_checks.with_construction(self.draft.plan, self.items.chosen())
         self._add(made, tr("Add the features to construct from first."))
 
     def add_characteristic(self) -> None:
-        made = with_characteristic(self.draft.plan, self.items.chosen())
+        made = plan_checks.with_characteristic(self.draft.plan, self.items.chosen())
         self._add(made, tr("Select the feature to tolerance first."))
 
     def align(self) -> None:
@@ -193,7 +187,7 @@ class PlanSheet(Sheet):
 
     def remove(self) -> None:
         """Remove the selected item; if others need it, it stays and they are named."""
-        self._change(without(self.draft.plan, self.items.chosen()))
+        self._change(plan_checks.without(self.draft.plan, self.items.chosen()))
 
     def undo(self) -> None:
         if not self.draft.undo():
@@ -230,7 +224,7 @@ class PlanSheet(Sheet):
         """Attach a picture to the selected feature; it is copied next to the plan."""
         plan, key = self.draft.plan, self.items.chosen()
 
-        if self._did(lambda: with_picture_of(plan, self.draft.path, key, path), key):
+        if self._did(lambda: plan_checks.with_picture_of(plan, self.draft.path, key, path), key):
             self.items.setFocus()
 
     def save(self) -> None:
@@ -308,7 +302,7 @@ class PlanSheet(Sheet):
     def _take(self) -> None:
         """Apply the form to the plan, or show why not."""
         try:
-            made = with_item(self.draft.plan, self.items.chosen(), self.form().item())
+            made = plan_checks.with_item(self.draft.plan, self.items.chosen(), self.form().item())
             changed = made.make()
         except OcmmError as error:
             self._say_fault(error)
@@ -318,13 +312,13 @@ class PlanSheet(Sheet):
         else:
             self._check()
 
-    def _add(self, made: PlanChange | None, why_not: str = "") -> None:
+    def _add(self, made: plan_checks.PlanChange | None, why_not: str = "") -> None:
         if made is None:
             self.told.emit(why_not)
         elif self._did(made.make, made.chosen):
             self.form().focus_first()
 
-    def _change(self, made: PlanChange | None) -> None:
+    def _change(self, made: plan_checks.PlanChange | None) -> None:
         if made is not None:
             self._did(made.make, made.chosen)
 

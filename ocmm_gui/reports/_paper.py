@@ -18,14 +18,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QGuiApplication, QImage, QPainter, QPainterPath, QPen
 
 from ocmm_core.errors import InputError, InternalError
-from ocmm_core.export.report import (
-    NOT_STATED,
-    PaperFact,
-    ReportData,
-    paper_facts,
-    report_number,
-    statements,
-)
+from ocmm_core.export import report
 from ocmm_core.export.template import Paper
 from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.seals import shown_key
@@ -94,7 +87,7 @@ _COLUMNS = ((("laboratory", "Laboratory"), ("customer", "Customer"), ("item", "I
              ("instrument", "Instrument")), (("measurement", "Measurement"),))  # fmt: skip
 
 
-def letterhead(canvas: PageCanvas, data: ReportData) -> None:
+def letterhead(canvas: PageCanvas, data: report.ReportData) -> None:
     """Write the laboratory with its logo across the top of the first page, if known."""
     paper_letterhead(canvas, data.paper)
 
@@ -122,11 +115,11 @@ def paper_letterhead(canvas: PageCanvas, paper: Paper) -> None:
     canvas.skip(26.0)
 
 
-def head_facts(canvas: PageCanvas, data: ReportData) -> None:
+def head_facts(canvas: PageCanvas, data: report.ReportData) -> None:
     """Write the facts of the head in two columns; long ones below them, at full width."""
     facts = [
         replace(fact, name=canvas.speech.word(fact.name), value=canvas.speech.say(fact.value))
-        for fact in paper_facts(data, canvas.lengths)
+        for fact in report.paper_facts(data, canvas.lengths)
         if fact.name not in ("Title", "Statement")
     ]
     short = [fact for fact in facts if len(fact.value) <= _LONG]
@@ -141,7 +134,9 @@ def head_facts(canvas: PageCanvas, data: ReportData) -> None:
     canvas.draw(
         height,
         partial(
-            _paint_columns, columns=columns, unsaid={NOT_STATED, canvas.speech.say(NOT_STATED)}
+            _paint_columns,
+            columns=columns,
+            unsaid={report.NOT_STATED, canvas.speech.say(report.NOT_STATED)},
         ),
     )
     for fact in facts:
@@ -150,16 +145,16 @@ def head_facts(canvas: PageCanvas, data: ReportData) -> None:
             canvas.text(f"{fact.name}: {fact.value}", _SAID)
 
 
-def _block_height(block: Sequence[PaperFact]) -> float:
+def _block_height(block: Sequence[report.PaperFact]) -> float:
     return 58.0 + sum(_fact_height(fact) for fact in block)
 
 
-def _fact_height(fact: PaperFact) -> float:
+def _fact_height(fact: report.PaperFact) -> float:
     name = text_height(fact.name, _named(fact), _NAME_WIDTH - 10.0)
     return max(name, text_height(fact.value, _SAID, _HALF - _NAME_WIDTH)) + 5.0
 
 
-def _named(fact: PaperFact) -> Style:
+def _named(fact: report.PaperFact) -> Style:
     return whole_words(fact.name, _NAMED, _NAME_WIDTH - 10.0)
 
 
@@ -167,7 +162,7 @@ def _paint_columns(
     painter: QPainter,
     box: QRectF,
     *,
-    columns: Sequence[Sequence[tuple[str, list[PaperFact]]]],
+    columns: Sequence[Sequence[tuple[str, list[report.PaperFact]]]],
     unsaid: Collection[str],
 ) -> None:
     for number, column in enumerate(columns):
@@ -217,9 +212,9 @@ _ABOVE = 140.0
 _STATEMENTS = Style(26.0)
 
 
-def closing(canvas: PageCanvas, data: ReportData) -> None:
-    told = [canvas.speech.say(one) for one in statements(data)]
-    end = f"End of report {report_number(data)}"
+def closing(canvas: PageCanvas, data: report.ReportData) -> None:
+    told = [canvas.speech.say(one) for one in report.statements(data)]
+    end = f"End of report {report.report_number(data)}"
     write_end(canvas, told, data.paper.template.signatures, end)
 
 
@@ -259,7 +254,7 @@ _CODE_WORDS = (
 )
 
 
-def records(canvas: PageCanvas, data: ReportData) -> None:
+def records(canvas: PageCanvas, data: report.ReportData) -> None:
     """Write the complete hashes, and the code that proves the job file."""
     canvas.heading("Records", 240.0)
     head, say = data.head, canvas.speech.say
@@ -280,7 +275,7 @@ def records(canvas: PageCanvas, data: ReportData) -> None:
     _seal(canvas, data)
 
 
-def _seal(canvas: PageCanvas, data: ReportData) -> None:
+def _seal(canvas: PageCanvas, data: report.ReportData) -> None:
     """Write the step of the job that the report covers, with the code that proves the file."""
     seal = data.seal
     if seal is None:

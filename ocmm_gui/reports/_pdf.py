@@ -10,14 +10,7 @@ from pathlib import Path
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen
 
-from ocmm_core.export import EXPORTERS, PDF, require_complete, write_report
-from ocmm_core.export.report import (
-    ReportData,
-    ReportedResult,
-    one_line,
-    polyworks_profile,
-    report_number,
-)
+from ocmm_core.export import EXPORTERS, PDF, report, require_complete, write_report
 from ocmm_core.export.template import Section
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_core.tolerances.decisions import U_LABEL
@@ -35,7 +28,7 @@ _BEYOND = 1.5
 """Deviations beyond this many half tolerances are drawn as an arrow."""
 
 
-def deviations(canvas: PageCanvas, data: ReportData) -> None:
+def deviations(canvas: PageCanvas, data: report.ReportData) -> None:
     """Draw every deviation in its tolerance, with its uncertainty as a whisker."""
     shown = [item for item in data.reported if _place(item) is not None]
     if not shown:
@@ -47,7 +40,7 @@ def deviations(canvas: PageCanvas, data: ReportData) -> None:
         canvas.draw(_ROW, paint, item.result.name)
 
 
-def _place(item: ReportedResult) -> tuple[float, float] | None:
+def _place(item: report.ReportedResult) -> tuple[float, float] | None:
     """Return deviation and U in half tolerances from the middle; None if undefined."""
     result = item.result
     half = 0.5 * (result.upper - result.lower)
@@ -59,7 +52,7 @@ def _place(item: ReportedResult) -> tuple[float, float] | None:
 
 
 def _paint_deviation(
-    painter: QPainter, box: QRectF, *, item: ReportedResult, canvas: PageCanvas
+    painter: QPainter, box: QRectF, *, item: report.ReportedResult, canvas: PageCanvas
 ) -> None:
     found, result = _place(item), item.result
     if found is None or result.deviation is None:
@@ -110,7 +103,7 @@ _BAND_TOP, _BAND_HIGH = 40.0, 72.0
 """Above the layout, so that it covers no number; tenths of a millimetre."""
 
 
-SECTION_PAINTERS: dict[Section, Callable[[PageCanvas, ReportData], None]] = {
+SECTION_PAINTERS: dict[Section, Callable[[PageCanvas, report.ReportData], None]] = {
     "results": verdicts,
     "why": why_not,
     "deviations": deviations,
@@ -121,7 +114,7 @@ SECTION_PAINTERS: dict[Section, Callable[[PageCanvas, ReportData], None]] = {
 """Sections of a template; a test compares them with `export.report.SECTIONS`."""
 
 
-def lay_out(data: ReportData) -> PageCanvas:
+def lay_out(data: report.ReportData) -> PageCanvas:
     canvas = PageCanvas(speech_of(data), lengths_of(data))
     with numbers_of(data):
         letterhead(canvas, data)
@@ -134,7 +127,9 @@ def lay_out(data: ReportData) -> PageCanvas:
     return canvas
 
 
-def page_picture(canvas: PageCanvas, index: int, data: ReportData, width: int = 1240) -> QImage:
+def page_picture(
+    canvas: PageCanvas, index: int, data: report.ReportData, width: int = 1240
+) -> QImage:
     scale = width / PAGE[0]
     image = QImage(width, round(scale * PAGE[1]), QImage.Format.Format_RGB32)
     image.fill(QColor("white"))
@@ -151,7 +146,7 @@ def _told_nobody(_page: int, _pages: int) -> None:
 
 
 def pdf_bytes(
-    data: ReportData,
+    data: report.ReportData,
     attachments: Mapping[str, bytes],
     progress: Callable[[int, int], None] = _told_nobody,
 ) -> bytes:
@@ -170,21 +165,21 @@ def pdf_bytes(
         canvas,
         paint,
         attachments,
-        title=one_line(f"{data.head.part} {data.head.serial}: {data.job}")[:_LONGEST_TITLE],
+        title=report.one_line(f"{data.head.part} {data.head.serial}: {data.job}")[:_LONGEST_TITLE],
         software=data.written_by,
         utc=data.last_taken_utc or data.head.created_utc,
     )
 
 
 def pdf_file(
-    data: ReportData, progress: Callable[[int, int], None] = _told_nobody
+    data: report.ReportData, progress: Callable[[int, int], None] = _told_nobody
 ) -> tuple[str, bytes]:
     """Return name and content of ``<job>_report.pdf``; arguments and errors as `pdf_bytes`."""
-    attachments = EXPORTERS["json"].contents((data,), polyworks_profile())
+    attachments = EXPORTERS["json"].contents((data,), report.polyworks_profile())
     return f"{data.stem}{PDF.suffixes[0]}", pdf_bytes(data, attachments, progress)
 
 
-def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Path:
+def write_pdf(data: report.ReportData, folder: Path, *, incomplete: bool = False) -> Path:
     """Write ``<job>_report.pdf`` with the JSON report inside, and its seal; return its path.
 
     Raises MeasuringError for an incomplete job without ``incomplete``, StorageError as `pdf_bytes`
@@ -198,11 +193,11 @@ def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Pa
     return path
 
 
-def paint_page(painter: QPainter, canvas: PageCanvas, index: int, data: ReportData) -> None:
+def paint_page(painter: QPainter, canvas: PageCanvas, index: int, data: report.ReportData) -> None:
     if data.states:
         _paint_band(painter, data)
     # Every page identifies its report (ISO/IEC 17025, 7.8.2.1 d).
-    number = report_number(data)
+    number = report.report_number(data)
     # Shortened, so that the states after it fit on every page; complete among the facts.
     short = number if len(number) <= _LONGEST_NUMBER else f"{number[: _LONGEST_NUMBER - 1]}…"
     named = "   ".join((short, *map(speech_of(data).word, data.states), f"OCMM {data.written_by}"))
@@ -210,7 +205,7 @@ def paint_page(painter: QPainter, canvas: PageCanvas, index: int, data: ReportDa
         paint_with_foot(painter, canvas, index, named)
 
 
-def _paint_band(painter: QPainter, data: ReportData) -> None:
+def _paint_band(painter: QPainter, data: report.ReportData) -> None:
     """Paint the states of the report across the top of a page, above all else."""
     band = QRectF(LEFT, _BAND_TOP, WIDTH, _BAND_HIGH)
     ink(painter, Qt.PenStyle.NoPen, QColor(INK.warn))

@@ -11,20 +11,9 @@ from pathlib import Path
 
 from ocmm_core.calibration.records import load, record_hash, seal
 from ocmm_core.export import write_together
+from ocmm_core.inspection import recall
 from ocmm_core.inspection.archive import Outcome, RecallRecord
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
-from ocmm_core.inspection.recall import (
-    COLUMNS,
-    checked,
-    decided,
-    headline,
-    job_line,
-    not_judged,
-    rests_on,
-    row,
-    totals,
-    worst_first,
-)
 from ocmm_core.wording import ENGLISH, LANGUAGES, Speech
 from ocmm_gui.reports._canvas import (
     BODY,
@@ -50,19 +39,19 @@ def lay_out(record: RecallRecord, language: str = ENGLISH) -> PageCanvas:
     canvas = PageCanvas(Speech(language))
     say = canvas.speech.say
     canvas.text(canvas.speech.word("Recall"), TITLE)
-    canvas.text(headline(record, canvas.speech), HEADING)
-    for sentence in (*totals(record), decided(record)) if record.jobs else ():
+    canvas.text(recall.headline(record, canvas.speech), HEADING)
+    for sentence in (*recall.totals(record), recall.decided(record)) if record.jobs else ():
         canvas.text(say(sentence))
     made = f"{record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}."
-    canvas.text(f"{say(checked(record))} {made}", SMALL)
-    for sentence in not_judged(record):
+    canvas.text(f"{say(recall.checked(record))} {made}", SMALL)
+    for sentence in recall.not_judged(record):
         canvas.text(say(sentence), Style(colour=INK.warn))
-    columns = [Column(name, w) for name, w in zip(COLUMNS[1:], _WIDTHS, strict=True)]
-    for job in worst_first(record.jobs):
+    columns = [Column(name, w) for name, w in zip(recall.COLUMNS[1:], _WIDTHS, strict=True)]
+    for job in recall.worst_first(record.jobs):
         canvas.skip(24.0)
         canvas.room(260.0)
-        canvas.text(job_line(job, canvas.speech), STRONG)
-        canvas.text(say(rests_on(job)), SMALL)
+        canvas.text(recall.job_line(job, canvas.speech), STRONG)
+        canvas.text(say(recall.rests_on(job)), SMALL)
         canvas.table(
             columns,
             [
@@ -70,7 +59,7 @@ def lay_out(record: RecallRecord, language: str = ENGLISH) -> PageCanvas:
                     PageField(text, Style(24.0, bold=True, colour=_COLOURS[one.outcome]))
                     if text == canvas.speech.word(one.outcome.value)
                     else PageField(text, Style(24.0, colour=BODY.colour))
-                    for text in row(one, canvas.speech)
+                    for text in recall.row(one, canvas.speech)
                 ]
                 for one in job.characteristics
             ],

@@ -10,38 +10,15 @@ from PySide6.QtWidgets import QProgressBar, QVBoxLayout
 
 from ocmm_core.alignment import AlignmentReport, Residual, report_lines
 from ocmm_core.inspection.evaluation import JobView
+from ocmm_gui import kit
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import (
-    DASHES,
-    ActionInfo,
-    FitText,
-    Mark,
-    NumberTable,
-    Sheet,
-    Themed,
-    digit_font,
-    dressed,
-    fill,
-    hbox,
-    later,
-    length_number,
-    localised,
-    millimetres,
-    panel,
-    said,
-    sentence_label,
-    text_font,
-    tr,
-    tr_all,
-    unit_word,
-    with_unit,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.results._drill import alignment_of_file
 from ocmm_gui.work import SideProcess
 
 _KEYS = (
-    ActionInfo("again", later("Recalculate"), later("With the points taken so far"), ("F6",)),
-    ActionInfo(
+    kit.ActionInfo("again", later("Recalculate"), later("With the points taken so far"), ("F6",)),
+    kit.ActionInfo(
         "accept",
         later("Accept"),
         later("Record in the job that this alignment was accepted"),
@@ -59,7 +36,7 @@ _COLUMNS = (
 )
 
 
-class AlignmentSheet(Themed, Sheet):
+class AlignmentSheet(kit.Themed, kit.Sheet):
     """Residuals on the left; on the right the frame, open degrees of freedom, and remarks."""
 
     def __init__(self, bridge: StationBridge) -> None:
@@ -68,24 +45,28 @@ class AlignmentSheet(Themed, Sheet):
         self._report: AlignmentReport | None = None
         self._of: JobView | None = None
         self._is_old = False
-        self.table = NumberTable(tr("Residuals"), with_unit(tr_all(_COLUMNS)), whole=False)
+        self.table = kit.NumberTable(
+            tr("Residuals"), kit.with_unit(kit.tr_all(_COLUMNS)), whole=False
+        )
         self.table.right_heads(range(1, len(_COLUMNS)))
-        self._state = FitText(tr("Degrees of freedom"), limit=28)
+        self._state = kit.FitText(tr("Degrees of freedom"), limit=28)
         self._state.setFixedHeight(40)
-        self.words = sentence_label(tr("Notes"), 15)
-        self._spread = sentence_label(tr("Uncertainty of the frame"), 14)
+        self.words = kit.sentence_label(tr("Notes"), 15)
+        self._spread = kit.sentence_label(tr("Uncertainty of the frame"), 14)
         self._spread.setProperty("role", "muted")
-        self.progress = dressed(QProgressBar(), tr("Progress of the calculation"))
+        self.progress = kit.dressed(QProgressBar(), tr("Progress of the calculation"))
         self.progress.hide()
         self._process = SideProcess(self)
         self._process.finished.connect(self._on_report)
         self._process.failed.connect(self._on_failed)
         left, right = QVBoxLayout(), QVBoxLayout()
         left.addWidget(self.table)
-        fill(right, self.words, self._spread)
+        kit.fill(right, self.words, self._spread)
         right.addStretch(1)
         right.addWidget(self.progress)
-        fill(self.body, self._state, (hbox((left, 62), (panel(right), 38), spacing=10), 1))
+        kit.fill(
+            self.body, self._state, (kit.hbox((left, 62), (kit.panel(right), 38), spacing=10), 1)
+        )
         self.use_keys({"again": self.compute, "accept": self.accept}, primary="accept")
 
     def open(self) -> None:
@@ -158,17 +139,17 @@ class AlignmentSheet(Themed, Sheet):
         self.say(tr("Results are in the {frame}.").format(frame=report.frame))
         if self._is_old:
             told = tr("Points have changed since: recalculate (F6)")
-            self._state.show_text(told, theme.warn, Mark.DOUBT)
+            self._state.show_text(told, theme.warn, kit.Mark.DOUBT)
         elif not report.can_be_accepted:
-            self._state.show_text(tr("No frame yet"), theme.warn, Mark.DOUBT)
+            self._state.show_text(tr("No frame yet"), theme.warn, kit.Mark.DOUBT)
         elif report.free:
             free = ", ".join(report.free)
             self._state.show_text(
-                tr("Still free: {free}").format(free=free), theme.warn, Mark.DOUBT
+                tr("Still free: {free}").format(free=free), theme.warn, kit.Mark.DOUBT
             )
         else:
-            self._state.show_text(tr("Fully constrained"), theme.good, Mark.GOOD)
-        self.words.setText("\n".join(map(said, report.advice)))
+            self._state.show_text(tr("Fully constrained"), theme.good, kit.Mark.GOOD)
+        self.words.setText("\n".join(map(kit.said, report.advice)))
         self._spread.setText(_spread_words(report))
         self.table.show_rows([_row(item) for item in report.residuals])
         for row in range(self.table.rowCount()):
@@ -178,10 +159,10 @@ class AlignmentSheet(Themed, Sheet):
                     cell.setTextAlignment(
                         Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
                     )
-                    cell.setFont(digit_font(15, bold=column == _OFF))
+                    cell.setFont(kit.digit_font(15, bold=column == _OFF))
             name = self.table.item(row, 0)
             if name is not None:
-                name.setFont(text_font(15))
+                name.setFont(kit.text_font(15))
 
 
 def _points_of(job: JobView, names: set[str]) -> object:
@@ -203,12 +184,12 @@ _OFF = 4
 
 def _row(item: Residual) -> tuple[str, ...]:
     name = item.feature if item.aligned else f"({item.feature})"
-    turned = localised(f"{np.degrees(item.angle):.3f}") if item.angle else DASHES
+    turned = kit.localised(f"{np.degrees(item.angle):.3f}") if item.angle else kit.DASHES
     return (
         name,
-        *(millimetres(float(value), signed=True) for value in item.offset),
-        millimetres(item.distance),
-        millimetres(item.distance_uncertainty),
+        *(kit.millimetres(float(value), signed=True) for value in item.offset),
+        kit.millimetres(item.distance),
+        kit.millimetres(item.distance_uncertainty),
         turned,
     )
 
@@ -216,8 +197,10 @@ def _row(item: Residual) -> tuple[str, ...]:
 def _spread_words(report: AlignmentReport) -> str:
     if report.origin_uncertainty is None or report.turn_uncertainty is None:
         return ""
-    shifts = "  ".join(length_number(float(value)) for value in report.origin_uncertainty)
-    turns = "  ".join(localised(f"{value:.4f}") for value in np.degrees(report.turn_uncertainty))
+    shifts = "  ".join(kit.length_number(float(value)) for value in report.origin_uncertainty)
+    turns = "  ".join(
+        kit.localised(f"{value:.4f}") for value in np.degrees(report.turn_uncertainty)
+    )
     return tr(
         "U (k=2) of the origin, x y z: {shifts} {unit}. Of rotations about x y z: {turns}°."
-    ).format(shifts=shifts, unit=unit_word(), turns=turns)
+    ).format(shifts=shifts, unit=kit.unit_word(), turns=turns)

@@ -11,41 +11,26 @@ from ocmm_core.errors import InputError
 from ocmm_core.export import batch_table
 from ocmm_core.inspection.archive import Comparison, Trend, compare_folder
 from ocmm_core.inspection.evaluation import SIMULATED_LINE
+from ocmm_gui import kit
 from ocmm_gui.charts import TrendChart
-from ocmm_gui.kit import (
-    ActionInfo,
-    DataTable,
-    PathPanel,
-    Theme,
-    caption,
-    digit_font,
-    fill,
-    form_field,
-    hbox,
-    kind_value,
-    later,
-    localised,
-    said,
-    said_word,
-    sentence_label,
-    tr,
-    tr_all,
-    vbox,
-    with_unit,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.reports import BatchTask
 from ocmm_gui.work import Tell, WorkSheet
 
 _KEYS = (
-    ActionInfo("folder", later("Choose a folder"), later("Compare the jobs in a folder"), ("F7",)),
-    ActionInfo("feature", later("Feature"), later("Show only what is about one feature"), ("F6",)),
-    ActionInfo(
+    kit.ActionInfo(
+        "folder", later("Choose a folder"), later("Compare the jobs in a folder"), ("F7",)
+    ),
+    kit.ActionInfo(
+        "feature", later("Feature"), later("Show only what is about one feature"), ("F6",)
+    ),
+    kit.ActionInfo(
         "export",
         later("Export"),
         later("Write a table (.csv) or pages with the charts (.pdf)"),
         ("F8", "E"),
     ),
-    ActionInfo("stop", later("Stop reading"), later("Stop reading the jobs"), ("F9",)),
+    kit.ActionInfo("stop", later("Stop reading"), later("Stop reading the jobs"), ("F9",)),
 )
 _COLUMNS = (
     (later("Characteristic"), later("as in the plan")),
@@ -75,11 +60,11 @@ class _Reading:
         return compare_folder(self.folder, tell, self.probes, self.calibrations)
 
 
-class TrendTable(DataTable):
+class TrendTable(kit.DataTable):
     """One row per characteristic."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Characteristics of the batch"), with_unit(tr_all(_COLUMNS)))
+        super().__init__(tr("Characteristics of the batch"), kit.with_unit(kit.tr_all(_COLUMNS)))
         self._trends: tuple[Trend, ...] = ()
 
     def show_trends(self, trends: tuple[Trend, ...]) -> None:
@@ -89,10 +74,10 @@ class TrendTable(DataTable):
             for column, text in enumerate(_cells(trend)):
                 self._write(row, column, text, self._colour(trend, column))
                 if column in _NUMBERS:
-                    self._cell(row, column).setFont(digit_font(13, bold=False))
+                    self._cell(row, column).setFont(kit.digit_font(13, bold=False))
         self.resizeColumnsToContents()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._colours = theme
         self.show_trends(self._trends)
 
@@ -113,22 +98,22 @@ class CompareSheet(WorkSheet):
     ) -> None:
         super().__init__(tr("Batch"), _KEYS, tr("Reading the jobs"))
         self._records = records
-        self.file = PathPanel(
+        self.file = kit.PathPanel(
             tr("Compare the jobs from the folder"), tr("Folder of the jobs"), tr("Compare")
         )
-        self.feature = form_field(tr("Feature"), tr("Feature; empty for all"))
-        self.target = PathPanel(
+        self.feature = kit.form_field(tr("Feature"), tr("Feature; empty for all"))
+        self.target = kit.PathPanel(
             tr("Write the table of the batch to"), tr("File of the table"), tr("Write")
         )
         self.table = TrendTable()
         self.chart = TrendChart()
-        self.words = sentence_label(tr("Findings of the chart"), 15)
-        self.left_out = sentence_label(tr("Excluded"), 14)
+        self.words = kit.sentence_label(tr("Findings of the chart"), 15)
+        self.left_out = kit.sentence_label(tr("Excluded"), 14)
         self.left_out.setProperty("role", "muted")
-        right = vbox((self.chart, 1), self.words, self.left_out)
-        row = hbox((self.table, 50), (right, 50), spacing=10)
-        chosen = hbox(caption(tr("Feature"), self.feature), (self.feature, 1))
-        fill(self.body, self.file, self.target, self.working, chosen, (row, 1))
+        right = kit.vbox((self.chart, 1), self.words, self.left_out)
+        row = kit.hbox((self.table, 50), (right, 50), spacing=10)
+        chosen = kit.hbox(kit.caption(tr("Feature"), self.feature), (self.feature, 1))
+        kit.fill(self.body, self.file, self.target, self.working, chosen, (row, 1))
         self._folder = Path.home()
         self._left_out: tuple[str, ...] = ()
         self._found: Comparison | None = None
@@ -159,7 +144,7 @@ class CompareSheet(WorkSheet):
         self._folder = folder
         self._begin(tr("Starting"), _Reading(folder, *self._records()))
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self.table.set_theme(theme)
         self.chart.set_theme(theme)
 
@@ -170,7 +155,7 @@ class CompareSheet(WorkSheet):
         if not isinstance(answer, Comparison):
             return
         jobs = answer.jobs
-        origin = f"{said(SIMULATED_LINE)} " if answer.simulated else ""
+        origin = f"{kit.said(SIMULATED_LINE)} " if answer.simulated else ""
         self.say(
             tr(
                 "{origin}%n jobs of plan {plan}, {first} to {last}.",
@@ -213,7 +198,7 @@ class CompareSheet(WorkSheet):
         try:
             self._shown = self._found.about(self.feature.text().strip())
         except InputError as error:
-            self.say(said(f"{error.what} {error.remedy}"))
+            self.say(kit.said(f"{error.what} {error.remedy}"))
             self._shown = self._found
         self.table.show_trends(self._shown.trends)
         if self._shown.trends:
@@ -226,13 +211,13 @@ class CompareSheet(WorkSheet):
         if trend is None:
             return
         able = trend.capability
-        told = [said(able.words if able is not None else trend.why_not)]
+        told = [kit.said(able.words if able is not None else trend.why_not)]
         if trend.chart is not None:
             counted = [part for part in trend.parts if part.value is not None]
             # Names of the rules are those of the literature, and not translated.
-            told += [said(trend.caution)] if trend.caution else []
+            told += [kit.said(trend.caution)] if trend.caution else []
             told += [
-                f"{counted[i].job}: {why.rule}, {said_word(why.value)}."
+                f"{counted[i].job}: {why.rule}, {kit.said_word(why.value)}."
                 for i, why in trend.chart.signals[-_MOST_TOLD:]
             ]
         self.words.setText(" ".join(told))
@@ -248,9 +233,9 @@ def _cells(trend: Trend) -> tuple[str, ...]:
     return (
         trend.name,
         tr("{included} of {count}").format(included=len(values), count=len(trend.parts)),
-        kind_value(trend.kind, float(values.mean()), 4) if len(values) else "–",
-        localised(f"{able.cp:.2f}") if able is not None and able.cp is not None else "–",
-        localised(f"{able.cpk:.2f}") if able is not None else "–",
-        localised(f"{able.cpk_low:.2f} – {able.cpk_high:.2f}") if able is not None else "–",
+        kit.kind_value(trend.kind, float(values.mean()), 4) if len(values) else "–",
+        kit.localised(f"{able.cp:.2f}") if able is not None and able.cp is not None else "–",
+        kit.localised(f"{able.cpk:.2f}") if able is not None else "–",
+        kit.localised(f"{able.cpk_low:.2f} – {able.cpk_high:.2f}") if able is not None else "–",
         signals,
     )

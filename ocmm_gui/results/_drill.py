@@ -9,15 +9,9 @@ from pathlib import Path
 from ocmm_core.alignment import AlignmentReport
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float
+from ocmm_core.inspection import evaluation
 from ocmm_core.inspection.archive import ReopenedJob, reopen_job
 from ocmm_core.inspection.causes import Explanation, explanations_of
-from ocmm_core.inspection.evaluation import (
-    EvaluatedJob,
-    alignment_of_points,
-    evaluated_job,
-    probe_state,
-    uncertainty_of,
-)
 from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloValue, simulate
 from ocmm_core.tolerances.uncertainty import Budget
 from ocmm_gui.kit import later
@@ -41,7 +35,7 @@ class Budgets:
 def budgets_of_file(path: Path, tell: Tell) -> Budgets:
     """Return budgets and explanations of a job file; OcmmError if unreadable."""
     job, evaluated = _evaluated(path, tell)
-    known = uncertainty_of(evaluated)
+    known = evaluation.uncertainty_of(evaluated)
     tell(later("Looking for causes"), 0.7)
     explained = {item.characteristic: item for item in explanations_of(evaluated, job.view)}
     return Budgets(dict(known.budgets), dict(known.missing), explained, upright(job.rig))
@@ -49,7 +43,7 @@ def budgets_of_file(path: Path, tell: Tell) -> Budgets:
 
 def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
     """Return the trials of one result of a job file; OcmmError if unreadable or without value."""
-    for task in uncertainty_of(_evaluated(path, tell)[1]).tasks:
+    for task in evaluation.uncertainty_of(_evaluated(path, tell)[1]).tasks:
         own = tuple(item for item in task.characteristics if item.name == name)
         if own:
             asked = replace(task, characteristics=own)
@@ -66,16 +60,16 @@ def alignment_of_file(path: Path, tell: Tell) -> AlignmentReport:
     tell(later("Reading the job"), 0.2)
     job = reopen_job(path)
     tell(later("Calculating the alignment"), 0.6)
-    return alignment_of_points(
+    return evaluation.alignment_of_points(
         job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
     )
 
 
-def _evaluated(path: Path, tell: Tell) -> tuple[ReopenedJob, EvaluatedJob]:
+def _evaluated(path: Path, tell: Tell) -> tuple[ReopenedJob, evaluation.EvaluatedJob]:
     tell(later("Reading the job"), 0.1)
     job = reopen_job(path)
     tell(later("Calculating the uncertainties"), 0.5)
-    probe = probe_state(job.options, job.body)
-    return job, evaluated_job(
+    probe = evaluation.probe_state(job.options, job.body)
+    return job, evaluation.evaluated_job(
         job.plan, job.points, job.sensitivities, job.rig, job.body, job.options, probe
     )

@@ -12,30 +12,16 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPlainTextEdit, QSta
 from ocmm_core.errors import OcmmError
 from ocmm_core.export import DEFAULT_FORMAT, FORMATS, PDF
 from ocmm_core.export.report import ReportData
-from ocmm_gui.kit import (
-    ActionInfo,
-    AnswerPanel,
-    Sheet,
-    caption,
-    digit_font,
-    dressed,
-    fill,
-    form_field,
-    hbox,
-    later,
-    said_word,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.reports import FormatText, PagePicture, PagePreview, PreviewTask
 from ocmm_gui.results._job_source import JobSource
 from ocmm_gui.results._report_writer import PaperForm, ReportWriter
 from ocmm_gui.work import SideProcess, WorkLine
 
 _KEYS = (
-    ActionInfo("mark", later("Mark"), later("Select or clear this format"), ("F6", "Space")),
-    ActionInfo(
+    kit.ActionInfo("mark", later("Mark"), later("Select or clear this format"), ("F6", "Space")),
+    kit.ActionInfo(
         "write", later("Write"), later("Write the selected formats to the folder"), ("F8", "E")
     ),
 )
@@ -48,7 +34,7 @@ _TYPED_MS = 600
 """Delay after typing."""
 
 
-class ReportSheet(Sheet):
+class ReportSheet(kit.Sheet):
     """Formats on the left, preview of the selected one on the right."""
 
     written = Signal(object)
@@ -62,7 +48,7 @@ class ReportSheet(Sheet):
         self.formats.setAccessibleDescription(
             tr("Up and down show a preview, Space selects a format")
         )
-        self.formats.setFont(text_font(16))
+        self.formats.setFont(kit.text_font(16))
         for name in FORMATS:
             item = QListWidgetItem(self.formats)
             item.setData(_NAME, name)
@@ -71,7 +57,7 @@ class ReportSheet(Sheet):
         self._write_marks()
         self.formats.setCurrentRow(0)
         self.formats.setFixedWidth(_LIST_PX)
-        self.question = AnswerPanel(tr("The job is not complete"), tr("Write"))
+        self.question = kit.AnswerPanel(tr("The job is not complete"), tr("Write"))
         self.work = WorkLine(tr("Report"))
         self._writer = ReportWriter(self)
         self._writer.asked.connect(self.question.ask)
@@ -91,24 +77,24 @@ class ReportSheet(Sheet):
         self._previewing.advanced.connect(self._on_advanced)
         self._settling = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settling.timeout.connect(self.preview)
-        self.folder = form_field(tr("Report folder"), tr("Report folder"))
-        self.text = dressed(QPlainTextEdit(), tr("Preview"))
+        self.folder = kit.form_field(tr("Report folder"), tr("Report folder"))
+        self.text = kit.dressed(QPlainTextEdit(), tr("Preview"))
         self.text.setReadOnly(True)
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
-        self.text.setFont(digit_font(14, bold=False))
+        self.text.setFont(kit.digit_font(14, bold=False))
         self.paper = PaperForm()
         self.paper.setFixedWidth(_LIST_PX)
         self.paper.changed.connect(self._on_paper)
         self.paper.left.connect(self.left)
-        left = vbox((self.formats, 1), self.paper)
+        left = kit.vbox((self.formats, 1), self.paper)
         self.pages = PagePreview()
         self.pages.widened.connect(self._on_widened)
         self.shown = QStackedWidget()
         self.shown.addWidget(self.text)
         self.shown.addWidget(self.pages)
-        right = vbox(self.paper.fault, (self.shown, 1))
-        right.addLayout(hbox(caption(tr("Folder"), self.folder), (self.folder, 1)))
-        fill(self.body, self.question, self.work, (hbox(left, (right, 1)), 1))
+        right = kit.vbox(self.paper.fault, (self.shown, 1))
+        right.addLayout(kit.hbox(kit.caption(tr("Folder"), self.folder), (self.folder, 1)))
+        kit.fill(self.body, self.question, self.work, (kit.hbox(left, (right, 1)), 1))
         self.formats.currentRowChanged.connect(lambda _row: self._show_chosen())
         self.formats.itemDoubleClicked.connect(lambda _item: self.mark())
         self.folder.returnPressed.connect(self.write)
@@ -225,7 +211,7 @@ class ReportSheet(Sheet):
             item = self.formats.item(row)
             name = str(item.data(_NAME))
             item.setText(
-                f"{'☑' if name in self._marked else '☐'}  {said_word(FORMATS[name].title)}"
+                f"{'☑' if name in self._marked else '☐'}  {kit.said_word(FORMATS[name].title)}"
             )
 
     def _chosen(self) -> str:

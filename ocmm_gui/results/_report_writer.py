@@ -12,19 +12,8 @@ from PySide6.QtCore import QFileSystemWatcher, QObject, Signal
 from PySide6.QtWidgets import QFormLayout, QWidget
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.export import missing_of, missing_words
+from ocmm_core.export import missing_of, missing_words, template
 from ocmm_core.export.report import ReportData
-from ocmm_core.export.template import (
-    Paper,
-    Particulars,
-    given_with,
-    keep_given,
-    keep_template,
-    load_paper,
-    paper_of,
-    surroundings,
-    template_in_use,
-)
 from ocmm_gui.kit import NoticeCentre, caption, form_field, later, said, sentence_label, tr
 from ocmm_gui.reports import ReportTask
 from ocmm_gui.results._job_source import JobSource
@@ -64,7 +53,7 @@ class _Request:
     source: JobSource
     formats: tuple[str, ...]
     folder: Path
-    paper: Paper
+    paper: template.Paper
     incomplete: bool = False
 
 
@@ -96,7 +85,11 @@ class ReportWriter(QObject):
         return self._gathering or self._process.is_running()
 
     def write(
-        self, source: JobSource, formats: tuple[str, ...], folder: Path, paper: Paper | None = None
+        self,
+        source: JobSource,
+        formats: tuple[str, ...],
+        folder: Path,
+        paper: template.Paper | None = None,
     ) -> None:
         """Write a report of the current job, or ask first if it is incomplete.
 
@@ -108,7 +101,7 @@ class ReportWriter(QObject):
                 self.failed.emit(lost)
                 return
             try:
-                sheet = paper_of(source.path) if paper is None else paper
+                sheet = template.paper_of(source.path) if paper is None else paper
             except OcmmError as error:
                 self.failed.emit(error)
                 return
@@ -233,7 +226,7 @@ class PaperForm(QWidget):
         self.fault = sentence_label(tr("Fault of the template"), 15)
         self.fault.hide()
         self._job: Path | None = None
-        self._kept = Particulars()
+        self._kept = template.Particulars()
         self._typed = False
         self._watcher = QFileSystemWatcher(self)
         self._watcher.fileChanged.connect(lambda _path: self.changed.emit())
@@ -242,33 +235,33 @@ class PaperForm(QWidget):
         """Show the data stored with a job; InputError if unreadable."""
         if job == self._job:
             return
-        self._job, self._typed, self._kept = job, False, Particulars()
+        self._job, self._typed, self._kept = job, False, template.Particulars()
         try:
-            self._kept = given_with(job)
+            self._kept = template.given_with(job)
         finally:
             for name, _title, _tip in _FIELDS[1:-1]:
                 self.fields[name].setText(getattr(self._kept, name))
             self.fields["deviations"].setText(f"{_SEPARATOR} ".join(self._kept.deviations))
 
-    def paper(self) -> Paper:
+    def paper(self) -> template.Paper:
         """Return the report sheet as typed; InputError if template or readings are invalid."""
         path = self._template()
         self._watch(path)
         given = self._given()
         # Invalid readings are reported next to the fields, like faults of a template.
-        surroundings(given)
-        return load_paper(path, given)
+        template.surroundings(given)
+        return template.load_paper(path, given)
 
     def keep(self) -> None:
         """Store the typed data with the job; OcmmError if that fails."""
         if self._typed and self._job is not None:
             self._typed = False
-            keep_given(self._job, self._given())
+            template.keep_given(self._job, self._given())
 
     def keep_template(self) -> None:
         """Store the typed template for every report of this station; errors as `keep`."""
         if self.fields["template"].text().strip():
-            keep_template(self._template())
+            template.keep_template(self._template())
 
     def show_fault(self, error: OcmmError | None) -> None:
         """Show a fault of the template next to its field; None clears it."""
@@ -277,9 +270,9 @@ class PaperForm(QWidget):
 
     def _template(self) -> Path:
         typed = self.fields["template"].text().strip()
-        return Path(typed).expanduser() if typed else template_in_use()
+        return Path(typed).expanduser() if typed else template.template_in_use()
 
-    def _given(self) -> Particulars:
+    def _given(self) -> template.Particulars:
         typed = {name: field.text().strip() for name, field in self.fields.items()}
         told = (part.strip() for part in typed["deviations"].split(_SEPARATOR))
         # Data without a field here, such as remarks, are kept.

@@ -14,31 +14,9 @@ from ocmm_core.inspection.causes import EXPLAINED, Cause, Explanation
 from ocmm_core.tolerances.decisions import CharacteristicResult, rule_words
 from ocmm_core.tolerances.monte_carlo import MonteCarloValue
 from ocmm_core.tolerances.uncertainty import Budget, BudgetRow
+from ocmm_gui import kit
 from ocmm_gui.charts import ToleranceBar
-from ocmm_gui.kit import (
-    FitText,
-    NumberTable,
-    PaintedWidget,
-    Theme,
-    Themed,
-    digit_font,
-    dressed,
-    fill,
-    ink,
-    later,
-    literal,
-    localised,
-    quantity,
-    said,
-    said_word,
-    sentence_label,
-    text_font,
-    tr,
-    tr_all,
-    vbox,
-    verdict_colour,
-    verdict_mark,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.results._drill import Budgets, budgets_of_file, trials_of_file
 from ocmm_gui.results._job_source import JobSource
 from ocmm_gui.work import SideProcess
@@ -58,12 +36,12 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class BudgetTable(NumberTable):
+class BudgetTable(kit.NumberTable):
     """The sources, greatest first."""
 
     def __init__(self) -> None:
         super().__init__(
-            tr("Uncertainty budget"), tr_all(_COLUMNS), whole=False, font=text_font(13)
+            tr("Uncertainty budget"), kit.tr_all(_COLUMNS), whole=False, font=kit.text_font(13)
         )
         self.verticalHeader().setDefaultSectionSize(_LINE_PX)
         self.setMinimumHeight(round(4.5 * _LINE_PX))
@@ -78,19 +56,19 @@ class BudgetTable(NumberTable):
         self.show_rows(
             [
                 (row.name, f"{row.kind}, {row.distribution}",
-                 localised(f"{1e3 * row.standard:.2f}"),
+                 kit.localised(f"{1e3 * row.standard:.2f}"),
                  f"{100.0 * row.share:.0f} %")
                 for row in rows
             ]
         )  # fmt: skip
         for line, row in enumerate(rows):
-            self._cell(line, 0).setToolTip(literal(row.origin))
+            self._cell(line, 0).setToolTip(kit.literal(row.origin))
             # Words in the font of digits would not fit into the narrowest window.
             for column in (0, 1):
-                self._cell(line, column).setFont(text_font(13))
+                self._cell(line, column).setFont(kit.text_font(13))
             for column in (2, 3):
                 cell = self._cell(line, column)
-                cell.setFont(digit_font(13, bold=False))
+                cell.setFont(kit.digit_font(13, bold=False))
                 cell.setTextAlignment(_RIGHT)
 
 
@@ -101,7 +79,7 @@ def shown_rows(budget: Budget | None) -> tuple[BudgetRow, ...]:
     return tuple(row for row in budget.rows if row.share >= _LEAST_SHARE)[:_MOST_ROWS]
 
 
-class BudgetBars(PaintedWidget):
+class BudgetBars(kit.PaintedWidget):
     """One bar per source, as long as its standard uncertainty; below them the total."""
 
     def __init__(self) -> None:
@@ -124,22 +102,22 @@ class BudgetBars(PaintedWidget):
         rows = [(row.name, row.standard, self._theme.accent) for row in shown_rows(budget)[:count]]
         rows.append((tr("Together, u"), budget.standard, self._theme.text))
         pitch = min(_ROW_PX * 1.3, self.height() / len(rows))
-        painter.setFont(text_font(13))
+        painter.setFont(kit.text_font(13))
         metrics = painter.fontMetrics()
         words = max(metrics.horizontalAdvance(name) for name, _, _ in rows) + 10.0
-        painter.setFont(digit_font(12, bold=False))
+        painter.setFont(kit.digit_font(12, bold=False))
         digits = painter.fontMetrics().horizontalAdvance("0000.00") + 8.0
         reach = max(u for _, u, _ in rows)
         room = max(self.width() - words - digits, 20.0)
         for index, (name, u, colour) in enumerate(rows):
             y = index * pitch
-            ink(painter, QColor(self._theme.text), font=text_font(13))
+            kit.ink(painter, QColor(self._theme.text), font=kit.text_font(13))
             painter.drawText(QRectF(0.0, y, words, pitch), _LEFT, name)
             bar = QRectF(words, y + 0.2 * pitch, room * u / reach, 0.6 * pitch)
             painter.fillRect(bar, QColor(colour))
-            painter.setFont(digit_font(12, bold=False))
+            painter.setFont(kit.digit_font(12, bold=False))
             box = QRectF(self.width() - digits, y, digits, pitch)
-            painter.drawText(box, _RIGHT, localised(f"{1e3 * u:.2f}"))
+            painter.drawText(box, _RIGHT, kit.localised(f"{1e3 * u:.2f}"))
         painter.setPen(QPen(QColor(self._theme.border), 1.0))
         line = (len(rows) - 1) * pitch
         painter.drawLine(0, round(line), self.width(), round(line))
@@ -151,7 +129,7 @@ _SEARCHING = later("Analysing the cause ...")
 _BUSY = later("Calculating the budget from the job file.")
 
 
-class ResultDetail(Themed, QFrame):
+class ResultDetail(kit.Themed, QFrame):
     """Verdict, sentences, budgets by a side process once per state, trials with progress."""
 
     explained = Signal(object)
@@ -169,23 +147,23 @@ class ResultDetail(Themed, QFrame):
         self._path: Path | None = None
         self._budgets = _NONE
         self._trials: dict[str, MonteCarloValue] = {}
-        self._title = FitText(tr("Characteristic"), limit=20)
+        self._title = kit.FitText(tr("Characteristic"), limit=20)
         self._title.setFixedHeight(28)
-        self._verdict = FitText(tr("Verdict"), limit=28, reserve=tr("NOT MEASURED"))
+        self._verdict = kit.FitText(tr("Verdict"), limit=28, reserve=tr("NOT MEASURED"))
         self._verdict.setFixedHeight(38)
         self.bar = ToleranceBar()
         self.bar.setFixedHeight(54)
-        self._why = sentence_label(tr("Why"), 15)
-        self._now = sentence_label(tr("What to do"), 16)
-        self._now.setFont(text_font(16, bold=True))
-        self._rule = sentence_label(tr("Decision rule"), 13)
-        self._standing = sentence_label(tr("Calibration"), 13)
+        self._why = kit.sentence_label(tr("Why"), 15)
+        self._now = kit.sentence_label(tr("What to do"), 16)
+        self._now.setFont(kit.text_font(16, bold=True))
+        self._rule = kit.sentence_label(tr("Decision rule"), 13)
+        self._standing = kit.sentence_label(tr("Calibration"), 13)
         self._standing.setProperty("role", "muted")
-        self._note = sentence_label(tr("Note"), 13)
+        self._note = kit.sentence_label(tr("Note"), 13)
         self.budget = BudgetTable()
         self.bars = BudgetBars()
-        self._check = sentence_label(tr("Monte Carlo"), 13)
-        self.progress = dressed(QProgressBar(), tr("Progress of the calculation"))
+        self._check = kit.sentence_label(tr("Monte Carlo"), 13)
+        self.progress = kit.dressed(QProgressBar(), tr("Progress of the calculation"))
         self.progress.setTextVisible(True)
         self.progress.hide()
         self._drill, self._simulation = SideProcess(self), SideProcess(self)
@@ -194,13 +172,13 @@ class ResultDetail(Themed, QFrame):
             process.failed.connect(self._on_failed)
         self._drill.finished.connect(self._on_budgets)
         self._simulation.finished.connect(self._on_trials)
-        layout = vbox(parent=self, spacing=5, margins=(12, 6, 12, 8))
+        layout = kit.vbox(parent=self, spacing=5, margins=(12, 6, 12, 8))
         for widget in (
             self._title, self._verdict, self._why, self._now, self.bar, self._rule,
             self._standing, self._note,
         ):  # fmt: skip
             layout.addWidget(widget)
-        fill(layout, (self.budget, 4), (self.bars, 3), self._check, self.progress)
+        kit.fill(layout, (self.budget, 4), (self.bars, 3), self._check, self.progress)
 
     def show_result(self, source: JobSource, result: CharacteristicResult, status: str) -> None:
         """Show a result of a job; ``status`` is the state of cameras and probe."""
@@ -208,7 +186,9 @@ class ResultDetail(Themed, QFrame):
         self.bar.show_result(result)
         self._rule.setText(decision_words(result))
         self._standing.setText(status)
-        self._note.setText(" ".join(said(part) for part in (result.note, result.caution) if part))
+        self._note.setText(
+            " ".join(kit.said(part) for part in (result.note, result.caution) if part)
+        )
         self._note.setVisible(bool(self._note.text()))
         self._paint_verdict()
         self._look_again()
@@ -236,7 +216,7 @@ class ResultDetail(Themed, QFrame):
     def trials(self) -> str:
         return self._check.text()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self._paint_verdict()
 
@@ -245,10 +225,10 @@ class ResultDetail(Themed, QFrame):
         if result is None:
             return
         of = " – ".join(result.features)
-        self._title.show_text(f"{result.name}: {said_word(str(result.kind))} {of}")
-        colour = verdict_colour(self._theme, result.verdict)
+        self._title.show_text(f"{result.name}: {kit.said_word(str(result.kind))} {of}")
+        colour = kit.verdict_colour(self._theme, result.verdict)
         self._verdict.show_text(
-            said_word(result.verdict.value), colour, verdict_mark(result.verdict)
+            kit.said_word(result.verdict.value), colour, kit.verdict_mark(result.verdict)
         )
 
     def _show_numbers(self) -> None:
@@ -261,7 +241,7 @@ class ResultDetail(Themed, QFrame):
         if trials is not None and self._result is not None:
             self._check.setText(trial_words(self._result, trials))
         elif name in self._budgets.missing:
-            self._check.setText(said(self._budgets.missing[name]))
+            self._check.setText(kit.said(self._budgets.missing[name]))
         elif not self._simulation.is_running():
             waits = self._drill.is_running()
             self._check.setText(
@@ -283,9 +263,9 @@ class ResultDetail(Themed, QFrame):
         found, result = self.explanation(), self._result
         asked = result is not None and result.verdict in EXPLAINED
         waits = asked and found is None and self._drill.is_running()
-        self._why.setText(tr(_SEARCHING) if waits else "" if found is None else said(found.why))
-        self._now.setText("" if found is None else said(found.suggestion))
-        self._now.setToolTip(literal("" if found is None else said(found.finding.evidence)))
+        self._why.setText(tr(_SEARCHING) if waits else "" if found is None else kit.said(found.why))
+        self._now.setText("" if found is None else kit.said(found.suggestion))
+        self._now.setToolTip(kit.literal("" if found is None else kit.said(found.finding.evidence)))
         self._why.setVisible(bool(self._why.text()))
         self._now.setVisible(bool(self._now.text()))
         # The note of a suspect result is the suggestion itself.
@@ -354,12 +334,12 @@ def decision_words(result: CharacteristicResult) -> str:
     parts = []
     if result.rule:
         words, sign, identity = rule_words(result.rule).rpartition(" (")
-        parts.append(tr("Rule: {rule}.").format(rule=f"{said(words)}{sign}{identity}"))
+        parts.append(tr("Rule: {rule}.").format(rule=f"{kit.said(words)}{sign}{identity}"))
     if result.leaning:
         inside = result.leaning == "in"
         parts.append(tr("The value lies inside.") if inside else tr("The value lies outside."))
     if result.interval is not None:
-        low, high = (quantity(result, value) for value in result.interval)
+        low, high = (kit.quantity(result, value) for value in result.interval)
         parts.append(tr("95 % interval {low} to {high}.").format(low=low, high=high))
     if result.tur is not None:
         parts.append(tr("Tolerance over 2 U: {tur:.1f}.").format(tur=result.tur))
@@ -368,15 +348,15 @@ def decision_words(result: CharacteristicResult) -> str:
     if result.frame:
         parts.append(tr("Frame: {frame}.").format(frame=result.frame))
     if result.floor is not None:
-        parts.append(tr("Noise floor: {floor}.").format(floor=quantity(result, result.floor)))
+        parts.append(tr("Noise floor: {floor}.").format(floor=kit.quantity(result, result.floor)))
     if result.bonus:
-        parts.append(tr("Bonus {bonus}.").format(bonus=quantity(result, result.bonus)))
+        parts.append(tr("Bonus {bonus}.").format(bonus=kit.quantity(result, result.bonus)))
     return " ".join(parts)
 
 
 def trial_words(result: CharacteristicResult, trials: MonteCarloValue) -> str:
     """Return the trials compared with linear propagation, in sentences."""
-    low, high = (quantity(result, value) for value in trials.symmetric)
+    low, high = (kit.quantity(result, value) for value in trials.symmetric)
     small = "m°" if result.unit == "deg" else "µm"
     off = 1e3 * max(trials.off_low, trials.off_high)
     found = tr(

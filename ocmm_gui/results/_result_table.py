@@ -11,40 +11,9 @@ from PySide6.QtGui import QPaintEvent, QResizeEvent
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.tolerances.decisions import NO_DEVIATIONS, U_LABEL, CharacteristicResult, Verdict
-from ocmm_gui.kit import (
-    ColouredRow,
-    DataTable,
-    Theme,
-    digit_font,
-    later,
-    limit_words,
-    quantity,
-    said_word,
-    text_font,
-    tr,
-    tr_all,
-    verdict_colour,
-    with_unit,
-)
+from ocmm_gui import kit, scene, views
+from ocmm_gui.kit import later, tr
 from ocmm_gui.rendering import RenderMode
-from ocmm_gui.scene import (
-    Item,
-    Orbit,
-    OrbitView,
-    SceneCache,
-    SceneLayer,
-    StillScene,
-    Tag,
-    paint_scene,
-)
-from ocmm_gui.views import (
-    SCALE_PX,
-    PartPlacement,
-    deviations_of,
-    job_items,
-    paint_scale,
-    scale_words,
-)
 
 VERDICT_SIGNS = {
     Verdict.CONFORM: "✔",
@@ -73,21 +42,21 @@ _HEAD_PX = 13
 _SMALLER_PX = 12, 11
 
 
-class ResultTable(DataTable):
+class ResultTable(kit.DataTable):
     """Rows can be selected with the arrow keys."""
 
     result_chosen = Signal(str)
 
     def __init__(self) -> None:
-        super().__init__(tr("Characteristics"), with_unit(tr_all(_COLUMNS)))
+        super().__init__(tr("Characteristics"), kit.with_unit(kit.tr_all(_COLUMNS)))
         self._results: tuple[CharacteristicResult, ...] = ()
         self._pixels = self._least = 0
-        self.setFont(text_font(15))
-        self.horizontalHeader().setFont(text_font(_HEAD_PX))
+        self.setFont(kit.text_font(15))
+        self.horizontalHeader().setFont(kit.text_font(_HEAD_PX))
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
         self.right_heads(_NUMBERS)
-        self._rows = ColouredRow(self)
+        self._rows = kit.ColouredRow(self)
         self.setItemDelegate(self._rows)
         self.currentCellChanged.connect(lambda row, *_: self._on_row(row))
 
@@ -106,16 +75,16 @@ class ResultTable(DataTable):
         self.setRowCount(len(self._results))
         for row in new:
             result = self._results[row]
-            colour = verdict_colour(self._colours, result.verdict)
-            verdict = f"{VERDICT_SIGNS[result.verdict]}  {said_word(result.verdict.value)}"
+            colour = kit.verdict_colour(self._colours, result.verdict)
+            verdict = f"{VERDICT_SIGNS[result.verdict]}  {kit.said_word(result.verdict.value)}"
             words = (
                 result.name,
-                f"{said_word(result.kind)} {' – '.join(result.features)}",
-                quantity(result, result.nominal),
-                quantity(result, result.measured),
-                quantity(result, result.deviation, signed=True),
-                limit_words(result),
-                quantity(result, result.uncertainty),
+                f"{kit.said_word(result.kind)} {' – '.join(result.features)}",
+                kit.quantity(result, result.nominal),
+                kit.quantity(result, result.measured),
+                kit.quantity(result, result.deviation, signed=True),
+                kit.limit_words(result),
+                kit.quantity(result, result.uncertainty),
                 verdict,
             )
             for column, word in enumerate(words):
@@ -143,11 +112,11 @@ class ResultTable(DataTable):
             if result.name == name:
                 self.setCurrentCell(row, 0)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._colours = self._rows.theme = theme
         for row, result in enumerate(self._results):
             for column, word in enumerate(self.words(row)):
-                judged = verdict_colour(self._colours, result.verdict)
+                judged = kit.verdict_colour(self._colours, result.verdict)
                 self._write(row, column, word, judged if column == _VERDICT else None)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -165,12 +134,12 @@ class ResultTable(DataTable):
             for column in range(self.columnCount()):
                 head = self.horizontalHeaderItem(column)
                 if head is not None:
-                    head.setFont(text_font(min(_HEAD_PX, pixels)))
+                    head.setFont(kit.text_font(min(_HEAD_PX, pixels)))
         self._pixels = pixels
         for row in rows:
             for column in range(self.columnCount()):
                 bold = column in (_DEVIATION, _VERDICT)
-                font = digit_font if column in _NUMBERS else text_font
+                font = kit.digit_font if column in _NUMBERS else kit.text_font
                 self._cell(row, column).setFont(font(pixels, bold=bold))
         self.resizeColumnsToContents()
         # Kind and features are also next to the table.
@@ -195,21 +164,21 @@ _START = np.radians(38.0)
 _UP = np.array([0.0, 0.0, 1.0])
 
 
-class DeviationView(OrbitView):
+class DeviationView(scene.OrbitView):
     """A 3-D view of a job: arrow keys or the mouse turn it, plus and minus or the wheel zoom."""
 
     def __init__(self) -> None:
-        start = Orbit(np.zeros(3), 0.5, float(_START), 100.0, _UP)
+        start = scene.Orbit(np.zeros(3), 0.5, float(_START), 100.0, _UP)
         super().__init__(tr("Deviations of the touched places"), (420, 260), (240, 170), start)
         self._job: JobView | None = None
         self._seen = NO_DEVIATIONS
-        self._items: tuple[Item, ...] = ()
+        self._items: tuple[scene.Item, ...] = ()
         self._reach = np.empty((0, 3))
-        self._part = PartPlacement(self)
+        self._part = views.PartPlacement(self)
         self._part.changed.connect(self.update)
-        self._layer = SceneLayer(self)
+        self._layer = scene.SceneLayer(self)
         self._layer.changed.connect(self.update)
-        self._still = SceneCache()
+        self._still = scene.SceneCache()
         self.hide()
 
     def show_job(self, job: JobView, up: Float | None) -> None:
@@ -217,26 +186,29 @@ class DeviationView(OrbitView):
         if job is self._job:
             return
         self._job = job
-        self._seen = deviations_of(job)
+        self._seen = views.deviations_of(job)
         # An unaligned part does not coincide with the points.
         placed = job.placed_part
         self._part.place(None if placed is None or placed.is_rough else placed)
         self._part.show_deviations(self._seen)
         if up is not None:
-            self._orbit = Orbit(np.zeros(3), 0.5, float(_START), 100.0, up)
+            self._orbit = scene.Orbit(np.zeros(3), 0.5, float(_START), 100.0, up)
         self._make()
         self._fit()
         self.setVisible(bool(self._seen.whiskers))
         self.setAccessibleDescription(
             ". ".join(
-                (*scale_words(self._seen), tr("Arrow keys rotate the view, plus and minus zoom."))
+                (
+                    *views.scale_words(self._seen),
+                    tr("Arrow keys rotate the view, plus and minus zoom."),
+                )
             )
             if self._seen.whiskers
             else ""
         )
         self.update()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self._make()
         self.update()
@@ -246,27 +218,27 @@ class DeviationView(OrbitView):
         self._paint_panel(painter)
         inside = self._inside()
         box = self._scene_box(inside)
-        font = text_font(13)
+        font = kit.text_font(13)
         seen = self._layer.picture(self._still_scene(box), font)
         painter.drawImage(box.topLeft(), seen.image)
-        tags = tuple(item for item in self._items if isinstance(item, Tag))
-        paint_scene(painter, tags, self._orbit, box, font, self._theme.panel)
-        wide, high = min(SCALE_PX[0] + 120.0, inside.width() - 16.0), SCALE_PX[1]
+        tags = tuple(item for item in self._items if isinstance(item, scene.Tag))
+        scene.paint_scene(painter, tags, self._orbit, box, font, self._theme.panel)
+        wide, high = min(views.SCALE_PX[0] + 120.0, inside.width() - 16.0), views.SCALE_PX[1]
         below = QRectF(inside.left() + 8.0, inside.bottom() - high, wide, high)
-        paint_scale(painter, below, self._seen, self._theme, reach_mm=self._part.reach_mm)
+        views.paint_scale(painter, below, self._seen, self._theme, reach_mm=self._part.reach_mm)
 
     def is_painted(self) -> bool:
         """Return whether painting is complete; for tests and screenshots."""
         still = self._still_scene(self._scene_box(self._inside()))
         return self._part.is_coloured() and self._layer.shows(still)
 
-    def _still_scene(self, box: QRectF) -> StillScene:
+    def _still_scene(self, box: QRectF) -> scene.StillScene:
         size, ratio = box.size().toSize(), self.devicePixelRatioF()
         part = self._part.part(self._theme, RenderMode.SHADED, "", moving=self.is_moving())
 
-        def make() -> StillScene:
-            items = tuple(item for item in self._items if not isinstance(item, Tag))
-            return StillScene(items, self._orbit, size, ratio, self._theme.panel, part)
+        def make() -> scene.StillScene:
+            items = tuple(item for item in self._items if not isinstance(item, scene.Tag))
+            return scene.StillScene(items, self._orbit, size, ratio, self._theme.panel, part)
 
         return self._still.made((self._items, self._orbit, part), (size, ratio), make)
 
@@ -279,12 +251,12 @@ class DeviationView(OrbitView):
         self.update()
 
     def _scene_box(self, inside: QRectF) -> QRectF:
-        return inside.adjusted(0.0, 0.0, 0.0, -SCALE_PX[1] - 4.0)
+        return inside.adjusted(0.0, 0.0, 0.0, -views.SCALE_PX[1] - 4.0)
 
     def _make(self) -> None:
         if self._job is None:
             return
-        self._items, reach = job_items(self._job, self._theme)
+        self._items, reach = views.job_items(self._job, self._theme)
         ends = [whisker.end_world for whisker in self._seen.whiskers]
         self._reach = np.concatenate([reach, np.array(ends).reshape(-1, 3), self._part.corners()])
 

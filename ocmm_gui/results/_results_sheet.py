@@ -14,23 +14,8 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.causes import Explanation, points_words
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.tolerances.decisions import CharacteristicResult
-from ocmm_gui.kit import (
-    ActionInfo,
-    FitText,
-    PathPanel,
-    Sheet,
-    Theme,
-    Themed,
-    counted_line,
-    fill,
-    hbox,
-    later,
-    text_font,
-    tr,
-    vbox,
-    verdict_colour,
-    verdict_mark,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.results._job_source import JobFileData, JobSource, opened_job
 from ocmm_gui.results._result_detail import ResultDetail
 from ocmm_gui.results._result_table import DeviationView, ResultTable
@@ -80,7 +65,7 @@ class DrivingPoints(OrbitView):
         there = {point.number for item in self._job.features for point in item.points}
         return tuple(number for number in self._explained.points if number in there)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self._make()
         self.update()
@@ -90,7 +75,7 @@ class DrivingPoints(OrbitView):
         inside = self._paint_panel(painter).adjusted(2, 2, -2, -2)
         if self._job is not None:
             paint_scene(
-                painter, self._items, self._orbit, QRectF(inside), text_font(13),
+                painter, self._items, self._orbit, QRectF(inside), kit.text_font(13),
                 self._theme.panel,
             )  # fmt: skip
 
@@ -136,17 +121,17 @@ class DrivingPoints(OrbitView):
 
 
 _KEYS = (
-    ActionInfo(
+    kit.ActionInfo(
         "simulate", later("Monte Carlo"), later("Check this uncertainty by Monte Carlo"), ("F6",)
     ),
-    ActionInfo("open", later("Open a job"), later("Open a job file read-only"), ("F7",)),
-    ActionInfo("running", later("Current job"), later("Show the current job"), ("F9",)),
-    ActionInfo("batch", later("Batch"), later("Compare the jobs in this folder"), ("F10",)),
-    ActionInfo("report", later("Report"), later("Preview and write the reports"), ("F8", "E")),
+    kit.ActionInfo("open", later("Open a job"), later("Open a job file read-only"), ("F7",)),
+    kit.ActionInfo("running", later("Current job"), later("Show the current job"), ("F9",)),
+    kit.ActionInfo("batch", later("Batch"), later("Compare the jobs in this folder"), ("F10",)),
+    kit.ActionInfo("report", later("Report"), later("Preview and write the reports"), ("F8", "E")),
 )
 
 
-class ResultsSheet(Themed, Sheet):
+class ResultsSheet(kit.Themed, kit.Sheet):
     """Table on the left, budget and decision of the selected characteristic on the right.
 
     ``running`` returns the running job, ``calibration`` the state of cameras and probe, ``records``
@@ -174,17 +159,19 @@ class ResultsSheet(Themed, Sheet):
         self.points = DrivingPoints()
         self.points.hide()
         self.deviations = DeviationView()
-        self.file = PathPanel(tr("Open the job from the file"), tr("File of the job"), tr("Open"))
+        self.file = kit.PathPanel(
+            tr("Open the job from the file"), tr("File of the job"), tr("Open")
+        )
         self.opening = WorkLine(tr("Opening a job"))
         self._opening = SideProcess(self)
         self._opening.advanced.connect(self.opening.advance)
         self._opening.finished.connect(self._on_opened)
         self._opening.failed.connect(self._on_not_opened)
-        self._summary = FitText(tr("Summary"), limit=26)
+        self._summary = kit.FitText(tr("Summary"), limit=26)
         self._summary.setFixedHeight(36)
-        fill(self.body, self.file, self.opening, self._summary)
-        left = vbox((self.table, 3), (self.deviations, 3), (self.points, 2), spacing=8)
-        self.body.addLayout(hbox((left, 62), (self.detail, 38), spacing=10), 1)
+        kit.fill(self.body, self.file, self.opening, self._summary)
+        left = kit.vbox((self.table, 3), (self.deviations, 3), (self.points, 2), spacing=8)
+        self.body.addLayout(kit.hbox((left, 62), (self.detail, 38), spacing=10), 1)
         self.table.result_chosen.connect(self._show_detail)
         self.file.given.connect(self.open_file)
         self.detail.failed.connect(self.failed)
@@ -247,7 +234,7 @@ class ResultsSheet(Themed, Sheet):
         """Return the counted verdicts of all characteristics."""
         return self._summary.text()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         if self._job is not None:
             self._show_summary(self._job)
@@ -275,11 +262,11 @@ class ResultsSheet(Themed, Sheet):
 
     def _show_summary(self, job: JobView) -> None:
         part = job.part_verdict
-        mark = None if part.shown_as is None else verdict_mark(part.shown_as)
-        line = counted_line(job)
+        mark = None if part.shown_as is None else kit.verdict_mark(part.shown_as)
+        line = kit.counted_line(job)
         if self._source.read_only:
             line = tr("{name}: {verdict}").format(name=self._source.path.stem, verdict=line)
-        self._summary.show_text(line, verdict_colour(self._theme, part.shown_as), mark)
+        self._summary.show_text(line, kit.verdict_colour(self._theme, part.shown_as), mark)
 
     def _show_detail(self, name: str) -> None:
         result = self._result(name)

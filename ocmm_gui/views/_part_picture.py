@@ -12,33 +12,18 @@ from PySide6.QtGui import QColor, QImage, QImageReader, QKeyEvent, QPaintEvent
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.part_model import PartModel
-from ocmm_gui.kit import (
-    SCENE_LEAST,
-    SCENE_SIZE,
-    PaintedWidget,
-    ink,
-    literal,
-    shape_word,
-    text_font,
-    tr,
-)
+from ocmm_gui import kit, scene
+from ocmm_gui.kit import tr
 from ocmm_gui.rendering import NO_FACE, Colours, RenderMode
-from ocmm_gui.scene import (
-    Orbit,
-    OrbitView,
-    PartDrawing,
-    SceneCache,
-    SceneLayer,
-    StillScene,
-    paint_scene,
-)
 from ocmm_gui.views._contents import nominal_items
 
-_START = Orbit(np.zeros(3), np.radians(-35.0), np.radians(30.0), 50.0, np.array([0.0, 0.0, 1.0]))
+_START = scene.Orbit(
+    np.zeros(3), np.radians(-35.0), np.radians(30.0), 50.0, np.array([0.0, 0.0, 1.0])
+)
 _IN_PLACE = RigidTransform.identity()
 
 
-class PartPicture(OrbitView):
+class PartPicture(scene.OrbitView):
     """Shows a part shaded, as hidden lines or transparent, z upwards, model frame.
 
     Faces are indices of ``model.faces``, as in ``model.triangle_faces``. Turn with the left button
@@ -51,21 +36,21 @@ class PartPicture(OrbitView):
     """Emits the face under the mouse when it changes."""
 
     def __init__(self, name: str = "") -> None:
-        super().__init__(name or tr("Picture of the part"), SCENE_SIZE, SCENE_LEAST, _START)
+        super().__init__(name or tr("Picture of the part"), kit.SCENE_SIZE, kit.SCENE_LEAST, _START)
         self.setAccessibleDescription(
             tr("Arrow keys rotate the view, plus and minus zoom, F fits it to the part")
         )
         self.setMouseTracking(True)
-        self._drawing = PartDrawing(self)
+        self._drawing = scene.PartDrawing(self)
         self._drawing.changed.connect(self.update)
-        self._layer = SceneLayer(self)
+        self._layer = scene.SceneLayer(self)
         self._layer.changed.connect(self.update)
         self._model: PartModel | None = None
         self._marked: dict[int, str] = {}
         self._colours: Colours | None = None
         self._mode = RenderMode.SHADED
         self._words = ""
-        self._still = SceneCache()
+        self._still = scene.SceneCache()
         self._face = NO_FACE
         self._fits = True
 
@@ -90,7 +75,7 @@ class PartPicture(OrbitView):
     def say(self, words: str) -> None:
         """Show a line of text below the part."""
         self._words = words
-        self.setToolTip(literal(words))
+        self.setToolTip(kit.literal(words))
         self.update()
 
     def set_mode(self, mode: RenderMode) -> None:
@@ -118,7 +103,7 @@ class PartPicture(OrbitView):
 
     def look_at(self, normal: Float) -> None:
         """Turn to a good view of a face with this outward normal (3,)."""
-        flat = Orbit(np.zeros(3), 0.0, 0.0, 1.0, self._orbit.up).axes()
+        flat = scene.Orbit(np.zeros(3), 0.0, 0.0, 1.0, self._orbit.up).axes()
         right, up, out = (flat @ normal).tolist()
         azimuth = self._orbit.azimuth
         if np.hypot(right, out) > 0.2:
@@ -141,7 +126,7 @@ class PartPicture(OrbitView):
         self._paint_panel(painter)
         inside, theme = self._inside(), self._theme
         if self._model is None:
-            ink(painter, QColor(theme.muted), font=text_font(13))
+            kit.ink(painter, QColor(theme.muted), font=kit.text_font(13))
             painter.drawText(inside, Qt.AlignmentFlag.AlignCenter, self._words or tr("No model"))
             return
         if self._fits:
@@ -149,11 +134,11 @@ class PartPicture(OrbitView):
             wanted = self._orbit.fitted(reach, inside.width(), inside.height())
             if not wanted.is_like(self._orbit):
                 self._orbit = wanted
-        font = text_font(12)
+        font = kit.text_font(12)
         seen = self._layer.picture(self._still_scene(inside), font)
         painter.drawImage(inside.topLeft(), seen.image)
         line = QRectF(inside.left() + 10, inside.bottom() - 26, inside.width() - 20, 22)
-        ink(painter, QColor(theme.muted), font=text_font(13))
+        kit.ink(painter, QColor(theme.muted), font=kit.text_font(13))
         painter.drawText(line, Qt.AlignmentFlag.AlignLeft, self._words)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -162,19 +147,19 @@ class PartPicture(OrbitView):
         else:
             super().keyPressEvent(event)
 
-    def _still_scene(self, inside: QRectF) -> StillScene:
+    def _still_scene(self, inside: QRectF) -> scene.StillScene:
         size, ratio = inside.size().toSize(), self.devicePixelRatioF()
         part = self._drawing.scene(
             _IN_PLACE, self._theme, self._mode, self._marked, self._colours,
             moving=self.is_moving(),
         )  # fmt: skip
 
-        def make() -> StillScene:
-            return StillScene((), self._orbit, size, ratio, self._theme.panel, part)
+        def make() -> scene.StillScene:
+            return scene.StillScene((), self._orbit, size, ratio, self._theme.panel, part)
 
         return self._still.made((part, self._orbit), (size, ratio), make)
 
-    def _moved(self, orbit: Orbit) -> None:
+    def _moved(self, orbit: scene.Orbit) -> None:
         self._fits = self._fits and orbit.radius == self._orbit.radius
         super()._moved(orbit)
 
@@ -201,7 +186,7 @@ _LARGEST_PX = 4000
 _VIEW = (np.radians(35.0), np.radians(28.0))
 
 
-class StepPicture(PaintedWidget):
+class StepPicture(kit.PaintedWidget):
     """Shows where to touch; the feature is in the frame of the part, z upwards."""
 
     def __init__(self) -> None:
@@ -222,9 +207,9 @@ class StepPicture(PaintedWidget):
         self._image = read_picture(file) if file is not None else None
         what = ""
         if nominal is not None:
-            what = f"{shape_word(nominal.shape)} {nominal.name}. {nominal.text}".strip()
+            what = f"{kit.shape_word(nominal.shape)} {nominal.name}. {nominal.text}".strip()
         self.setAccessibleDescription(what)
-        self.setToolTip(literal(what))
+        self.setToolTip(kit.literal(what))
         self.update()
 
     def has_picture(self) -> bool:
@@ -245,9 +230,9 @@ class StepPicture(PaintedWidget):
         if self._nominal is None:
             return
         items, reach = nominal_items(self._nominal, self._theme.accent, self._theme.text)
-        start = Orbit(np.zeros(3), *_VIEW, 50.0, np.array([0.0, 0.0, 1.0]))
+        start = scene.Orbit(np.zeros(3), *_VIEW, 50.0, np.array([0.0, 0.0, 1.0]))
         orbit = start.fitted(reach, frame.width(), frame.height(), margin=1.25)
-        paint_scene(painter, items, orbit, frame, text_font(11), self._theme.panel)
+        scene.paint_scene(painter, items, orbit, frame, kit.text_font(11), self._theme.panel)
 
 
 def read_picture(path: Path) -> QImage | None:

@@ -27,17 +27,8 @@ from ocmm_gui.scene import (
     StillScene,
     Tag,
 )
+from ocmm_gui.views import _contents as contents
 from ocmm_gui.views import _shapes as shapes
-from ocmm_gui.views._contents import (
-    JobDrawing,
-    aim_items,
-    probe_items,
-    probe_places,
-    reference_items,
-    shown_target,
-    shown_targets,
-    target_items,
-)
 from ocmm_gui.views._deviations import paint_scale, scale_place
 from ocmm_gui.views._following import (
     OVERVIEW_ASPECT,
@@ -88,7 +79,7 @@ class PointView(OrbitView):
         self._probe = _NO_PLACES
         self._job: JobView | None = None
         self._chosen = 0
-        self._drawing = JobDrawing()
+        self._drawing = contents.JobDrawing()
         self._job_items: tuple[Item, ...] = ()
         self._labels = StandingLabels()
         self._job_low: float | None = None
@@ -119,7 +110,7 @@ class PointView(OrbitView):
     def show_live(self, live: LiveView) -> None:
         """Show the probe; not drawn without a trusted pose."""
         self._live = live
-        self._probe = probe_places(live, self._body)
+        self._probe = contents.probe_places(live, self._body)
         if len(self._probe):
             self._look_for_work()
         self.update()
@@ -263,7 +254,7 @@ class PointView(OrbitView):
 
     def _work_now(self) -> WorkExtent:
         whole = self._whole if len(self._whole.all) else ViewedPlaces(self._probe)
-        return WorkExtent(self._probe[-1:], shown_target(self._job), self._active, whole)
+        return WorkExtent(self._probe[-1:], contents.shown_target(self._job), self._active, whole)
 
     def _look_for_work(self) -> None:
         """Keep the work in view: calmly, but at once if the ball has left it."""
@@ -286,7 +277,7 @@ class PointView(OrbitView):
         if target is None or _is_same(target, self._seen_target):
             return orbit, False
         self._seen_target = target
-        later = () if self._job is None else shown_targets(self._job)
+        later = () if self._job is None else contents.shown_targets(self._job)
         turned = side_for(orbit, target, later, lambda side: self._part.hides(target, side))
         return turned, turned is not orbit
 
@@ -316,12 +307,12 @@ class PointView(OrbitView):
         painter.drawImage(inside.topLeft(), seen.image)
         named = orbit.radius < _NAMED_MM
         tip = None if self._live is None else self._live.tip_world
-        next_place = target_items(self._job, tip, theme, orbit.up)
+        next_place = contents.target_items(self._job, tip, theme, orbit.up)
         moving = (
             *next_place,
-            *reference_items(self._live, theme, named=named),
-            *probe_items(self._probe, self._body, theme, named=named),
-            *aim_items(self._aim, self._probe, theme),
+            *contents.reference_items(self._live, theme, named=named),
+            *contents.probe_items(self._probe, self._body, theme, named=named),
+            *contents.aim_items(self._aim, self._probe, theme),
         )
         corner = self._overview.place(inside, self.projected(self._work.needed()))
         free = self._free_of_words(inside, corner)

@@ -10,25 +10,8 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QStackedWidget, QWidget
 
 from ocmm_core.calibration.guided import ProcedureDecision, ProcedureView
-from ocmm_gui.kit import (
-    FitText,
-    NarrowButton,
-    Sound,
-    Theme,
-    Themed,
-    ThemedWidget,
-    hbox,
-    key_words,
-    literal,
-    mark_colour,
-    said,
-    said_word,
-    sentence_label,
-    text_font,
-    tr,
-    use_role,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import tr
 from ocmm_gui.wizards._driver import WizardDriver
 from ocmm_gui.wizards._runner_parts import WIZARD_ACTIONS, DecisionBar, Rail, make_wizard_actions
 from ocmm_gui.wizards.pages import (
@@ -51,7 +34,7 @@ GO_ON_MS = 1500
 """Delay before entering the next step automatically, for the sound."""
 
 
-class Runner(Themed, QWidget):
+class Runner(kit.Themed, QWidget):
     """Show a procedure and forward commands; contains no logic.
 
     ``driver``: not started, closed by `close_driver`; ``extra``: commands of ``skip``, ``repeat``,
@@ -87,23 +70,23 @@ class Runner(Themed, QWidget):
             for info in WIZARD_ACTIONS
             if not info.key.startswith("plot")
         }
-        self._heading = FitText(tr("Wizard"), limit=20)
+        self._heading = kit.FitText(tr("Wizard"), limit=20)
         self._heading.setFixedHeight(34)
         title = tr(texts.title)
         self._heading.show_text(practice_title(title) if practice else title)
         self.rail = Rail()
-        self._title = FitText(tr("Step"), limit=28)
+        self._title = kit.FitText(tr("Step"), limit=28)
         self._title.setFixedHeight(38)
-        self.instruction = sentence_label(tr("What to do"), 18)
+        self.instruction = kit.sentence_label(tr("What to do"), 18)
         self.instruction.setMinimumHeight(_INSTRUCTION_PX)
         self._stack = QStackedWidget()
         for page in self.pages.values():
             page.commanded.connect(driver.do)
             page.sounded.connect(self.sounded)
             self._stack.addWidget(page)
-        self._gate_mark = FitText(tr("Next"), limit=22)
+        self._gate_mark = kit.FitText(tr("Next"), limit=22)
         self._gate_mark.setFixedSize(26, 30)
-        self.gate = sentence_label(tr("Why Next is locked"), 17)
+        self.gate = kit.sentence_label(tr("Why Next is locked"), 17)
         self.decision = DecisionBar()
         self.decision.decided.connect(self._decide)
         self._lay_out()
@@ -134,9 +117,9 @@ class Runner(Themed, QWidget):
             self._was_open = True
             self._go_on.stop()
         self._note_completion(base, page)
-        self._title.show_text(said_word(base.step.title))
-        if self.instruction.text() != said(base.step.instruction):
-            self.instruction.setText(said(base.step.instruction))
+        self._title.show_text(kit.said_word(base.step.title))
+        if self.instruction.text() != kit.said(base.step.instruction):
+            self.instruction.setText(kit.said(base.step.instruction))
         self.rail.show_steps(
             base.steps, base.current, ended=base.decision is not ProcedureDecision.OPEN
         )
@@ -150,7 +133,7 @@ class Runner(Themed, QWidget):
         self._stack.setCurrentWidget(page)
         self._show_buttons(page)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         if self._seen is not None:
             self._show_gate(self._seen)
@@ -178,7 +161,7 @@ class Runner(Themed, QWidget):
         """Signal a completed step, and continue automatically if hands are full."""
         is_open = base.step.gate.open and base.decision is ProcedureDecision.OPEN
         if is_open and not self._was_open and base.step.wanted:
-            self.sounded.emit(Sound.FEATURE_COMPLETE)
+            self.sounded.emit(kit.Sound.FEATURE_COMPLETE)
             if page.goes_on_by_itself:
                 self._go_on.start()
         elif not is_open:
@@ -231,7 +214,9 @@ class Runner(Themed, QWidget):
             mine = key in page.keys or key == "leave" or (key == "cancel" and calculating)
             action.setEnabled(mine and allowed.get(key, True))
         for key in ("take", "next"):
-            use_role(self.buttons[key], "primary" if seen.complete is (key == "next") else "tool")
+            kit.use_role(
+                self.buttons[key], "primary" if seen.complete is (key == "next") else "tool"
+            )
         self.buttons["cancel"].setVisible(calculating)
         self.buttons["calculate"].setVisible("calculate" in page.keys and not calculating)
         self.buttons["automatic"].setText(
@@ -248,7 +233,7 @@ class Runner(Themed, QWidget):
         text, mark = gate_words(seen, accepted, going_on=self._go_on.isActive())
         if text != self.gate.text():
             self.gate.setText(text)
-        self._gate_mark.show_text("", mark_colour(self._theme, mark), mark)
+        self._gate_mark.show_text("", kit.mark_colour(self._theme, mark), mark)
 
     def _show_buttons(self, page: StepPage) -> None:
         for key, button in self.buttons.items():
@@ -256,13 +241,13 @@ class Runner(Themed, QWidget):
         self.buttons["leave"].show()
 
     def _button(self, action: QAction) -> QPushButton:
-        key = key_words(action.shortcuts()[0])
-        button = NarrowButton(f"{action.text()}\n[{key}]")
+        key = kit.key_words(action.shortcuts()[0])
+        button = kit.NarrowButton(f"{action.text()}\n[{key}]")
         button.setObjectName(action.objectName())
         button.setAccessibleName(action.text())
         button.setAccessibleDescription(action.toolTip())
-        button.setToolTip(literal(action.toolTip()))
-        button.setFont(text_font(16, bold=True))
+        button.setToolTip(kit.literal(action.toolTip()))
+        button.setFont(kit.text_font(16, bold=True))
         button.setMinimumHeight(_BUTTON_PX)
         button.setProperty("role", "primary" if action.objectName() in _PRIMARY else "tool")
         button.hide()
@@ -273,27 +258,27 @@ class Runner(Themed, QWidget):
         return button
 
     def _lay_out(self) -> None:
-        side = vbox(self._heading, (self.rail, 1), self.buttons["leave"], spacing=8)
+        side = kit.vbox(self._heading, (self.rail, 1), self.buttons["leave"], spacing=8)
         for widget in (self._heading, self.rail, self.buttons["leave"]):
             widget.setFixedWidth(_RAIL_PX)
         gate = QFrame()
         gate.setProperty("role", "panel")
-        hbox(self._gate_mark, (self.gate, 1), parent=gate, margins=(12, 6, 12, 6))
+        kit.hbox(self._gate_mark, (self.gate, 1), parent=gate, margins=(12, 6, 12, 6))
         self.gate.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        row = hbox(spacing=8)
+        row = kit.hbox(spacing=8)
         for key in _ORDER:
             row.addWidget(self.buttons[key], 2 if key in _PRIMARY else 1)
-        main = vbox(
+        main = kit.vbox(
             self._title, self.instruction, (self._stack, 1), self.decision, gate, row, spacing=8
         )
-        hbox(side, (main, 1), parent=self, spacing=12, margins=(12, 8, 12, 10))
+        kit.hbox(side, (main, 1), parent=self, spacing=12, margins=(12, 8, 12, 10))
 
 
 def _nothing() -> None:
     """Do nothing: the page has no such command."""
 
 
-class GuidedStack(Themed, QStackedWidget):
+class GuidedStack(kit.Themed, QStackedWidget):
     left = Signal()
     """Left; the procedure has ended and can be resumed."""
     taken = Signal()
@@ -321,7 +306,7 @@ class GuidedStack(Themed, QStackedWidget):
         runner.deleteLater()
         return ended
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         """Store the theme for later pages."""
         self._theme = theme
 
@@ -333,7 +318,7 @@ class GuidedStack(Themed, QStackedWidget):
         driver.failed.connect(self.failed)
         self.runner = runner
         for widget in (runner, *runner.findChildren(QWidget)):
-            if isinstance(widget, ThemedWidget):
+            if isinstance(widget, kit.ThemedWidget):
                 widget.set_theme(self._theme)
         self.addWidget(runner)
         self.setCurrentWidget(runner)

@@ -9,29 +9,8 @@ from PySide6.QtGui import QAction, QColor, QKeySequence, QPaintEvent, QPen
 from PySide6.QtWidgets import QFrame, QSizePolicy, QWidget
 
 from ocmm_core.calibration.guided import Step
-from ocmm_gui.kit import (
-    FINISH_KEYS,
-    TAKE_KEYS,
-    UNDO_KEYS,
-    ActionInfo,
-    DebouncedCommand,
-    Mark,
-    NarrowButton,
-    OwnKeysField,
-    PaintedWidget,
-    PlainLabel,
-    dressed,
-    fitted,
-    hbox,
-    ink,
-    key_words,
-    later,
-    literal,
-    paint_mark,
-    said_word,
-    text_font,
-    tr,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 
 _WELCOME, _NEEDED = later("Reason, for the history"), later("A reason is required")
 
@@ -47,18 +26,20 @@ class DecisionBar(QFrame):
         self.setAccessibleName(tr("Decision"))
         self._accepts = False
         self._needs_reason = False
-        self._question = dressed(PlainLabel(), tr("Decision"), font=text_font(17, bold=True))
-        self._reason = OwnKeysField()
+        self._question = kit.dressed(
+            kit.PlainLabel(), tr("Decision"), font=kit.text_font(17, bold=True)
+        )
+        self._reason = kit.OwnKeysField()
         self._reason.setObjectName("reason")
         self._reason.setAccessibleName(tr("Reason"))
-        self._reason.setFont(text_font(16))
-        self._yes = dressed(NarrowButton(tr("Yes  [Return]")), tr("Yes"), role="primary")
-        self._no = dressed(NarrowButton(tr("No  [Esc]")), tr("No"))
-        layout = hbox(
+        self._reason.setFont(kit.text_font(16))
+        self._yes = kit.dressed(kit.NarrowButton(tr("Yes  [Return]")), tr("Yes"), role="primary")
+        self._no = kit.dressed(kit.NarrowButton(tr("No  [Esc]")), tr("No"))
+        layout = kit.hbox(
             self._question, (self._reason, 1), parent=self, spacing=10, margins=(14, 8, 10, 8)
         )
         for button in (self._yes, self._no):
-            button.setFont(text_font(16, bold=True))
+            button.setFont(kit.text_font(16, bold=True))
             button.setMinimumHeight(46)
             layout.addWidget(button)
         self._yes.clicked.connect(self._confirm)
@@ -95,27 +76,33 @@ _PLOTS = (
     (later("Plot 4"), later("Show plot 4")),
 )
 WIZARD_ACTIONS = (
-    ActionInfo("take", later("Take"), later("Take an observation now"), TAKE_KEYS, True),
-    ActionInfo(
-        "drop", later("Undo"), later("Undo the last observation of this step"), UNDO_KEYS, True
+    kit.ActionInfo("take", later("Take"), later("Take an observation now"), kit.TAKE_KEYS, True),
+    kit.ActionInfo(
+        "drop", later("Undo"), later("Undo the last observation of this step"), kit.UNDO_KEYS, True
     ),
-    ActionInfo("next", later("Next"), later("Go to the next step"), FINISH_KEYS, True),
-    ActionInfo(
+    kit.ActionInfo("next", later("Next"), later("Go to the next step"), kit.FINISH_KEYS, True),
+    kit.ActionInfo(
         "back", later("Back"), later("Back to the previous step; nothing is lost"), ("PgUp",)
     ),
-    ActionInfo("automatic", later("Automatic"), later("Turn automatic taking on or off"), ("Y",)),
-    ActionInfo("skip", later("Skip"), later("Skip this point: no camera sees it"), ("S",)),
-    ActionInfo("repeat", later("Repeat line"), later("Repeat a misplaced or failed line"), ("N",)),
-    ActionInfo("anew", later("Repeat sweep"), later("Discard this sweep and repeat it"), ("W",)),
-    ActionInfo("calculate", later("Calculate"), later("Recalculate the result"), ("R",)),
-    ActionInfo("cancel", later("Cancel"), later("Cancel the calculation"), ("C",)),
-    ActionInfo("accept", later("Accept"), later("Activate the result"), ("A",)),
-    ActionInfo("keep", later("Keep the old"), later("End without changes"), ("K",)),
-    ActionInfo(
+    kit.ActionInfo(
+        "automatic", later("Automatic"), later("Turn automatic taking on or off"), ("Y",)
+    ),
+    kit.ActionInfo("skip", later("Skip"), later("Skip this point: no camera sees it"), ("S",)),
+    kit.ActionInfo(
+        "repeat", later("Repeat line"), later("Repeat a misplaced or failed line"), ("N",)
+    ),
+    kit.ActionInfo(
+        "anew", later("Repeat sweep"), later("Discard this sweep and repeat it"), ("W",)
+    ),
+    kit.ActionInfo("calculate", later("Calculate"), later("Recalculate the result"), ("R",)),
+    kit.ActionInfo("cancel", later("Cancel"), later("Cancel the calculation"), ("C",)),
+    kit.ActionInfo("accept", later("Accept"), later("Activate the result"), ("A",)),
+    kit.ActionInfo("keep", later("Keep the old"), later("End without changes"), ("K",)),
+    kit.ActionInfo(
         "leave", later("Leave"), later("Back to Maintain; the session can be resumed"), ("Esc",)
     ),
     *(
-        ActionInfo(f"plot{number}", text, tip, (f"{number}",))
+        kit.ActionInfo(f"plot{number}", text, tip, (f"{number}",))
         for number, (text, tip) in enumerate(_PLOTS, start=1)
     ),
 )
@@ -129,13 +116,15 @@ def make_wizard_actions(
     for info in WIZARD_ACTIONS:
         action = QAction(tr(info.text), wizard)
         action.setObjectName(info.key)
-        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(map(key_words, info.shortcuts))})"))
+        action.setToolTip(
+            kit.literal(f"{tr(info.tip)} ({', '.join(map(kit.key_words, info.shortcuts))})")
+        )
         action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
         action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         action.setAutoRepeat(False)
         action.setEnabled(False)
         call = calls[info.key]
-        command = DebouncedCommand(call) if info.is_trigger else call
+        command = kit.DebouncedCommand(call) if info.is_trigger else call
         action.triggered.connect(lambda _checked, command=command: command())
         wizard.addAction(action)
         actions[info.key] = action
@@ -146,7 +135,7 @@ _ROW_PX, _MARK_PX = 66.0, 30.0
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
-class Rail(PaintedWidget):
+class Rail(kit.PaintedWidget):
     """One row per step: mark, title and count."""
 
     def __init__(self) -> None:
@@ -164,7 +153,7 @@ class Rail(PaintedWidget):
             step = steps[current]
             self.setAccessibleDescription(
                 tr("Step {current} of {count}: {title}").format(
-                    current=current + 1, count=len(steps), title=said_word(step.title)
+                    current=current + 1, count=len(steps), title=kit.said_word(step.title)
                 )
             )
             self.update()
@@ -184,16 +173,18 @@ class Rail(PaintedWidget):
                 above = box.top() - (row - _MARK_PX) + 3.0
                 painter.drawLine(QPointF(x, above), QPointF(x, box.top() - 3.0))
             colour = theme.good if done else theme.accent if current else theme.muted
-            mark = Mark.GOOD if done else Mark.ACTIVE if current else Mark.OPEN
-            paint_mark(painter, mark, box, colour, theme.background)
+            mark = kit.Mark.GOOD if done else kit.Mark.ACTIVE if current else kit.Mark.OPEN
+            kit.paint_mark(painter, mark, box, colour, theme.background)
             text = QRectF(box.right() + 10.0, top, self.width() - box.right() - 12.0, row)
-            title = f"{index + 1}  {said_word(step.title)}"
-            painter.setFont(fitted(text_font(17, bold=current), title, text.width(), 26.0, 17))
+            title = f"{index + 1}  {kit.said_word(step.title)}"
+            painter.setFont(
+                kit.fitted(kit.text_font(17, bold=current), title, text.width(), 26.0, 17)
+            )
             painter.setPen(QColor(theme.text if current or done else theme.muted))
             if step.wanted:
                 head = QRectF(text.left(), text.center().y() - 25.0, text.width(), 26.0)
                 painter.drawText(head, _LEFT, title)
-                ink(painter, QColor(theme.muted), font=text_font(14))
+                kit.ink(painter, QColor(theme.muted), font=kit.text_font(14))
                 count = QRectF(text.left() + 18.0, text.center().y() + 1.0, text.width(), 20.0)
                 painter.drawText(
                     count,

@@ -17,7 +17,7 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.calibration.relocation import GeometryMode, LensMode, RelocationProcedure, World
 from ocmm_core.calibration.sweeping import PivotProcedure
-from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
+from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure, TipSite
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.documents import resource
 from ocmm_core.typed_numbers import BALL
@@ -223,17 +223,13 @@ def begin_qualification(
     who, warm = named(values), temperature(values, now)
     sphere = load_sphere(given(values, "sphere", _SPHERE_FILE))
     return TipQualificationProcedure.begin(
-        place.sessions, place.rig, place.body, ProbeStore(place.folder), values["tip"].strip(),
-        sphere, now, who=who, temperature=warm, cone=_cone(values["cone"]),
-        nominal_mm=_diameter(values["nominal"]), cameras=_cameras(place), hold_s=place.hold_s,
+        place.sessions, _tip_site(place), values["tip"].strip(), sphere, now, who=who,
+        temperature=warm, cone=_cone(values["cone"]), nominal_mm=_diameter(values["nominal"]),
     )  # fmt: skip
 
 
 def resume_qualification(place: SessionPlace, path: Path) -> TipQualificationProcedure:
-    return TipQualificationProcedure.resume(
-        path, place.rig, place.body, ProbeStore(place.folder), cameras=_cameras(place),
-        hold_s=place.hold_s,
-    )  # fmt: skip
+    return TipQualificationProcedure.resume(path, _tip_site(place))
 
 
 def tip_check_fields(site: WizardSite) -> tuple[Field, ...]:
@@ -247,17 +243,18 @@ def begin_tip_check(
     who, warm = named(values), temperature(values, now)
     sphere = load_sphere(given(values, "sphere", _SPHERE_FILE))
     return TipCheckProcedure.begin(
-        place.sessions, place.rig, place.body, ProbeStore(place.folder), values["tip"].strip(),
-        sphere, now, who=who, temperature=warm, cone=_cone(values["cone"]),
-        cameras=_cameras(place), hold_s=place.hold_s,
+        place.sessions, _tip_site(place), values["tip"].strip(), sphere, now, who=who,
+        temperature=warm, cone=_cone(values["cone"]),
     )  # fmt: skip
 
 
 def resume_tip_check(place: SessionPlace, path: Path) -> TipCheckProcedure:
-    return TipCheckProcedure.resume(
-        path, place.rig, place.body, ProbeStore(place.folder), cameras=_cameras(place),
-        hold_s=place.hold_s,
-    )  # fmt: skip
+    return TipCheckProcedure.resume(path, _tip_site(place))
+
+
+def _tip_site(place: SessionPlace) -> TipSite:
+    store = ProbeStore(place.folder)
+    return TipSite(place.rig, place.body, store, _cameras(place), place.hold_s)
 
 
 def _mounted(site: WizardSite) -> Field:

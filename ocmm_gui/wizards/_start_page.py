@@ -7,31 +7,15 @@ from collections.abc import Sequence
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QListWidget, QListWidgetItem, QWidget
 
-from ocmm_gui.kit import (
-    ChoiceBox,
-    HintField,
-    PlainLabel,
-    Themed,
-    dressed,
-    fill,
-    hbox,
-    large_button,
-    literal,
-    panel,
-    said,
-    sentence_label,
-    text_font,
-    tr,
-    use_role,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import tr
 from ocmm_gui.wizards._site import UnfinishedSession
 from ocmm_gui.wizards.pages import Field, practice_title
 
 _ROW_PX = 58
 
 
-class WizardStart(Themed, QWidget):
+class WizardStart(kit.Themed, QWidget):
     """Fields of a new session on the left, unfinished sessions on the right."""
 
     begun = Signal(object)
@@ -43,28 +27,32 @@ class WizardStart(Themed, QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._offers: tuple[UnfinishedSession, ...] = ()
-        self._title = dressed(PlainLabel(), tr("Wizard"), font=text_font(28, bold=True))
-        self._purpose = sentence_label(tr("Purpose"), 18)
-        self.trouble = sentence_label(tr("Why it cannot start"), 17)
-        self.fields: dict[str, QLineEdit | ChoiceBox] = {}
+        self._title = kit.dressed(kit.PlainLabel(), tr("Wizard"), font=kit.text_font(28, bold=True))
+        self._purpose = kit.sentence_label(tr("Purpose"), 18)
+        self.trouble = kit.sentence_label(tr("Why it cannot start"), 17)
+        self.fields: dict[str, QLineEdit | kit.ChoiceBox] = {}
         self._form = QGridLayout()
         self._form.setVerticalSpacing(5)
         self._form.setHorizontalSpacing(14)
-        self.begin_button = large_button(tr("Start  [Return]"), tr("Start a new session"))
-        self.resume_button = large_button(tr("Resume  [G]"), tr("Resume the selected session"), "G")
-        self.leave_button = large_button(tr("Leave  [Esc]"), tr("Leave the wizard"), "Esc")
+        self.begin_button = kit.large_button(tr("Start  [Return]"), tr("Start a new session"))
+        self.resume_button = kit.large_button(
+            tr("Resume  [G]"), tr("Resume the selected session"), "G"
+        )
+        self.leave_button = kit.large_button(tr("Leave  [Esc]"), tr("Leave the wizard"), "Esc")
         self.begin_button.clicked.connect(self._begin)
         self.resume_button.clicked.connect(self._resume)
         self.leave_button.clicked.connect(self.left)
-        self.list = dressed(QListWidget(), tr("Unfinished sessions"), font=text_font(16))
+        self.list = kit.dressed(QListWidget(), tr("Unfinished sessions"), font=kit.text_font(16))
         self.list.setWordWrap(True)
         self.list.currentRowChanged.connect(self._show_choice)
         self.list.itemActivated.connect(self._resume)
-        self._note = sentence_label(tr("Details of the selected session"), 15)
-        layout = vbox(self._title, self._purpose, parent=self, spacing=12, margins=(18, 12, 18, 12))
-        middle = hbox((self._new_session(), 1), (self._unfinished(), 1), spacing=12)
-        fill(layout, (middle, 1), self.trouble)
-        row = hbox(self.leave_button)
+        self._note = kit.sentence_label(tr("Details of the selected session"), 15)
+        layout = kit.vbox(
+            self._title, self._purpose, parent=self, spacing=12, margins=(18, 12, 18, 12)
+        )
+        middle = kit.hbox((self._new_session(), 1), (self._unfinished(), 1), spacing=12)
+        kit.fill(layout, (middle, 1), self.trouble)
+        row = kit.hbox(self.leave_button)
         row.addStretch(1)
         layout.addLayout(row)
 
@@ -106,13 +94,13 @@ class WizardStart(Themed, QWidget):
                 widget.deleteLater()
         self.fields = {}
         for one in fields:
-            label = dressed(PlainLabel(tr(one.label)), font=text_font(15), role="muted")
+            label = kit.dressed(kit.PlainLabel(tr(one.label)), font=kit.text_font(15), role="muted")
             field = self._choice(one) if one.choices else self._line(one)
             field.setObjectName(one.key)
             field.setAccessibleName(tr(one.label))
             field.setAccessibleDescription(tr(one.tip))
-            field.setToolTip(literal(tr(one.tip)))
-            field.setFont(text_font(16))
+            field.setToolTip(kit.literal(tr(one.tip)))
+            field.setFont(kit.text_font(16))
             field.setMinimumHeight(36)
             label.setBuddy(field)
             row = len(self.fields)
@@ -124,38 +112,42 @@ class WizardStart(Themed, QWidget):
             self.fields[one.key] = field
 
     def _line(self, one: Field) -> QLineEdit:
-        field = HintField(one.proposal)
+        field = kit.HintField(one.proposal)
         field.setPlaceholderText(tr(one.tip))
         field.returnPressed.connect(self._begin)
         field.textEdited.connect(lambda _text: self.show_trouble(""))
         return field
 
-    def _choice(self, one: Field) -> ChoiceBox:
+    def _choice(self, one: Field) -> kit.ChoiceBox:
         words = dict(one.choices)
-        field = ChoiceBox(tr(one.label), tr(one.tip), tuple(words), lambda value: tr(words[value]))
+        field = kit.ChoiceBox(
+            tr(one.label), tr(one.tip), tuple(words), lambda value: tr(words[value])
+        )
         field.set_theme(self._theme)
         return field
 
     def _new_session(self) -> QWidget:
-        column = vbox(_heading(tr("New session")), self._form, spacing=8)
+        column = kit.vbox(_heading(tr("New session")), self._form, spacing=8)
         column.addStretch(1)
         column.addWidget(self.begin_button)
-        return panel(column)
+        return kit.panel(column)
 
     def _unfinished(self) -> QWidget:
-        column = vbox(
+        column = kit.vbox(
             _heading(tr("Not finished")), (self.list, 1), self._note, self.resume_button, spacing=8
         )
-        self._offered = panel(column)
+        self._offered = kit.panel(column)
         return self._offered
 
     def _show_choice(self, _row: int = 0) -> None:
         offer = self._offer()
         self.resume_button.setEnabled(offer is not None and not offer.blocker)
-        self._note.setText("" if offer is None else said(offer.blocker) or tr("Nothing was lost."))
+        self._note.setText(
+            "" if offer is None else kit.said(offer.blocker) or tr("Nothing was lost.")
+        )
         new = offer is None or bool(offer.blocker)
         for button, primary in ((self.begin_button, new), (self.resume_button, not new)):
-            use_role(button, "primary" if primary else "plain")
+            kit.use_role(button, "primary" if primary else "plain")
         self._paint()
 
     def _offer(self) -> UnfinishedSession | None:
@@ -184,7 +176,7 @@ class WizardStart(Themed, QWidget):
 
 
 def _heading(text: str) -> QLabel:
-    label = PlainLabel(text)
-    label.setFont(text_font(18, bold=True))
+    label = kit.PlainLabel(text)
+    label.setFont(kit.text_font(18, bold=True))
     label.setAlignment(Qt.AlignmentFlag.AlignLeft)
     return label

@@ -3,18 +3,18 @@
 In: lines of a client over TCP, touches of a station. Out: answers, and a job next to each session.
 
 Read `_session` first (transactions, error state, touches), then `_registry` (the commands) with
-`_commands` and `_touch_commands` (one handler a command), `_state` and `_points`. `_grammar`,
-`_dialect` and `_frames` are pure. `_machine` is a measuring station, `_server` the sockets,
-`_service` joins them, `_command` is `ocmm serve ippdme`.
-Numbers come from the core; a point that it refuses is never answered.
+`_commands` and `_touch_commands` (one handler a command), `_state` and `_points`. `_grammar` (with
+its dialects) and `_frames` are pure. `_machine` is a measuring station, `_server` the sockets,
+`_service` joins them, `_command` is `ocmm serve ippdme`. Numbers come from the core; a point that
+it refuses is never answered.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_serve.ippdme._command import serve_app
-    from ocmm_serve.ippdme._dialect import DmeDialect
     from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
+    from ocmm_serve.ippdme._grammar import DmeDialect
     from ocmm_serve.ippdme._machine import StationMachine
     from ocmm_serve.ippdme._registry import CommandSpec, supported
     from ocmm_serve.ippdme._server import DmeServer

@@ -44,8 +44,8 @@ def serve_ippdme(
     """
     from ocmm_core.composition import build_station
     from ocmm_core.inspection.evaluation import JobHeader
-    from ocmm_serve.ippdme._dialect import DmeDialect
     from ocmm_serve.ippdme._frames import ShiftSign
+    from ocmm_serve.ippdme._grammar import DmeDialect
     from ocmm_serve.ippdme._service import DmeOptions, DmeService
     from ocmm_serve.ippdme._session import OPERATOR
 

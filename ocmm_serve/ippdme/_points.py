@@ -8,8 +8,7 @@ import numpy as np
 
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
-from ocmm_serve.ippdme._dialect import DmeDialect
-from ocmm_serve.ippdme._grammar import DmeError, call_text
+from ocmm_serve.ippdme._grammar import DmeDialect, DmeError, call_text
 from ocmm_serve.ippdme._state import AXES, BallPose, CommandedTouch, DmeState
 
 ABSENT = ("R", "Tool.A", "Tool.B", "Tool.C")

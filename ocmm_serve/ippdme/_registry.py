@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from ocmm_serve.ippdme import _commands as own
 from ocmm_serve.ippdme import _touch_commands as touch
-from ocmm_serve.ippdme._dialect import DmeDialect
-from ocmm_serve.ippdme._grammar import Value
+from ocmm_serve.ippdme._grammar import DmeDialect, Value
 from ocmm_serve.ippdme._points import ABSENT
 from ocmm_serve.ippdme._state import AXES, NO_SCAN, DmeState, Handler
 

@@ -11,8 +11,7 @@ from collections.abc import Callable
 from ocmm_core.failure import contained
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.station.stream import StreamOptions, check_stream, listen, may_connect, tls_context
-from ocmm_serve.ippdme._dialect import error_line
-from ocmm_serve.ippdme._grammar import LONGEST_LINE, NO_TAG
+from ocmm_serve.ippdme._grammar import LONGEST_LINE, NO_TAG, error_line
 from ocmm_serve.ippdme._session import DmeSession
 
 _TICK_S = 0.05

@@ -13,8 +13,8 @@ from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.settings import Settings
 from ocmm_core.station import MeasuringStation, ServiceSpec, ServiceState
 from ocmm_core.station.stream import StreamOptions
-from ocmm_serve.ippdme._dialect import DmeDialect
 from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
+from ocmm_serve.ippdme._grammar import DmeDialect
 from ocmm_serve.ippdme._machine import StationMachine
 from ocmm_serve.ippdme._server import DmeServer
 from ocmm_serve.ippdme._session import DmeSession

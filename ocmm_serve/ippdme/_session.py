@@ -13,16 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_serve.ippdme import _points as points
 from ocmm_serve.ippdme._commands import LEAST_PERIOD_S
-from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect, error_line
-from ocmm_serve.ippdme._grammar import NO_TAG, DmeCommand, DmeError, call_text, parse, quoted
-from ocmm_serve.ippdme._points import (
-    FINAL,
-    fault_of,
-    point_note,
-    point_text,
-    pose_text,
-    refusal_error,
+from ocmm_serve.ippdme._grammar import (
+    ERRORS,
+    NO_TAG,
+    DmeCommand,
+    DmeDialect,
+    DmeError,
+    call_text,
+    error_line,
+    parse,
+    quoted,
 )
 from ocmm_serve.ippdme._registry import CommandSpec, supported
 from ocmm_serve.ippdme._state import NO_TOOL, REF_TOOL, UNDEFINED, CommandedTouch, DmeState
@@ -211,16 +213,16 @@ class DmeSession:
             if point.first_frame <= waiting.first_frame:
                 self._discard(point.number, _TOO_EARLY)
                 return
-            fault = "" if state.any_place else fault_of(point, waiting.target)
+            fault = "" if state.any_place else points.fault_of(point, waiting.target)
             if fault:
                 self._take_out(point.number, fault)
                 self._count_refusal(waiting, DmeError(1006, detail=fault))
                 return
             self._answer(waiting, point, waiting.target)
         elif self._leads:
-            answer = point_text(state, point, None)
+            answer = points.point_text(state, point, None)
             try:
-                state.machine.keep(point_note(state, NO_TAG, point, answer, None))
+                state.machine.keep(points.point_note(state, NO_TAG, point, answer, None))
             except DmeError as error:
                 self.report(error)
                 return
@@ -231,11 +233,11 @@ class DmeSession:
 
     def refused(self, refusal: Refusal) -> None:
         """Note that the chain refused a touch; it is never answered."""
-        error, waiting = refusal_error(refusal), self._waiting
+        error, waiting = points.refusal_error(refusal), self._waiting
         if waiting is None:
             self.state.machine.tell(error.detail)
             return
-        if refusal.code in FINAL:
+        if refusal.code in points.FINAL:
             waiting.refused = self._tries
         self._count_refusal(waiting, error)
 
@@ -248,10 +250,10 @@ class DmeSession:
         state, tag = self.state, opened.command.tag
         self._waiting = None
         state.machine.expect(None)
-        answer = point_text(state, point, target.normal)
+        answer = points.point_text(state, point, target.normal)
         try:
             # Durable before it is sent.
-            state.machine.keep(point_note(state, tag, point, answer, target))
+            state.machine.keep(points.point_note(state, tag, point, answer, target))
         except DmeError as error:
             self._fail(opened, error)
         else:
@@ -326,7 +328,7 @@ class DmeSession:
             state.machine.tell(error.detail)
             return
         radius = next((one.radius for one in state.machine.tools if one.name == state.tool), 0.0)
-        self._event("GoTo", pose_text(state, state.report, pose, radius))
+        self._event("GoTo", points.pose_text(state, state.report, pose, radius))
 
     def _event(self, name: str, argument: str) -> None:
         if self.state.in_session:
@@ -372,4 +374,4 @@ class DmeSession:
         late = daemon.every_s and now - daemon.last_s >= daemon.every_s
         if late or (daemon.step_mm and moved >= daemon.step_mm) or not np.isfinite(moved):
             daemon.last, daemon.last_s = pose.tip_world, now
-            self._out.append(f"{daemon.tag} # {pose_text(state, daemon.items, pose)}")
+            self._out.append(f"{daemon.tag} # {points.pose_text(state, daemon.items, pose)}")

@@ -8,17 +8,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from ocmm_core.geometry import Float
-from ocmm_serve.ippdme._dialect import DmeDialect
+from ocmm_serve.ippdme import _grammar as grammar
 from ocmm_serve.ippdme._frames import CsyFrames
-from ocmm_serve.ippdme._grammar import (
-    Call,
-    DmeError,
-    Value,
-    call_text,
-    list_text,
-    number_text,
-    quoted,
-)
 
 NO_TOOL, REF_TOOL, UNDEFINED, BASE_TOOL = "NoTool", "RefTool", "UnDefTool", "BaseTool"
 
@@ -81,7 +72,7 @@ class DmeMachine(Protocol):
     def mount(self, name: str) -> None:
         """Make a tip the active one; DmeError if it cannot be."""
 
-    def trouble(self) -> DmeError | None:
+    def trouble(self) -> grammar.DmeError | None:
         """Return why no point can be recorded at any place."""
 
     def require_qualified(self) -> None:
@@ -158,7 +149,7 @@ class DmeState:
     """State of the server towards its client; changed by commands, on one thread."""
 
     machine: DmeMachine
-    dialect: DmeDialect
+    dialect: grammar.DmeDialect
     frames: CsyFrames
     any_place: bool = False
     """Accept hits away from the nominal."""
@@ -210,7 +201,7 @@ class DmeState:
         trouble = self.machine.trouble()
         if trouble is not None:
             # Its place is the command.
-            raise DmeError(trouble.number, detail=trouble.detail)
+            raise grammar.DmeError(trouble.number, detail=trouble.detail)
 
     def changed_frames(self) -> None:
         """Show the active system, and let a running daemon report the virtual move."""
@@ -224,63 +215,63 @@ class DmeState:
             self.machine.lead(allowed=enabled)
 
 
-Handler = Callable[[DmeState, tuple[Value, ...]], "list[str] | CommandedTouch | None"]
+Handler = Callable[[DmeState, tuple[grammar.Value, ...]], "list[str] | CommandedTouch | None"]
 """Returns the data lines of an answer, if any, or the target of a touch that is waited for."""
 
 
-def names_in(args: Sequence[Value], allowed: Sequence[str]) -> tuple[str, ...]:
+def names_in(args: Sequence[grammar.Value], allowed: Sequence[str]) -> tuple[str, ...]:
     """Return the names of a set ``X(), Y()``; DmeError 0510 if empty, repeated or unknown."""
-    names = tuple(one.name for one in args if isinstance(one, Call) and not one.args)
+    names = tuple(one.name for one in args if isinstance(one, grammar.Call) and not one.args)
     wrong = len(names) != len(args) or len(set(names)) != len(names) or set(names) - set(allowed)
     if wrong or not names:
-        raise DmeError(510)
+        raise grammar.DmeError(510)
     return names
 
 
-def numbers_in(args: Sequence[Value], count: int) -> tuple[float, ...]:
+def numbers_in(args: Sequence[grammar.Value], count: int) -> tuple[float, ...]:
     """Return arguments that are `count` numbers; DmeError 0502 or 0509."""
     if len(args) != count:
-        raise DmeError(502)
+        raise grammar.DmeError(502)
     found = tuple(one for one in args if isinstance(one, float))
     if len(found) != count:
-        raise DmeError(509)
+        raise grammar.DmeError(509)
     return found
 
 
-def properties(state: DmeState, call: Call) -> str:
+def properties(state: DmeState, call: grammar.Call) -> str:
     """Return a property with its value, as asked; DmeError 0510 if unknown."""
     block, _, rest = call.name.partition(".")
     if call.args or not rest:
-        raise DmeError(510)
-    if block == "Part" and state.dialect is DmeDialect.V25:
+        raise grammar.DmeError(510)
+    if block == "Part" and state.dialect is grammar.DmeDialect.V25:
         return f"{call.name}({_limit(state, 'Part', rest)})"
     if block not in ("Tool", "FoundTool"):
-        raise DmeError(510)
+        raise grammar.DmeError(510)
     name = state.tool if block == "Tool" else state.found
     tool = state.tool_named(name) or DmeTool(name, name)
     par, _, item = rest.partition(".")
     if par in OF_TOOL:
         return f"{call.name}({_limit(state, par, item)})"
     if rest in ("Name", "Id"):
-        return f"{call.name}({quoted(tool.name if rest == 'Name' else tool.id)})"
+        return f"{call.name}({grammar.quoted(tool.name if rest == 'Name' else tool.id)})"
     if block == "Tool" and rest in ("Alignment", "CollisionVolume"):
         return f"{call.name}({_orientation(state, rest)})"
-    newer = state.dialect is DmeDialect.V25
+    newer = state.dialect is grammar.DmeDialect.V25
     if newer and rest == "AvrRadius":
-        return call_text(call.name, tool.radius)
+        return grammar.call_text(call.name, tool.radius)
     if newer and rest == "LastQualified":
-        return f"{call.name}({quoted(tool.qualified)})"
-    raise DmeError(510)
+        return f"{call.name}({grammar.quoted(tool.qualified)})"
+    raise grammar.DmeError(510)
 
 
 def _limit(state: DmeState, block: str, item: str) -> str:
     name, _, kind = item.partition(".")
     limits = PARAMETERS[block].get(name)
     if limits is None or kind not in ("", "Act", "Min", "Max", "Def"):
-        raise DmeError(510)
+        raise grammar.DmeError(510)
     own = {"Min": limits.low, "Max": limits.high, "Def": limits.default}
     value = own.get(kind, state.parameter(block, name))
-    return number_text(value)
+    return grammar.number_text(value)
 
 
 def _orientation(state: DmeState, kind: str) -> str:
@@ -288,22 +279,22 @@ def _orientation(state: DmeState, kind: str) -> str:
     to_active = state.frames.active_from_machine().rotation
     try:
         pose = state.machine.pose()
-    except DmeError:
+    except grammar.DmeError:
         return "0, 0, 0" if kind == "Alignment" else ""
     axes = to_active @ pose.rotation_world_from_probe
     if kind == "Alignment":
-        return list_text(axes[:, 2])
+        return grammar.list_text(axes[:, 2])
     low, high = pose.box_probe
     values = (*(axes @ (0.5 * (low + high))), *(0.5 * (high - low)), *axes.T.ravel())
-    return list_text(("OBB", *values))
+    return grammar.list_text(("OBB", *values))
 
 
-def property_kinds(state: DmeState, call: Call) -> Iterator[tuple[str, str]]:
+def property_kinds(state: DmeState, call: grammar.Call) -> Iterator[tuple[str, str]]:
     """Yield names and kinds of the members of a property; DmeError 0510 if unknown."""
     block, _, par = call.name.partition(".")
     if call.args or block not in ("Tool", "FoundTool", "Part"):
-        raise DmeError(510)
-    if block == "Part" and state.dialect is DmeDialect.V25 and not par:
+        raise grammar.DmeError(510)
+    if block == "Part" and state.dialect is grammar.DmeDialect.V25 and not par:
         yield from ((name, "Number") for name in PARAMETERS["Part"])
         return
     if par in OF_TOOL and block != "Part":
@@ -315,6 +306,6 @@ def property_kinds(state: DmeState, call: Call) -> Iterator[tuple[str, str]]:
         yield from ((kind, "Number") for kind in ("Min", "Max", "Act", "Def"))
         return
     if par or block == "Part":
-        raise DmeError(510)
+        raise grammar.DmeError(510)
     yield from (("Name", "String"), ("Id", "String"))
     yield from ((name, "Property") for name in OF_TOOL)

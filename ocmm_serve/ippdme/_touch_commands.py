@@ -6,8 +6,7 @@ import numpy as np
 
 from ocmm_core.geometry import Float
 from ocmm_serve.ippdme._commands import Args, text_in
-from ocmm_serve.ippdme._dialect import DmeDialect
-from ocmm_serve.ippdme._grammar import Call, DmeError, quoted
+from ocmm_serve.ippdme._grammar import Call, DmeDialect, DmeError, quoted
 from ocmm_serve.ippdme._points import ABSENT, POINT_ITEMS, pose_text
 from ocmm_serve.ippdme._state import (
     AXES,

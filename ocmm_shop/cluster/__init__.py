@@ -2,8 +2,8 @@
 
 In: tasks of `ocmm_core.cluster`. Out: their answers, from workers of the same build and arithmetic.
 
-Read `_over_dask` (a scheduler and its workers), `_open_tasks` (open tasks; replaces lost workers),
-`_contents` (bytes sent to workers), `_worker` (runs on a worker), `no_page` (a preload: no HTTP
+Read `_over_dask` (a scheduler and its workers), `_open_tasks` (open tasks and the bytes sent for
+them; replaces lost workers), `_worker` (runs on a worker), `no_page` (a preload: no HTTP
 server), `_sentences`. It must not know what is computed.
 """
 

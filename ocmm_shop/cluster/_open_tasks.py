@@ -8,11 +8,12 @@ loss of the scheduler, the client resubmits the open tasks.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import math
 import queue
 import time
 import uuid
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -21,30 +22,88 @@ from distributed import Client, Future, KilledWorker
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.failure import contained
-from ocmm_shop.cluster._contents import TaskContents
-from ocmm_shop.cluster._sentences import (
-    died,
-    no_workers,
-    other_processor,
-    other_version,
-    scheduler_lost,
-)
+from ocmm_shop.cluster import _sentences as sentences
 from ocmm_shop.cluster._worker import (
     Done,
     Refused,
     TaskRequest,
     WorkerPlatform,
     do,
+    held,
     this_computer,
     versions,
 )
+
+_IDLE = 8
+"""Contents kept on the workers although no open task needs them."""
+_SMALL = 1024
+"""Smaller contents are sent with every task."""
+_SEEN = 4096
+"""Number of remembered hashes."""
+
+
+@dataclass(slots=True)
+class TaskContents:
+    """Contents of the tasks of one call, by their SHA-256."""
+
+    kept: dict[str, Future] = field(default_factory=dict)
+    seen: dict[str, None] = field(default_factory=dict)
+    users: Counter[str] = field(default_factory=Counter)
+
+    def hand(
+        self, client: Client, contents: Sequence[bytes]
+    ) -> tuple[tuple[str, ...], list[bytes | Future]]:
+        """Return the hashes of a thing's contents, and what its task gets for each."""
+        hashes = tuple(hashlib.sha256(one).hexdigest() for one in contents)
+        return hashes, [
+            self._handed(client, sha256, content)
+            for sha256, content in zip(hashes, contents, strict=True)
+        ]
+
+    def _handed(self, client: Client, sha256: str, content: bytes) -> bytes | Future:
+        """Return the argument of a task for a content: the bytes themselves the first time.
+
+        Keeping them on a worker is a task as costly as the work, and maybe for nothing.
+        """
+        self.users[sha256] += 1
+        if sha256 not in self.kept:
+            if sha256 not in self.seen or len(content) < _SMALL:
+                self.seen[sha256] = None
+                if len(self.seen) > _SEEN:
+                    del self.seen[next(iter(self.seen))]
+                return content
+            self.kept[sha256] = client.submit(held, content, key=f"ocmm-content-{sha256}")
+        return self.kept[sha256]
+
+    def give_back(self, hashes: Sequence[str]) -> None:
+        """Note that a task is done; contents that no task needs are soon dropped."""
+        for sha256 in hashes:
+            self.users[sha256] -= 1
+            if self.users[sha256] <= 0 and sha256 not in self.kept:
+                del self.users[sha256]
+        idle = [sha256 for sha256 in self.kept if self.users[sha256] <= 0]
+        for sha256 in idle[:-_IDLE]:
+            del self.kept[sha256], self.users[sha256]
+
+    def forget_failed(self, hashes: Sequence[str]) -> None:
+        """Drop contents that no worker could keep: they would fail every later task."""
+        for sha256 in hashes:
+            future = self.kept.get(sha256)
+            if future is not None and future.status == "error":
+                del self.kept[sha256]
+                self.seen.pop(sha256, None)
+
+    def clear(self) -> None:
+        self.kept.clear()
+        self.seen.clear()
+        self.users.clear()
 
 
 def check_all(client: Client, ours: WorkerPlatform) -> None:
     """Raise InputError if workers could give other digits; the scheduler computes nothing."""
     scheduler = _of_scheduler(client)
     if scheduler != ours.versions:
-        raise other_version("The scheduler", _named(scheduler), ours.versions)
+        raise sentences.other_version("The scheduler", _named(scheduler), ours.versions)
     for worker, theirs in client.run(this_computer, on_error="return").items():
         if theirs != ours:
             raise refusal(f"Worker {worker}", theirs, ours)
@@ -54,12 +113,12 @@ def refusal(who: str, theirs: object, ours: WorkerPlatform) -> InputError:
     """Return why a worker unlike this computer could give other digits."""
     if not isinstance(theirs, WorkerPlatform):
         # A worker without that class has another version.
-        return other_version(who, _named(theirs), ours.versions)
+        return sentences.other_version(who, _named(theirs), ours.versions)
     if theirs.versions != ours.versions:
-        return other_version(who, theirs.versions, ours.versions)
+        return sentences.other_version(who, theirs.versions, ours.versions)
     there = theirs.arithmetic.environment_of(ours.arithmetic)
     here = ours.arithmetic.environment_of(theirs.arithmetic)
-    return other_processor(who, str(theirs.arithmetic), str(ours.arithmetic), there, here)
+    return sentences.other_processor(who, str(theirs.arithmetic), str(ours.arithmetic), there, here)
 
 
 def _named(found: object) -> str:
@@ -171,7 +230,7 @@ class Tasks:
                 if key is None:
                     losses += 1
                     if losses > _LOSSES:
-                        raise scheduler_lost(self.address)
+                        raise sentences.scheduler_lost(self.address)
                     client = self._again(client, ours)
                     continue
                 answered = self._take(key)
@@ -208,7 +267,7 @@ class Tasks:
         try:
             client.wait_for_workers(1, timeout=_BACK_S)
         except TimeoutError as error:
-            raise no_workers(self.address, _BACK_S) from error
+            raise sentences.no_workers(self.address, _BACK_S) from error
 
     def _room(self, client: Client) -> int:
         """Return the number of tasks that may be open, by the current workers."""
@@ -282,7 +341,7 @@ class Tasks:
             waited = time.monotonic() - since
             if waited > 5.0 and not has_workers(client):
                 if waited > _BACK_S:
-                    raise no_workers(self.address, waited)
+                    raise sentences.no_workers(self.address, waited)
             elif waited > 5.0:
                 since = time.monotonic() - 5.0
 
@@ -301,7 +360,7 @@ class Tasks:
                 # The cause among the bundled things is found by trying each alone.
                 self.suspects.extend(one.places)
             else:
-                answers = {place: died(self._name(place)) for place in one.places}
+                answers = {place: sentences.died(self._name(place)) for place in one.places}
         except Exception as error:
             if one.future.status in ("cancelled", "lost", "pending"):
                 # Finished, but its worker was lost before the answer came; Dask repeats it, or the

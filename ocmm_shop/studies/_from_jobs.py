@@ -24,6 +24,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.archive import SUFFIX, Comparison, Trend, compare_files
 from ocmm_core.measuring import COVERAGE_FACTOR
 from ocmm_core.names import label_fault
+from ocmm_shop.studies import _single as single
 from ocmm_shop.studies._gauge_rr import (
     AIAG_LEVEL,
     LEAST_OPERATORS,
@@ -31,15 +32,6 @@ from ocmm_shop.studies._gauge_rr import (
     LEAST_TRIALS,
     GaugeStudy,
     gauge_study,
-)
-from ocmm_shop.studies._single import (
-    LinearityStudy,
-    StatedScatter,
-    Suitability,
-    compare_stated,
-    linearity_study,
-    process_uncertainty,
-    suitability,
 )
 
 STUDY_SCHEMA = "ocmm.msa-plan/1"
@@ -170,10 +162,10 @@ class CharacteristicStudy:
     """`name`, `low`, `high`: Of the plan; limits may be infinite."""
     study: GaugeStudy | None
     """None if there is none; ``why_not`` has the reason."""
-    stated: StatedScatter | None
+    stated: single.StatedScatter | None
     """OCMM's own uncertainty compared with the observed scatter."""
-    from_budget: Suitability | None
-    from_study: Suitability | None
+    from_budget: single.Suitability | None
+    from_study: single.Suitability | None
     """`from_budget`, `from_study`: Q by stated uncertainty and by study; None if not two-sided."""
     why_not: str
     values: Float | None = None
@@ -242,7 +234,7 @@ def _study(plan: StudyPlan, trend: Trend, level: float) -> CharacteristicStudy:
         )
         cells = values.reshape(-1, values.shape[2])
         own = np.sqrt(np.mean(stated**2, axis=2)).ravel()
-        compared = compare_stated(cells, own)
+        compared = single.compare_stated(cells, own)
     except OcmmError as error:
         return CharacteristicStudy(
             trend.name, trend.low, trend.high, None, None, None, None, f"{error.what}"
@@ -250,8 +242,10 @@ def _study(plan: StudyPlan, trend: Trend, level: float) -> CharacteristicStudy:
     budget = found = None
     if two_sided and tolerance > 0.0:
         u = float(np.sqrt(np.mean(stated**2)))
-        budget = suitability(u, process_uncertainty(u, study.av, 0.0, 0.0, 0.0), tolerance)
-        found = suitability(study.ev, study.grr, tolerance)
+        budget = single.suitability(
+            u, single.process_uncertainty(u, study.av, 0.0, 0.0, 0.0), tolerance
+        )
+        found = single.suitability(study.ev, study.grr, tolerance)
     return CharacteristicStudy(
         trend.name, trend.low, trend.high, study, compared, budget, found, "", values
     )
@@ -295,7 +289,7 @@ class LinearityReport:
     references: tuple[float, ...]
     biases: tuple[Float, ...]
     """`references`, `biases`: Certified values, and the bias of every result of each, mm."""
-    study: LinearityStudy
+    study: single.LinearityStudy
     left_out: tuple[str, ...]
     """Why results do not count, a sentence each."""
 
@@ -362,6 +356,6 @@ def linearity_of(
             "Measure the part, or leave its reference out.",
         )
     values = [references[name] for name in order]
-    study = linearity_study(values, [found[name] for name in order])
+    study = single.linearity_study(values, [found[name] for name in order])
     biases = tuple(np.array(found[name]) - references[name] for name in order)
     return LinearityReport(trend.name, tuple(order), tuple(values), biases, study, tuple(left_out))

@@ -19,18 +19,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from ocmm_core.acquisition.bus_process import (
-    CAMERA_PRIORITY,
-    BusConfig,
-    ChildProcess,
-    MaintenanceConfig,
-    ScanConfig,
-    bus_command,
-    maintenance_command,
-    read_first_line,
-    scan_command,
-    take_priority,
-)
+from ocmm_core.acquisition import bus_process
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import (
@@ -52,7 +41,7 @@ _FAREWELL_S = 10.0
 """Time for a stopping bus process to release its cameras."""
 
 
-class VirtualWire(ChildProcess):
+class VirtualWire(bus_process.ChildProcess):
     """Software cameras and what reads them in a private namespace, as an `Acquisition`.
 
     `module` is the program that runs both, see `run_both`; `lines` are its standard input.
@@ -91,7 +80,7 @@ class VirtualBus(VirtualWire):
     Interfaces of the configurations are filled in; ``ring`` is the one named in ``bus``.
     """
 
-    def __init__(self, bus: BusConfig, segment: SegmentConfig, ring: FrameRing) -> None:
+    def __init__(self, bus: bus_process.BusConfig, segment: SegmentConfig, ring: FrameRing) -> None:
         cameras = msgspec.structs.replace(
             segment, interface=CAMERA_INTERFACE, ring_path=str(ring.path)
         )
@@ -111,23 +100,25 @@ def errand_virtual(segment: SegmentConfig, module: str, line: bytes) -> tuple[li
 
 def scan_virtual(segment: SegmentConfig) -> tuple[list[str], bytes]:
     """Return the command that scans virtual software cameras, and its input."""
-    config = ScanConfig(interface=HOST_INTERFACE)
-    return errand_virtual(segment, scan_command()[-1], config.to_json())
+    config = bus_process.ScanConfig(interface=HOST_INTERFACE)
+    return errand_virtual(segment, bus_process.scan_command()[-1], config.to_json())
 
 
-def maintain_virtual(segment: SegmentConfig, config: MaintenanceConfig) -> tuple[list[str], bytes]:
+def maintain_virtual(
+    segment: SegmentConfig, config: bus_process.MaintenanceConfig
+) -> tuple[list[str], bytes]:
     """Return the command that changes a virtual software camera, and its input."""
     told = msgspec.structs.replace(config, interface=HOST_INTERFACE)
-    return errand_virtual(segment, maintenance_command()[-1], told.to_json())
+    return errand_virtual(segment, bus_process.maintenance_command()[-1], told.to_json())
 
 
 def main() -> None:
     """Inside the namespace: create the cable, start the bus command, run the cameras."""
     try:
-        command = bus_command()
+        command = bus_process.bus_command()
         if sys.argv[1:2] == [_ERRAND]:
             command = [*command[:-1], sys.argv[2]]
-        sys.exit(_run(read_first_line(sys.stdin.fileno()), command))
+        sys.exit(_run(bus_process.read_first_line(sys.stdin.fileno()), command))
     except OcmmError as error:
         sys.stderr.write(f"{error}\n")
         sys.exit(2)
@@ -140,7 +131,7 @@ def _run(content: bytes, command: Sequence[str]) -> int:
 
     def serve(ended: Callable[[], bool]) -> None:
         # After starting the bus process, which sets its own priority.
-        take_priority(CAMERA_PRIORITY)
+        bus_process.take_priority(bus_process.CAMERA_PRIORITY)
         wire.run(ended)
 
     try:

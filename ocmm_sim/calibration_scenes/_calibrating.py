@@ -19,16 +19,8 @@ from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock, Source
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody, load_probe
-from ocmm_sim.calibration_scenes._motions import (
-    STILL_S,
-    rest_s,
-    touches,
-    touches_with_tip,
-    tremor,
-    turn_to,
-    visits,
-    waves,
-)
+from ocmm_sim.calibration_scenes import _motions as motions
+from ocmm_sim.calibration_scenes._motions import tremor
 from ocmm_sim.calibration_scenes._scenes import (
     FrameMove,
     FreeMotionScene,
@@ -153,7 +145,7 @@ class CalibrationScenesRig:
 
     def _prepared(self, scene: Scene, first: int) -> _Shown:
         world, body = self.world, self.body
-        still_s = rest_s(STILL_S, self.rig)
+        still_s = motions.rest_s(motions.STILL_S, self.rig)
         leds, directions = world.leds_probe, body.led_directions_probe
         cos_emission, origin = float(np.cos(body.emission_half_angle)), world.tip_probe
         shaking, hidden, seat = tremor(self.seed), 0, None
@@ -162,27 +154,29 @@ class CalibrationScenesRig:
             leds, origin, shaking = np.zeros((1, 3)), still, np.zeros_like(shaking)
             directions, cos_emission = np.array([[0.0, -1.0, 0.0]]), -2.0
         if isinstance(scene, TargetScene):
-            segments = visits([np.array(place) for place in scene.positions], still_s=still_s)
+            segments = motions.visits(
+                [np.array(place) for place in scene.positions], still_s=still_s
+            )
         elif isinstance(scene, ShowBar):
             bar = np.linalg.norm(np.subtract(scene.ends[0][1], scene.ends[0][0]))
             leds = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, float(bar)]])
             directions = np.repeat(directions, 2, axis=0)
-            segments = visits(
+            segments = motions.visits(
                 [np.array(begin) for begin, _ in scene.ends],
-                [turn_to(np.subtract(end, begin)) for begin, end in scene.ends],
+                [motions.turn_to(np.subtract(end, begin)) for begin, end in scene.ends],
                 still_s,
             )
         elif isinstance(scene, FreeMotionScene):
-            segments = waves(self.rig.volume_world, scene, body)
+            segments = motions.waves(self.rig.volume_world, scene, body)
         elif isinstance(scene, SweepProbe):
             segments, hidden = sweep_segments(scene, body), hidden_bits(scene)
             seat = scene.seat if scene.seat != SeatFault() else None
             origin = origin + np.array(scene.tip_shift_mm)
         elif isinstance(scene, TouchWithTip):
-            segments = touches_with_tip(scene, world, body, self.rig)
+            segments = motions.touches_with_tip(scene, world, body, self.rig)
             origin = origin + scene.fault.shift_probe
         else:
-            segments = touches(scene, world, body, self.rig)
+            segments = motions.touches(scene, world, body, self.rig)
         duration = float(segments[-1, kernels.T1])
         return _Shown(
             leds, directions, cos_emission, origin, segments, shaking, first,

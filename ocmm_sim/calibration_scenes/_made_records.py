@@ -6,21 +6,7 @@ from datetime import UTC, datetime, timedelta
 
 import msgspec
 
-from ocmm_core.calibration.records import (
-    PROBE_SCHEMA,
-    SCHEMA,
-    TIP_SCHEMA,
-    VERIFICATION_SCHEMA,
-    CameraRecord,
-    Check,
-    PivotCheck,
-    ProbeRecord,
-    ResidualMap,
-    TipRecord,
-    VerificationRecord,
-    entry_of,
-    record_hash,
-)
+from ocmm_core.calibration import records
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.tracking import load_probe
@@ -29,11 +15,11 @@ RECORDS_MADE = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
 _RIG = load_rig(resource("rigs", "recommended.toml"))
 
 
-def made_camera_record(**changes: object) -> CameraRecord:
+def made_camera_record(**changes: object) -> records.CameraRecord:
     """Return the record of a calibration that reproduced the rig document."""
-    empty = ResidualMap(columns=1, rows=1, mean_u_px=(0.0,), mean_v_px=(0.0,), count=(0,))
-    record = CameraRecord(
-        schema=SCHEMA,
+    empty = records.ResidualMap(columns=1, rows=1, mean_u_px=(0.0,), mean_v_px=(0.0,), count=(0,))
+    record = records.CameraRecord(
+        schema=records.SCHEMA,
         rig=_RIG.name,
         method="known points",
         made_utc=RECORDS_MADE.isoformat(),
@@ -43,7 +29,9 @@ def made_camera_record(**changes: object) -> CameraRecord:
         temperature_c=20.5,
         frame_rate_hz=_RIG.frame_rate_hz,
         noise=_RIG.noise,
-        cameras=tuple(entry_of(c, a) for c, a in zip(_RIG.cameras, _RIG.aliases, strict=True)),
+        cameras=tuple(
+            records.entry_of(c, a) for c, a in zip(_RIG.cameras, _RIG.aliases, strict=True)
+        ),
         covariance=tuple(tuple(row) for row in _RIG.parameter_covariance.tolist()),
         volume_min=(-200.0, -100.0, -200.0),
         volume_max=(200.0, 100.0, 200.0),
@@ -60,18 +48,20 @@ def made_camera_record(**changes: object) -> CameraRecord:
     return msgspec.structs.replace(record, **changes)
 
 
-def made_verification(record: CameraRecord, *, passed: bool = True) -> VerificationRecord:
+def made_verification(
+    record: records.CameraRecord, *, passed: bool = True
+) -> records.VerificationRecord:
     """Return a verification of ``record`` with one length."""
-    return VerificationRecord(
-        schema=VERIFICATION_SCHEMA,
-        calibration=record_hash(record),
+    return records.VerificationRecord(
+        schema=records.VERIFICATION_SCHEMA,
+        calibration=records.record_hash(record),
         made_utc=RECORDS_MADE.isoformat(),
         made_by="technician",
         software="1",
         temperature_c=20.5,
         rule="every length within its limit",
         checks=(
-            Check(
+            records.Check(
                 name="line 1",
                 measured_mm=400.01,
                 certified_mm=400.0,
@@ -89,11 +79,11 @@ _PROBE = load_probe(resource("probes", "standard.toml"))
 _NOTHING = (0.0, 0.0, 0.0)
 
 
-def made_probe_record(**changes: object) -> ProbeRecord:
+def made_probe_record(**changes: object) -> records.ProbeRecord:
     """Return the record of a sweep that reproduced the probe document."""
     x, y, z = _PROBE.tip_probe.tolist()
-    record = ProbeRecord(
-        schema=PROBE_SCHEMA,
+    record = records.ProbeRecord(
+        schema=records.PROBE_SCHEMA,
         probe=_PROBE.name,
         tip="6 mm",
         made_utc=RECORDS_MADE.isoformat(),
@@ -116,7 +106,7 @@ def made_probe_record(**changes: object) -> ProbeRecord:
         chi2_per_dof=1.0,
         thesis_tip_mm=(x, y, z),
         thesis_spread_mm=0.005,
-        validation=PivotCheck(
+        validation=records.PivotCheck(
             difference_mm=_NOTHING,
             sigma_mm=(0.002, 0.002, 0.002),
             led_difference_mm=0.002,
@@ -136,12 +126,12 @@ def made_probe_record(**changes: object) -> ProbeRecord:
 
 
 def made_tip_record(
-    calibration: ProbeRecord, *, passed: bool = True, days: float = 30.0, **changes: object
-) -> TipRecord:
+    calibration: records.ProbeRecord, *, passed: bool = True, days: float = 30.0, **changes: object
+) -> records.TipRecord:
     """Return a qualification of the tip of ``calibration``."""
     made = datetime.fromisoformat(calibration.made_utc) + timedelta(hours=1)
-    record = TipRecord(
-        schema=TIP_SCHEMA,
+    record = records.TipRecord(
+        schema=records.TIP_SCHEMA,
         probe=calibration.probe,
         tip=calibration.tip,
         made_utc=made.isoformat(),
@@ -152,7 +142,7 @@ def made_tip_record(
         rig=calibration.rig,
         rig_identity=calibration.rig_identity,
         data_sha256="c" * 64,
-        calibration=record_hash(calibration),
+        calibration=records.record_hash(calibration),
         diameter_mm=5.998,
         diameter_sigma_mm=0.002,
         form_mm=0.018,
@@ -168,7 +158,7 @@ def made_tip_record(
     return msgspec.structs.replace(record, **changes)
 
 
-def _check(name: str, measured: float, certified: float, limit: float) -> Check:
-    return Check(
+def _check(name: str, measured: float, certified: float, limit: float) -> records.Check:
+    return records.Check(
         name=name, measured_mm=measured, certified_mm=certified, expanded_mm=0.004, limit_mm=limit
     )

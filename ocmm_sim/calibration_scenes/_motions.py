@@ -17,15 +17,7 @@ from ocmm_core.calibration.verification import PLACES
 from ocmm_core.camera import CameraModel, Rig, on_sensor, project
 from ocmm_core.geometry import Float, perpendicular_pair, rotation_from_vector, unit
 from ocmm_core.tracking import ProbeBody, satisfies_rules
-from ocmm_sim.calibration_scenes._scenes import (
-    STREAM,
-    FreeMotionScene,
-    TouchSeats,
-    TouchSphere,
-    TouchWithTip,
-    reach_of,
-    unit_vectors,
-)
+from ocmm_sim.calibration_scenes import _scenes as scenes
 from ocmm_sim.scene import World, WorldOptions, attitude_at, draw_world, kernels
 
 STILL_S, SEATED_S, TRAVEL_S, WAY_S = 0.045, 0.14, 0.06, 0.6
@@ -73,9 +65,9 @@ def visits(
     return np.array(rows)
 
 
-def waves(volume_world: Float, scene: FreeMotionScene, body: ProbeBody) -> Float:
+def waves(volume_world: Float, scene: scenes.FreeMotionScene, body: ProbeBody) -> Float:
     """Return segments through places and attitudes, each to another cell: the volume is crossed."""
-    rng = np.random.default_rng([scene.seed, STREAM + 1])
+    rng = np.random.default_rng([scene.seed, scenes.STREAM + 1])
     low, high = volume_world
     cells = np.array(list(np.ndindex(_CELLS, _CELLS, _CELLS)))
     rows: list[Float] = []
@@ -95,9 +87,11 @@ def waves(volume_world: Float, scene: FreeMotionScene, body: ProbeBody) -> Float
     return np.array(rows)
 
 
-def touches(scene: TouchSeats | TouchSphere, world: World, body: ProbeBody, rig: Rig) -> Float:
-    rng = np.random.default_rng([scene.seed, STREAM + 2])
-    if isinstance(scene, TouchSeats):
+def touches(
+    scene: scenes.TouchSeats | scenes.TouchSphere, world: World, body: ProbeBody, rig: Rig
+) -> Float:
+    rng = np.random.default_rng([scene.seed, scenes.STREAM + 2])
+    if isinstance(scene, scenes.TouchSeats):
         # A raised seat can be reached from all sides.
         places: list[tuple[Float, Float | None]] = [(np.array(tip), None) for tip in scene.tips]
     else:
@@ -108,16 +102,16 @@ def touches(scene: TouchSeats | TouchSphere, world: World, body: ProbeBody, rig:
     return visits([tip for tip, _ in places], turns, rest_s(SEATED_S, rig))
 
 
-def touches_with_tip(scene: TouchWithTip, world: World, body: ProbeBody, rig: Rig) -> Float:
-    rng = np.random.default_rng([scene.seed, STREAM + 4])
+def touches_with_tip(scene: scenes.TouchWithTip, world: World, body: ProbeBody, rig: Rig) -> Float:
+    rng = np.random.default_rng([scene.seed, scenes.STREAM + 4])
     places, turns = [], []
-    for normal in unit_vectors(scene.normals):
+    for normal in scenes.unit_vectors(scene.normals):
         tip = np.array(scene.centre) + 0.5 * scene.diameter * normal
         turn = best_seen(tip, normal, world, body, rig.volume_world, rng)
-        reach = reach_of(scene, world.tip_radius, rotation_from_vector(turn), normal)
+        reach = scenes.reach_of(scene, world.tip_radius, rotation_from_vector(turn), normal)
         places.append(np.array(scene.centre) + reach * normal)
         turns.append(turn)
-    for handle in unit_vectors(scene.handles):
+    for handle in scenes.unit_vectors(scene.handles):
         places.append(np.array(scene.cone))
         turns.append(turn_to(handle + rng.normal(0.0, _LEAN_ERROR_RAD, 3)))
     return visits(places, turns, rest_s(SEATED_S, rig))
@@ -183,7 +177,7 @@ def turn_to(direction: Float) -> Float:
 
 def tremor(seed: int) -> Float:
     """Return tremor waves (2, 3, K, 3) of a hand with seated ball for `kernels.move`."""
-    rng = np.random.default_rng([seed, STREAM + 3])
+    rng = np.random.default_rng([seed, scenes.STREAM + 3])
     shape = (2, 3, 4)
     tremor = np.empty((*shape, 3))
     tremor[..., 0] = (np.sqrt(2.0 / shape[2]) * _TREMOR)[:, None, None]

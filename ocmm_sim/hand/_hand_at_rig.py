@@ -9,14 +9,7 @@ import numpy as np
 
 from ocmm_core.geometry import Float
 from ocmm_core.part_model import PlacedPart
-from ocmm_sim.hand._led_hand import (
-    CLEAR_MM,
-    FARTHEST_MM,
-    NEAREST_MM,
-    HandTarget,
-    HandView,
-    MouseHand,
-)
+from ocmm_sim.hand import _led_hand as led_hand
 from ocmm_sim.scene import SimulatedSource, VirtualRig
 
 _MOST_RAD = np.radians(60.0)
@@ -28,8 +21,8 @@ class LedView:
 
     taken: bool = False
     """The user leads it, not the robot."""
-    hand: HandView = field(default_factory=HandView)
-    clear_mm: float = CLEAR_MM
+    hand: led_hand.HandView = field(default_factory=led_hand.HandView)
+    clear_mm: float = led_hand.CLEAR_MM
     turn: tuple[float, float] = (0.0, 0.0)
     """(2,), rad: lean to the right and back."""
 
@@ -40,9 +33,9 @@ class HandAtRig:
     def __init__(self, source: SimulatedSource, rig: VirtualRig) -> None:
         self._source, self._rig = source, rig
         self._lock = threading.RLock()
-        self._hand: MouseHand | None = None
+        self._hand: led_hand.MouseHand | None = None
         self._taken = False
-        self._clear, self._turn = CLEAR_MM, np.zeros(2)
+        self._clear, self._turn = led_hand.CLEAR_MM, np.zeros(2)
         self._ray: tuple[Float, Float] | None = None
 
     @property
@@ -56,7 +49,7 @@ class HandAtRig:
             if self._taken:
                 return
             hand = self._led()
-            self._clear, self._turn, self._ray = CLEAR_MM, np.zeros(2), None
+            self._clear, self._turn, self._ray = led_hand.CLEAR_MM, np.zeros(2), None
             self._source.take_over(hand)
             self._taken = True
 
@@ -76,7 +69,9 @@ class HandAtRig:
     def nearer(self, step_mm: float) -> None:
         """Lead the ball nearer to the surface; below zero it is pressed on."""
         with self._lock:
-            self._clear = float(np.clip(self._clear - step_mm, NEAREST_MM, FARTHEST_MM))
+            self._clear = float(
+                np.clip(self._clear - step_mm, led_hand.NEAREST_MM, led_hand.FARTHEST_MM)
+            )
             self._lead()
 
     def lean(self, right_rad: float, back_rad: float) -> None:
@@ -91,7 +86,7 @@ class HandAtRig:
         with self._lock:
             if not self._taken or self._hand is None:
                 return False
-            self._clear = CLEAR_MM
+            self._clear = led_hand.CLEAR_MM
             self._ray = (np.array(origin_world), np.array(toward_world))
             return self._hand.touch(self._wish(self._hand))
 
@@ -116,7 +111,7 @@ class HandAtRig:
     def view(self) -> LedView:
         with self._lock:
             hand = self._hand
-            seen = hand.view() if self._taken and hand is not None else HandView()
+            seen = hand.view() if self._taken and hand is not None else led_hand.HandView()
             turn = (float(self._turn[0]), float(self._turn[1]))
             return LedView(self._taken, seen, self._clear, turn)
 
@@ -125,16 +120,16 @@ class HandAtRig:
         with self._lock:
             return self._led().part()
 
-    def _led(self) -> MouseHand:
+    def _led(self) -> led_hand.MouseHand:
         if self._hand is None:
-            self._hand = MouseHand(self._rig)
+            self._hand = led_hand.MouseHand(self._rig)
         return self._hand
 
     def _lead(self) -> None:
         if self._taken and self._hand is not None:
             self._hand.lead(self._wish(self._hand))
 
-    def _wish(self, hand: MouseHand) -> HandTarget:
+    def _wish(self, hand: led_hand.MouseHand) -> led_hand.HandTarget:
         if self._ray is None:
             # No mouse movement since take-over.
             return hand.wish_here(self._turn)

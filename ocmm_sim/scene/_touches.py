@@ -8,19 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.geometry import Float, perpendicular_pair, unit
-from ocmm_sim.scene._surfaces import (
-    Artefact,
-    BoreEntry,
-    ConeEntry,
-    CylinderEntry,
-    EllipseEntry,
-    LineEntry,
-    PlaneEntry,
-    SlotEntry,
-    SphereEntry,
-    TorusEntry,
-    TouchedEntry,
-)
+from ocmm_sim.scene import _surfaces as surfaces
 
 _CORNER = 0.4
 """Fraction of each side omitted at the ends: a ball does not reach into a corner."""
@@ -45,7 +33,7 @@ class Contacts:
         return Contacts(self.points[index], self.normals[index], self.place[index])
 
 
-def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts:
+def sample(artefact: surfaces.Artefact, count: int, rng: np.random.Generator) -> Contacts:
     """Return `count` touches spread over a surface as an inspector would.
 
     Planes: a grid over their free areas; balls: layers from pole to equator; holes: around half
@@ -54,26 +42,26 @@ def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts
     """
     point = np.array(artefact.point)
     axis = unit(np.array(artefact.direction))
-    if isinstance(artefact, PlaneEntry):
+    if isinstance(artefact, surfaces.PlaneEntry):
         return _on_plane(artefact, point, axis, count, rng)
-    if isinstance(artefact, SphereEntry):
+    if isinstance(artefact, surfaces.SphereEntry):
         normals = _on_sphere(axis, count, rng)
         return _together(point + 0.5 * artefact.diameter * normals, normals)
-    if isinstance(artefact, BoreEntry):
+    if isinstance(artefact, surfaces.BoreEntry):
         around = _around(axis, count, rng)
         depth = artefact.depth * rng.uniform(0.42, 0.58, (count, 1))
         return _together(point - depth * axis + 0.5 * artefact.diameter * around, -around, 0)
-    if isinstance(artefact, SlotEntry | EllipseEntry):
+    if isinstance(artefact, surfaces.SlotEntry | surfaces.EllipseEntry):
         return _in_outline(artefact, point, axis, count, rng)
-    if isinstance(artefact, TorusEntry):
+    if isinstance(artefact, surfaces.TorusEntry):
         return _on_ring(artefact, point, axis, count, rng)
-    if isinstance(artefact, CylinderEntry | ConeEntry):
+    if isinstance(artefact, surfaces.CylinderEntry | surfaces.ConeEntry):
         return _on_boss(artefact, point, axis, count, rng)
-    if isinstance(artefact, TouchedEntry):
+    if isinstance(artefact, surfaces.TouchedEntry):
         # If there are too few, repeat them.
         which = np.arange(count) % len(artefact.places)
         return _together(np.array(artefact.places)[which], unit(np.array(artefact.normals))[which])
-    if isinstance(artefact, LineEntry):
+    if isinstance(artefact, surfaces.LineEntry):
         along = np.linspace(0.06, 0.94, count) if count > 1 else np.full(1, 0.5)
         along = along + rng.uniform(-0.03, 0.03, count)
         normals = np.tile(unit(np.array(artefact.normal)), (count, 1))
@@ -108,7 +96,7 @@ def _around(axis: Float, count: int, rng: np.random.Generator) -> Float:
 
 
 def _on_plane(
-    artefact: PlaneEntry, point: Float, normal: Float, count: int, rng: np.random.Generator
+    artefact: surfaces.PlaneEntry, point: Float, normal: Float, count: int, rng: np.random.Generator
 ) -> Contacts:
     along = unit(np.array(artefact.along))
     across = np.cross(normal, along)
@@ -159,7 +147,7 @@ def _on_sphere(axis: Float, count: int, rng: np.random.Generator) -> Float:
 
 
 def _in_outline(
-    artefact: SlotEntry | EllipseEntry,
+    artefact: surfaces.SlotEntry | surfaces.EllipseEntry,
     mouth: Float,
     axis: Float,
     count: int,
@@ -170,7 +158,7 @@ def _in_outline(
     beside = np.cross(axis, along)
     a, b = 0.5 * artefact.length, 0.5 * artefact.width
     share = (np.arange(count) + rng.uniform(0.2, 0.8)) / count
-    if isinstance(artefact, EllipseEntry):
+    if isinstance(artefact, surfaces.EllipseEntry):
         turn = 2.0 * np.pi * share
         flat = np.stack([a * np.cos(turn), b * np.sin(turn)], axis=1)
         outward = unit(flat / [a * a, b * b])
@@ -233,7 +221,7 @@ def _on_sides(a: float, b: float, count: int) -> tuple[Float, Float]:
 
 
 def _on_ring(
-    artefact: TorusEntry, centre: Float, axis: Float, count: int, rng: np.random.Generator
+    artefact: surfaces.TorusEntry, centre: Float, axis: Float, count: int, rng: np.random.Generator
 ) -> Contacts:
     around = _around(axis, count, rng)
     # Neighbours are touched at different angles of the tube.
@@ -244,14 +232,14 @@ def _on_ring(
 
 
 def _on_boss(
-    artefact: CylinderEntry | ConeEntry,
+    artefact: surfaces.CylinderEntry | surfaces.ConeEntry,
     foot: Float,
     axis: Float,
     count: int,
     rng: np.random.Generator,
 ) -> Contacts:
     taper = 0.0
-    if isinstance(artefact, ConeEntry):
+    if isinstance(artefact, surfaces.ConeEntry):
         taper = 0.5 * (artefact.diameter - artefact.top_diameter) / artefact.height
     points: list[Float] = []
     normals: list[Float] = []

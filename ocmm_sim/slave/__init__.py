@@ -5,7 +5,7 @@ Out: answers as of a real camera, including registers, mailboxes and process dat
 
 Start with `_software_camera` (the whole); then `_esc` with `_registers` (controller),
 `_segment` (cameras on one wire), `_coe` with `_sdo_values` (objects), `_electronics`, `_store`
-(memory, errors), `_sii`; `_frame_buffer` and `_pattern` (frames), `_black_image` (images).
+(memory, errors), `_sii`; `_frames` (providers and buffer), `_black_image` (images).
 It must not import optics or the scene: a provider supplies the frames.
 """
 
@@ -16,10 +16,9 @@ if TYPE_CHECKING:
     from ocmm_sim.slave import _sii as sii
     from ocmm_sim.slave._coe import CoeServer
     from ocmm_sim.slave._esc import Esc
-    from ocmm_sim.slave._frame_buffer import CHUNK_FRAMES, FIFO_FRAMES, OVERRUN_FLAG, FrameBuffer
-    from ocmm_sim.slave._pattern import (
-        CLOCK_MODULUS_US, SENSOR_PX, CameraFrames, ClockPattern, Frames, SimpleSensor, TestPattern,
-        read_clock,
+    from ocmm_sim.slave._frames import (
+        CHUNK_FRAMES, CLOCK_MODULUS_US, FIFO_FRAMES, OVERRUN_FLAG, SENSOR_PX, CameraFrames,
+        ClockPattern, FrameBuffer, Frames, SimpleSensor, TestPattern, read_clock,
     )  # fmt: skip
     from ocmm_sim.slave._registers import (
         AL_STATUS, AL_SYNC, INIT, OP, PREOP, SAFEOP, STATION_ADDRESS, STATION_ALIAS, SYSTEM_TIME,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.failure import contained
 from ocmm_core.fieldbus.device import BLACK_IMAGE, BlackCommand, BlackImage, Work
-from ocmm_sim.slave._pattern import SensorControl
+from ocmm_sim.slave._frames import SensorControl
 from ocmm_sim.slave._sdo_values import Abort, AbortError, Address
 from ocmm_sim.slave._store import CameraStore
 

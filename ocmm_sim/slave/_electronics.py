@@ -11,23 +11,9 @@ import numpy as np
 
 from ocmm_core.camera import CameraModel
 from ocmm_core.errors import BusError, OcmmError, StorageError
-from ocmm_core.fieldbus.device import (
-    CALIBRATION,
-    CHUNK_BYTES,
-    CONFIGURATION,
-    IDENTIFY,
-    INFORMATION,
-    SNAPSHOT,
-    CameraConfig,
-    CameraMode,
-    ErrorCode,
-    ErrorRegister,
-    Intrinsics,
-    SnapshotCommand,
-    Work,
-)
+from ocmm_core.fieldbus import device
 from ocmm_sim.slave._black_image import BlackImages
-from ocmm_sim.slave._pattern import SENSOR_PX, CameraFrames, SensorControl, sensor_of
+from ocmm_sim.slave._frames import SENSOR_PX, CameraFrames, SensorControl, sensor_of
 from ocmm_sim.slave._sdo_values import Abort, AbortError, Address
 from ocmm_sim.slave._store import CameraStore, Diagnosis
 
@@ -51,7 +37,7 @@ class Snapshots:
         self._camera = camera
         self._size = size
         self._failed = failed
-        self._state = Work.IDLE
+        self._state = device.Work.IDLE
         self._wanted = [0, 0, 0, 0]
         self._region = (0, 0, 0, 0)
         self._content = bytearray()
@@ -60,7 +46,7 @@ class Snapshots:
 
     def work(self) -> bool:
         """Capture the next slice; return whether there was one."""
-        if self._state is not Work.BUSY:
+        if self._state is not device.Work.BUSY:
             return False
         left, top, width, height = self._region
         done = len(self._content) // (2 * width)
@@ -68,35 +54,35 @@ class Snapshots:
         try:
             pixels = self._sensor.image(self._camera, left, top + done, width, rows)
         except OcmmError as error:
-            self._state = Work.FAILED
+            self._state = device.Work.FAILED
             self._failed(error)
             return True
         part = np.ascontiguousarray(pixels, "<u2").tobytes()
         self._content += part
         self._crc = zlib.crc32(part, self._crc)
         if done + rows == height:
-            self._state = Work.DONE
+            self._state = device.Work.DONE
         return True
 
     def live(self) -> dict[Address, Callable[[], bytes]]:
         return {
-            (SNAPSHOT, _STATE): lambda: bytes([self._state]),
-            (SNAPSHOT, _PROGRESS): lambda: bytes([self._percent()]),
-            (SNAPSHOT, _TOTAL): lambda: struct.pack("<I", self._total()),
-            (SNAPSHOT, _CHUNK): self._chunk,
-            (SNAPSHOT, _CHUNK_CRC): lambda: struct.pack("<I", self._crc),
-            (SNAPSHOT, _PICTURE_WIDTH): lambda: struct.pack("<H", self._region[2]),
-            (SNAPSHOT, _PICTURE_HEIGHT): lambda: struct.pack("<H", self._region[3]),
+            (device.SNAPSHOT, _STATE): lambda: bytes([self._state]),
+            (device.SNAPSHOT, _PROGRESS): lambda: bytes([self._percent()]),
+            (device.SNAPSHOT, _TOTAL): lambda: struct.pack("<I", self._total()),
+            (device.SNAPSHOT, _CHUNK): self._chunk,
+            (device.SNAPSHOT, _CHUNK_CRC): lambda: struct.pack("<I", self._crc),
+            (device.SNAPSHOT, _PICTURE_WIDTH): lambda: struct.pack("<H", self._region[2]),
+            (device.SNAPSHOT, _PICTURE_HEIGHT): lambda: struct.pack("<H", self._region[3]),
         }
 
     def written(self) -> dict[Address, Callable[[bytes], object]]:
         return {
             **{
-                (SNAPSHOT, sub): self._setter(sub)
+                (device.SNAPSHOT, sub): self._setter(sub)
                 for sub in (_LEFT, _TOP, _REGION_WIDTH, _REGION_HEIGHT)
             },
-            (SNAPSHOT, _COMMAND): self._command,
-            (SNAPSHOT, _OFFSET): self._set_offset,
+            (device.SNAPSHOT, _COMMAND): self._command,
+            (device.SNAPSHOT, _OFFSET): self._set_offset,
         }
 
     def _setter(self, sub: int) -> Callable[[bytes], object]:
@@ -109,12 +95,12 @@ class Snapshots:
         self._offset = int.from_bytes(value, "little")
 
     def _command(self, value: bytes) -> None:
-        if SnapshotCommand(value[0]) is SnapshotCommand.RELEASE:
-            self._state = Work.IDLE
+        if device.SnapshotCommand(value[0]) is device.SnapshotCommand.RELEASE:
+            self._state = device.Work.IDLE
             self._content = bytearray()
             self._region, self._crc = (0, 0, 0, 0), 0
             return
-        if self._state is Work.BUSY:
+        if self._state is device.Work.BUSY:
             raise AbortError(Abort.BUSY)
         left, top, width, height = self._wanted
         if not width or not height:
@@ -124,20 +110,20 @@ class Snapshots:
         self._region = (left, top, width, height)
         self._content = bytearray()
         self._crc = 0
-        self._state = Work.BUSY
+        self._state = device.Work.BUSY
 
     def _total(self) -> int:
         return 2 * self._region[2] * self._region[3]
 
     def _percent(self) -> int:
-        if self._state is Work.DONE:
+        if self._state is device.Work.DONE:
             return 100
         return 100 * len(self._content) // max(1, self._total())
 
     def _chunk(self) -> bytes:
-        if self._state is not Work.DONE or self._offset >= len(self._content):
+        if self._state is not device.Work.DONE or self._offset >= len(self._content):
             raise AbortError(Abort.NO_DATA)
-        return bytes(self._content[self._offset : self._offset + CHUNK_BYTES])
+        return bytes(self._content[self._offset : self._offset + device.CHUNK_BYTES])
 
 
 _INTRINSICS_NAME, _NOTE_NAME, _HOURS_NAME = "intrinsics", "note", "hours"
@@ -189,14 +175,14 @@ class Electronics:
     @property
     def lens(self) -> CameraModel | None:
         """Return the correction model, or None without stored intrinsics."""
-        return Intrinsics.decode(self._intrinsics).model() if self._intrinsics else None
+        return device.Intrinsics.decode(self._intrinsics).model() if self._intrinsics else None
 
     @property
     def sensor_px(self) -> tuple[int, int]:
         """Return sensor width and height from the objects, px."""
         return self._told_sensor[1], self._told_sensor[2]
 
-    def configure(self, config: CameraConfig) -> None:
+    def configure(self, config: device.CameraConfig) -> None:
         self._sensor.configure(
             self._camera,
             exposure_ns=config.exposure_ns,
@@ -217,31 +203,33 @@ class Electronics:
     def live(self) -> dict[Address, Callable[[], bytes]]:
         return {
             **self._diagnosis.live(),
-            (IDENTIFY, 2): lambda: struct.pack("<H", self._blinks_for()),
+            (device.IDENTIFY, 2): lambda: struct.pack("<H", self._blinks_for()),
             **self._black.live(),
             **self._snapshots.live(),
-            (CALIBRATION, _BLOB): lambda: self._intrinsics,
-            (CALIBRATION, _LENGTH): lambda: struct.pack("<I", len(self._intrinsics)),
-            (CALIBRATION, _SHA): lambda: (
+            (device.CALIBRATION, _BLOB): lambda: self._intrinsics,
+            (device.CALIBRATION, _LENGTH): lambda: struct.pack("<I", len(self._intrinsics)),
+            (device.CALIBRATION, _SHA): lambda: (
                 hashlib.sha256(self._intrinsics).digest() if self._intrinsics else b""
             ),
-            (CALIBRATION, _CRC): lambda: struct.pack("<I", zlib.crc32(self._intrinsics)),
-            (CALIBRATION, _NOTE): lambda: self._note,
-            (INFORMATION, _WIDTH): lambda: struct.pack("<H", self._told_sensor[1]),
-            (INFORMATION, _HEIGHT): lambda: struct.pack("<H", self._told_sensor[2]),
-            (INFORMATION, _TEMPERATURE): lambda: struct.pack("<h", round(10 * self._celsius())),
-            (INFORMATION, _HOURS): lambda: struct.pack("<I", self._operating_hours()),
+            (device.CALIBRATION, _CRC): lambda: struct.pack("<I", zlib.crc32(self._intrinsics)),
+            (device.CALIBRATION, _NOTE): lambda: self._note,
+            (device.INFORMATION, _WIDTH): lambda: struct.pack("<H", self._told_sensor[1]),
+            (device.INFORMATION, _HEIGHT): lambda: struct.pack("<H", self._told_sensor[2]),
+            (device.INFORMATION, _TEMPERATURE): lambda: struct.pack(
+                "<h", round(10 * self._celsius())
+            ),
+            (device.INFORMATION, _HOURS): lambda: struct.pack("<I", self._operating_hours()),
         }
 
     def written(self) -> Mapping[Address, Callable[[bytes], object]]:
         return {
             **self._diagnosis.written(),
-            (IDENTIFY, 1): self._blink,
+            (device.IDENTIFY, 1): self._blink,
             **self._black.written(),
             **self._snapshots.written(),
-            (CONFIGURATION, _MODE): self._check_mode,
-            (CALIBRATION, _BLOB): self._keep_intrinsics,
-            (CALIBRATION, _NOTE): self._keep_note,
+            (device.CONFIGURATION, _MODE): self._check_mode,
+            (device.CALIBRATION, _BLOB): self._keep_intrinsics,
+            (device.CALIBRATION, _NOTE): self._keep_note,
         }
 
     def _blink(self, value: bytes) -> None:
@@ -251,13 +239,13 @@ class Electronics:
         return max(0, -(-(self._blinks_until_ns - self._now_ns) // 1_000_000_000))
 
     def _check_mode(self, value: bytes) -> None:
-        if value[0] == CameraMode.CORRECTED and not self._intrinsics:
+        if value[0] == device.CameraMode.CORRECTED and not self._intrinsics:
             raise AbortError(Abort.NO_DATA)
 
     def _keep_intrinsics(self, value: bytes) -> None:
         if value:
             try:
-                found = Intrinsics.decode(value)
+                found = device.Intrinsics.decode(value)
             except BusError as error:
                 raise AbortError(Abort.VALUE) from error
             if found.serial != self._serial:
@@ -285,7 +273,7 @@ class Electronics:
 
     def _check_stored_intrinsics(self) -> None:
         try:
-            Intrinsics.decode(self._intrinsics)
+            device.Intrinsics.decode(self._intrinsics)
         except BusError as error:
             self._intrinsics = b""
             self._failed(error)
@@ -316,22 +304,22 @@ class Electronics:
         hot = celsius > (_COOL_C if self._hot else _HOT_C)
         if hot != self._hot:
             self._hot = hot
-            code = ErrorCode.OVER_TEMPERATURE if hot else ErrorCode.RESET
+            code = device.ErrorCode.OVER_TEMPERATURE if hot else device.ErrorCode.RESET
             self._report(code, struct.pack("<h", round(10 * celsius)))
         if failing != self._failing:
             self._failing = failing
-            self._report(ErrorCode.SENSOR if failing else ErrorCode.RESET)
+            self._report(device.ErrorCode.SENSOR if failing else device.ErrorCode.RESET)
 
     def _failed(self, error: OcmmError) -> None:
         stored = isinstance(error, StorageError) or error.code == "bus.intrinsics"
-        self._report(ErrorCode.STORED_DATA if stored else ErrorCode.SENSOR)
+        self._report(device.ErrorCode.STORED_DATA if stored else device.ErrorCode.SENSOR)
 
-    def _report(self, code: ErrorCode, data: bytes = b"") -> None:
-        register = ErrorRegister(0)
+    def _report(self, code: device.ErrorCode, data: bytes = b"") -> None:
+        register = device.ErrorRegister(0)
         if self._hot:
-            register |= ErrorRegister.TEMPERATURE
+            register |= device.ErrorRegister.TEMPERATURE
         if self._failing:
-            register |= ErrorRegister.PROFILE
+            register |= device.ErrorRegister.PROFILE
         if code or register:
-            register |= ErrorRegister.GENERIC
+            register |= device.ErrorRegister.GENERIC
         self._diagnosis.report(code, register, data)

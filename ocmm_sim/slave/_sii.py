@@ -4,27 +4,7 @@ from __future__ import annotations
 
 import struct
 
-from ocmm_core.fieldbus.device import (
-    CLOCK_MODES,
-    DEVICE_GROUP,
-    DEVICE_NAME,
-    MAILBOX_BYTES,
-    MAILBOX_IN_START,
-    MAILBOX_OUT_START,
-    MAILBOX_REPEATS,
-    NEWEST_LAYOUT,
-    OUTPUT_PDO,
-    PHYSICAL_PORTS,
-    PRODUCT_CODE,
-    SII_BYTES,
-    SII_CONFIGURATION,
-    SM_INPUTS,
-    SM_OUTPUTS,
-    VENDOR_ID,
-    ClockMode,
-    InputLayout,
-    Pdo,
-)
+from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.device import INPUT_START as INPUT_START
 from ocmm_core.fieldbus.device import SYNC_MANAGERS as SYNC_MANAGERS
 
@@ -39,32 +19,47 @@ _MANDATORY, _FIXED = 0x0001, 0x0010
 """PDO flags: mapped by every master, with fixed content."""
 
 
-def sii_image(serial: int, alias: int, layout: InputLayout = NEWEST_LAYOUT) -> bytes:
+def sii_image(serial: int, alias: int, layout: device.InputLayout = device.NEWEST_LAYOUT) -> bytes:
     """Return the content of the EEPROM; `layout` defines the revision."""
-    head = bytearray(SII_CONFIGURATION)
+    head = bytearray(device.SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
     head += struct.pack("<H", checksum_of_configuration(head))
-    head += struct.pack("<IIII", VENDOR_ID, PRODUCT_CODE, layout.revision, serial)
+    head += struct.pack("<IIII", device.VENDOR_ID, device.PRODUCT_CODE, layout.revision, serial)
     head += bytes(8)
     # In BOOT the mailbox addresses are fixed.
-    head += struct.pack("<HHHH", MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES)
     head += struct.pack(
-        "<HHHHH", MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES, _PROTOCOLS
+        "<HHHH",
+        device.MAILBOX_OUT_START,
+        device.MAILBOX_BYTES,
+        device.MAILBOX_IN_START,
+        device.MAILBOX_BYTES,
+    )
+    head += struct.pack(
+        "<HHHHH",
+        device.MAILBOX_OUT_START,
+        device.MAILBOX_BYTES,
+        device.MAILBOX_IN_START,
+        device.MAILBOX_BYTES,
+        _PROTOCOLS,
     )
     head = head.ljust(0x7C, b"\x00")
-    head += struct.pack("<HH", SII_BYTES * 8 // 1024 - 1, 1)
+    head += struct.pack("<HH", device.SII_BYTES * 8 // 1024 - 1, 1)
     strings = _Strings()
     body = _category(_CATEGORY_GENERAL, _general(strings))
     body += _category(_CATEGORY_FMMU, bytes([1, 2]))
     body += _category(
         _CATEGORY_SYNC_MANAGERS, b"".join(struct.pack("<HHBBBB", *sm) for sm in SYNC_MANAGERS)
     )
-    body += b"".join(_pdo(_CATEGORY_TX_PDO, pdo, SM_INPUTS, strings) for pdo in layout.input_pdos)
-    body += _pdo(_CATEGORY_RX_PDO, OUTPUT_PDO, SM_OUTPUTS, strings)
-    body += _category(_CATEGORY_CLOCK, b"".join(_clock(mode, strings) for mode in CLOCK_MODES))
+    body += b"".join(
+        _pdo(_CATEGORY_TX_PDO, pdo, device.SM_INPUTS, strings) for pdo in layout.input_pdos
+    )
+    body += _pdo(_CATEGORY_RX_PDO, device.OUTPUT_PDO, device.SM_OUTPUTS, strings)
+    body += _category(
+        _CATEGORY_CLOCK, b"".join(_clock(mode, strings) for mode in device.CLOCK_MODES)
+    )
     # Strings come first, but are complete only now.
     body = _category(_CATEGORY_STRINGS, strings.content) + body
-    return (bytes(head) + body + b"\xff\xff").ljust(SII_BYTES, b"\xff")
+    return (bytes(head) + body + b"\xff\xff").ljust(device.SII_BYTES, b"\xff")
 
 
 class _Strings:
@@ -90,17 +85,17 @@ class _Strings:
 
 def _general(strings: _Strings) -> bytes:
     """Return the category General (ETG.2010, table 7), 32 bytes."""
-    group, name = strings.number(DEVICE_GROUP), strings.number(DEVICE_NAME)
+    group, name = strings.number(device.DEVICE_GROUP), strings.number(device.DEVICE_NAME)
     # Group, picture, order number, name, a reserved byte, details of CoE.
     head = struct.pack("<BBBBBB", group, 0, name, name, 0, _COE_DETAILS)
     # FoE; no EoE, three reserved, flags, no current on the E-bus (int16).
-    head += struct.pack("<B4xBh", 1, MAILBOX_REPEATS, 0)
+    head += struct.pack("<B4xBh", 1, device.MAILBOX_REPEATS, 0)
     # Group again, a reserved byte, then at byte 16 the ports, a nibble each.
-    head += struct.pack("<BBH", group, 0, PHYSICAL_PORTS)
+    head += struct.pack("<BBH", group, 0, device.PHYSICAL_PORTS)
     return head.ljust(32, b"\x00")
 
 
-def _clock(mode: ClockMode, strings: _Strings) -> bytes:
+def _clock(mode: device.ClockMode, strings: _Strings) -> bytes:
     """Return one mode of the distributed clock (ETG.2010, table 13), 24 bytes."""
     return struct.pack(
         "<IIIhHhBB4x",
@@ -114,7 +109,7 @@ def _category(kind: int, content: bytes) -> bytes:
     return struct.pack("<HH", kind, len(content) // 2) + content
 
 
-def _pdo(category: int, pdo: Pdo, sync_manager: int, strings: _Strings) -> bytes:
+def _pdo(category: int, pdo: device.Pdo, sync_manager: int, strings: _Strings) -> bytes:
     name = strings.number(pdo.name)
     content = struct.pack(
         "<HBBBBH", pdo.index, len(pdo.entries), sync_manager, 0, name, _MANDATORY | _FIXED

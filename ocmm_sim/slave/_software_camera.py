@@ -47,23 +47,12 @@ from ocmm_core.fieldbus.device import (
     object_dictionary,
 )
 from ocmm_sim.firmware import FirmwareBanks, FoeServer
+from ocmm_sim.slave import _registers as registers
 from ocmm_sim.slave._coe import CoeServer
 from ocmm_sim.slave._electronics import Electronics
 from ocmm_sim.slave._esc import Esc
-from ocmm_sim.slave._frame_buffer import CHUNK_FRAMES as CHUNK_FRAMES
-from ocmm_sim.slave._frame_buffer import FrameBuffer
-from ocmm_sim.slave._pattern import SENSOR_PX, CameraFrames
-from ocmm_sim.slave._registers import (
-    AL_STATUS_CODE,
-    BOOT,
-    INIT,
-    OP,
-    PREOP,
-    SAFEOP,
-    SYNC0_CYCLE,
-    WATCHDOG_COUNT,
-    WATCHDOG_STATUS,
-)
+from ocmm_sim.slave._frames import CHUNK_FRAMES as CHUNK_FRAMES
+from ocmm_sim.slave._frames import SENSOR_PX, CameraFrames, FrameBuffer
 from ocmm_sim.slave._sdo_values import Address
 from ocmm_sim.slave._sii import sii_image
 from ocmm_sim.slave._store import CameraStore, Diagnosis
@@ -110,13 +99,13 @@ class SoftwareCamera:
         self._inputs = memoryview(self.esc.memory)[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
         self._boot_counter = boot_counter
         self._cycle = 0
-        self._state = INIT
+        self._state = registers.INIT
         self._crc = CameraConfig().crc()
         self._period_override = 0
         self._outputs_ns = 0
         self._missed = 0
         self._banks = banks or FirmwareBanks()
-        self.foe = FoeServer(self._banks, MAILBOX_BYTES, lambda: self.esc.state == BOOT)
+        self.foe = FoeServer(self._banks, MAILBOX_BYTES, lambda: self.esc.state == registers.BOOT)
         self.esc.can_boot = True
         self._diagnosis = Diagnosis(lambda: self.esc.system_time_ns, self._send_emergency)
         self.electronics = Electronics(
@@ -127,7 +116,7 @@ class SoftwareCamera:
             MAILBOX_BYTES,
             {**self.electronics.live(), **self._live()},
             self.electronics.written(),
-            lambda: self.esc.state <= PREOP,
+            lambda: self.esc.state <= registers.PREOP,
         )
         self._tell_version()
         if sensor[0]:
@@ -151,7 +140,7 @@ class SoftwareCamera:
             (length,) = struct.unpack_from("<H", mailbox)
             return self.foe.answer(mailbox[_MAILBOX_HEAD : _MAILBOX_HEAD + length])
         # BOOT supports file access only.
-        return None if self._state == BOOT else self.coe.answer(mailbox)
+        return None if self._state == registers.BOOT else self.coe.answer(mailbox)
 
     def emergency(
         self, code: int, register: int = ErrorRegister.GENERIC, data: bytes = b""
@@ -162,21 +151,25 @@ class SoftwareCamera:
     def state_changed(self, state: int) -> None:
         """Start or stop the exposures with the state."""
         before, self._state = self._state, state
-        if state == INIT:
+        if state == registers.INIT:
             self.coe.reset()
             self.foe.reset()
-            if before == BOOT:
+            if before == registers.BOOT:
                 self._start_firmware()
-        if state == PREOP:
+        if state == registers.PREOP:
             self._banks.confirm()
-        if before == OP and state == SAFEOP and not self.esc.memory[WATCHDOG_STATUS] & 1:
+        if (
+            before == registers.OP
+            and state == registers.SAFEOP
+            and not self.esc.memory[registers.WATCHDOG_STATUS] & 1
+        ):
             communication = ErrorRegister.GENERIC | ErrorRegister.COMMUNICATION
             self.emergency(ErrorCode.WATCHDOG, communication)
-        if state == OP:
+        if state == registers.OP:
             self._outputs_ns = 0
             if self._diagnosis.register & ErrorRegister.COMMUNICATION:
                 self.emergency(ErrorCode.RESET, 0)
-        if state < SAFEOP:
+        if state < registers.SAFEOP:
             self.buffer.stop()
         elif not self.buffer.running:
             self._start_exposures(state)
@@ -187,7 +180,7 @@ class SoftwareCamera:
             self.esc.memory, OUTPUT_START
         )
         now, cycle = self.esc.now_ns, self._bus_cycle_ns()
-        if cycle and self._outputs_ns and self._state == OP:
+        if cycle and self._outputs_ns and self._state == registers.OP:
             self._missed += max(0, round((now - self._outputs_ns) / cycle) - 1)
         self._outputs_ns = now
         if control & _STREAM and self.buffer.running and not self.frozen:
@@ -203,7 +196,7 @@ class SoftwareCamera:
         if buffer.running:
             first, count = buffer.take(esc.system_time_ns)
         status = (
-            (_OPERATIONAL if esc.state == OP else 0)
+            (_OPERATIONAL if esc.state == registers.OP else 0)
             | (_SYNCHRONISED if esc.is_synchronised else 0)
             | (_OVERRUN if buffer.follows_loss(first) else 0)
             | (_DARK if buffer.is_dark(first, count) else 0)
@@ -253,7 +246,7 @@ class SoftwareCamera:
             config = self._config()
             self.electronics.configure(config)
         except InputError:
-            self.esc.fall_back(PREOP, _AL_INCONSISTENT)
+            self.esc.fall_back(registers.PREOP, _AL_INCONSISTENT)
             return
         width, height = self.electronics.sensor_px
         off = any(
@@ -261,11 +254,11 @@ class SoftwareCamera:
             for left, top, across, down in config.windows
         )
         if off or (config.mode is CameraMode.CORRECTED and lens is None):
-            self.esc.fall_back(PREOP, _AL_INCONSISTENT)
+            self.esc.fall_back(registers.PREOP, _AL_INCONSISTENT)
             return
         self._crc = config.crc()
         self.buffer.lens = lens if config.mode is CameraMode.CORRECTED else None
-        if self.esc.sync0 is not None or state == OP:
+        if self.esc.sync0 is not None or state == registers.OP:
             self.buffer.start(*self._schedule())
 
     def _schedule(self) -> tuple[int, int]:
@@ -275,18 +268,18 @@ class SoftwareCamera:
         return start, self._period_override or period
 
     def _send_emergency(self, code: int, register: int, data: bytes) -> None:
-        if self.esc.state >= PREOP and not self.mailbox_hangs:
+        if self.esc.state >= registers.PREOP and not self.mailbox_hangs:
             self.esc.post(self.coe.emergency(code, register, data))
 
     def _darken(self, frames: int) -> int:
         return self.buffer.darken(self.esc.system_time_ns, frames)
 
     def _bus_cycle_ns(self) -> int:
-        sync0, sync1 = struct.unpack_from("<II", self.esc.memory, SYNC0_CYCLE)
+        sync0, sync1 = struct.unpack_from("<II", self.esc.memory, registers.SYNC0_CYCLE)
         return int(sync0 + sync1) if self.esc.is_synchronised else 0
 
     def _sync_failed(self) -> bool:
-        (code,) = struct.unpack_from("<H", self.esc.memory, AL_STATUS_CODE)
+        (code,) = struct.unpack_from("<H", self.esc.memory, registers.AL_STATUS_CODE)
         return code in _SYNC_CODES
 
     def _live(self) -> dict[Address, Callable[[], bytes]]:
@@ -294,7 +287,7 @@ class SoftwareCamera:
         entries: dict[Address, Callable[[], bytes]] = {
             (TIMESTAMP, 0): lambda: struct.pack("<Q", self.esc.system_time_ns & (1 << 64) - 1),
             (COUNTERS, 1): lambda: struct.pack("<I", self.buffer.lost & 0xFFFFFFFF),
-            (COUNTERS, 2): lambda: struct.pack("<I", memory[WATCHDOG_COUNT]),
+            (COUNTERS, 2): lambda: struct.pack("<I", memory[registers.WATCHDOG_COUNT]),
             (COUNTERS, 3): lambda: struct.pack("<I", self.buffer.overruns),
             (COUNTERS, 4): lambda: struct.pack("<I", self.coe.bad_mailboxes),
             (COUNTERS, 5): lambda: struct.pack("<I", sum(memory[_LOST_LINKS])),

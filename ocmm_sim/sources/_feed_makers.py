@@ -39,24 +39,11 @@ from ocmm_core.inspection.evaluation import places_of
 from ocmm_core.inspection.plan import Plan, part_of_plan
 from ocmm_core.part_model import Placement
 from ocmm_core.side_files import has_content
+from ocmm_sim import scene
 from ocmm_sim.bus import SegmentConfig, VirtualBus, VirtualWire
 from ocmm_sim.calibration_scenes import CalibratingScript, CalibratingSource
 from ocmm_sim.genicam import GENICAM_RATE_HZ, virtual_genicam_feed
 from ocmm_sim.hand import HandAtRig
-from ocmm_sim.scene import (
-    MOST_ROUNDS,
-    REST_S,
-    Missing,
-    PartDocument,
-    PartPose,
-    PixelScript,
-    RigScript,
-    SensorOptions,
-    SimulatedSource,
-    TouchedEntry,
-    VirtualRig,
-    WorldOptions,
-)
 from ocmm_sim.sources._specs import GENICAM
 
 _AS_MANY = 2
@@ -68,7 +55,7 @@ _DECIMALS = 9
 
 def part_as_planned(
     plan: Plan, folder: Path | None, rig: Rig, placement: Placement | None = None
-) -> PartDocument:
+) -> scene.PartDocument:
     """Return the nominal part of a plan.
 
     `folder`: folder of the plan and its CAD model. The part is centred in the volume by the model
@@ -81,12 +68,12 @@ def part_as_planned(
     box = np.stack([places.min(axis=0), places.max(axis=0)]) if model is None else model.box
     volume = np.asarray(rig.volume_world)
     pose = (placement or Placement()).pose(box.mean(axis=0), volume.mean(axis=0))
-    return PartDocument(
+    return scene.PartDocument(
         schema="ocmm.part/1", unit="mm", name=plan.part, pose=_pose(pose), features=list(entries)
     )
 
 
-def part_text(part: PartDocument) -> str:
+def part_text(part: scene.PartDocument) -> str:
     """Return a part as a TOML document."""
     lines = [f"{field} = {_value(getattr(part, field))}" for field in ("schema", "unit", "name")]
     lines += ["", "[pose]", *_fields(msgspec.to_builtins(part.pose))]
@@ -117,7 +104,7 @@ def kept_part(plan: Plan, plan_file: Path, rig: Rig) -> Path:
     return path
 
 
-def _entry(feature: NominalFeature) -> TouchedEntry:
+def _entry(feature: NominalFeature) -> scene.TouchedEntry:
     count = max(_AS_MANY * feature.points, len(feature.targets))
     places = places_of(feature, count)
     if not len(places.points) or not np.linalg.norm(places.normals, axis=1).all():
@@ -127,7 +114,7 @@ def _entry(feature: NominalFeature) -> TouchedEntry:
             "Give its sizes or targets in the plan, or measure the document of a part.",
         )
     spec = feature.shape.spec
-    return TouchedEntry(
+    return scene.TouchedEntry(
         name=feature.name,
         point=feature.point,
         direction=feature.direction,
@@ -152,11 +139,11 @@ def _free(feature: NominalFeature, places: Float) -> float:
     return 2.0 * float(radii.min())
 
 
-def _pose(motion: RigidTransform) -> PartPose:
+def _pose(motion: RigidTransform) -> scene.PartPose:
     turn, shift = _triples(
         np.stack([Rotation.from_matrix(motion.rotation).as_rotvec(), motion.translation])
     )
-    return PartPose(translation=shift, rotation_vector=turn)
+    return scene.PartPose(translation=shift, rotation_vector=turn)
 
 
 def _triples(rows: Float) -> list[Vector3]:
@@ -179,9 +166,9 @@ _MARGIN_S = 0.25
 class VirtualOperator:
     """The scripted operator in this process (`source`) or at the far end of a wire (`bus`)."""
 
-    virtual: VirtualRig
+    virtual: scene.VirtualRig
     ring: FrameRing
-    source: SimulatedSource | None = None
+    source: scene.SimulatedSource | None = None
     bus: VirtualWire | None = None
 
     @property
@@ -200,7 +187,7 @@ class VirtualOperator:
     def follow(self, ask: Callable[[], Remaining], *, stay: bool) -> Callable[[int], None] | None:
         """Touch again what `ask` returns; a result is to be called with each frame counter."""
         if self.source is not None:
-            self.source.ask = lambda: Missing(*ask())
+            self.source.ask = lambda: scene.Missing(*ask())
         return self._over_the_wire(self.bus, ask, stay=stay) if self.bus is not None else None
 
     def hand(self) -> HandAtRig | None:
@@ -211,15 +198,15 @@ class VirtualOperator:
         self, bus: VirtualWire, ask: Callable[[], Remaining], *, stay: bool
     ) -> Callable[[int], None]:
         second = round(1e9 / self.virtual.frame_period_ns)
-        rest, rounds, due = round(REST_S * second), 0, 0
+        rest, rounds, due = round(scene.REST_S * second), 0, 0
 
         def follow(frame: int) -> None:
             nonlocal rounds, due
             begin = max(due, self.virtual.n_frames - rest)
-            if frame < begin or (rounds >= MOST_ROUNDS and not stay):
+            if frame < begin or (rounds >= scene.MOST_ROUNDS and not stay):
                 return
             due = frame + second // 10
-            missing = Missing(*ask())
+            missing = scene.Missing(*ask())
             if missing.touches:
                 rounds += 1
                 # The cameras are ahead of the reader, and both rigs must contain the same script.
@@ -240,15 +227,17 @@ _PIXEL_RATE_HZ = 1000
 """Two cores compute this rate in real time with reserve."""
 
 
-def script_of(request: StationRequest, plan: Plan) -> RigScript:
+def script_of(request: StationRequest, plan: Plan) -> scene.RigScript:
     """Return the script of the requested virtual rig."""
-    return RigScript(
+    return scene.RigScript(
         rig=str(request.rig.absolute()),
         probe=str(request.probe.absolute()),
         part=str(_part_file(request, plan).absolute()),
         touches=tuple((one.name, one.points) for one in plan.features if not request.idle),
         seed=request.seed,
-        options=request.world if isinstance(request.world, WorldOptions) else WorldOptions(),
+        options=request.world
+        if isinstance(request.world, scene.WorldOptions)
+        else scene.WorldOptions(),
         frame_rate_hz=request.frame_rate_hz,
         reference=str(request.reference.absolute()) if request.reference is not None else "",
     )
@@ -264,7 +253,7 @@ def _part_file(request: StationRequest, plan: Plan) -> Path:
 def virtual_rig_feed(request: StationRequest, plan: Plan, _rig: Rig, _value: str) -> Feed:
     """Return the virtual rig in this process; it waits for its reader."""
     virtual = script_of(request, plan).build()
-    source = SimulatedSource(
+    source = scene.SimulatedSource(
         virtual, request.speed, hover=request.stay, rest_speed=request.rest_speed
     )
     description = source.description
@@ -286,7 +275,7 @@ def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
 def pixel_segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
     """Return the same cameras with rendered images and spot detection."""
     script = script_of(_at_pixel_rate(request), plan)
-    words = PixelScript(pixels=SensorOptions(), script=script).to_json()
+    words = scene.PixelScript(pixels=scene.SensorOptions(), script=script).to_json()
     return _segment(words, rig, request.control)
 
 
@@ -314,7 +303,7 @@ def genicam_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> 
     return _played(virtual_genicam_feed(script, rig, name), script.build())
 
 
-def _played(feed: Feed, virtual: VirtualRig) -> Feed:
+def _played(feed: Feed, virtual: scene.VirtualRig) -> Feed:
     """Return a feed over the wire with its script and the operator at its far end."""
     bus = feed.acquisition if isinstance(feed.acquisition, VirtualWire) else None
     return replace(feed, virtual=virtual, operator=VirtualOperator(virtual, feed.ring, bus=bus))

@@ -5,12 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.measured import (
-    ActualFeature,
-    actual_features,
-    constructed_features,
-    nominal_geometries,
-)
+from ocmm_core.features import measured
 from ocmm_core.features.shapes import element
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.plan import Plan
@@ -53,7 +48,7 @@ def true_values(plan: Plan, part: Part) -> dict[str, float]:
     return found
 
 
-def _exact(plan: Plan, part: Part) -> dict[str, ActualFeature]:
+def _exact(plan: Plan, part: Part) -> dict[str, measured.ActualFeature]:
     """Return the features of a plan fitted to exact touches, part frame."""
     rng = np.random.default_rng(SEED)
     points: list[MeasuredPoint] = []
@@ -61,10 +56,10 @@ def _exact(plan: Plan, part: Part) -> dict[str, ActualFeature]:
         contacts = sample(part.artefact(feature.name), max(feature.points, TOUCHES), rng)
         for surface, normal in zip(contacts.points, contacts.normals, strict=True):
             points.append(_touch(feature.name, len(points) + 1, surface, normal))
-    actual = actual_features(plan.features, points)
-    nominals = nominal_geometries(plan.features, plan.constructions)
-    actual |= constructed_features(plan.constructions, actual, nominals)
-    return {name: item for name, item in actual.items() if isinstance(item, ActualFeature)}
+    actual = measured.actual_features(plan.features, points)
+    nominals = measured.nominal_geometries(plan.features, plan.constructions)
+    actual |= measured.constructed_features(plan.constructions, actual, nominals)
+    return {name: item for name, item in actual.items() if isinstance(item, measured.ActualFeature)}
 
 
 def _touch(feature: str, number: int, surface: Float, normal: Float) -> MeasuredPoint:

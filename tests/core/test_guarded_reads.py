@@ -53,7 +53,7 @@ LISTS = {
     "ocmm_core/seals/_anchor.py": "the memory; each history is read by its own name",
     "ocmm_core/seals/_memory.py": "as above",
     "ocmm_core/support/_parts.py": "a bundle of what can be read",
-    "ocmm_core/features/measured/_verify_files.py": "files next to one that was found",
+    "ocmm_core/features/measured/_verify.py": "files next to one that was found",
     "ocmm_gui/home/_file_browser.py": "errors are shown",
 }
 _LISTERS = ("glob", "rglob", "iterdir", "walk", "scandir", "listdir")

@@ -21,6 +21,7 @@ from ocmm_core.calibration.tip import (
     TipCheckView,
     TipOutcome,
     TipQualificationProcedure,
+    TipSite,
     TipView,
 )
 from ocmm_gui.kit import Mark
@@ -47,7 +48,7 @@ class TipBench:
         """Leave a qualification with the given numbers of points."""
         bench = self.wizard.bench
         procedure = TipQualificationProcedure.begin(
-            self.wizard.probe_store / SESSIONS, bench.rig, bench.body, self.store(), TIP,
+            self.wizard.probe_store / SESSIONS, TipSite(bench.rig, bench.body, self.store()), TIP,
             bench.sphere, bench.now(), who="technician", temperature=Temperature(20.5, 0.3, ""),
         )  # fmt: skip
         take(procedure, bench, sphere, cone)
@@ -171,8 +172,8 @@ def test_a_tip_that_is_too_long_fails_the_check_in_words(qtbot: QtBot, tmp_path:
     wizard, site = bench.wizard, bench.wizard.bench
     try:
         procedure = TipCheckProcedure.begin(
-            wizard.probe_store / SESSIONS, site.rig, site.body, bench.store(), TIP, site.sphere,
-            site.now(), who="inspector",
+            wizard.probe_store / SESSIONS, TipSite(site.rig, site.body, bench.store()), TIP,
+            site.sphere, site.now(), who="inspector",
         )  # fmt: skip
         take(procedure, site, 13, 0)
         procedure.advance(site.now())

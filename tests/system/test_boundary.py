@@ -75,8 +75,8 @@ PLACES = (
     Place("ocmm_core.inspection.session._assignment.assign_touch", AttributeError),
     Place("ocmm_core.inspection.session._intake.TouchIntake.take", RecursionError),
     # Storage.
-    Place("ocmm_core.storage._job_file.insert_point", MemoryError),
-    Place("ocmm_core.storage._tables.insert_audited", OverflowError),
+    Place("ocmm_core.storage._tables.insert_point", MemoryError),
+    Place("ocmm_core.storage._audit.insert_audited", OverflowError),
     Place("ocmm_core.inspection.session._step_log.deed_event", ValueError),
     # Fit and evaluation.
     Place("ocmm_core.features.measured._actual.compensation", np.linalg.LinAlgError),
@@ -97,13 +97,13 @@ PLACES = (
     Place("ocmm_core.acquisition.frames._ring.FrameRing.write", ValueError),
     # Recorder, stream and listeners run in parallel.
     Place(
-        "ocmm_core.acquisition.recording._recorder.encode_chunk",
+        "ocmm_core.acquisition.recording._recording.encode_chunk",
         RuntimeError,
         BESIDE,
         ("--record", "r"),
     ),
-    Place("ocmm_core.station.stream._server.pose_line", TypeError, BESIDE, STREAM),
-    Place("ocmm_core.station.stream._server.point_line", MemoryError, BESIDE, STREAM),
+    Place("ocmm_core.station.stream._messages.pose_line", TypeError, BESIDE, STREAM),
+    Place("ocmm_core.station.stream._messages.point_line", MemoryError, BESIDE, STREAM),
     Place("ocmm_core.station.stream._client.StreamClient.write", KeyError, BESIDE, STREAM),
     Place(f"{__name__}.listen", ValueError, BESIDE),
     # Export, and the command itself.

@@ -23,16 +23,9 @@ from ocmm_cad.step.brep._library import (
 from ocmm_cad.step.brep._raw_faces import UnusableModelError, faces_with_surface, go_round
 from ocmm_cad.step.brep._solid_mesh import RawMesh, motion_of, raw_meshes
 from ocmm_cad.step.brep._surface_splines import MappedSurface, surface_of
+from ocmm_core import part_model
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_core.part_model import (
-    FARTHEST_MM,
-    MOST_TRIANGLES,
-    ModelFace,
-    PartModel,
-    bezier_surface,
-    places_at,
-)
 
 _SHARE = 5e-4
 """Deflection of the mesh relative to the size of the part: half a pixel on a full picture."""
@@ -51,7 +44,7 @@ _TRIED = 24
 
 def part_of(
     document: StepDocument, source: tuple[str, str], doing: Callable[[str], None]
-) -> PartModel:
+) -> part_model.PartModel:
     """Return the part; ``source``: name (no folder), hash. ValueError if no face has a surface."""
     from OCP.BRepLib import BRepLib_ToolTriangulatedShape
 
@@ -67,7 +60,7 @@ def part_of(
             compute_normals(face, mesh)
     meshes = raw_meshes(faces, with_normals=True)
     parts: list[_FaceMesh] = []
-    made: list[ModelFace] = []
+    made: list[part_model.ModelFace] = []
     for number, face in enumerate(faces, start=1):
         if number % 16 == 1:
             doing(f"the shape of face {number} of {len(faces)}")
@@ -81,13 +74,13 @@ def part_of(
     triangles = np.concatenate(
         [part.triangles + start for part, start in zip(parts, starts, strict=False)]
     )
-    if not np.abs(vertices).max() <= FARTHEST_MM:
+    if not np.abs(vertices).max() <= part_model.FARTHEST_MM:
         raise UnusableModelError(
             f"its faces lie {np.abs(vertices).max() / 1000.0:.0f} m from its origin",
             "Export the model with its origin at the part.",
         )
     points, edge_starts, sides = _edges(faces, parts)
-    return PartModel(
+    return part_model.PartModel(
         source_name=source[0],
         source_sha256=source[1],
         vertices=vertices,
@@ -161,7 +154,7 @@ def _kept_deflection(faces: Sequence[Any]) -> float:
     """Return the deflection of an existing, displayable mesh for targets, mm; 0 without one."""
     meshes = [triangulation(face)[0] for face in faces]
     made = [one for one in meshes if one is not None]
-    if not made or sum(one.NbTriangles() for one in made) > MOST_TRIANGLES:
+    if not made or sum(one.NbTriangles() for one in made) > part_model.MOST_TRIANGLES:
         return 0.0
     # The deflection of flat faces with straight edges is 0; they are meshed nevertheless.
     return max(_FINEST_MM, *(float(one.Deflection()) for one in made))
@@ -238,7 +231,9 @@ def _edges(
     return (points, starts.astype(np.int32), np.array(sides, dtype=np.int32).reshape(-1, 2))
 
 
-def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool) -> ModelFace:
+def model_face(
+    number: int, face: Any, document: StepDocument, *, is_exact: bool
+) -> part_model.ModelFace:
     """Return a face, with its exact surface and outline if wanted."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
 
@@ -259,7 +254,7 @@ def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool
         outlines = tuple(
             np.stack([mapped.map_u(loop[:, 0]), mapped.map_v(loop[:, 1])], axis=1) for loop in loops
         )
-    return ModelFace(
+    return part_model.ModelFace(
         number=number,
         kind=kind_of(surface),
         name=said.name,
@@ -288,10 +283,10 @@ def _mapped(surface: Any, loops: Sequence[Float]) -> MappedSurface | None:
     tried = np.concatenate([every[::step], inside.reshape(-1, 2)])
     as_spline = np.stack([mapped.map_u(tried[:, 0]), mapped.map_v(tried[:, 1])], axis=1)
     try:
-        made = bezier_surface(mapped.spline)
+        made = part_model.bezier_surface(mapped.spline)
     except InputError:
         return None
-    points = places_at(made, np.clip(as_spline, made.low, made.high))
+    points = part_model.places_at(made, np.clip(as_spline, made.low, made.high))
     truth = np.array([vector(surface.Value(float(u), float(v))) for u, v in tried])
     off = float(np.linalg.norm(points - truth, axis=1).max())
     return mapped if off <= _EXACT_MM else None

@@ -14,15 +14,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ocmm_cad.step.brep import _edge_steps as edge_steps
 from ocmm_cad.step.brep import _surface_kernel as kernel
 from ocmm_cad.step.brep._document import read_document
-from ocmm_cad.step.brep._edge_steps import (
-    EdgeSteps,
-    Place,
-    curve_numbers,
-    parameters_on,
-    surface_numbers,
-)
 from ocmm_cad.step.brep._library import explored, is_turned, kind_of, static
 from ocmm_cad.step.brep._recognised import LESS, StepFace, elementary_face, recognised_face
 from ocmm_core.geometry import Float
@@ -95,7 +89,7 @@ def read_faces(path: str, doing: Callable[[str], None]) -> FoundFaces:
 
 
 def faces_of(
-    with_surface: Sequence[Any], doing: Callable[[str], None], steps: EdgeSteps
+    with_surface: Sequence[Any], doing: Callable[[str], None], steps: edge_steps.EdgeSteps
 ) -> FoundFaces:
     """Return the faces with a plane, cylinder, cone, sphere or torus, and counts of the others.
 
@@ -191,7 +185,7 @@ def _take_faces(shape: Any, faces: list[Any]) -> None:
             )
 
 
-def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | None]:
+def _raw_face(face: Any, number: int, steps: edge_steps.EdgeSteps) -> tuple[str, RawFace | None]:
     from OCP.BRepAdaptor import BRepAdaptor_Surface
 
     surface = BRepAdaptor_Surface(face, True)
@@ -209,7 +203,7 @@ def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | 
         rims = rims_of(curves.starts, lines, normals, lengths)
         return kind, RawFace(as_said, places, rims, number)
     _check(as_said)
-    rims, places = _edges(_curves(face, steps), surface_numbers(surface), reverse)
+    rims, places = _edges(_curves(face, steps), edge_steps.surface_numbers(surface), reverse)
     return kind, RawFace(as_said, places, rims, number)
 
 
@@ -266,21 +260,21 @@ def _away(point: Float, line: Float) -> float:
     return float(np.linalg.norm(starts + shares[:, None] * ways - point, axis=1).min())
 
 
-def _curves(face: Any, steps: EdgeSteps) -> _Curves:
+def _curves(face: Any, steps: edge_steps.EdgeSteps) -> _Curves:
     from OCP.BRepAdaptor import BRepAdaptor_Curve2d
 
     kinds: list[int] = []
     numbers: list[tuple[float, ...]] = []
     alongs: list[Float] = []
-    middles: list[Place] = []
+    middles: list[edge_steps.Place] = []
     others: dict[int, Float] = {}
     for edge in explored(face, "EDGE"):
         curve = BRepAdaptor_Curve2d(edge, face)
         along, middle = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
         middles.append(middle)
-        kind, six = curve_numbers(curve)
+        kind, six = edge_steps.curve_numbers(curve)
         if kind == kernel.OTHER:
-            others[len(kinds)] = parameters_on(curve, along)
+            others[len(kinds)] = edge_steps.parameters_on(curve, along)
         kinds.append(kind)
         numbers.append(six)
         alongs.append(along)

@@ -5,7 +5,7 @@ Out: frames in the shared ring, the bus report, replies, and the reason for stop
 
 In the process: `_start` (single thread, least rights), `_process` (the program ``ocmm-acq``),
 `_ethercat` (one read per bus cycle), `_commands`, `_rights`; `_scan_process`,
-`_maintenance_process` and `_record_process` are other programs (`_errand`);
+`_maintenance_process` and `_record_process` are other programs (`run_errand`);
 `_stepped_time` for a virtual bus that waits for a slow computer.
 
 In the application: `_launch`, `_client`, `_remote_objects`, and `_service_client` for a bus that
@@ -18,8 +18,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._client import Acquisition, BusProcess, ChildProcess
-    from ocmm_core.acquisition.bus_process._commands import read_first_line
-    from ocmm_core.acquisition.bus_process._errand import run_errand
+    from ocmm_core.acquisition.bus_process._commands import read_first_line, run_errand
     from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
     from ocmm_core.acquisition.bus_process._launch import (
         RECIPE, BusConfig, bus_command, read_config,

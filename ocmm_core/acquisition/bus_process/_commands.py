@@ -2,6 +2,7 @@
 
 A separate thread does all reading, writing and JSON, so that the bus cycle thread never waits: it
 takes requests from a queue and puts replies into another. Both are bounded and count overflows.
+Programs for a short task on the wire read one line (`run_errand`).
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
+from ocmm_core.acquisition.bus_process._rights import NEEDED, give_up_all_but
 from ocmm_core.errors import OcmmError
-from ocmm_core.failure import REOPEN, contained
+from ocmm_core.failure import REOPEN, contained, exit_with
 from ocmm_core.fieldbus.objects import (
     MAX_LINE_BYTES,
     CancelRequest,
@@ -237,3 +239,12 @@ class CommandPort:
             self._pending.clear()
             return
         del self._pending[:written]
+
+
+def run_errand(run: Callable[[bytes], None], what: str) -> None:
+    """Drop rights, run the task with a line of input; errors to stderr, exit 2, unexpected 3."""
+    try:
+        give_up_all_but(NEEDED)
+        run(read_first_line(sys.stdin.fileno()))
+    except Exception as error:
+        exit_with(error, what)

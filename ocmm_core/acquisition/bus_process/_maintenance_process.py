@@ -11,7 +11,7 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.acquisition.bus_process._errand import run_errand
+from ocmm_core.acquisition.bus_process._commands import run_errand
 from ocmm_core.acquisition.bus_process._launch import bus_command
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError

@@ -17,15 +17,10 @@ from pathlib import Path
 
 import msgspec
 
+from ocmm_core.acquisition.bus_process import _rights as rights
 from ocmm_core.acquisition.bus_process._commands import CommandPort, read_first_line
 from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
 from ocmm_core.acquisition.bus_process._launch import BusConfig, read_config
-from ocmm_core.acquisition.bus_process._rights import (
-    BUS_PRIORITY,
-    lock_memory,
-    take_priority,
-    take_processor,
-)
 from ocmm_core.acquisition.bus_process._stepped_time import SteppedTime
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, leave_error
 from ocmm_core.documents import read_bytes
@@ -57,9 +52,9 @@ def _run(arguments: list[str]) -> int:
         notes = tuple(
             missing
             for missing in (
-                take_priority(BUS_PRIORITY),
-                lock_memory(),
-                take_processor(config.processor),
+                rights.take_priority(rights.BUS_PRIORITY),
+                rights.lock_memory(),
+                rights.take_processor(config.processor),
             )
             if missing
         )

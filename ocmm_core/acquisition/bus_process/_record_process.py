@@ -12,7 +12,7 @@ import time
 
 import msgspec
 
-from ocmm_core.acquisition.bus_process._errand import run_errand
+from ocmm_core.acquisition.bus_process._commands import run_errand
 from ocmm_core.acquisition.bus_process._launch import bus_command
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.wire import Tap, check_interface, pcapng_end, pcapng_frame, pcapng_head

@@ -6,7 +6,7 @@ import sys
 
 import msgspec
 
-from ocmm_core.acquisition.bus_process._errand import run_errand
+from ocmm_core.acquisition.bus_process._commands import run_errand
 from ocmm_core.acquisition.bus_process._launch import bus_command
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.wire import RawLine, check_interface, encode_scan, scan_devices

@@ -3,8 +3,8 @@
 In: frames of any source, a recording, or a file of tcpdump or tshark (pcap, pcapng).
 Out: a recording on the disk, or frames from a replay source.
 
-Start with `_recording` (file format and reader) and `_recorder` (writing, and replay as a source);
-`_history` keeps the last seconds in memory. For captures: `_packets` reads traffic files and learns
+Start with `_recording` (file format and reader) and `_recorder` (writing, replay as a source, and
+the last seconds in memory). For captures: `_packets` reads traffic files and learns
 each camera's data position from a recorded bring-up, `_capture` extracts the frames.
 
 It must not import the bus process, labels or poses: a recording holds raw spots.
@@ -14,8 +14,9 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.acquisition.recording._capture import BusCapture, CaptureAccount
-    from ocmm_core.acquisition.recording._history import HISTORY_S, FrameHistory
-    from ocmm_core.acquisition.recording._recorder import FrameRecorder, ReplaySource
+    from ocmm_core.acquisition.recording._recorder import (
+        HISTORY_S, FrameHistory, FrameRecorder, ReplaySource,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

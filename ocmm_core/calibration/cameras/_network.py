@@ -12,16 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from ocmm_core.calibration.cameras._guards import (
-    OUTLIERS_REFUSED,
-    RMS_REFUSED,
-    explain_baseline,
-    explain_misfit,
-    judge_fit,
-    judge_lens,
-    judge_lens_terms,
-    ratio_of,
-)
+from ocmm_core.calibration.cameras import _guards as guards
 from ocmm_core.calibration.cameras._lens import by_point, project_with_jacobian
 from ocmm_core.calibration.cameras._model_fit import (
     CameraFit,
@@ -172,12 +163,13 @@ def calibrate_rig(
         seen = np.flatnonzero(np.isfinite(spots.uv[row]).all(axis=1)).astype(np.int64)
         at, uv = points.positions_world[seen], spots.uv[row, seen]
         fit = _fit_or_explain(nominal, at, uv, spots.sigma_px, points.sigma)
-        found = judge_fit(fit, [points.names[i] for i in seen])
+        found = guards.judge_fit(fit, [points.names[i] for i in seen])
         # Refuse hopeless fits here: a test of their lens terms would be meaningless.
         let_pass(found, force=True)
         fits.append(fit)
         indices.append(seen)
-        findings.append([*found, *judge_lens(nominal.name, fit.sigma_px, judge_lens_terms(fit))])
+        terms = guards.judge_lens_terms(fit)
+        findings.append([*found, *guards.judge_lens(nominal.name, fit.sigma_px, terms)])
     of_rig = _baselines(rig, fits)
     everything = [*of_rig, *(one for found in findings for one in found)]
     warnings = let_pass(everything, force)
@@ -205,7 +197,7 @@ def _fit_or_explain(
             raise
         _refuse_mix_up(nominal, at, uv, sigma_px, reference_sigma)
         raise
-    if ratio_of(fit) > RMS_REFUSED or np.mean(~fit.used) > OUTLIERS_REFUSED:
+    if guards.ratio_of(fit) > guards.RMS_REFUSED or np.mean(~fit.used) > guards.OUTLIERS_REFUSED:
         _refuse_mix_up(nominal, at, uv, sigma_px, reference_sigma)
     return fit
 
@@ -213,7 +205,7 @@ def _fit_or_explain(
 def _refuse_mix_up(
     nominal: CameraModel, at: Points3, uv: Pixels, sigma_px: float, reference_sigma: float
 ) -> None:
-    mixed_up = explain_misfit(nominal, at, uv, sigma_px, reference_sigma)
+    mixed_up = guards.explain_misfit(nominal, at, uv, sigma_px, reference_sigma)
     if mixed_up is not None:
         let_pass([mixed_up], force=False)
 
@@ -239,7 +231,7 @@ def _baselines(rig: Rig, fits: Sequence[CameraFit]) -> list[Finding]:
     first = rig.cameras[0]
     for nominal, fit in zip(rig.cameras[1:], fits[1:], strict=True):
         centres = fits[0].camera.model.centre_world, fit.camera.model.centre_world
-        found += explain_baseline(
+        found += guards.explain_baseline(
             first.name,
             nominal.name,
             float(np.linalg.norm(centres[1] - centres[0])),

@@ -34,17 +34,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ocmm_core import tables
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels, Points3
-from ocmm_core.tables import (
-    NamedColumns,
-    TableAccount,
-    TableOptions,
-    TextTable,
-    read_pixels,
-    read_table,
-    require_like_names,
-)
 from ocmm_core.units import named_unit, scaled
 
 MAX_COORDINATE_MM = 1e5
@@ -80,7 +72,7 @@ class SpotTable:
     """(C, n, 2), px, in the order of the reference points; NaN if unseen."""
     sigma_px: float
     """Standard deviation of one averaged spot, px per axis."""
-    account: TableAccount | None = None
+    account: tables.TableAccount | None = None
     """Of the reader of a file."""
 
 
@@ -89,18 +81,20 @@ class ReferenceList:
     """Reference points, and the account of the reader."""
 
     points: KnownPoints
-    account: TableAccount
+    account: tables.TableAccount
 
 
-def read_reference_points(path: Path, options: TableOptions | None = None) -> ReferenceList:
+def read_reference_points(path: Path, options: tables.TableOptions | None = None) -> ReferenceList:
     """Return the reference points of a list, and the account of the reader.
 
     The unit of ``options`` replaces that of the header, also for the uncertainty. InputError: not
     such a list, no unit, uncertainty or frame, unknown unit, length uncertainty above
     `MAX_LENGTH_SIGMA`, duplicate name, cell without a number, or a coordinate over 100 m.
     """
-    options = options or TableOptions()
-    table = read_table(path, NamedColumns(_AXES, _AXES, optional=("name", "unit")), options)
+    options = options or tables.TableOptions()
+    table = tables.read_table(
+        path, tables.NamedColumns(_AXES, _AXES, optional=("name", "unit")), options
+    )
     if not options.unit:
         line, stated = table.value("unit", "the unit of the coordinates")
         named_unit(stated, "length", table.path, line)
@@ -123,14 +117,14 @@ def read_reference_points(path: Path, options: TableOptions | None = None) -> Re
 
 
 def load_spots(
-    path: Path | str, points: KnownPoints, options: TableOptions | None = None
+    path: Path | str, points: KnownPoints, options: tables.TableOptions | None = None
 ) -> SpotTable:
     """Return the spots of the table at ``path`` in the order of the reference points.
 
     InputError: not such a table, no sigma, a point outside the list, two rows for a point and
     camera, or a cell without a number.
     """
-    read = read_pixels(path, ("point", "serial", "u", "v"), options)
+    read = tables.read_pixels(path, ("point", "serial", "u", "v"), options)
     table = read.table
     index_of = {name: index for index, name in enumerate(points.names)}
     spots: dict[int, Pixels] = {}
@@ -168,7 +162,7 @@ def load_spots(
     return SpotTable(serials, uv, read.sigma_px, read.account)
 
 
-def _positive(table: TextTable, key: str, what: str, zero: bool = False) -> float:
+def _positive(table: tables.TextTable, key: str, what: str, zero: bool = False) -> float:
     line, text, value = table.head_number(key, what)
     if value < 0.0 or (value == 0.0 and not zero):
         raise InputError(
@@ -179,7 +173,7 @@ def _positive(table: TextTable, key: str, what: str, zero: bool = False) -> floa
     return value
 
 
-def _length_sigma(table: TextTable) -> float:
+def _length_sigma(table: tables.TextTable) -> float:
     if _LENGTH not in table.head:
         return 0.0
     ratio = _positive(table, _LENGTH, "the uncertainty of lengths", zero=True)
@@ -194,11 +188,11 @@ def _length_sigma(table: TextTable) -> float:
     return ratio
 
 
-def _names(table: TextTable) -> tuple[str, ...]:
+def _names(table: tables.TextTable) -> tuple[str, ...]:
     if "name" not in table.columns:
         return tuple(str(number) for number in range(1, len(table.rows) + 1))
     first: dict[str, int] = {}
-    require_like_names(table.path, [(row.line, row.cells["name"]) for row in table.rows])
+    tables.require_like_names(table.path, [(row.line, row.cells["name"]) for row in table.rows])
     for row in table.rows:
         name = row.cells["name"]
         if not name:

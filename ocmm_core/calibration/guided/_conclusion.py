@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ocmm_core.calibration import records
 from ocmm_core.calibration.guided._procedure_views import (
     CalibrationComparison,
     CalibrationOutcome,
@@ -21,17 +22,6 @@ from ocmm_core.calibration.guided._procedure_views import (
     CameraResiduals,
 )
 from ocmm_core.calibration.guided._session_events import utc_text
-from ocmm_core.calibration.records import (
-    SCHEMA,
-    ArtefactUse,
-    CameraRecord,
-    Finding,
-    Method,
-    ResidualMap,
-    ThermalTerm,
-    entry_of,
-    rig_from_record,
-)
 from ocmm_core.camera import (
     N_PARAMETERS,
     CameraModel,
@@ -132,7 +122,7 @@ _NODES = 5
 class CalibrationContext:
     """Provenance of a calibration."""
 
-    method: Method
+    method: records.Method
     made: datetime
     valid_days: int
     who: str
@@ -141,7 +131,7 @@ class CalibrationContext:
     sensor_temperatures_c: tuple[float, ...]
     """`who`, `software`, `temperature_c`, `sensor_temperatures_c`: As in `CameraRecord`."""
     data_sha256: str
-    artefacts: tuple[ArtefactUse, ...]
+    artefacts: tuple[records.ArtefactUse, ...]
     """Traceability of lengths and positions."""
     previous: str
     """Hash of the record in force; empty for the first one."""
@@ -165,9 +155,9 @@ class Findings:
     errors_at_world: Points3
     errors_world: Points3
     """`errors_at_world`, `errors_world`: See `outcome.CalibrationOutcome`."""
-    warnings: tuple[Finding, ...]
+    warnings: tuple[records.Finding, ...]
     """Findings that did not refuse it."""
-    thermal: ThermalTerm | None = None
+    thermal: records.ThermalTerm | None = None
     """Effect of the thermometer; None without one."""
 
 
@@ -176,8 +166,8 @@ def build_outcome(
 ) -> CalibrationOutcome:
     """Return the record, its rig, and the comparison with ``before``, the rig in force."""
     low, high = found.volume_world
-    record = CameraRecord(
-        schema=SCHEMA,
+    record = records.CameraRecord(
+        schema=records.SCHEMA,
         rig=rig.name,
         method=how.method,
         made_utc=utc_text(how.made),
@@ -189,7 +179,7 @@ def build_outcome(
         frame_rate_hz=rig.frame_rate_hz,
         noise=rig.noise,
         cameras=tuple(
-            entry_of(camera, alias, sensor, rig.device)
+            records.entry_of(camera, alias, sensor, rig.device)
             for camera, alias, sensor in zip(
                 found.cameras, rig.aliases, rig.sensors or (0,) * len(rig.aliases), strict=True
             )
@@ -211,7 +201,7 @@ def build_outcome(
         previous=how.previous,
         thermal=msgspec.UNSET if found.thermal is None else found.thermal,
     )
-    after = rig_from_record(record)
+    after = records.rig_from_record(record)
     return CalibrationOutcome(
         record=record, rig=after, residuals=found.residuals, errors_at_world=found.errors_at_world,
         errors_world=found.errors_world, warnings=found.warnings,
@@ -259,7 +249,7 @@ def compare(before: Rig, after: Rig) -> CalibrationComparison:
     )
 
 
-def residual_map(camera: CameraModel, residuals: CameraResiduals) -> ResidualMap:
+def residual_map(camera: CameraModel, residuals: CameraResiduals) -> records.ResidualMap:
     """Return the mean residual in each cell of a camera's sensor."""
     uv, left = residuals.uv[residuals.used], residuals.residuals_px[residuals.used]
     column = np.clip((uv[:, 0] / camera.width * MAP_CELLS).astype(int), 0, MAP_CELLS - 1)
@@ -269,7 +259,7 @@ def residual_map(camera: CameraModel, residuals: CameraResiduals) -> ResidualMap
     means = [
         np.bincount(cell, left[:, axis], MAP_CELLS**2) / np.maximum(count, 1) for axis in range(2)
     ]
-    return ResidualMap(
+    return records.ResidualMap(
         columns=MAP_CELLS,
         rows=MAP_CELLS,
         mean_u_px=tuple(means[0].tolist()),

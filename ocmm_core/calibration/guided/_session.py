@@ -8,14 +8,7 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Generic, Protocol, TypeVar
 
-from ocmm_core.calibration.guided._procedure import (
-    Live,
-    Procedure,
-    ProcedureDecision,
-    ProcedureKind,
-    SessionLog,
-    Step,
-)
+from ocmm_core.calibration.guided import _procedure as procedure
 from ocmm_core.calibration.guided._session_events import (
     CommonEvent,
     Decided,
@@ -55,14 +48,14 @@ class Store(Protocol):
     def events(self) -> Sequence[Dated]: ...
 
 
-class GuidedProcedure(Procedure, Generic[E, O]):
+class GuidedProcedure(procedure.Procedure, Generic[E, O]):
     """Base of all calibrations.
 
     ``chain`` has at least its first line, ``begun``; ``store`` gets the accepted result.
     CalibrationError if the session was started with another rig.
     """
 
-    kind: ProcedureKind
+    kind: procedure.ProcedureKind
     _outcome: O | None
     step_names: tuple[str, ...]
 
@@ -76,7 +69,7 @@ class GuidedProcedure(Procedure, Generic[E, O]):
                 "or calibration has changed since.",
                 "Start a new session.",
             )
-        super().__init__(SessionLog(chain, SessionLine))
+        super().__init__(procedure.SessionLog(chain, SessionLine))
         self.rig = rig
         self._accepted = store
         # Including a line cut off by a crash, which the next line replaces.
@@ -87,12 +80,12 @@ class GuidedProcedure(Procedure, Generic[E, O]):
         self._decided: Decided | None = None
         self._forced = False
         self._sensors_c: tuple[float, ...] = ()
-        self._kept_steps: tuple[object, tuple[Step, ...]] | None = None
+        self._kept_steps: tuple[object, tuple[procedure.Step, ...]] | None = None
 
     # Implemented by each procedure.
 
     @abstractmethod
-    def _steps(self) -> tuple[Step, ...]:
+    def _steps(self) -> tuple[procedure.Step, ...]:
         """Return the steps with their current gates."""
 
     def _steps_rest_on(self) -> object:
@@ -100,7 +93,7 @@ class GuidedProcedure(Procedure, Generic[E, O]):
         return None
 
     @abstractmethod
-    def _seen(self) -> Live:
+    def _seen(self) -> procedure.Live:
         pass
 
     @abstractmethod
@@ -142,10 +135,10 @@ class GuidedProcedure(Procedure, Generic[E, O]):
         return self.step_names.index(self._step)
 
     @property
-    def _ended_as(self) -> ProcedureDecision:
-        return ProcedureDecision.OPEN if self._decided is None else self._decided.decision
+    def _ended_as(self) -> procedure.ProcedureDecision:
+        return procedure.ProcedureDecision.OPEN if self._decided is None else self._decided.decision
 
-    def _steps_now(self) -> tuple[Step, ...]:
+    def _steps_now(self) -> tuple[procedure.Step, ...]:
         """Return the steps, cached because views poll them between observations."""
         others = self._steps_rest_on()
         if others is None:
@@ -155,7 +148,7 @@ class GuidedProcedure(Procedure, Generic[E, O]):
             self._kept_steps = rest_on, self._steps()
         return self._kept_steps[1]
 
-    def _live(self) -> Live:
+    def _live(self) -> procedure.Live:
         if self._decided is not None or not self._wants():
             return replace(self._seen(), ready=False, hint="Nothing to take in this step.")
         return self._seen()
@@ -208,13 +201,13 @@ class GuidedProcedure(Procedure, Generic[E, O]):
             if self._outcome is None:
                 raise CalibrationError("session.no_result", "No result yet.", "Calculate it first.")
             self._check(self._outcome)
-            decided = self._decide(ProcedureDecision.ACCEPTED, now, reason)
+            decided = self._decide(procedure.ProcedureDecision.ACCEPTED, now, reason)
             if not self._is_stored():
                 self._put(self._outcome, decided)
 
     def keep(self, now: datetime, reason: str) -> None:
         with self._lock:
-            self._decide(ProcedureDecision.KEPT, now, reason)
+            self._decide(procedure.ProcedureDecision.KEPT, now, reason)
 
     def _check(self, outcome: O) -> None:
         """Raise CalibrationError if a result may not be stored now."""
@@ -229,7 +222,7 @@ class GuidedProcedure(Procedure, Generic[E, O]):
         decided = self._decided
         return decided is not None and any(one.utc == decided.utc for one in self._accepted.events)
 
-    def _decide(self, decision: ProcedureDecision, now: datetime, reason: str) -> Decided:
+    def _decide(self, decision: procedure.ProcedureDecision, now: datetime, reason: str) -> Decided:
         if self._decided is not None:
             if self._decided.decision is not decision:
                 raise self._ended(self._decided)

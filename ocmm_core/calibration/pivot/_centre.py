@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.calibration.pivot._shape_kernel import add_moments, average_turned
+from ocmm_core.calibration.pivot._kernel import add_moments, average_turned
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Points3
 

@@ -22,14 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.calibration.pivot._bundle import (
-    PivotNormals,
-    PivotState,
-    inverse_pinned,
-    normals_at,
-    pinned_normal,
-    solve_pinned,
-)
+from ocmm_core.calibration.pivot import _bundle as bundle
 from ocmm_core.calibration.pivot._data import PivotSweep, SweepCoverage
 from ocmm_core.camera import CameraModel, Rig, distortion_jacobian
 from ocmm_core.errors import CalibrationError
@@ -43,7 +36,7 @@ _CHUNK = 500
 def pattern_covariance(
     rig: Rig,
     sweep: PivotSweep,
-    state: PivotState,
+    state: bundle.PivotState,
     by_common: Float,
     inverse: Float,
     slack_mm: float,
@@ -88,7 +81,7 @@ def random_wave(rig: Rig, uv: Pixels, sigma_px: float, rng: np.random.Generator)
 
 
 def spot_influences(
-    rig: Rig, sweep: PivotSweep, state: PivotState, gain: Float, slack_mm: float, part: slice
+    rig: Rig, sweep: PivotSweep, state: bundle.PivotState, gain: Float, slack_mm: float, part: slice
 ) -> Float:
     """Return a result's derivative by each spot, (n, C, L, 2, m), mm/px; zero if unseen.
 
@@ -197,16 +190,16 @@ def geometry_in(leds_document: Points3, arms: Points3) -> Geometry:
 
 
 def pivot_uncertainty(
-    rig: Rig, sweep: PivotSweep, state: PivotState, geometry: Geometry, slack_mm: float,
+    rig: Rig, sweep: PivotSweep, state: bundle.PivotState, geometry: Geometry, slack_mm: float,
     resamples: int, seed: int, *, pattern: bool = False,
 ) -> PivotUncertainty:  # fmt: skip
     """Return the uncertainty of a minimum, with bootstrap draws ``resamples``.
 
     ``pattern``: the sensors have that of the rig. CalibrationError if the probe is undetermined.
     """
-    here = normals_at(rig, sweep, state, slack_mm, with_cameras=True)
+    here = bundle.normals_at(rig, sweep, state, slack_mm, with_cameras=True)
     turns = state.turns()
-    inverse = inverse_pinned(here.normals[0], turns)
+    inverse = bundle.inverse_pinned(here.normals[0], turns)
     if inverse is None:
         raise CalibrationError(
             "pivot.open",
@@ -221,7 +214,7 @@ def pivot_uncertainty(
     formal = by_common @ inverse @ by_common.T
     noises = []
     for numbers in (blocks, cells):
-        split = normals_at(rig, sweep, state, slack_mm, blocks=numbers, with_cameras=True)
+        split = bundle.normals_at(rig, sweep, state, slack_mm, blocks=numbers, with_cameras=True)
         drawn = by_common @ _bootstrap(split, turns, resamples, seed) @ by_common.T
         of_cameras = _scatter_of_cameras(split, inverse, by_common, rig.parameter_covariance)
         # A bootstrap of few blocks can by chance fall below pure noise.
@@ -234,7 +227,7 @@ def pivot_uncertainty(
             rig, sweep, state, by_common, inverse, slack_mm, PATTERN_WAVES, seed
         )
         noise = modelled if _of_tip(modelled) > _of_tip(noise) else noise
-    by_cameras = -by_common @ solve_pinned(here.normals[0], turns, here.crossed[0])
+    by_cameras = -by_common @ bundle.solve_pinned(here.normals[0], turns, here.crossed[0])
     return PivotUncertainty(
         noise=noise,
         formal=formal,
@@ -287,7 +280,7 @@ def _of_tip(covariance: Float) -> float:
 
 
 def _scatter_of_cameras(
-    split: PivotNormals, inverse: Float, by_common: Float, cameras: Float
+    split: bundle.PivotNormals, inverse: Float, by_common: Float, cameras: Float
 ) -> float:
     """Return the variance of the tip in a block bootstrap due to camera errors.
 
@@ -298,13 +291,13 @@ def _scatter_of_cameras(
     return float(np.einsum("bij,jk,bik->", left, cameras, left, optimize=True))
 
 
-def _bootstrap(split: PivotNormals, turns: Float, resamples: int, seed: int) -> Float:
+def _bootstrap(split: bundle.PivotNormals, turns: Float, resamples: int, seed: int) -> Float:
     rng = np.random.default_rng(seed)
     normals, gradients = split.normals, split.gradients
     count = len(normals)
     draws = rng.multinomial(count, np.full(count, 1.0 / count), size=resamples).astype(np.float64)
     # Scale and gauge are shared by all draws: their sums differ by some per cent only.
-    _, scale, pinned = pinned_normal(normals.sum(axis=0), turns)
+    _, scale, pinned = bundle.pinned_normal(normals.sum(axis=0), turns)
     drawn = np.tensordot(draws, normals, 1) / scale / scale[:, None] + pinned
     steps = -np.linalg.solve(drawn, (draws @ gradients / scale)[..., None])[..., 0] / scale
     steps -= steps.mean(axis=0)
@@ -356,10 +349,10 @@ def preview_pivot(
     arms = body.leds_probe - body.tip_probe
     rotations = poses.rotation_world_from_probe[solved]
     centre = np.median(poses.tip_world[solved], axis=0)
-    state = PivotState(centre, arms, rotations, np.zeros((len(rotations), 3)))
+    state = bundle.PivotState(centre, arms, rotations, np.zeros((len(rotations), 3)))
     kept = sweep.only(solved)
-    here = normals_at(rig, kept, state, 0.0, with_cameras=True)
-    covariance = inverse_pinned(here.normals[0], state.turns())
+    here = bundle.normals_at(rig, kept, state, 0.0, with_cameras=True)
+    covariance = bundle.inverse_pinned(here.normals[0], state.turns())
     tip_sigma = np.inf
     if covariance is not None:
         by_arms = geometry_in(body.leds_probe, arms).by_arms[-3:]

@@ -9,14 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.calibration.pivot._bundle import (
-    PivotState,
-    camera_error_root,
-    inverse_pinned,
-    normals_at,
-    solve_pinned,
-    spots_of_cameras,
-)
+from ocmm_core.calibration.pivot import _bundle as bundle
 from ocmm_core.calibration.pivot._covariance import LEAST_BLOCKS, random_wave
 from ocmm_core.calibration.pivot._data import ExcludedFrame, PivotLimits, PivotSweep, SweepCoverage
 from ocmm_core.calibration.pivot._robust import FreePoses, free_poses
@@ -45,7 +38,7 @@ class CameraTips:
 
 
 def tips_by_cameras(
-    rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float,
+    rig: Rig, sweep: PivotSweep, state: bundle.PivotState, slack_mm: float,
     pattern_px: float = 0.0, seed: int = 1,
 ) -> CameraTips:  # fmt: skip
     """Return how errors of cameras shift the tips of frames after the adjustment.
@@ -57,9 +50,9 @@ def tips_by_cameras(
     some = np.arange(0, len(sweep.uv), max(1, len(sweep.uv) // _FRAMES))
     state = replace(state, rotations=state.rotations[some], slacks=state.slacks[some])
     sweep = replace(sweep, uv=sweep.uv[some], sigma_px=sweep.sigma_px[some])
-    root = camera_error_root(rig)
-    spots = [spots_of_cameras(rig, sweep, state, off) for off in root.T]
-    exact = spots_of_cameras(rig, sweep, state, np.zeros(len(root)))
+    root = bundle.camera_error_root(rig)
+    spots = [bundle.spots_of_cameras(rig, sweep, state, off) for off in root.T]
+    exact = bundle.spots_of_cameras(rig, sweep, state, np.zeros(len(root)))
     rng = np.random.default_rng(seed)
     waves = _WAVES if pattern_px > 0.0 else 0
     spots += [
@@ -76,18 +69,18 @@ def tips_by_cameras(
     return CameraTips(some.astype(np.int64), shifts[:, :, :split], shifts[:, :, split:])
 
 
-def _followed(rig: Rig, seen: PivotSweep, state: PivotState, slack_mm: float) -> Points3:
+def _followed(rig: Rig, seen: PivotSweep, state: bundle.PivotState, slack_mm: float) -> Points3:
     """Return the arms after one step to other spots."""
-    here = normals_at(rig, seen, state, slack_mm)
-    step = -solve_pinned(here.normals[0], state.turns(), here.gradients[0])
+    here = bundle.normals_at(rig, seen, state, slack_mm)
+    step = -bundle.solve_pinned(here.normals[0], state.turns(), here.gradients[0])
     arms: Points3 = state.arms + step[3:].reshape(-1, 3)
     return arms
 
 
-def _noise_of_arms(rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float) -> Float:
+def _noise_of_arms(rig: Rig, sweep: PivotSweep, state: bundle.PivotState, slack_mm: float) -> Float:
     """Return independent errors (k, L, 3), mm, of the arms by the noise of the spots."""
-    here = normals_at(rig, sweep, state, slack_mm)
-    covariance = inverse_pinned(here.normals[0], state.turns())
+    here = bundle.normals_at(rig, sweep, state, slack_mm)
+    covariance = bundle.inverse_pinned(here.normals[0], state.turns())
     if covariance is None:
         return np.empty((0, *state.arms.shape))
     values, vectors = np.linalg.eigh(covariance[3:, 3:])

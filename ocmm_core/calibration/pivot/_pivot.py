@@ -16,20 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.calibration.bundle import BundleData, BundleState, Names, Prior, accuse, examine
+from ocmm_core.calibration.pivot import _guards as guards
 from ocmm_core.calibration.pivot._bundle import chi2_of_cameras, residuals
 from ocmm_core.calibration.pivot._centre import thesis_pivot
 from ocmm_core.calibration.pivot._covariance import coverage_of, geometry_in, pivot_uncertainty
 from ocmm_core.calibration.pivot._data import PivotCalibration, PivotOptions, PivotSweep
-from ocmm_core.calibration.pivot._guards import (
-    find_jump,
-    judge_coverage,
-    judge_jump,
-    judge_left_out,
-    judge_shape,
-    judge_uncertainty,
-    shared_part,
-    tips_by_cameras,
-)
 from ocmm_core.calibration.pivot._robust import adjust_pivot_robustly
 from ocmm_core.calibration.pivot._seat import examine_seat
 from ocmm_core.calibration.pivot._start import start_pivot
@@ -144,7 +135,7 @@ def calibrate_probe(
     rotations[used] = state.rotations @ of_probe.T
     middle = (geometry.leds_probe - geometry.tip_probe).mean(axis=0)
     coverage = coverage_of(rotations[used], middle)
-    turned = tuple(judge_coverage(coverage, limits))
+    turned = tuple(guards.judge_coverage(coverage, limits))
     # Without enough motion the rest cannot be computed, or is meaningless.
     let_pass(turned, force)
     kept = sweep.only(used)
@@ -158,13 +149,13 @@ def calibrate_probe(
     # Camera errors within their uncertainty cause residuals beyond spot noise.
     by_cameras = chi2_of_cameras(rig, kept, state, options.slack_mm, _DRAWS, options.seed).max()
     chi2 = robust.minimum.cost
-    common = shared_part(rig, sweep) if options.pattern else 0.0
+    common = guards.shared_part(rig, sweep) if options.pattern else 0.0
     # Spots that fit the probe worse than their sigma have errors that a wander does not cause.
     free = robust.free
     surplus = free.chi2[used].sum() / (free.dof[used].sum() + float(by_cameras)) - 1.0
     excess = float(np.sqrt(max(surplus, 0.0)))
     pattern_px = max(rig.noise.pattern_px * options.pattern, excess * np.median(sweep.sigma_px))
-    by_tips = tips_by_cameras(rig, kept, state, options.slack_mm, pattern_px, options.seed)
+    by_tips = guards.tips_by_cameras(rig, kept, state, options.slack_mm, pattern_px, options.seed)
     total = uncertainty.total
     tip_sigma = float(np.sqrt(np.trace(total[-3:, -3:])))
     seat = examine_seat(
@@ -184,15 +175,15 @@ def calibrate_probe(
         rig, examined, np.flatnonzero(asked), geometry.leds_probe, geometry.tip_probe,
         state.centre, held[asked], options.slack_mm, dof + int(more),
     )  # fmt: skip
-    jump = find_jump(robust.free, used, state.centre, common, by_tips)
-    moved = tuple(judge_jump(jump, limits))
+    jump = guards.find_jump(robust.free, used, state.centre, common, by_tips)
+    moved = tuple(guards.judge_jump(jump, limits))
     judgements = [
-        *judge_shape(body, geometry.leds_probe, geometry.tip_probe, limits),
+        *guards.judge_shape(body, geometry.leds_probe, geometry.tip_probe, limits),
         *judge_residuals(judged, dof),
         *turned,
-        *judge_left_out(robust.left_out, len(used), limits),
+        *guards.judge_left_out(robust.left_out, len(used), limits),
         *moved,
-        *judge_uncertainty(tip_sigma, len(kept.uv), uncertainty.block, limits),
+        *guards.judge_uncertainty(tip_sigma, len(kept.uv), uncertainty.block, limits),
     ]
     # Pattern noise of the sensors follows the hand and resembles small changes in time: if the rig
     # has it, name an element only for findings of another guard.

@@ -19,7 +19,7 @@ from ocmm_core.calibration.cameras import OUTLIER_PROBABILITY
 from ocmm_core.calibration.pivot._bundle import PivotState
 from ocmm_core.calibration.pivot._centre import common_centre, complete_poses, moments_of
 from ocmm_core.calibration.pivot._data import PivotSweep
-from ocmm_core.calibration.pivot._shape_kernel import fit_turns
+from ocmm_core.calibration.pivot._kernel import fit_turns
 from ocmm_core.camera import Rig, ideal_from_pixels
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Pixels, Points3

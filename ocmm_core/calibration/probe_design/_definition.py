@@ -10,27 +10,19 @@ from pathlib import Path
 
 import numpy as np
 
+from ocmm_core import tracking
 from ocmm_core.calibration.probe_design._layout import WrongLabels, wrong_labels
 from ocmm_core.camera import Vector3
 from ocmm_core.documents import load_document, write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.geometry import Float
-from ocmm_core.tracking import (
-    SCHEMA,
-    LedEntry,
-    OrientationRule,
-    ProbeBody,
-    ProbeDocument,
-    StrobeEntry,
-    body_of,
-)
 
 
 @dataclass(frozen=True, slots=True)
 class DefinitionCheck:
     """Check of a usable definition."""
 
-    body: ProbeBody
+    body: tracking.ProbeBody
     labels: tuple[WrongLabels, ...]
     """The nearest wrong labelling with all LEDs, and with each of them hidden."""
 
@@ -45,10 +37,10 @@ class DefinitionCheck:
         )
 
 
-def probe_text(document: ProbeDocument) -> str:
+def probe_text(document: tracking.ProbeDocument) -> str:
     """Return a document as TOML; numbers keep all their digits."""
     lines = [
-        f"schema = {_text(SCHEMA)}",
+        f"schema = {_text(tracking.SCHEMA)}",
         'unit = "mm"',
         f"name = {_text(document.name)}",
         f"tip = {_vector(document.tip)}",
@@ -70,16 +62,16 @@ def probe_text(document: ProbeDocument) -> str:
     return "\n".join([*lines, ""])
 
 
-def read_definition(path: Path) -> ProbeDocument:
+def read_definition(path: Path) -> tracking.ProbeDocument:
     """Return a document as template, maybe unusable; InputError if missing or malformed."""
-    return load_document(path, ProbeDocument, SCHEMA)
+    return load_document(path, tracking.ProbeDocument, tracking.SCHEMA)
 
 
-def definition_of(body: ProbeBody) -> ProbeDocument:
+def definition_of(body: tracking.ProbeBody) -> tracking.ProbeDocument:
     """Return the document of a probe, as a template for another one."""
     sigmas = np.sqrt(np.diag(body.geometry_covariance))
-    return ProbeDocument(
-        schema=SCHEMA,
+    return tracking.ProbeDocument(
+        schema=tracking.SCHEMA,
         unit="mm",
         name=body.name,
         tip=_vector3(body.tip_probe),
@@ -89,39 +81,41 @@ def definition_of(body: ProbeBody) -> ProbeDocument:
         led_sigma=float(sigmas[:-3].max()),
         emission_half_angle_deg=float(np.degrees(body.emission_half_angle)),
         leds=[
-            LedEntry(position=_vector3(led), direction=_vector3(direction))
+            tracking.LedEntry(position=_vector3(led), direction=_vector3(direction))
             for led, direction in zip(body.leds_probe, body.led_directions_probe, strict=True)
         ],
         orientation_rules=tuple(
-            OrientationRule(probe_axis=_vector3(axis), world_direction=_vector3(world))
+            tracking.OrientationRule(probe_axis=_vector3(axis), world_direction=_vector3(world))
             for axis, world in body.rules
         ),
         strobe=None
         if body.code is None
-        else StrobeEntry(period=body.code.period, dark=[int(one) for one in body.code.dark]),
+        else tracking.StrobeEntry(
+            period=body.code.period, dark=[int(one) for one in body.code.dark]
+        ),
     )
 
 
 def examine(
-    document: ProbeDocument, path: Path, tell: Callable[[str, float], None]
+    document: tracking.ProbeDocument, path: Path, tell: Callable[[str, float], None]
 ) -> DefinitionCheck:
     """Return the check of a definition; InputError if unusable. Eight LEDs take some seconds.
 
     ``tell`` is called with the name of the next check, and the share that is done.
     """
     tell("labels", 0.0)
-    body = body_of(document, path, _identity(document))
+    body = tracking.body_of(document, path, _identity(document))
     tell("hidden LEDs", 0.5)
     return DefinitionCheck(body, wrong_labels(body))
 
 
-def save_definition(path: Path, document: ProbeDocument) -> ProbeBody:
+def save_definition(path: Path, document: tracking.ProbeDocument) -> tracking.ProbeBody:
     """Write a definition as a new file, and return the probe.
 
     InputError if unusable, or if the file exists: documents never change, because records name
     them. StorageError if it cannot be written.
     """
-    body = body_of(document, path, _identity(document))
+    body = tracking.body_of(document, path, _identity(document))
     if path.exists():
         raise InputError(
             "definition.exists",
@@ -140,7 +134,7 @@ def save_definition(path: Path, document: ProbeDocument) -> ProbeBody:
     return body
 
 
-def _identity(document: ProbeDocument) -> str:
+def _identity(document: tracking.ProbeDocument) -> str:
     return hashlib.sha256(probe_text(document).encode("utf-8")).hexdigest()
 
 

@@ -11,16 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.probe_design._beam import (
-    Deflection,
-    Temperature,
-    bow,
-    compression,
-    require_temperature,
-    sag,
-    side_load,
-    strain_shapes,
-)
+from ocmm_core.calibration.probe_design import _beam as beam
 from ocmm_core.calibration.probe_design._design import ProbeDesign
 from ocmm_core.camera import ThermalShare
 from ocmm_core.errors import InputError
@@ -42,9 +33,9 @@ class ContactForce:
 class TemperatureState:
     """Present and calibration temperature of the probe."""
 
-    now: Temperature | None = None
+    now: beam.Temperature | None = None
     """None if unknown."""
-    made: Temperature | None = None
+    made: beam.Temperature | None = None
     """At its calibration; None if unknown."""
     compensated: bool = False
     """The geometry is computed for the present temperature."""
@@ -57,9 +48,9 @@ class TemperatureState:
         return self.now.celsius - self.made.celsius
 
 
-def check_temperature(what: str, temperature: Temperature) -> None:
+def check_temperature(what: str, temperature: beam.Temperature) -> None:
     """Raise InputError for an implausible temperature."""
-    require_temperature(what, temperature.celsius)
+    beam.require_temperature(what, temperature.celsius)
     if not 0.0 < temperature.sigma_k <= 10.0:
         raise InputError(
             "temperature.sigma",
@@ -71,7 +62,7 @@ def check_temperature(what: str, temperature: Temperature) -> None:
 
 def warmth_shapes(design: ProbeDesign, body: ProbeBody) -> Float:
     """Return the shapes (m, 3 L + 3) of a unit relative growth of each material, mm."""
-    moved = strain_shapes(design.chain, body.leds_probe - body.tip_probe)
+    moved = beam.strain_shapes(design.chain, body.leds_probe - body.tip_probe)
     flat = moved.reshape(len(moved), -1)
     return np.hstack([flat, np.zeros((len(flat), 3))])
 
@@ -88,28 +79,30 @@ def force_shapes(design: ProbeDesign, body: ProbeBody) -> Float:
     axis, soft = design.axis_probe, design.soft_probe
     stiff = np.cross(axis, soft)
     across = [
-        _bent(body, design, direction, side_load(design.beam, design.handle_mm, stiff=is_stiff))
+        _bent(
+            body, design, direction, beam.side_load(design.beam, design.handle_mm, stiff=is_stiff)
+        )
         for direction, is_stiff in ((soft, False), (stiff, True))
     ]
     pressed = np.zeros(3 * body.n_leds + 3)
     along = (body.leds_probe - body.tip_probe) @ axis
     for led, place in enumerate(np.minimum(along, design.handle_mm)):
-        rest = compression(design.beam, max(float(place), 0.0), design.handle_mm)
+        rest = beam.compression(design.beam, max(float(place), 0.0), design.handle_mm)
         pressed[3 * led : 3 * led + 3] = rest * axis
-    pressed[-3:] = compression(design.beam, 0.0, design.handle_mm) * axis
+    pressed[-3:] = beam.compression(design.beam, 0.0, design.handle_mm) * axis
     shapes: Float = np.stack([*across, pressed], axis=1) @ np.stack([soft, stiff, axis])
     return shapes
 
 
 def sag_shape(design: ProbeDesign, body: ProbeBody) -> Float:
     """Return the shape (3 L + 3), mm, of the level probe's weight, across its soft side."""
-    bent = sag(design.beam, (0.0, design.handle_mm))
+    bent = beam.sag(design.beam, (0.0, design.handle_mm))
     return _bent(body, design, design.soft_probe, bent)
 
 
 def bow_shape(design: ProbeDesign, body: ProbeBody) -> Float:
     """Return the shape (3 L + 3), mm/K, of a temperature difference of the panel faces."""
-    return _bent(body, design, design.soft_probe, bow(design.beam))
+    return _bent(body, design, design.soft_probe, beam.bow(design.beam))
 
 
 def tip_shift(body: ProbeBody, shape: Float) -> Float:
@@ -186,7 +179,7 @@ def body_in_use(
     )
 
 
-def _bent(body: ProbeBody, design: ProbeDesign, direction: Float, bent: Deflection) -> Float:
+def _bent(body: ProbeBody, design: ProbeDesign, direction: Float, bent: beam.Deflection) -> Float:
     """Return the shape of a bent beam: every cross-section is shifted and turned."""
     from_tip = np.vstack([body.leds_probe - body.tip_probe, np.zeros(3)])
     along = from_tip @ design.axis_probe

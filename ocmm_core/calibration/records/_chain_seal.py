@@ -21,22 +21,13 @@ from typing import Any
 
 import msgspec
 
+from ocmm_core import seals
 from ocmm_core.calibration.records._sealed import Stamp, canonical, seal, stamp_of, unseal
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import read_bytes, write_atomic
 from ocmm_core.errors import CalibrationError, OcmmError, StorageError
 from ocmm_core.host import HOST
 from ocmm_core.named_file import write_rescued
-from ocmm_core.seals import (
-    KeyFolder,
-    SealState,
-    SealWord,
-    Signature,
-    Signed,
-    judge_signature,
-    shown_key,
-    sign,
-)
 
 SCHEMA = "ocmm.events-seal/1"
 NAME = "events.seal.json"
@@ -58,7 +49,7 @@ class SignedSeal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Seal with its station signature; unsigned in earlier versions."""
 
     end: ChainSeal
-    signature: Signature | None = None
+    signature: seals.Signature | None = None
 
 
 def read_seal(folder: Path) -> SignedSeal | None:
@@ -79,11 +70,13 @@ def read_seal(folder: Path) -> SignedSeal | None:
         ) from error
 
 
-def write_seal(folder: Path, chain: ChainFile[Any], keys: KeyFolder, coming: str = "") -> None:
+def write_seal(
+    folder: Path, chain: ChainFile[Any], keys: seals.KeyFolder, coming: str = ""
+) -> None:
     """Seal the end of a chain; StorageError if folder or station's key cannot be used."""
     link = chain.links[-1] if chain.links else ""
     end = ChainSeal(schema=SCHEMA, count=len(chain.links), link=link, coming=coming)
-    signature = sign(keys.station_key(), Signed.HISTORY, canonical(end))
+    signature = seals.sign(keys.station_key(), seals.Signed.HISTORY, canonical(end))
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_atomic(folder / NAME, seal(SignedSeal(end, signature)))
@@ -128,29 +121,29 @@ RESTORE = (
 )
 
 
-def signer_of(found: SignedSeal | None, keys: KeyFolder) -> SealState:
+def signer_of(found: SignedSeal | None, keys: seals.KeyFolder) -> seals.SealState:
     """Return the state of a seal's signature; StorageError if the key ring cannot be read."""
     if found is None:
-        return SealState(SealWord.NOT_SIGNED)
-    return judge_signature(keys, Signed.HISTORY, canonical(found.end), found.signature)
+        return seals.SealState(seals.SealWord.NOT_SIGNED)
+    return seals.judge_signature(keys, seals.Signed.HISTORY, canonical(found.end), found.signature)
 
 
-def forgery(folder: Path, found: SealState, *, signed: bool) -> StorageError | None:
+def forgery(folder: Path, found: seals.SealState, *, signed: bool) -> StorageError | None:
     """Return why the signature forbids a history, or None; ``signed``: one must exist."""
-    if found.word is SealWord.FORGED:
+    if found.word is seals.SealWord.FORGED:
         what = "the signature of the history does not belong to it"
-    elif found.word is SealWord.NOT_SIGNED and signed:
+    elif found.word is seals.SealWord.NOT_SIGNED and signed:
         what = "the signature of the history was removed"
     else:
         return None
     return StorageError("events.forged", f"{folder / NAME}: {what}.", RESTORE)
 
 
-def stranger(folder: Path, found: SealState) -> StorageError | None:
+def stranger(folder: Path, found: seals.SealState) -> StorageError | None:
     """Return why an intact history is not trusted, or None."""
     if found.sound:
         return None
-    if found.word is SealWord.NOT_SIGNED:
+    if found.word is seals.SealWord.NOT_SIGNED:
         return StorageError(
             "events.not_signed",
             f"The history in {folder} is not signed: an earlier version of this program wrote it, "
@@ -160,7 +153,7 @@ def stranger(folder: Path, found: SealState) -> StorageError | None:
     return StorageError(
         "events.unknown_key",
         f"The history in {folder} was signed by a station that this computer does not know "
-        f"(key {shown_key(found.fingerprint)}).",
+        f"(key {seals.shown_key(found.fingerprint)}).",
         "If that is a station of yours and shows the same key (ocmm key show), type ocmm key "
         "trust; otherwise verify the calibration or check the tip here.",
     )

@@ -18,35 +18,11 @@ from typing import Generic, TypeVar
 
 import msgspec
 
-from ocmm_core.calibration.records._chain_seal import (
-    NAME,
-    RESTORE,
-    KeptHistory,
-    SignedSeal,
-    fault_of,
-    forgery,
-    locked_folder,
-    read_seal,
-    signer_of,
-    stranger,
-    write_seal,
-)
+from ocmm_core import seals
+from ocmm_core.calibration.records import _chain_seal as chain_seal
 from ocmm_core.calibration.records._sealed import KeptFile, Stamp, stamp_of
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import OcmmError, StorageError
-from ocmm_core.seals import (
-    THIS_STATION,
-    KeyFolder,
-    KnownEnd,
-    SealState,
-    SealWord,
-    expect,
-    memory_loss,
-    recall,
-    remember,
-    set_station_clock,
-    station_clock,
-)
 
 
 class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -85,13 +61,13 @@ class EventFolder(ABC, Generic[T]):
         self._lock = threading.Lock()
         self._stamps: tuple[Stamp | None, Stamp | None] = (None, None)
         self._fault: StorageError | None = None
-        self._keys = KeyFolder()
-        self._signer = SealState(SealWord.NOT_SIGNED)
-        self._seal: SignedSeal | None = None
-        self._seen: KnownEnd | None = None
+        self._keys = seals.KeyFolder()
+        self._signer = seals.SealState(seals.SealWord.NOT_SIGNED)
+        self._seal: chain_seal.SignedSeal | None = None
+        self._seen: seals.KnownEnd | None = None
         self._chain: ChainFile[T]
         self._known: ChainFile[T] | None = None
-        self._kept = KeptHistory(folder / "events.jsonl")
+        self._kept = chain_seal.KeptHistory(folder / "events.jsonl")
         self._read_at = -float("inf")
         self._unfinished = False
         self._read()
@@ -115,7 +91,7 @@ class EventFolder(ABC, Generic[T]):
             return self._kept.loss()
 
     @property
-    def signer(self) -> SealState:
+    def signer(self) -> seals.SealState:
         """Return the state of the signature on the history."""
         return self._signer
 
@@ -124,8 +100,8 @@ class EventFolder(ABC, Generic[T]):
         """Return the latest time this station recorded, of any history, ISO 8601 text, or empty."""
         own = self._seen
         with contextlib.suppress(StorageError):
-            own = recall(_identity(self._chain.links)) if self._chain.links else None
-            return max("" if own is None else own.utc, station_clock(), key=_time)
+            own = seals.recall(_identity(self._chain.links)) if self._chain.links else None
+            return max("" if own is None else own.utc, seals.station_clock(), key=_time)
         return "" if own is None else own.utc
 
     @property
@@ -140,13 +116,13 @@ class EventFolder(ABC, Generic[T]):
             last = self._seen
             return None if last is None else self._older(_missing(last.count), last.place)
         try:
-            station_clock()
-            seen = recall(_identity(links))
-            latest = recall(self._thing(seen))
+            seals.station_clock()
+            seen = seals.recall(_identity(links))
+            latest = seals.recall(self._thing(seen))
         except StorageError as error:
             return error
-        if seen is None and self._signer.station == THIS_STATION:
-            lost = memory_loss(_identity(links), self.events[-1].utc, self._keys)
+        if seen is None and self._signer.station == seals.THIS_STATION:
+            lost = seals.memory_loss(_identity(links), self.events[-1].utc, self._keys)
             if lost is not None:
                 return lost
         if seen is not None and seen.replaced_by:
@@ -164,7 +140,7 @@ class EventFolder(ABC, Generic[T]):
             and _time(latest.moment) > _time(self.events[-1].utc)
         ):
             return self._older(f"a later one of the same {latest.name} exists", latest.place)
-        return stranger(self._folder, self._signer)
+        return chain_seal.stranger(self._folder, self._signer)
 
     def _older(self, why: str, place: str) -> StorageError:
         return StorageError(
@@ -179,7 +155,7 @@ class EventFolder(ABC, Generic[T]):
     def _identity_of_thing(self) -> str:
         """Return the identity of the cameras or probe; empty if unknown."""
 
-    def _thing(self, seen: KnownEnd | None) -> str:
+    def _thing(self, seen: seals.KnownEnd | None) -> str:
         """Return the name in the memory; the folder tells virtual probes, which share documents."""
         known = "" if seen is None else seen.thing
         thing = self._identity_of_thing()
@@ -201,7 +177,7 @@ class EventFolder(ABC, Generic[T]):
         """Append an event, on disk before returning; ``at`` becomes the latest recorded time."""
         with self._lock:
             self._require_kept()
-            with locked_folder(self._folder):
+            with chain_seal.locked_folder(self._folder):
                 self._append_locked(event, at)
 
     def _require_kept(self) -> None:
@@ -225,13 +201,15 @@ class EventFolder(ABC, Generic[T]):
         event = msgspec.structs.replace(event, sealed=True, signed=True)
         if not self._chain.links:
             # Killed after the signature and before `_remember`, the memory would seem to be lost.
-            expect(_identity((self._chain.link_with(event),)), self._folder.resolve())
-        write_seal(self._folder, self._chain, self._keys, coming=self._chain.link_with(event))
+            seals.expect(_identity((self._chain.link_with(event),)), self._folder.resolve())
+        chain_seal.write_seal(
+            self._folder, self._chain, self._keys, coming=self._chain.link_with(event)
+        )
         self._chain.append(event)
-        write_seal(self._folder, self._chain, self._keys)
-        found = read_seal(self._folder)
+        chain_seal.write_seal(self._folder, self._chain, self._keys)
+        found = chain_seal.read_seal(self._folder)
         self._kept.note(self._chain, found)
-        self._signer = signer_of(found, self._keys)
+        self._signer = chain_seal.signer_of(found, self._keys)
         self._stamps = self._stamps_now()
 
     def _refresh(self, *, writing: bool = False) -> None:
@@ -258,10 +236,10 @@ class EventFolder(ABC, Generic[T]):
     def _finish(self) -> None:
         """Seal the last line of a program that ended before it could: it cannot be cut off then."""
         try:
-            with locked_folder(self._folder):
+            with chain_seal.locked_folder(self._folder):
                 self._chain = self._read_whole()
                 if self._unfinished:
-                    write_seal(self._folder, self._chain, self._keys)
+                    chain_seal.write_seal(self._folder, self._chain, self._keys)
                     self._stamps = self._stamps_now()
         except StorageError:
             # The chain was sound; if that changes, the next check reports it.
@@ -272,7 +250,7 @@ class EventFolder(ABC, Generic[T]):
             return self._read_whole()
         except StorageError:
             # Chain and seal are two files, and maybe one of them was read too soon.
-            with locked_folder(self._folder, shared=True):
+            with chain_seal.locked_folder(self._folder, shared=True):
                 return self._read_whole()
 
     def _read_whole(self) -> ChainFile[T]:
@@ -284,11 +262,11 @@ class EventFolder(ABC, Generic[T]):
             chain = ChainFile(self._folder / "events.jsonl", self._kind, known=self._known)
             self._known = chain
             needed = any(event.sealed for event in chain.items)
-            found = read_seal(self._folder)
+            found = chain_seal.read_seal(self._folder)
             end = None if found is None else found.end
-            signer = signer_of(found, self._keys)
+            signer = chain_seal.signer_of(found, self._keys)
             signed = any(event.signed for event in chain.items)
-            fault = fault_of(chain, end, needed=needed) or forgery(
+            fault = chain_seal.fault_of(chain, end, needed=needed) or chain_seal.forgery(
                 self._folder, signer, signed=signed
             )
         except OcmmError as error:
@@ -304,31 +282,31 @@ class EventFolder(ABC, Generic[T]):
         """Store the end of the history and the check time; empty keeps the stored time."""
         links, last = self._chain.links, self.events[-1]
         with contextlib.suppress(StorageError):
-            known = recall(_identity(links))
+            known = seals.recall(_identity(links))
             thing, place = self._thing(known), str(self._folder.resolve())
-            seen = KnownEnd(
+            seen = seals.KnownEnd(
                 name=_identity(links), count=len(links), link=links[-1], place=place, thing=thing,
                 utc=utc or ("" if known is None else known.utc),
             )  # fmt: skip
             self._seen = seen
             if seen != known:
-                remember(seen)
+                seals.remember(seen)
             if thing:
                 latest = msgspec.structs.replace(
                     seen, name=thing, first=links[0], moment=last.utc, thing="", utc=""
                 )
-                remember(latest)
+                seals.remember(latest)
             if utc:
-                set_station_clock(utc)
+                seals.set_station_clock(utc)
 
     def _stamps_now(self) -> tuple[Stamp | None, Stamp | None]:
         try:
-            return stamp_of(self._folder / "events.jsonl"), stamp_of(self._folder / NAME)
+            return stamp_of(self._folder / "events.jsonl"), stamp_of(self._folder / chain_seal.NAME)
         except OSError as error:
             raise StorageError(
                 "events.unreadable",
                 f"{self._folder}: the history cannot be read ({error.strerror}).",
-                f"Restore read permission. {RESTORE}",
+                f"Restore read permission. {chain_seal.RESTORE}",
             ) from error
 
 

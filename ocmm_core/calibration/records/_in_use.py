@@ -8,17 +8,10 @@ from pathlib import Path
 
 import platformdirs
 
+from ocmm_core.calibration.records import _usable as usable
 from ocmm_core.calibration.records._history import CalibrationStore
 from ocmm_core.calibration.records._records import CameraRecord, rig_from_record
 from ocmm_core.calibration.records._sealed import canonical, record_hash
-from ocmm_core.calibration.records._usable import (
-    Blocker,
-    CalibrationStatus,
-    InUse,
-    ViewInUse,
-    named_folder,
-    replaced_in,
-)
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import read_text
 from ocmm_core.errors import CalibrationError
@@ -26,7 +19,7 @@ from ocmm_core.fieldbus.described import DeviceDescription, doubt_line, doubt_se
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CalibrationView(ViewInUse):
+class CalibrationView(usable.ViewInUse):
     """Status of the calibration at a moment; see also `ViewInUse`."""
 
     rig: str
@@ -41,7 +34,7 @@ class CalibrationView(ViewInUse):
 
 
 @dataclass(frozen=True, slots=True)
-class CalibrationInUse(InUse[CalibrationStore, CalibrationView, CameraRecord]):
+class CalibrationInUse(usable.InUse[CalibrationStore, CalibrationView, CameraRecord]):
     """Calibration at the start of a job; see also `InUse`."""
 
     rig: Rig
@@ -65,7 +58,7 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView, CameraRecord]):
     def as_opened(self) -> CalibrationView:
         """Return the view before any status is evaluated."""
         return CalibrationView(
-            word=CalibrationStatus.DESIGN,
+            word=usable.CalibrationStatus.DESIGN,
             rig=self.rig.name,
             identity=self.rig.identity,
             uncalibrated=self.uncalibrated,
@@ -73,12 +66,12 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView, CameraRecord]):
             record=self.record,
         )
 
-    def overtaken(self, store: CalibrationStore, used: CameraRecord) -> Blocker | None:
+    def overtaken(self, store: CalibrationStore, used: CameraRecord) -> usable.Blocker | None:
         if store.active_hash == record_hash(used):
             return None
-        return replaced_in(
+        return usable.replaced_in(
             store,
-            Blocker(
+            usable.Blocker(
                 "Another calibration has been activated since this job was started.",
                 "End this job and start a new one.",
             ),
@@ -92,7 +85,7 @@ def default_folder() -> Path:
 
 def store_folder(folder: Path, rig: str) -> Path:
     """Return a rig's folder below ``folder``; InputError unless a valid name everywhere."""
-    return named_folder(folder, rig, "rig")
+    return usable.named_folder(folder, rig, "rig")
 
 
 def open_design(document: Path, *, uncalibrated: bool = False) -> CalibrationInUse:
@@ -117,14 +110,14 @@ def open_calibration(
     def with_store(design: CalibrationInUse, store: CalibrationStore) -> CalibrationInUse:
         record, name = store.active(), design.rig.name
         if record is None:
-            never = Blocker(
+            never = usable.Blocker(
                 f"The cameras of rig '{name}' were never calibrated.", "Calibrate them."
             )
-            return design.refused(never, CalibrationStatus.NONE)
+            return design.refused(never, usable.CalibrationStatus.NONE)
         rig = rig_in_force(record, design.rig)
         if record.rig != name:
             return design.refused(
-                Blocker(
+                usable.Blocker(
                     f"The calibration in {place} belongs to rig '{record.rig}', but "
                     f"{document.name} describes rig '{name}'.",
                     f"Restore the folder of rig '{name}' from a backup, or calibrate this rig in "
@@ -133,7 +126,7 @@ def open_calibration(
             )
         if _cameras(rig) != _cameras(design.rig):
             return design.refused(
-                Blocker(
+                usable.Blocker(
                     f"The active calibration belongs to {_names(rig)}, but {document.name} names "
                     f"{_names(design.rig)}.",
                     "Give the rig document of the calibrated cameras, or calibrate these.",

@@ -9,18 +9,11 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
+from ocmm_core.calibration.records import _usable as usable
 from ocmm_core.calibration.records._events import TipEventKind, TipRecords
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipRecord, probe_from_records
 from ocmm_core.calibration.records._probe_store import ProbeStore
 from ocmm_core.calibration.records._sealed import canonical, record_hash
-from ocmm_core.calibration.records._usable import (
-    Blocker,
-    CalibrationStatus,
-    InUse,
-    ViewInUse,
-    named_folder,
-    replaced_in,
-)
 from ocmm_core.documents import read_text
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody, load_probe
@@ -38,7 +31,7 @@ class ProbeText(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ProbeView(ViewInUse):
+class ProbeView(usable.ViewInUse):
     """Status of the probe at a moment; see also `ViewInUse`."""
 
     probe: str
@@ -79,7 +72,7 @@ class ProbeView(ViewInUse):
 
 
 @dataclass(frozen=True, slots=True)
-class ProbeInUse(InUse[ProbeStore, ProbeView, TipRecords]):
+class ProbeInUse(usable.InUse[ProbeStore, ProbeView, TipRecords]):
     """Probe at the start of a job; see also `InUse`."""
 
     body: ProbeBody
@@ -100,16 +93,16 @@ class ProbeInUse(InUse[ProbeStore, ProbeView, TipRecords]):
     def as_opened(self) -> ProbeView:
         """Return the view before any status is evaluated."""
         return ProbeView(
-            word=CalibrationStatus.DESIGN, probe=self.body.name, tip=self.tip,
+            word=usable.CalibrationStatus.DESIGN, probe=self.body.name, tip=self.tip,
             identity=self.body.identity, diameter_mm=2.0 * self.body.tip_radius,
             uncalibrated=self.uncalibrated, records=self.records,
         )  # fmt: skip
 
-    def overtaken(self, store: ProbeStore, used: TipRecords) -> Blocker | None:
+    def overtaken(self, store: ProbeStore, used: TipRecords) -> usable.Blocker | None:
         if _is_replaced(used, store):
-            return replaced_in(
+            return usable.replaced_in(
                 store,
-                Blocker(
+                usable.Blocker(
                     f"Another calibration or qualification of tip '{self.tip}' has been activated "
                     "since this job was started.",
                     "End this job and start a new one.",
@@ -117,7 +110,7 @@ class ProbeInUse(InUse[ProbeStore, ProbeView, TipRecords]):
             )
         if store.mounted == self.tip:
             return None
-        return Blocker(
+        return usable.Blocker(
             f"Tip '{store.mounted or ''}' is mounted, but this job was started with tip "
             f"'{self.tip}'.",
             f"Mount tip '{self.tip}' again and check it, or end this job and start a new one.",
@@ -131,7 +124,7 @@ def default_probe_folder() -> Path:
 
 def probe_store_folder(folder: Path, probe: str) -> Path:
     """Return a probe's folder below ``folder``; InputError unless a valid name everywhere."""
-    return named_folder(folder, probe, "probe")
+    return usable.named_folder(folder, probe, "probe")
 
 
 def open_probe_design(document: Path, *, uncalibrated: bool = False) -> ProbeInUse:
@@ -159,11 +152,11 @@ def open_probe(
         records = store.active(wanted) if wanted is not None else None
         if records is None:
             with_tip = f" with tip '{design.tip}'" if design.tip else ""
-            never = Blocker(
+            never = usable.Blocker(
                 f"Probe '{design.body.name}' was never calibrated{with_tip}.",
                 "Calibrate the probe.",
             )
-            return design.refused(never, CalibrationStatus.NONE)
+            return design.refused(never, usable.CalibrationStatus.NONE)
         body = probe_from_records(design.body, records.calibration, records.qualification)
         source = ProbeText(
             schema=TEXT_SCHEMA, document=design.probe_text, calibration=records.calibration,

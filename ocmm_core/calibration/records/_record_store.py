@@ -16,15 +16,8 @@ from typing import Any, TypeVar
 
 import msgspec
 
+from ocmm_core.calibration.records import _sealed as sealed
 from ocmm_core.calibration.records._event_folder import EventFolder, StoredEvent
-from ocmm_core.calibration.records._sealed import (
-    EvidenceCheck,
-    KeptFile,
-    load_named,
-    record_file,
-    save,
-    session_files,
-)
 from ocmm_core.errors import CalibrationError
 
 THIS_COMPUTER = "this computer"
@@ -78,8 +71,8 @@ class RecordStore(EventFolder[T]):
     """Actions that make up for lost files, most thorough first; each also covers those after it."""
 
     def __init__(self, folder: Path, kind: type[T]) -> None:
-        self._evidence = EvidenceCheck(folder)
-        self._wanted_by: dict[str | None, tuple[tuple[str, ...], dict[KeptFile, int]]] = {}
+        self._evidence = sealed.EvidenceCheck(folder)
+        self._wanted_by: dict[str | None, tuple[tuple[str, ...], dict[sealed.KeptFile, int]]] = {}
         super().__init__(folder, kind)
 
     def defect(
@@ -102,17 +95,17 @@ class RecordStore(EventFolder[T]):
             "the file is then no longer needed.",
         )
 
-    def wanted(self, about: str | None = None) -> tuple[KeptFile, ...]:
+    def wanted(self, about: str | None = None) -> tuple[sealed.KeptFile, ...]:
         """Return the files that must exist, see `defect`."""
         return tuple(self._wanted(about))
 
-    def _wanted(self, about: str | None) -> dict[KeptFile, int]:
+    def _wanted(self, about: str | None) -> dict[sealed.KeptFile, int]:
         """Return the files that must be there, and which of `_renewals` makes up for each."""
         chain = self._chain
         known = self._wanted_by.get(about)
         if known is not None and known[0] is chain.links:
             return known[1]
-        wanted: dict[str, tuple[KeptFile, int]] = {}
+        wanted: dict[str, tuple[sealed.KeptFile, int]] = {}
         for event in chain.items:
             if not self._is_about(event, about):
                 continue
@@ -133,7 +126,7 @@ class RecordStore(EventFolder[T]):
         """Return the index of the renewal that makes up for lost files of an event."""
 
     @abstractmethod
-    def _files_of(self, event: T) -> Sequence[KeptFile]:
+    def _files_of(self, event: T) -> Sequence[sealed.KeptFile]:
         pass
 
     @abstractmethod
@@ -148,7 +141,9 @@ class RecordStore(EventFolder[T]):
         """Return records by hash, without those the history lists as lost."""
         kept = set(self.wanted())
         return tuple(
-            load_named(self._folder, name, kind) for name in names if record_file(name) in kept
+            sealed.load_named(self._folder, name, kind)
+            for name in names
+            if sealed.record_file(name) in kept
         )
 
     def _put(
@@ -166,7 +161,7 @@ class RecordStore(EventFolder[T]):
     ) -> None:
         """Store a record and its event, which lists the lost files it replaces (see `_lost`)."""
         lost = self._lost(renewal, about)
-        save(self._folder, record)
+        sealed.save(self._folder, record)
         self._happened(now, who, reason, session=session, lost=lost, measured=True, **own)
 
     def _happened(
@@ -188,7 +183,7 @@ class RecordStore(EventFolder[T]):
         self._append_event(
             event(
                 utc=utc,
-                files=session_files(self._folder, session),
+                files=sealed.session_files(self._folder, session),
                 lost=lost,
                 since_utc="" if since is None else since.astimezone(UTC).isoformat(),
                 who=who,

@@ -4,9 +4,9 @@ In: frames of a waved probe, placements of a length bar, two seats visited first
 Out: cameras in the chosen world, their covariance, findings, and a record to accept.
 
 Read `_data` (input and output), `_problem` (from observations to a bundle), `_relocation` (the
-adjustment), `_frame` (the world), `_guards`, `_findings` and `_culprit` (acceptance, and faulty
-elements). `_procedure_relocation` with `_steps` and `_state` is the guided form. The adjustment
-itself is in `bundle`. The package is independent of the probe's own calibration.
+adjustment), `_frame` (the world), `_guards` and `_culprit` (acceptance, and faulty elements).
+`_procedure_relocation` with `_steps` (and their display) and `_state` is the guided form. The
+adjustment itself is in `bundle`. The package is independent of the probe's own calibration.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

@@ -19,12 +19,7 @@ from ocmm_core.calibration.cameras import (
     cloud_of,
 )
 from ocmm_core.calibration.records import Finding
-from ocmm_core.calibration.relocation._data import (
-    BarResidual,
-    Observations,
-    RelocationOptions,
-    WrongSpot,
-)
+from ocmm_core.calibration.relocation import _data as data
 from ocmm_core.calibration.relocation._frame import Anchors
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel
 from ocmm_core.geometry import Float, Int, Points3
@@ -79,7 +74,7 @@ def judge_residuals(chi2: float, dof: int) -> list[Finding]:
 
 
 def judge_spots(
-    wrong: Sequence[WrongSpot], seen: int, cameras: Sequence[CameraModel]
+    wrong: Sequence[data.WrongSpot], seen: int, cameras: Sequence[CameraModel]
 ) -> list[Finding]:
     if not wrong:
         return []
@@ -100,7 +95,7 @@ def judge_spots(
 
 
 def judge_design(
-    observed: Observations, bars: Sequence[BarResidual], targets: Points3, frames: int,
+    observed: data.Observations, bars: Sequence[data.BarResidual], targets: Points3, frames: int,
     scale_rests_on: str | None = None,
 ) -> list[Finding]:  # fmt: skip
     """Return findings on the choice of frames and bars.
@@ -154,7 +149,7 @@ def judge_design(
     return found
 
 
-def _placements(observed: Observations, bars: Sequence[BarResidual]) -> list[Finding]:
+def _placements(observed: data.Observations, bars: Sequence[data.BarResidual]) -> list[Finding]:
     used = sum(bar.used for bar in bars)
     found = []
     if used < len(bars):
@@ -221,7 +216,7 @@ def judge_focal(cameras: Sequence[CameraModel], covariance: Float) -> list[Findi
 
 
 def judge_knowledge(
-    observed: Observations, options: RelocationOptions, prior: Prior, state: BundleState
+    observed: data.Observations, options: data.RelocationOptions, prior: Prior, state: BundleState
 ) -> list[Finding]:
     """Return findings on prior knowledge contradicted by the frames."""
     columns, found = state.columns, []

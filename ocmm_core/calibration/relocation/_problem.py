@@ -7,17 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.calibration.bundle import (
-    BundleData,
-    BundleState,
-    Columns,
-    Prior,
-    residuals,
-    solvable,
-    start_bars,
-    start_poses,
-    start_shape,
-)
+from ocmm_core.calibration import bundle
 from ocmm_core.calibration.relocation._data import Observations, RelocationOptions
 from ocmm_core.calibration.relocation._frame import check_world
 from ocmm_core.camera import Rig
@@ -38,9 +28,9 @@ EXACT_SIGMA = 1e-4
 class RelocationProblem:
     """Input of the adjustment."""
 
-    data: BundleData
-    prior: Prior
-    start: BundleState
+    data: bundle.BundleData
+    prior: bundle.Prior
+    start: bundle.BundleState
     """`data`, `prior`, `start`: See `bundle`."""
     order: Int
     """(n,): index among the observed frames of each frame of the data."""
@@ -66,18 +56,18 @@ def build(
     seats = np.ascontiguousarray(frames.seats[order], dtype=np.int64)
     leds = body.leds_probe
     if options.geometry == "unknown":
-        leds = start_shape(start, body, uv)
-    rotations, origins, found = start_poses(start, leds, uv)
+        leds = bundle.start_shape(start, body, uv)
+    rotations, origins, found = bundle.start_poses(start, leds, uv)
     seen = np.isfinite(uv[..., 0] + uv[..., 1])
-    found &= solvable(seen)
+    found &= bundle.solvable(seen)
     cameras, count = len(start.cameras), len(observed.shown_bars)
     bar_uv = np.concatenate(
         [np.zeros((0, cameras, 2, 2)), *(shown.uv for shown in observed.shown_bars)]
     )
     bar_sigma = np.concatenate([np.zeros(0), *(shown.sigma_px for shown in observed.shown_bars)])
-    bar_rotations, bar_origins, bar_found = start_bars(start, bar_uv)
+    bar_rotations, bar_origins, bar_found = bundle.start_bars(start, bar_uv)
     bar_seen = np.isfinite(bar_uv[..., 0] + bar_uv[..., 1]) & bar_found[:, None, None]
-    state = BundleState(
+    state = bundle.BundleState(
         cameras=start.cameras, leds=leds, tip=body.tip_probe,
         seats=np.zeros((len(observed.seats), 3)),
         lengths=np.array([bar.length for bar in observed.bars], dtype=np.float64),
@@ -88,7 +78,7 @@ def build(
         for bar, one in enumerate(observed.touched_bars)
         for first, second in one.seats
     ]
-    data = BundleData(
+    data = bundle.BundleData(
         uv=uv, weights=seen * found[:, None, None] / frames.sigma_px[order, None, None],
         seats=seats, waved=int(np.count_nonzero(seats < 0)), seat_sigma=observed.seat_sigma,
         bar_uv=np.ascontiguousarray(bar_uv), bar_weights=bar_seen / bar_sigma[:, None, None],
@@ -102,9 +92,9 @@ def build(
     return RelocationProblem(data, prior, state, order)
 
 
-def _in_front(data: BundleData, state: BundleState) -> BundleData:
+def _in_front(data: bundle.BundleData, state: bundle.BundleState) -> bundle.BundleData:
     """Return the data without frames that start behind a camera: they are mislabelled."""
-    of_frames, of_bars = residuals(data, state)
+    of_frames, of_bars = bundle.residuals(data, state)
     behind, bars_behind = (
         np.count_nonzero(np.isinf(off), axis=(1, 2, 3)) for off in (of_frames, of_bars)
     )
@@ -115,13 +105,13 @@ def _only(kept: NDArray[np.bool_]) -> Float:
     return kept.astype(np.float64)[:, None, None]
 
 
-def _with_seats(data: BundleData, state: BundleState) -> BundleState:
+def _with_seats(data: bundle.BundleData, state: bundle.BundleState) -> bundle.BundleState:
     tips = state.rotations @ state.tip + state.origins
     active = data.active[0]
     seats = [
         np.median(tips[active & (data.seats == seat)], axis=0) for seat in range(len(state.seats))
     ]
-    return BundleState(
+    return bundle.BundleState(
         state.cameras, state.leds, state.tip, np.array(seats).reshape(-1, 3), state.lengths,
         state.rotations, state.origins, state.bar_rotations, state.bar_origins,
     )  # fmt: skip
@@ -129,8 +119,8 @@ def _with_seats(data: BundleData, state: BundleState) -> BundleState:
 
 def prior_of(
     rig: Rig, body: ProbeBody, observed: Observations, options: RelocationOptions,
-    state: BundleState,
-) -> Prior:  # fmt: skip
+    state: bundle.BundleState,
+) -> bundle.Prior:  # fmt: skip
     """Return prior knowledge and free unknowns for a state."""
     columns = state.columns
     values = state.values()
@@ -179,11 +169,11 @@ def prior_of(
     if options.thermometer_k:
         thermal = np.zeros(columns.count)
         thermal[inside] = shared[inside]
-    return Prior(values, information, every, rows, floats, thermal)
+    return bundle.Prior(values, information, every, rows, floats, thermal)
 
 
 def thermal_shapes(
-    body: ProbeBody, observed: Observations, columns: Columns
+    body: ProbeBody, observed: Observations, columns: bundle.Columns
 ) -> tuple[Float, Float]:
     """Return growth of the unknowns (k,) by one kelvin of error of the thermometer.
 
@@ -199,7 +189,7 @@ def thermal_shapes(
 
 def lens_covariance(rig: Rig) -> Float:
     """Return the prior covariance of all lenses, (8 C, 8 C), independent of the poses."""
-    lenses = Columns(len(rig.cameras), 0, 0, 0).of_lenses()
+    lenses = bundle.Columns(len(rig.cameras), 0, 0, 0).of_lenses()
     return rig.parameter_covariance[np.ix_(lenses, lenses)]
 
 
@@ -260,7 +250,7 @@ def _check(start: Rig, body: ProbeBody, observed: Observations, options: Relocat
                 )
 
 
-def _check_enough(data: BundleData, rig: Rig, observed: Observations) -> None:
+def _check_enough(data: bundle.BundleData, rig: Rig, observed: Observations) -> None:
     active = data.active[0]
     count = int(active.sum())
     if count < LEAST_FRAMES:

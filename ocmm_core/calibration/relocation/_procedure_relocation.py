@@ -14,43 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.cameras import KnownPoints
-from ocmm_core.calibration.guided import (
-    SEATS,
-    STILL_FRAMES,
-    WAVED_FRAMES,
-    Average,
-    CalibrationContext,
-    CalibrationOutcome,
-    CameraProcedure,
-    Decided,
-    Live,
-    ProbeSpotAverager,
-    ProcedureKind,
-    RelocationView,
-    SeatVisited,
-    SessionFormat,
-    SessionLine,
-    StaticSpotAverager,
-    Step,
-    build_outcome,
-    from_spots,
-    hash_of,
-    length_sigma,
-    require_probe,
-    to_spots,
-    utc_text,
-)
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import (
-    CalibrationStore,
-    LengthBar,
-    ThermalTerm,
-    let_pass,
-    rig_from_record,
-)
 from ocmm_core.calibration.relocation._data import GeometryMode, LensMode, RelocationResult
-from ocmm_core.calibration.relocation._findings import bar_ends, findings_of, seat_findings
 from ocmm_core.calibration.relocation._relocation import relocate
 from ocmm_core.calibration.relocation._state import (
     BarTaken,
@@ -69,6 +36,9 @@ from ocmm_core.calibration.relocation._steps import (
     SEATS_FIRST,
     WAVE,
     WORLD,
+    bar_ends,
+    findings_of,
+    seat_findings,
     steps_of,
 )
 from ocmm_core.calibration.relocation._wanted import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED
@@ -82,37 +52,39 @@ _POSE_APART_MM, _POSE_TURN_RAD = 15.0, 0.08
 _SEAT_APART_MM = 5.0
 _LENGTH_OF_VOLUME = 0.9
 
-_SESSIONS = SessionFormat(ProcedureKind.RELOCATION, SessionLine[RelocationEvent], RelocationBegun)
+_SESSIONS = guided.SessionFormat(
+    guided.ProcedureKind.RELOCATION, guided.SessionLine[RelocationEvent], RelocationBegun
+)
 
 
-class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
+class RelocationProcedure(guided.CameraProcedure[RelocationEvent, guided.CalibrationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
 
-    kind = ProcedureKind.RELOCATION
+    kind = guided.ProcedureKind.RELOCATION
     step_names = (PREPARE, SEATS_FIRST, WAVE, BAR, WORLD, SEATS_AGAIN, RESULT)
 
     def __init__(
         self,
-        chain: ChainFile[SessionLine[RelocationEvent]],
+        chain: ChainFile[guided.SessionLine[RelocationEvent]],
         begun: RelocationBegun,
         rig: Rig,
         body: ProbeBody,
-        store: CalibrationStore,
+        store: records.CalibrationStore,
     ) -> None:
         super().__init__(chain, begun, rig, store)
-        require_probe(chain.path, begun.probe_identity, body)
+        guided.require_probe(chain.path, begun.probe_identity, body)
         self._begun = begun
         self._state = RelocationState(rig, body, begun)
         self._length_sigma: float | None = None
         self._predicted = -1
-        self._wave = ProbeSpotAverager(
-            rig, body, WAVED_FRAMES, resting=False, distance_mm=_POSE_APART_MM,
+        self._wave = guided.ProbeSpotAverager(
+            rig, body, guided.WAVED_FRAMES, resting=False, distance_mm=_POSE_APART_MM,
             turn_rad=_POSE_TURN_RAD, moved=True,
         )  # fmt: skip
-        self._seat = ProbeSpotAverager(
-            rig, body, STILL_FRAMES, resting=True, distance_mm=_SEAT_APART_MM, moved=True
+        self._seat = guided.ProbeSpotAverager(
+            rig, body, guided.STILL_FRAMES, resting=True, distance_mm=_SEAT_APART_MM, moved=True
         )
-        self._bar = StaticSpotAverager(rig, 2)
+        self._bar = guided.StaticSpotAverager(rig, 2)
         self._fold()
         if begun.seats is None:
             self._refuse_older("visited no seats first and last")
@@ -123,8 +95,8 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         folder: Path,
         rig: Rig,
         body: ProbeBody,
-        store: CalibrationStore,
-        bar: LengthBar,
+        store: records.CalibrationStore,
+        bar: records.LengthBar,
         now: datetime,
         *,
         who: str,
@@ -148,7 +120,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         control points are missing; StorageError if the session file cannot be written.
         """
         length = bar.nests[-1] - bar.nests[0]
-        let_pass(bar.artefact.judge(length, np.inf, now, temperature), force=False)
+        records.let_pass(bar.artefact.judge(length, np.inf, now, temperature), force=False)
         if world == "points" and (control is None or len(control.names) < 3):
             raise CalibrationError(
                 "relocation.control",
@@ -179,13 +151,13 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             ),
             control_sigma=known.sigma if known else 0.0,
             valid_days=valid_days,
-            seats=SEATS if seats else 0,
+            seats=guided.SEATS if seats else 0,
         )
         return cls(chain, begun, rig, body, store)
 
     @classmethod
     def resume(
-        cls, path: Path, rig: Rig, body: ProbeBody, store: CalibrationStore
+        cls, path: Path, rig: Rig, body: ProbeBody, store: records.CalibrationStore
     ) -> RelocationProcedure:
         """Continue the session of a file.
 
@@ -195,7 +167,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         return cls(*_SESSIONS.resume(path), rig, body, store)
 
     @property
-    def bar(self) -> LengthBar:
+    def bar(self) -> records.LengthBar:
         return self._begun.bar
 
     @property
@@ -207,10 +179,10 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         return KnownPoints(begun.control_names, positions, begun.control_sigma, begun.rig)
 
     @property
-    def view(self) -> RelocationView:
+    def view(self) -> guided.RelocationView:
         with self._lock:
             state = self._state
-            return RelocationView(
+            return guided.RelocationView(
                 base=self.base,
                 poses=len(state.poses),
                 coverage=state.coverage(),
@@ -244,7 +216,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         try:
             found = relocate(rig, body, observed, options, force=True)
             after = found.applied_to(rig, rig.identity)
-            sigma = length_sigma(after, found.volume_world, begun.length_mm)
+            sigma = guided.length_sigma(after, found.volume_world, begun.length_mm)
         except OcmmError:
             sigma = None
         with self._lock:
@@ -253,18 +225,24 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
     def take_pose(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Add recorded spots (C, L, 2), px, of the waved probe."""
         with self._lock:
-            self._append(PoseTaken(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
+            self._append(
+                PoseTaken(utc=guided.utc_text(now), uv=guided.to_spots(uv), sigma_px=sigma_px)
+            )
 
     def take_bar(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Add recorded spots (C, 2, 2), px, of the bar's LEDs in one placement."""
         with self._lock:
-            self._append(BarTaken(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
+            self._append(
+                BarTaken(utc=guided.utc_text(now), uv=guided.to_spots(uv), sigma_px=sigma_px)
+            )
 
     def take_seat(self, seat: str, uv: Float, sigma_px: float, now: datetime) -> None:
         """Add recorded spots (C, L, 2), px, of the probe in a seat; no name: an end of the bar."""
         with self._lock:
             self._append(
-                SeatTaken(utc=utc_text(now), seat=seat, uv=to_spots(uv), sigma_px=sigma_px)
+                SeatTaken(
+                    utc=guided.utc_text(now), seat=seat, uv=guided.to_spots(uv), sigma_px=sigma_px
+                )
             )
 
     def take_visit(self, uv: Float, sigma_px: float, now: datetime) -> None:
@@ -280,16 +258,18 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
                     "Skip this visit, or first take what belongs between the visits.",
                 )
             self._append(
-                SeatVisited(utc=utc_text(now), seat=seat, uv=to_spots(uv), sigma_px=sigma_px)
+                guided.SeatVisited(
+                    utc=guided.utc_text(now), seat=seat, uv=guided.to_spots(uv), sigma_px=sigma_px
+                )
             )
 
-    def _collector(self) -> ProbeSpotAverager | StaticSpotAverager:
+    def _collector(self) -> guided.ProbeSpotAverager | guided.StaticSpotAverager:
         if self._step == BAR and self._state.shown:
             return self._bar
         at_rest = (SEATS_FIRST, BAR, WORLD, SEATS_AGAIN)
         return self._seat if self._step in at_rest else self._wave
 
-    def _seen(self) -> Live:
+    def _seen(self) -> guided.Live:
         live = self._collector().live()
         visiting = self._step in (SEATS_FIRST, SEATS_AGAIN)
         ends = self._step == BAR and not self._state.shown
@@ -312,29 +292,29 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             return self._state.seat_to_repeat is not None
         return self._step in (WAVE, BAR)
 
-    def _observation(self, utc: str) -> PoseTaken | BarTaken | SeatTaken | SeatVisited:
+    def _observation(self, utc: str) -> PoseTaken | BarTaken | SeatTaken | guided.SeatVisited:
         average = self._collector().average()
         sigma = average.sigma_px
         if self._step == WAVE:
-            return PoseTaken(utc=utc, uv=to_spots(average.uv), sigma_px=sigma)
+            return PoseTaken(utc=utc, uv=guided.to_spots(average.uv), sigma_px=sigma)
         if self._step == BAR and self._state.shown:
             places = self._begun.bar.leds
             uv = bar_ends(self.rig, average.uv, places[1] - places[0])
-            return BarTaken(utc=utc, uv=to_spots(uv), sigma_px=sigma)
+            return BarTaken(utc=utc, uv=guided.to_spots(uv), sigma_px=sigma)
         if self._step in (SEATS_FIRST, SEATS_AGAIN):
             state, first = self._state, self._step == SEATS_FIRST
             visited = state.unvisited_seat if first else state.seat_to_repeat
             assert visited is not None  # noqa: S101 - a visit is wanted
             uv = average.uv
-            return SeatVisited(utc=utc, seat=visited, uv=to_spots(uv), sigma_px=sigma)
+            return guided.SeatVisited(utc=utc, seat=visited, uv=guided.to_spots(uv), sigma_px=sigma)
         seat = (self._state.next_seat or "") if self._step == WORLD else ""
-        return SeatTaken(utc=utc, seat=seat, uv=to_spots(average.uv), sigma_px=sigma)
+        return SeatTaken(utc=utc, seat=seat, uv=guided.to_spots(average.uv), sigma_px=sigma)
 
     def _observe(self, event: RelocationEvent) -> None:
         if isinstance(event, RelocationBegun):
             return
         self._state.add(event)
-        average = Average(from_spots(event.uv), event.sigma_px)
+        average = guided.Average(guided.from_spots(event.uv), event.sigma_px)
         if isinstance(event, PoseTaken):
             self._wave.taken(average)
         elif isinstance(event, BarTaken):
@@ -344,7 +324,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
 
     def _taken(
         self, step: str
-    ) -> list[PoseTaken] | list[BarTaken] | list[SeatTaken] | list[SeatVisited]:
+    ) -> list[PoseTaken] | list[BarTaken] | list[SeatTaken] | list[guided.SeatVisited]:
         state = self._state
         if step == BAR:
             return state.bars if state.shown else state.bar_ends
@@ -368,10 +348,10 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
     def _steps_rest_on(self) -> object:
         return (self._length_sigma,)
 
-    def _steps(self) -> tuple[Step, ...]:
+    def _steps(self) -> tuple[guided.Step, ...]:
         return steps_of(self._state, self._length_sigma)
 
-    def _calculation(self) -> Callable[[], CalibrationOutcome]:
+    def _calculation(self) -> Callable[[], guided.CalibrationOutcome]:
         state, begun, rig, force = self._state, self._begun, self.rig, self._forced
         for step in self._steps()[:-1]:
             gate = step.gate
@@ -380,41 +360,41 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
                 raise CalibrationError("relocation.incomplete", gate.reason, gate.remedy)
         observed, options, body = state.observations(), state.options(), state.body
         running = self._store.active()
-        before = None if running is None else rig_from_record(running)
+        before = None if running is None else records.rig_from_record(running)
         visits = tuple(state.visits)
-        last: list[PoseTaken | BarTaken | SeatTaken | SeatVisited] = [
+        last: list[PoseTaken | BarTaken | SeatTaken | guided.SeatVisited] = [
             *state.poses, *state.bars, *state.bar_ends, *state.seats, *visits
         ]  # fmt: skip
         shown = [one.uv for one in observed.shown_bars]
-        rested = [from_spots(one.uv) for one in visits]
-        how = CalibrationContext(
+        rested = [guided.from_spots(one.uv) for one in visits]
+        how = guided.CalibrationContext(
             method="relocation",
             made=datetime.fromisoformat(max(one.utc for one in last) if last else begun.utc),
             valid_days=begun.valid_days, who=begun.who, software=begun.software,
             temperature_c=begun.temperature_c, sensor_temperatures_c=self._sensors_c,
-            data_sha256=hash_of(observed.frames.uv, *shown, *rested),
+            data_sha256=guided.hash_of(observed.frames.uv, *shown, *rested),
             artefacts=(begun.bar.artefact.use,), previous=begun.running,
         )  # fmt: skip
 
-        def calculate() -> CalibrationOutcome:
+        def calculate() -> guided.CalibrationOutcome:
             found = relocate(rig, body, observed, options, force)
-            seats = let_pass(seat_findings(rig, body, found, visits), force)
+            seats = records.let_pass(seat_findings(rig, body, found, visits), force)
             found = replace(found, warnings=found.warnings + seats)
             summary = replace(findings_of(rig, observed, found), thermal=_term(begun, found))
-            return build_outcome(rig, summary, how, before)
+            return guided.build_outcome(rig, summary, how, before)
 
         return calculate
 
-    def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
+    def _put(self, outcome: guided.CalibrationOutcome, decided: guided.Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
         self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._log.path)
 
 
-def _term(begun: RelocationBegun, found: RelocationResult) -> ThermalTerm | None:
+def _term(begun: RelocationBegun, found: RelocationResult) -> records.ThermalTerm | None:
     if found.thermal is None or begun.temperature_u is None:
         return None
     sigma_k, by_k = found.thermal
-    return ThermalTerm(
+    return records.ThermalTerm(
         thermometer=begun.thermometer, expanded_k=begun.temperature_u, sigma_k=sigma_k,
         by_k=tuple(by_k.tolist()),
     )  # fmt: skip

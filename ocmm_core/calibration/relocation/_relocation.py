@@ -12,15 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from ocmm_core.calibration.bundle import (
-    BundleState,
-    Prior,
-    RobustMinimum,
-    adjust_robustly,
-    common_covariance,
-)
+from ocmm_core.calibration import bundle
 from ocmm_core.calibration.guided import location_gains
 from ocmm_core.calibration.records import Finding, let_pass
+from ocmm_core.calibration.relocation import _guards as guards
 from ocmm_core.calibration.relocation._culprit import accuse_in_relocation, accuse_points, lone_bar
 from ocmm_core.calibration.relocation._data import (
     BarDistance,
@@ -32,14 +27,6 @@ from ocmm_core.calibration.relocation._data import (
     WrongSpot,
 )
 from ocmm_core.calibration.relocation._frame import anchors_of, jacobian_of_world, motion_to_world
-from ocmm_core.calibration.relocation._guards import (
-    judge_anchors,
-    judge_design,
-    judge_focal,
-    judge_knowledge,
-    judge_residuals,
-    judge_spots,
-)
 from ocmm_core.calibration.relocation._problem import RelocationProblem, build, lens_covariance
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
@@ -133,7 +120,7 @@ def relocate(
     accusation = accuse_in_relocation(problem, found, start, body, observed, options)
     accused = [accusation.finding] if accusation and accusation.finding else []
     # Refuse hopeless results here: their world frame and covariance would be meaningless.
-    findings = [*accused, *_convergence(found), *judge_residuals(chi2, dof)]
+    findings = [*accused, *_convergence(found), *guards.judge_residuals(chi2, dof)]
     let_pass(findings, force=True)
 
     free = found.minimum.state
@@ -147,7 +134,7 @@ def relocate(
     thermal = _thermal(problem.prior, options.thermometer_k, near, to_world)
     misplaced: list[Finding] = []
     if isinstance(options.world, KeptByPoints):
-        misplaced = judge_anchors(tuple(options.world.positions_world), anchors, covariance)
+        misplaced = guards.judge_anchors(tuple(options.world.positions_world), anchors, covariance)
         if accusation is not None:
             misplaced = [
                 accuse_points(one, accusation.verdict, observed, options.world) for one in misplaced
@@ -173,11 +160,11 @@ def relocate(
     alone = lone_bar(accusation.verdict, observed, options) if accusation else None
     findings = [
         *findings,
-        *judge_knowledge(observed, options, problem.prior, state),
+        *guards.judge_knowledge(observed, options, problem.prior, state),
         *misplaced,
-        *judge_spots(wrong, int(seen.sum()), state.cameras),
-        *judge_design(observed, bars, targets, frames, alone),
-        *judge_focal(state.cameras, covariance),
+        *guards.judge_spots(wrong, int(seen.sum()), state.cameras),
+        *guards.judge_design(observed, bars, targets, frames, alone),
+        *guards.judge_focal(state.cameras, covariance),
     ]
     return RelocationResult(
         cameras=state.cameras, covariance=covariance[cameras, cameras],
@@ -195,7 +182,7 @@ def relocate(
 
 
 def _thermal(
-    prior: Prior, sigma_k: float, covariance: Float, back: Float
+    prior: bundle.Prior, sigma_k: float, covariance: Float, back: Float
 ) -> tuple[float, Float] | None:
     """Return what remains of the thermometer's error, K, and derivatives (k,) by it.
 
@@ -210,15 +197,15 @@ def _thermal(
     return float(np.sqrt(left)), back @ shared / left
 
 
-def _adjusted(problem: RelocationProblem) -> RobustMinimum:
+def _adjusted(problem: RelocationProblem) -> bundle.RobustMinimum:
     data, start = problem.data, problem.start
     if len(start.seats):
         soft = replace(data, seat_sigma=max(_SOFT_MM, data.seat_sigma), touched_sigma=_SOFT_MM)
-        start = adjust_robustly(soft, problem.prior, start).minimum.state
-    return adjust_robustly(data, problem.prior, start)
+        start = bundle.adjust_robustly(soft, problem.prior, start).minimum.state
+    return bundle.adjust_robustly(data, problem.prior, start)
 
 
-def _convergence(found: RobustMinimum) -> list[Finding]:
+def _convergence(found: bundle.RobustMinimum) -> list[Finding]:
     if found.minimum.converged:
         return []
     return [
@@ -234,13 +221,13 @@ def _convergence(found: RobustMinimum) -> list[Finding]:
 
 def _covariance(
     problem: RelocationProblem,
-    found: RobustMinimum,
-    state: BundleState,
+    found: bundle.RobustMinimum,
+    state: bundle.BundleState,
     start: Rig,
     options: RelocationOptions,
 ) -> Float:
     considered = lens_covariance(start) if options.lens == "fixed" else None
-    covariance = common_covariance(found.data, problem.prior, state, considered)
+    covariance = bundle.common_covariance(found.data, problem.prior, state, considered)
     if covariance is None:
         raise CalibrationError(
             "calibration.undetermined",
@@ -262,14 +249,14 @@ def _wrong_spots(
     )
 
 
-def _tips(state: BundleState, found: RobustMinimum) -> Points3:
+def _tips(state: bundle.BundleState, found: bundle.RobustMinimum) -> Points3:
     """Return the tips (n, 3), mm, world; NaN for unused frames."""
     tips: Points3 = state.rotations @ state.tip + state.origins
     tips[~found.data.active[0]] = np.nan
     return tips
 
 
-def _targets(state: BundleState, found: RobustMinimum) -> Points3:
+def _targets(state: bundle.BundleState, found: bundle.RobustMinimum) -> Points3:
     """Return all LEDs of the probe seen by two cameras, (m, 3), mm, world."""
     targets = np.einsum("nij,lj->nli", state.rotations, state.leds) + state.origins[:, None]
     seen: Points3 = targets[np.count_nonzero(found.used, axis=1) >= 2]

@@ -7,33 +7,10 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from ocmm_core.calibration.guided import (
-    SeatVisited,
-    SessionEvent,
-    SessionHeader,
-    Spots,
-    VolumeCoverage,
-    coverage,
-    from_spots,
-    judge_first_visit,
-    judge_visit_again,
-)
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.probe_design import UNMEASURED_K
 from ocmm_core.calibration.records import LengthBar as BarArtefact
-from ocmm_core.calibration.relocation._data import (
-    BarDistance,
-    GeometryMode,
-    KeptByCameras,
-    KeptByPoints,
-    LensMode,
-    Observations,
-    ProbeFrames,
-    RelocationOptions,
-    SetByPoints,
-    ShownBar,
-    TouchedBar,
-    WorldFrame,
-)
+from ocmm_core.calibration.relocation import _data as data
 from ocmm_core.camera import Rig, Vector3
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody, solve
@@ -47,7 +24,7 @@ LENGTH_TOLERANCE = 0.08
 SET_NAMES = ("origin", "on X", "in XY")
 
 
-class RelocationBegun(SessionHeader, frozen=True, kw_only=True):
+class RelocationBegun(guided.SessionHeader, frozen=True, kw_only=True):
     """First line."""
 
     probe_identity: str
@@ -58,8 +35,8 @@ class RelocationBegun(SessionHeader, frozen=True, kw_only=True):
     length_mm: float
     length_limit_mm: float
     """`length_mm`, `length_limit_mm`: Test length, and its largest standard uncertainty."""
-    lens: LensMode
-    geometry: GeometryMode
+    lens: data.LensMode
+    geometry: data.GeometryMode
     world: World
     control_names: tuple[str, ...]
     control_positions: tuple[Vector3, ...]
@@ -71,30 +48,30 @@ class RelocationBegun(SessionHeader, frozen=True, kw_only=True):
     """Seats visited first and last: zero for recordings without, None in earlier versions."""
 
 
-class PoseTaken(SessionEvent, frozen=True, kw_only=True):
+class PoseTaken(guided.SessionEvent, frozen=True, kw_only=True):
     """The waved probe; (C, L), px, and the standard deviation of a spot."""
 
-    uv: Spots
+    uv: guided.Spots
     sigma_px: float
 
 
-class BarTaken(SessionEvent, frozen=True, kw_only=True):
+class BarTaken(guided.SessionEvent, frozen=True, kw_only=True):
     """The bar in one placement, both LEDs; (C, 2), px."""
 
-    uv: Spots
+    uv: guided.Spots
     sigma_px: float
 
 
-class SeatTaken(SessionEvent, frozen=True, kw_only=True):
+class SeatTaken(guided.SessionEvent, frozen=True, kw_only=True):
     """The ball in a seat: a control point, or an end of the bar in a placement."""
 
     seat: str
     """Name of the control point; empty for the bar."""
-    uv: Spots
+    uv: guided.Spots
     sigma_px: float
 
 
-RelocationEvent: TypeAlias = RelocationBegun | PoseTaken | BarTaken | SeatTaken | SeatVisited
+RelocationEvent: TypeAlias = RelocationBegun | PoseTaken | BarTaken | SeatTaken | guided.SeatVisited
 
 _SEAT_MM = 20.0
 """Largest distance of a ball from its seat as seen by moved cameras, at another attitude."""
@@ -112,12 +89,12 @@ class RelocationState:
     bar_ends: list[SeatTaken] = field(default_factory=list)
     seats: list[SeatTaken] = field(default_factory=list)
     """`poses`, `bars`, `bar_ends`, `seats`: In order; two ``bar_ends`` for a placement."""
-    visits: list[SeatVisited] = field(default_factory=list)
+    visits: list[guided.SeatVisited] = field(default_factory=list)
     """In order, of the seats that are visited first and last."""
     _since: int = 0
     _rotations: list[Float] = field(default_factory=list)
     _tips: list[Float] = field(default_factory=list)
-    _coverage: VolumeCoverage | None = None
+    _coverage: guided.VolumeCoverage | None = None
 
     @property
     def shown(self) -> bool:
@@ -166,7 +143,7 @@ class RelocationState:
         for seat in range(self.wanted_visits):
             first = next((one for one in self.visits if one.seat == seat), None)
             if first is not None:
-                shot = from_spots(first.uv)[None]
+                shot = guided.from_spots(first.uv)[None]
                 known.append(solve(shot, self.rig, self.body, first.sigma_px).tip_world[0])
         return known
 
@@ -174,17 +151,17 @@ class RelocationState:
         """Return why a resting ball is not in the wanted seat; empty if it may be."""
         tip, seat = solve(uv[None], self.rig, self.body, sigma_px).tip_world[0], self.seat_to_repeat
         if again and seat is not None:
-            return judge_visit_again(tip, seat, self.known_seats(), _SEAT_MM)
-        return judge_first_visit(tip, self.known_seats(), self.rig)
+            return guided.judge_visit_again(tip, seat, self.known_seats(), _SEAT_MM)
+        return guided.judge_first_visit(tip, self.known_seats(), self.rig)
 
-    def add(self, event: PoseTaken | BarTaken | SeatTaken | SeatVisited) -> None:
-        if isinstance(event, SeatVisited):
+    def add(self, event: PoseTaken | BarTaken | SeatTaken | guided.SeatVisited) -> None:
+        if isinstance(event, guided.SeatVisited):
             self.visits.append(event)
             return
         self._since = len(self.visits)
         if isinstance(event, PoseTaken):
             self.poses.append(event)
-            pose = solve(from_spots(event.uv)[None], self.rig, self.body, event.sigma_px)
+            pose = solve(guided.from_spots(event.uv)[None], self.rig, self.body, event.sigma_px)
             self._rotations.append(pose.rotation_world_from_probe[0])
             self._tips.append(pose.tip_world[0])
             self._coverage = None
@@ -197,19 +174,19 @@ class RelocationState:
         del self.poses[-1], self._rotations[-1], self._tips[-1]
         self._coverage = None
 
-    def coverage(self) -> VolumeCoverage:
+    def coverage(self) -> guided.VolumeCoverage:
         if self._coverage is None:
             rotations = np.array(self._rotations).reshape(-1, 3, 3)
             tips = np.array(self._tips).reshape(-1, 3)
             good = np.isfinite(tips).all(axis=1)
-            self._coverage = coverage(self.rig, self.body, rotations[good], tips[good])
+            self._coverage = guided.coverage(self.rig, self.body, rotations[good], tips[good])
         return self._coverage
 
     def judge_end(self, uv: Float, sigma_px: float) -> str:
         """Return why the ball is not in the other end of the bar; empty if it may be."""
         if len(self.bar_ends) % 2 == 0:
             return ""
-        shots = np.stack([from_spots(self.bar_ends[-1].uv), uv])
+        shots = np.stack([guided.from_spots(self.bar_ends[-1].uv), uv])
         first, second = solve(shots, self.rig, self.body, sigma_px).tip_world
         length = self.begun.bar.nests[-1] - self.begun.bar.nests[0]
         seen = float(np.linalg.norm(second - first))
@@ -220,7 +197,7 @@ class RelocationState:
             f"{length:.0f} mm away: put it there, or undo the first end."
         )
 
-    def observations(self) -> Observations:
+    def observations(self) -> data.Observations:
         begun = self.begun
         ends = [f"bar {i // 2 + 1} {'ab'[i % 2]}" for i in range(2 * self.placements)]
         touches = [] if self.shown else self.bar_ends[: len(ends)]
@@ -228,8 +205,8 @@ class RelocationState:
         shots: list[PoseTaken | SeatTaken] = [*self.poses, *touches, *self.seats]
         seats = np.full(len(shots), -1, dtype=np.int64)
         seats[len(self.poses) :] = np.arange(len(names))
-        frames = ProbeFrames(
-            np.array([from_spots(one.uv) for one in shots]).reshape(
+        frames = data.ProbeFrames(
+            np.array([guided.from_spots(one.uv) for one in shots]).reshape(
                 -1, len(self.rig.cameras), self.body.n_leds, 2
             ),
             np.array([one.sigma_px for one in shots]),
@@ -238,26 +215,26 @@ class RelocationState:
         places = begun.bar.leds if self.shown else (begun.bar.nests[0], begun.bar.nests[-1])
         certified, expanded = begun.bar.artefact.at(places[1] - places[0], begun.temperature)
         per_k = (places[1] - places[0]) * begun.bar.artefact.expansion
-        bar = BarDistance(begun.bar.artefact.use.name, certified, 0.5 * expanded, per_k)
-        shown: tuple[ShownBar, ...] = ()
+        bar = data.BarDistance(begun.bar.artefact.use.name, certified, 0.5 * expanded, per_k)
+        shown: tuple[data.ShownBar, ...] = ()
         if self.bars:
-            uv = np.array([from_spots(one.uv) for one in self.bars])
-            shown = (ShownBar(bar, uv, np.array([one.sigma_px for one in self.bars])),)
-        touched: tuple[TouchedBar, ...] = ()
+            uv = np.array([guided.from_spots(one.uv) for one in self.bars])
+            shown = (data.ShownBar(bar, uv, np.array([one.sigma_px for one in self.bars])),)
+        touched: tuple[data.TouchedBar, ...] = ()
         if touches:
-            touched = (TouchedBar(bar, tuple(zip(ends[::2], ends[1::2], strict=True))),)
-        return Observations(frames, shown, touched, tuple(names))
+            touched = (data.TouchedBar(bar, tuple(zip(ends[::2], ends[1::2], strict=True))),)
+        return data.Observations(frames, shown, touched, tuple(names))
 
-    def options(self) -> RelocationOptions:
+    def options(self) -> data.RelocationOptions:
         begun = self.begun
-        world: WorldFrame = KeptByCameras()
+        world: data.WorldFrame = data.KeptByCameras()
         if begun.world == "points":
             positions = zip(begun.control_names, begun.control_positions, strict=True)
-            world = KeptByPoints(
+            world = data.KeptByPoints(
                 {name: np.array(position) for name, position in positions}, begun.control_sigma
             )
         elif begun.world == "set":
-            world = SetByPoints(*SET_NAMES)
+            world = data.SetByPoints(*SET_NAMES)
         warm = begun.temperature
         sigma_k = UNMEASURED_K if warm is None else warm.sigma_k
-        return RelocationOptions(begun.lens, begun.geometry, world, sigma_k)
+        return data.RelocationOptions(begun.lens, begun.geometry, world, sigma_k)

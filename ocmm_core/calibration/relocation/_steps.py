@@ -1,19 +1,21 @@
-"""Steps of a relocation with instructions and gates."""
+"""Steps of a relocation with instructions and gates, their display form, and motion of seats."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
 
-from ocmm_core.calibration.guided import (
-    OPEN,
-    Gate,
-    Step,
-    again_gate,
-    again_instruction,
-    first_gate,
-    first_instruction,
-)
-from ocmm_core.calibration.relocation._state import RelocationState
+import numpy as np
+
+from ocmm_core.calibration import guided
+from ocmm_core.calibration.records import Finding
+from ocmm_core.calibration.relocation._data import KeptByPoints, Observations, RelocationResult
+from ocmm_core.calibration.relocation._state import LENGTH_TOLERANCE, RelocationState
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError, TrackingError
+from ocmm_core.geometry import Float, Points3
+from ocmm_core.tracking import ProbeBody, triangulate
 
 PREPARE, SEATS_FIRST, WAVE, BAR = "prepare", "seats", "wave", "bar"
 WORLD, SEATS_AGAIN, RESULT = "world", "again", "result"
@@ -24,7 +26,7 @@ COVERED = 0.95
 _NO_SEATS = "Nothing to do: the recording has no seats."
 
 
-def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Step, ...]:
+def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[guided.Step, ...]:
     """Return the steps with their current gates; sigma is None before a prediction."""
     begun, use = state.begun, state.begun.bar.artefact.use
     hint = _missing_words(state.coverage().missing)
@@ -37,22 +39,22 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
         "direction each time, also in depth."
     )
     return (
-        Step(
+        guided.Step(
             PREPARE,
             "Prepare",
             f"Take the probe and bar '{use.name}' (serial {use.serial}). Do not touch the "
             "cameras from now on.",
-            OPEN,
+            guided.OPEN,
         ),
-        Step(
+        guided.Step(
             SEATS_FIRST,
             "Seats first",
-            first_instruction(state.unvisited_seat) if state.wanted_visits else _NO_SEATS,
-            first_gate(state.unvisited_seat),
+            guided.first_instruction(state.unvisited_seat) if state.wanted_visits else _NO_SEATS,
+            guided.first_gate(state.unvisited_seat),
             len({one.seat for one in state.visits}),
             state.wanted_visits,
         ),
-        Step(
+        guided.Step(
             WAVE,
             "Wave the probe",
             f"Wave it slowly through the whole volume, turning it continuously. {hint}".strip(),
@@ -60,7 +62,7 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
             len(state.poses),
             begun.poses_wanted,
         ),
-        Step(
+        guided.Step(
             BAR,
             "Show the bar",
             show,
@@ -68,7 +70,7 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
             state.placements,
             begun.bars_wanted,
         ),
-        Step(
+        guided.Step(
             WORLD,
             "World frame",
             "Nothing to do: the world frame stays with the cameras."
@@ -80,20 +82,20 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
             len(state.seats),
             len(state.wanted_seats),
         ),
-        Step(
+        guided.Step(
             SEATS_AGAIN,
             "Seats again",
-            again_instruction(again) if state.wanted_visits else _NO_SEATS,
-            again_gate(again),
+            guided.again_instruction(again) if state.wanted_visits else _NO_SEATS,
+            guided.again_gate(again),
             state.wanted_visits if again is None else again,
             state.wanted_visits,
         ),
-        Step(
+        guided.Step(
             RESULT,
             "Result",
             "Review the residuals and the changes, then accept the new calibration or keep the "
             "old one.",
-            Gate(
+            guided.Gate(
                 False, "This is the last step.", "Accept the new calibration, or keep the old one."
             ),
         ),
@@ -107,35 +109,183 @@ def _missing_words(cells: Sequence[str]) -> str:
     return " ".join(("Missing probe poses:", ", ".join(cells[:3]))) + more + "." if cells else ""
 
 
-def _wave_gate(state: RelocationState) -> Gate:
+def _wave_gate(state: RelocationState) -> guided.Gate:
     poses, wanted = len(state.poses), state.begun.poses_wanted
     covered = state.coverage()
     if covered.fraction < COVERED:
-        return Gate(False, _missing_words(covered.missing), "Wave it there in this attitude.")
+        return guided.Gate(
+            False, _missing_words(covered.missing), "Wave it there in this attitude."
+        )
     if poses < wanted:
         left = "1 pose" if wanted - poses == 1 else f"{wanted - poses} poses"
-        return Gate(False, f"{left} to go.", "Keep waving the probe.")
-    return OPEN
+        return guided.Gate(False, f"{left} to go.", "Keep waving the probe.")
+    return guided.OPEN
 
 
-def _bar_gate(state: RelocationState, sigma: float | None) -> Gate:
+def _bar_gate(state: RelocationState, sigma: float | None) -> guided.Gate:
     missing = state.begun.bars_wanted - state.placements
     if missing > 0:
         left = "1 bar placement" if missing == 1 else f"{missing:d} bar placements"
-        return Gate(False, f"{left} to go.", "Keep showing the bar.")
+        return guided.Gate(False, f"{left} to go.", "Keep showing the bar.")
     limit = state.begun.length_limit_mm
     if sigma is not None and sigma > limit:
-        return Gate(
+        return guided.Gate(
             False,
             f"U of a length of {state.begun.length_mm:.0f} mm (k = 2) would be "
             f"{2e3 * sigma:.1f} um; the target is {2e3 * limit:.1f} um.",
             "Go back and wave the probe longer, or show the bar in more places.",
         )
-    return OPEN
+    return guided.OPEN
 
 
-def _world_gate(state: RelocationState) -> Gate:
+def _world_gate(state: RelocationState) -> guided.Gate:
     seat = state.next_seat
     if seat is not None:
-        return Gate(False, f"Control point '{seat}' was not touched.", "Touch it.")
-    return OPEN
+        return guided.Gate(False, f"Control point '{seat}' was not touched.", "Touch it.")
+    return guided.OPEN
+
+
+def bar_ends(rig: Rig, uv: Float, length: float) -> Float:
+    """Return the two spots of a bar in each camera, (C, 2, 2), px, with matching ends.
+
+    Only the correct pairing gives the distance of the LEDs; CalibrationError if none does. ``uv``
+    (C, 2, 2), px: both spots in any order, or NaN.
+    """
+    seeing = [c for c in range(len(uv)) if np.isfinite(uv[c]).all()]
+    best, least = uv, np.inf
+    for swaps in product((False, True), repeat=max(len(seeing) - 1, 0)):
+        paired = uv.copy()
+        for camera, swap in zip(seeing[1:], swaps, strict=True):
+            paired[camera] = uv[camera, ::-1] if swap else uv[camera]
+        ends = triangulate(rig, paired)
+        off = abs(float(np.linalg.norm(ends[1] - ends[0])) / length - 1.0)
+        if off < least:
+            best, least = paired, off
+    if not least < LENGTH_TOLERANCE:
+        raise CalibrationError(
+            "relocation.bar",
+            "The two visible points are not the ends of the bar.",
+            "Cover other lights, and check that this is the selected bar.",
+        )
+    return best
+
+
+def findings_of(rig: Rig, observed: Observations, found: RelocationResult) -> guided.Findings:
+    """Return a relocation in displayed and recorded form."""
+    uv = observed.frames.uv
+    residuals = []
+    for c, camera in enumerate(found.cameras):
+        seen = np.isfinite(found.residuals_px[:, c]).all(axis=-1)
+        residuals.append(
+            guided.CameraResiduals(
+                camera.name, uv[:, c][seen], found.residuals_px[:, c][seen], found.used[:, c][seen]
+            )
+        )
+    after = found.applied_to(rig, rig.identity)
+    at, errors = _misfits(after, observed, found)
+    return guided.Findings(
+        cameras=found.cameras,
+        covariance=found.covariance,
+        volume_world=found.volume_world,
+        hull_world=found.hull_world,
+        residuals=tuple(residuals),
+        rms_px=found.rms_px,
+        chi2_per_dof=found.chi2 / found.dof,
+        points=int(np.count_nonzero(found.frames_used)),
+        outliers=tuple(
+            f"pose {one.frame + 1}, LED {one.led + 1} in {found.cameras[one.camera].name}"
+            for one in found.wrong_spots
+        ),
+        errors_at_world=at,
+        errors_world=errors,
+        warnings=found.warnings,
+    )
+
+
+def _misfits(
+    after: Rig, observed: Observations, found: RelocationResult
+) -> tuple[Points3, Points3]:
+    """Return places and misfits (n, 3), mm: of shown bars along them, and of control points."""
+    places: list[Float] = []
+    misfits: list[Float] = []
+    for shown in observed.shown_bars:
+        for uv in shown.uv:
+            ends = triangulate(after, uv)
+            between = ends[1] - ends[0]
+            size = float(np.linalg.norm(between))
+            places.append(ends.mean(axis=0))
+            misfits.append(between / size * (size - shown.bar.length))
+    if isinstance(found.options.world, KeptByPoints):
+        for name, position in found.options.world.positions_world.items():
+            places.append(position)
+            misfits.append(found.seats_world[name] - position)
+    return np.array(places).reshape(-1, 3), np.array(misfits).reshape(-1, 3)
+
+
+_REMEDY = "Find what moved (camera, frame, table or seat), fix it, and relocate again."
+
+
+def seat_findings(
+    rig: Rig, body: ProbeBody, found: RelocationResult, visits: Sequence[guided.SeatVisited]
+) -> tuple[Finding, ...]:
+    """Return findings from the visits of the seats, in order of time, or of their absence.
+
+    The relocation was computed without them.
+    """
+    if not visits:
+        return (
+            Finding(
+                "repeat.missing",
+                "No seat was visited at both start and end: a camera or frame that moved in "
+                "between may go unnoticed.",
+                "Next time, visit two cones fixed to the table first and last.",
+                refuses=False,
+            ),
+        )
+    after = found.applied_to(rig, rig.identity)
+    probe = replace(
+        body,
+        leds_probe=found.leds_probe,
+        tip_probe=found.tip_probe,
+        geometry_covariance=found.geometry_covariance,
+    )
+    repeats = []
+    for seat in range(guided.SEATS):
+        first, *later = [one for one in visits if one.seat == seat]
+        for again in later:
+            one = _repeat(after, probe, first, again)
+            if isinstance(one, Finding):
+                return (one,)
+            repeats.append(one)
+    moved = guided.repeat_finding(guided.judge_repeats(repeats), _REMEDY)
+    return () if moved is None else (moved,)
+
+
+def _repeat(
+    rig: Rig, body: ProbeBody, first: guided.SeatVisited, again: guided.SeatVisited
+) -> guided.Repeat | Finding:
+    place = f"seat {first.seat + 1}"
+    try:
+        one, two = (
+            guided.touch_of(guided.from_spots(visit.uv), visit.sigma_px, rig, body)
+            for visit in (first, again)
+        )
+    except TrackingError:
+        return Finding(
+            "repeat.unusable",
+            f"The new calibration gives no probe position in {place}.",
+            "Relocate again, with all LEDs in view of the cameras in both seats.",
+            refuses=True,
+        )
+    # Errors of cameras and probe cancel as far as the attitude agrees; the rest is shared out.
+    cameras, geometry = two.by_cameras - one.by_cameras, two.by_geometry - one.by_geometry
+    shared = guided.shared_covariance(cameras, geometry, rig, body)
+    return guided.Repeat(
+        place,
+        _resting(one.tip_world, one.noise + 0.5 * shared, first),
+        _resting(two.tip_world, two.noise + 0.5 * shared, again),
+    )
+
+
+def _resting(world: Float, covariance: Float, visit: guided.SeatVisited) -> guided.RestingPosition:
+    return guided.RestingPosition(world, covariance, visit.utc)

@@ -11,6 +11,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
+from ocmm_core.calibration import pivot
 from ocmm_core.calibration.guided import (
     Repeat,
     RestingPosition,
@@ -22,13 +23,6 @@ from ocmm_core.calibration.guided import (
     shared_covariance,
     touch_of,
     utc_text,
-)
-from ocmm_core.calibration.pivot import (
-    PivotCalibration,
-    PivotSweep,
-    PivotValidation,
-    calibrate_probe,
-    validate_pivot,
 )
 from ocmm_core.calibration.records import (
     PROBE_SCHEMA,
@@ -72,7 +66,7 @@ def turns_from(rotations: Float, rotation: Float) -> Float:
 
 
 def cone_findings(
-    rig: Rig, probe: ProbeBody, sweep: PivotSweep, rotations: Float, visits: ConeVisits
+    rig: Rig, probe: ProbeBody, sweep: pivot.PivotSweep, rotations: Float, visits: ConeVisits
 ) -> tuple[Finding, ...]:
     """Return findings from the final visit, with the probe of the first sweep.
 
@@ -101,7 +95,7 @@ def cone_findings(
 def _repeat(
     rig: Rig,
     probe: ProbeBody,
-    sweep: PivotSweep,
+    sweep: pivot.PivotSweep,
     rotations: Float,
     visits: ConeVisits,
     visit: ConeVisited,
@@ -155,8 +149,8 @@ class PivotMaterial:
     body: ProbeBody
     """`rig`, `body`: Cameras, and nominal probe of the document."""
     begun: PivotBegun
-    first: PivotSweep
-    second: PivotSweep
+    first: pivot.PivotSweep
+    second: pivot.PivotSweep
     visits: ConeVisits
     """Of the first cone, at the start and end."""
     previous: ProbeRecord | None
@@ -169,9 +163,9 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
     """Return the result, deterministic; CalibrationError if undetermined, or a guard refuses."""
     begun = given.begun
     expected, options = begun.expected(given.body), begun.options()
-    first = calibrate_probe(given.rig, expected, given.first, options, given.force)
-    second = calibrate_probe(given.rig, expected, given.second, options, given.force)
-    validation = validate_pivot(given.rig, first, second, given.second)
+    first = pivot.calibrate_probe(given.rig, expected, given.first, options, given.force)
+    second = pivot.calibrate_probe(given.rig, expected, given.second, options, given.force)
+    validation = pivot.validate_pivot(given.rig, first, second, given.second)
     let_pass(validation.findings, given.force)
     probe = first.applied_to(given.body, given.body.identity)
     moved = cone_findings(given.rig, probe, given.first, first.rotations, given.visits)
@@ -211,7 +205,7 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
 
 
 def change_of(
-    body: ProbeBody, previous: ProbeRecord, found: PivotCalibration, begun: PivotBegun
+    body: ProbeBody, previous: ProbeRecord, found: pivot.PivotCalibration, begun: PivotBegun
 ) -> PivotChange:
     """Return the change from the previous calibration, both fitted to the same document."""
     leds, tip = laid_onto(body, previous)
@@ -243,7 +237,7 @@ def laid_onto(body: ProbeBody, record: ProbeRecord) -> tuple[Float, Float]:
     return leds @ rotation.T + shift, rotation @ np.array(record.tip_mm) + shift
 
 
-def _check(validation: PivotValidation) -> PivotCheck:
+def _check(validation: pivot.PivotValidation) -> PivotCheck:
     return PivotCheck(
         difference_mm=_vector(validation.tip_difference),
         sigma_mm=_vector(validation.tip_difference_sigma),

@@ -16,42 +16,13 @@ import msgspec
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import (
-    CommonEvent,
-    Decided,
-    Entered,
-    Live,
-    ProbeProcedure,
-    ProcedureKind,
-    SessionFormat,
-    SessionLine,
-    Step,
-    require_probe,
-    to_spots,
-    utc_text,
-)
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.pivot import OTHER_ATTITUDE, OTHER_PLACE_MM
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse, ProbeRecord, ProbeStore, load_named
+from ocmm_core.calibration.sweeping import _views as views
 from ocmm_core.calibration.sweeping._conclusion import expected_tip
 from ocmm_core.calibration.sweeping._state import SweepingState
-from ocmm_core.calibration.sweeping._views import (
-    AGAIN,
-    FIRST,
-    PREPARE,
-    RESULT,
-    SECOND,
-    SWEEPS,
-    ConeVisited,
-    PivotBegun,
-    PivotEvent,
-    PivotOutcome,
-    PivotView,
-    PosesTaken,
-    SweepDiscarded,
-    SweepPhase,
-    SweepView,
-)
 from ocmm_core.calibration.sweeping._wanted import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
@@ -62,34 +33,36 @@ from ocmm_core.tracking import ProbeBody
 TIP_SIGMA_MM = 0.01
 _RECORDED_BATCH = 200
 
-_SESSIONS = SessionFormat(ProcedureKind.PIVOT, SessionLine[PivotEvent], PivotBegun)
+_SESSIONS = guided.SessionFormat(
+    guided.ProcedureKind.PIVOT, guided.SessionLine[views.PivotEvent], views.PivotBegun
+)
 
 
-class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
+class PivotProcedure(guided.ProbeProcedure[views.PivotEvent, views.PivotOutcome]):
     """See `procedure`; made by `begin` and `resume`.
 
     `watch` frames; whenever ``view.base.live.ready`` is set, `take` (a batch of poses, durable when
     it returns); when the gate of the step is open, `advance`.
     """
 
-    kind = ProcedureKind.PIVOT
-    step_names = (PREPARE, FIRST, SECOND, AGAIN, RESULT)
+    kind = guided.ProcedureKind.PIVOT
+    step_names = (views.PREPARE, views.FIRST, views.SECOND, views.AGAIN, views.RESULT)
 
     def __init__(
         self,
-        chain: ChainFile[SessionLine[PivotEvent]],
-        begun: PivotBegun,
+        chain: ChainFile[guided.SessionLine[views.PivotEvent]],
+        begun: views.PivotBegun,
         rig: Rig,
         body: ProbeBody,
         store: ProbeStore,
     ) -> None:
         super().__init__(chain, begun, rig, store, begun.tip)
-        require_probe(chain.path, begun.probe_identity, body)
+        guided.require_probe(chain.path, begun.probe_identity, body)
         self._begun = begun
         self._state = SweepingState(rig, body, begun)
         # During replay of many lines, computing progress after each would be wasted.
         self._watching = False
-        self._watch = self._state.watch(FIRST)
+        self._watch = self._state.watch(views.FIRST)
         self._cone = self._state.cone_spots()
         self._fold()
         if begun.again is None:
@@ -157,15 +130,15 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         return cls(*_SESSIONS.resume(path), rig, body, store)
 
     @property
-    def view(self) -> PivotView:
+    def view(self) -> views.PivotView:
         with self._lock:
-            first, second = (self._sweep_view(name) for name in SWEEPS)
+            first, second = (self._sweep_view(name) for name in views.SWEEPS)
             place, attitude = self._state.apart()
-            watching = self._step in SWEEPS
+            watching = self._step in views.SWEEPS
             nothing = np.full(3, np.nan)
             findings = self._state.progress(self._step).findings if watching else ()
             warnings = {one.code: one for one in (*self._watch.warnings(), *findings)}
-            return PivotView(
+            return views.PivotView(
                 base=self.base, probe=self._begun.probe, tip=self.tip,
                 in_cone=watching and self._watch.in_cone,
                 countdown_s=self._watch.countdown_s if watching else None,
@@ -179,26 +152,26 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         with self._lock:
             if not len(block) or self._decided is not None:
                 return
-            if self._step in SWEEPS:
+            if self._step in views.SWEEPS:
                 self._watch.feed(block)
-            elif self._step == AGAIN:
+            elif self._step == views.AGAIN:
                 self._cone.feed(block)
 
     def sweep_anew(self, now: datetime) -> None:
         """Discard all poses of the current sweep, and wait for the ball in the cone again."""
         with self._lock:
-            if self._step in SWEEPS:
-                self._append(SweepDiscarded(utc=utc_text(now), step=self._step))
+            if self._step in views.SWEEPS:
+                self._append(views.SweepDiscarded(utc=guided.utc_text(now), step=self._step))
                 self._rewatch()
 
     def end_sweep(self, now: datetime) -> None:
         """End a sweep early, after `force`; else, or below the minimum, CalibrationError."""
         with self._lock:
-            if self._step not in SWEEPS or not self._sweep_view(self._step).may_end:
+            if self._step not in views.SWEEPS or not self._sweep_view(self._step).may_end:
                 gate = self._steps()[self.step_names.index(self._step)].gate
                 raise CalibrationError("session.gate", gate.reason, gate.remedy)
             following = self.step_names[self.step_names.index(self._step) + 1]
-            self._append(Entered(utc=utc_text(now), step=following))
+            self._append(guided.Entered(utc=guided.utc_text(now), step=following))
 
     def take_sweep(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Add recorded labelled spots (n, C, L, 2), px, NaN if unseen, to this sweep.
@@ -207,7 +180,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         """
         with self._lock:
             wanted = (len(self.rig.cameras), self._state.body.n_leds, 2)
-            if self._step not in SWEEPS or uv.shape[1:] != wanted:
+            if self._step not in views.SWEEPS or uv.shape[1:] != wanted:
                 raise CalibrationError(
                     "pivot.recorded",
                     f"Recorded spots of shape {uv.shape[1:]} do not fit here: the rig has "
@@ -220,10 +193,10 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                 for first in range(0, len(uv), _RECORDED_BATCH):
                     part = uv[first : first + _RECORDED_BATCH]
                     self._append(
-                        PosesTaken(
-                            utc=utc_text(now),
+                        views.PosesTaken(
+                            utc=guided.utc_text(now),
                             step=self._step,
-                            poses=tuple(to_spots(pose) for pose in part),
+                            poses=tuple(guided.to_spots(pose) for pose in part),
                             sigma_px=sigma_px,
                         )
                     )
@@ -234,13 +207,17 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     def take_visit(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Add spots (C, L, 2), px, of the final visit; CalibrationError if none is due."""
         with self._lock:
-            if not (self._step == AGAIN and self._wants()):
+            if not (self._step == views.AGAIN and self._wants()):
                 raise CalibrationError(
                     "pivot.visit",
                     "No visit to the first cone is due here.",
                     "Take it once, after both sweeps.",
                 )
-            self._append(ConeVisited(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
+            self._append(
+                views.ConeVisited(
+                    utc=guided.utc_text(now), uv=guided.to_spots(uv), sigma_px=sigma_px
+                )
+            )
 
     def accept(self, now: datetime, reason: str) -> None:
         """Store the result and end the procedure; see `procedure.Procedure.accept`.
@@ -261,23 +238,23 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                     )
             super().accept(now, reason)
 
-    def _sweep_view(self, name: str) -> SweepView:
-        phase = self._watch.phase if self._step == name else SweepPhase.IDLE
+    def _sweep_view(self, name: str) -> views.SweepView:
+        phase = self._watch.phase if self._step == name else views.SweepPhase.IDLE
         return self._state.view(name, phase, forced=self._forced)
 
     def _rewatch(self) -> None:
-        if self._step in SWEEPS:
+        if self._step in views.SWEEPS:
             self._watch = self._state.watch(self._step)
-        elif self._step == AGAIN:
+        elif self._step == views.AGAIN:
             self._cone = self._state.cone_spots()
 
-    def _change(self, event: PivotEvent | CommonEvent) -> None:
+    def _change(self, event: views.PivotEvent | guided.CommonEvent) -> None:
         super()._change(event)
-        if isinstance(event, Entered) and self._watching:
+        if isinstance(event, guided.Entered) and self._watching:
             self._rewatch()
 
-    def _seen(self) -> Live:
-        if self._step == AGAIN:
+    def _seen(self) -> guided.Live:
+        if self._step == views.AGAIN:
             live = self._cone.live()
             if not live.ready or not self._wants():
                 return live
@@ -285,50 +262,52 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             hint = self._state.judge_visit(average.uv, average.sigma_px)
             return replace(live, ready=False, hint=hint) if hint else live
         live = self._watch.live()
-        if live.ready or live.hint or self._step not in SWEEPS:
+        if live.ready or live.hint or self._step not in views.SWEEPS:
             return live
         return replace(live, hint=self._sweep_view(self._step).missing or "The sweep is complete.")
 
     def _wants(self) -> bool:
-        visit = self._step == AGAIN and bool(self._begun.again) and not self._state.visited
-        return self._step in SWEEPS or visit
+        visit = self._step == views.AGAIN and bool(self._begun.again) and not self._state.visited
+        return self._step in views.SWEEPS or visit
 
-    def _observation(self, utc: str) -> PosesTaken | ConeVisited:
-        if self._step == AGAIN:
+    def _observation(self, utc: str) -> views.PosesTaken | views.ConeVisited:
+        if self._step == views.AGAIN:
             average = self._cone.average()
-            return ConeVisited(utc=utc, uv=to_spots(average.uv), sigma_px=average.sigma_px)
-        return PosesTaken(
+            return views.ConeVisited(
+                utc=utc, uv=guided.to_spots(average.uv), sigma_px=average.sigma_px
+            )
+        return views.PosesTaken(
             utc=utc,
             step=self._step,
-            poses=tuple(to_spots(pose) for pose in self._watch.batch),
+            poses=tuple(guided.to_spots(pose) for pose in self._watch.batch),
             sigma_px=self._watch.sigma_px,
         )
 
-    def _observe(self, event: PivotEvent) -> None:
-        if isinstance(event, PivotBegun):
+    def _observe(self, event: views.PivotEvent) -> None:
+        if isinstance(event, views.PivotBegun):
             return
         self._state.add(event)
-        if isinstance(event, PosesTaken) and self._watching:
+        if isinstance(event, views.PosesTaken) and self._watching:
             self._watch.stored(self._state.progress(event.step))
 
     def _has_observation(self, step: str) -> bool:
         # A visit of the first cone is a result and cannot be removed.
-        return step in SWEEPS and self._state.poses[step].count > 0
+        return step in views.SWEEPS and self._state.poses[step].count > 0
 
     def _undo(self, step: str) -> None:
         self._state.remove(step)
         if self._watching:
             self._rewatch()
 
-    def _steps(self) -> tuple[Step, ...]:
+    def _steps(self) -> tuple[guided.Step, ...]:
         return self._state.steps(forced=self._forced)
 
-    def _calculation(self) -> Callable[[], PivotOutcome]:
+    def _calculation(self) -> Callable[[], views.PivotOutcome]:
         running = self._begun.running
         previous = load_named(self._store.folder, running, ProbeRecord) if running else None
         return self._state.calculation(previous, forced=self._forced)
 
-    def _put(self, outcome: PivotOutcome, decided: Decided) -> None:
+    def _put(self, outcome: views.PivotOutcome, decided: guided.Decided) -> None:
         reason = decided.reason if outcome.must_be_confirmed else ""
         record = msgspec.structs.replace(outcome.record, change_reason=reason)
         now = datetime.fromisoformat(decided.utc)

@@ -9,24 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocmm_core.calibration import pivot
 from ocmm_core.calibration.guided import OPEN, Gate, viewer_axes
-from ocmm_core.calibration.pivot import (
-    LEAST_FRAMES,
-    PivotLimits,
-    PivotState,
-    PivotSweep,
-    SweepCoverage,
-    find_jump,
-    free_poses,
-    judge_jump,
-    judge_shape,
-    locate_targets,
-    mean_shape,
-    pivot_of_poses,
-    preview_pivot,
-    shared_part,
-    tips_by_cameras,
-)
 from ocmm_core.calibration.records import Finding
 from ocmm_core.calibration.sweeping._views import MapCell, SweepPhase, SweepView
 from ocmm_core.camera import Rig
@@ -106,7 +90,7 @@ class SweepProgress:
     """Progress of a sweep."""
 
     poses: int
-    coverage: SweepCoverage | None
+    coverage: pivot.SweepCoverage | None
     """None with fewer than ten of them."""
     tip_sigma: float
     """mm, predicted; infinite if unavailable."""
@@ -125,7 +109,7 @@ NO_PROGRESS = SweepProgress(0, None, np.inf, None, np.full(3, np.nan), np.full(3
 
 
 def progress_of(
-    rig: Rig, body: ProbeBody, sweep: PivotSweep, limits: PivotLimits, tip_known: bool
+    rig: Rig, body: ProbeBody, sweep: pivot.PivotSweep, limits: pivot.PivotLimits, tip_known: bool
 ) -> SweepProgress:
     """Return the progress of a sweep; if not ``tip_known``, the tip comes from it alone."""
     if not len(sweep.uv):
@@ -138,7 +122,7 @@ def progress_of(
             len(sweep.uv), None, np.inf, None, np.full(3, np.nan), np.full(3, np.nan), (), ()
         )
     own = body if tip is None else replace(body, tip_probe=tip)
-    preview = preview_pivot(rig, own, sweep, pattern=True)
+    preview = pivot.preview_pivot(rig, own, sweep, pattern=True)
     if preview.coverage is None:
         return SweepProgress(
             len(sweep.uv), None, np.inf, tip, preview.centre_world, np.full(3, np.nan), (), ()
@@ -164,7 +148,7 @@ def view_of(
     progress: SweepProgress,
     phase: SweepPhase,
     gate: Gate,
-    limits: PivotLimits,
+    limits: pivot.PivotLimits,
     poses_wanted: int,
     sigma_wanted: float,
     *,
@@ -188,7 +172,7 @@ def view_of(
 def gate_of(
     rig: Rig,
     progress: SweepProgress,
-    limits: PivotLimits,
+    limits: pivot.PivotLimits,
     poses_wanted: int,
     sigma_wanted: float,
     *,
@@ -203,7 +187,11 @@ def gate_of(
 
 
 def _missing(
-    rig: Rig, progress: SweepProgress, limits: PivotLimits, poses_wanted: int, sigma_wanted: float
+    rig: Rig,
+    progress: SweepProgress,
+    limits: pivot.PivotLimits,
+    poses_wanted: int,
+    sigma_wanted: float,
 ) -> str:
     if progress.coverage is None:
         return "Hardly any sweep yet."
@@ -235,12 +223,12 @@ def _missing(
     return ""
 
 
-def is_forcible(progress: SweepProgress, limits: PivotLimits) -> bool:
+def is_forcible(progress: SweepProgress, limits: pivot.PivotLimits) -> bool:
     """Return whether the user may end an incomplete sweep."""
     coverage = progress.coverage
     return (
         coverage is not None
-        and progress.poses >= LEAST_FRAMES
+        and progress.poses >= pivot.LEAST_FRAMES
         and coverage.attitudes >= limits.least_attitudes
         and bool(np.degrees(coverage.ranges[1]) >= limits.weak_deg)
         and not any(one.refuses and not one.forcible for one in progress.findings)
@@ -252,7 +240,7 @@ def _tip_of(rotations: Float, origins: Float) -> Float | None:
     if len(rotations) < _TIP_POSES or second_range(rotations) < _TIP_RANGE:
         return None
     try:
-        return pivot_of_poses(rotations, origins).tip
+        return pivot.pivot_of_poses(rotations, origins).tip
     except CalibrationError:
         return None
 
@@ -279,12 +267,12 @@ def _judge(
     rig: Rig,
     body: ProbeBody,
     own: ProbeBody,
-    sweep: PivotSweep,
+    sweep: pivot.PivotSweep,
     centre: Float,
-    coverage: SweepCoverage,
-    limits: PivotLimits,
+    coverage: pivot.SweepCoverage,
+    limits: pivot.PivotLimits,
 ) -> tuple[Finding, ...]:
-    targets = locate_targets(rig, sweep.uv)
+    targets = pivot.locate_targets(rig, sweep.uv)
     if not np.isfinite(targets).all(axis=(1, 2)).any():
         led = int(np.isfinite(targets[..., 0]).sum(axis=0).argmin())
         return (
@@ -297,20 +285,22 @@ def _judge(
             ),
         )
     leds = body.leds_probe
-    shape = mean_shape(targets, _SHAPE_POSES)
+    shape = pivot.mean_shape(targets, _SHAPE_POSES)
     rotation, shift = rigid_fit(shape, leds)
-    found = tuple(judge_shape(body, shape @ rotation.T + shift, own.tip_probe, limits))
+    found = tuple(pivot.judge_shape(body, shape @ rotation.T + shift, own.tip_probe, limits))
     if np.degrees(coverage.ranges[1]) < limits.small_deg:
         # A poorly determined tip varies with the attitude.
         return found
     arms = own.leds_probe - own.tip_probe
-    free = free_poses(rig, sweep, arms)
-    common = shared_part(rig, sweep)
-    moved = tuple(judge_jump(find_jump(free, free.solved, centre, common), limits))
+    free = pivot.free_poses(rig, sweep, arms)
+    common = pivot.shared_part(rig, sweep)
+    moved = tuple(pivot.judge_jump(pivot.find_jump(free, free.solved, centre, common), limits))
     if moved:
         # Costs some tenths of a second, so only where it decides.
         turns = free.rotations[free.solved]
-        state = PivotState(centre, arms, turns, np.zeros((len(turns), 3)))
-        by_tips = tips_by_cameras(rig, sweep.only(free.solved), state, 0.0)
-        moved = tuple(judge_jump(find_jump(free, free.solved, centre, common, by_tips), limits))
+        state = pivot.PivotState(centre, arms, turns, np.zeros((len(turns), 3)))
+        by_tips = pivot.tips_by_cameras(rig, sweep.only(free.solved), state, 0.0)
+        moved = tuple(
+            pivot.judge_jump(pivot.find_jump(free, free.solved, centre, common, by_tips), limits)
+        )
     return (*found, *moved)

@@ -11,36 +11,14 @@ import numpy as np
 from ocmm_core.calibration.guided import OPEN, SEAT_MM, STILL_FRAMES, Gate, ProbeSpotAverager, Step
 from ocmm_core.calibration.pivot import OTHER_ATTITUDE, OTHER_PLACE_MM, attitude_between
 from ocmm_core.calibration.records import ProbeRecord
-from ocmm_core.calibration.sweeping._conclusion import (
-    ALIKE,
-    LEAST_ALIKE,
-    ConeVisits,
-    PivotMaterial,
-    conclude_pivot,
-    turns_from,
-)
+from ocmm_core.calibration.sweeping import _conclusion as conclusion
+from ocmm_core.calibration.sweeping import _views as views
 from ocmm_core.calibration.sweeping._progress import (
     SweepProgress,
     gate_of,
     is_forcible,
     progress_of,
     view_of,
-)
-from ocmm_core.calibration.sweeping._views import (
-    AGAIN,
-    FIRST,
-    PREPARE,
-    RESULT,
-    SECOND,
-    SWEEPS,
-    ConeVisited,
-    PivotBegun,
-    PivotOutcome,
-    PosesTaken,
-    SweepDiscarded,
-    SweepPhase,
-    SweepPoses,
-    SweepView,
 )
 from ocmm_core.calibration.sweeping._watch import SweepWatch
 from ocmm_core.camera import Rig
@@ -50,7 +28,7 @@ from ocmm_core.tracking import ProbeBody, solve
 
 
 def steps_of(
-    begun: PivotBegun,
+    begun: views.PivotBegun,
     poses: tuple[int, int],
     gates: tuple[Gate, Gate],
     again: Gate,
@@ -61,14 +39,14 @@ def steps_of(
     cone = "the cone" if begun.cone is None else f"cone '{begun.cone.name}'"
     return (
         Step(
-            PREPARE,
+            views.PREPARE,
             "Prepare",
             f"Clamp {cone} where all cameras see it well, and clean it. Tighten tip "
             f"'{begun.tip}' on probe '{begun.probe}' and clean its ball.",
             OPEN,
         ),
         Step(
-            FIRST,
+            views.FIRST,
             "First sweep",
             "Put the ball into the cone and sweep the probe to all sides, 20 degrees or more, "
             "along different paths; turn it about its handle too.",
@@ -77,7 +55,7 @@ def steps_of(
             begun.poses_wanted,
         ),
         Step(
-            SECOND,
+            views.SECOND,
             "Second sweep",
             "Leave the first cone in place. Sweep again in another one, 30 mm or more away, or "
             "in the same one with the probe leaning another way: the tip must be the same.",
@@ -86,7 +64,7 @@ def steps_of(
             begun.poses_wanted,
         ),
         Step(
-            AGAIN,
+            views.AGAIN,
             "First cone again",
             "Put the ball back into the first cone and hold the probe still, as at the start."
             if begun.again
@@ -96,7 +74,7 @@ def steps_of(
             int(begun.again or False),
         ),
         Step(
-            RESULT,
+            views.RESULT,
             "Result",
             "Review the tip, the changes and the second sweep, then accept the new calibration "
             "or keep the old one.",
@@ -139,29 +117,29 @@ class SweepingState:
 
     rig: Rig
     body: ProbeBody
-    begun: PivotBegun
-    poses: dict[str, SweepPoses] = field(
-        default_factory=lambda: {name: SweepPoses() for name in SWEEPS}
+    begun: views.PivotBegun
+    poses: dict[str, views.SweepPoses] = field(
+        default_factory=lambda: {name: views.SweepPoses() for name in views.SWEEPS}
     )
     first_utc: str = ""
     last_utc: str = ""
     """`first_utc`, `last_utc`: First poses of the first sweep, last ones of all."""
-    visits: list[ConeVisited] = field(default_factory=list)
+    visits: list[views.ConeVisited] = field(default_factory=list)
     """Final visits of the first cone; all count as long as its sweep is unchanged."""
     visited: bool = False
     _progress: dict[str, SweepProgress] = field(default_factory=dict)
     _turned: Float | None = None
 
-    def add(self, event: PosesTaken | SweepDiscarded | ConeVisited) -> None:
-        if isinstance(event, ConeVisited):
+    def add(self, event: views.PosesTaken | views.SweepDiscarded | views.ConeVisited) -> None:
+        if isinstance(event, views.ConeVisited):
             self.visits.append(event)
             self.visited = True
             self.last_utc = max(self.last_utc, event.utc)
             return
         self._forget(event.step)
-        if event.step == FIRST and not self.poses[FIRST].count:
+        if event.step == views.FIRST and not self.poses[views.FIRST].count:
             self.first_utc = event.utc
-        if isinstance(event, SweepDiscarded):
+        if isinstance(event, views.SweepDiscarded):
             self.poses[event.step].batches.clear()
         else:
             self.poses[event.step].add(event)
@@ -174,7 +152,7 @@ class SweepingState:
     def _forget(self, step: str) -> None:
         self._progress.pop(step, None)
         self.visited = False
-        if step == FIRST:
+        if step == views.FIRST:
             self._turned = None
             self.visits.clear()
 
@@ -184,7 +162,7 @@ class SweepingState:
 
     def judge_visit(self, uv: Float, sigma_px: float) -> str:
         """Return why a resting ball is not in the first cone, or empty text."""
-        first = self.progress(FIRST)
+        first = self.progress(views.FIRST)
         body = self.begun.expected(self.body)
         if first.tip_probe is not None:
             body = replace(body, tip_probe=first.tip_probe)
@@ -193,11 +171,11 @@ class SweepingState:
         if away > SEAT_MM:
             return f"The ball is {away:.0f} mm from the first cone: put it back there."
         if self._turned is None:
-            sweep = self.poses[FIRST].sweep(self.rig, self.body)
+            sweep = self.poses[views.FIRST].sweep(self.rig, self.body)
             shots = solve(sweep.uv, self.rig, body, float(sweep.sigma_px[0]))
             self._turned = shots.rotation_world_from_probe
-        turns = turns_from(self._turned, pose.rotation_world_from_probe[0])
-        if np.count_nonzero(turns < ALIKE) < LEAST_ALIKE:
+        turns = conclusion.turns_from(self._turned, pose.rotation_world_from_probe[0])
+        if np.count_nonzero(turns < conclusion.ALIKE) < conclusion.LEAST_ALIKE:
             return "This attitude was not in the first sweep: hold the probe as at its start."
         return ""
 
@@ -228,7 +206,7 @@ class SweepingState:
             self.rig,
             self.begun.expected(self.body),
             tip_known=self.begun.expected_tip is not None,
-            first=self.progress(FIRST) if step == SECOND else None,
+            first=self.progress(views.FIRST) if step == views.SECOND else None,
         )
         if self.poses[step].count:
             watch.stored(self.progress(step))
@@ -241,11 +219,11 @@ class SweepingState:
             self.rig, progress, begun.limits(), begun.poses_wanted, begun.tip_sigma_mm,
             forced=forced,
         )  # fmt: skip
-        if step == FIRST or forced:
+        if step == views.FIRST or forced:
             return gate
-        return second_gate(gate, self.progress(FIRST), progress)
+        return second_gate(gate, self.progress(views.FIRST), progress)
 
-    def view(self, step: str, phase: SweepPhase, *, forced: bool) -> SweepView:
+    def view(self, step: str, phase: views.SweepPhase, *, forced: bool) -> views.SweepView:
         begun, progress = self.begun, self.progress(step)
         return view_of(
             progress, phase, self.gate(step, forced=forced), begun.limits(), begun.poses_wanted,
@@ -253,33 +231,33 @@ class SweepingState:
         )  # fmt: skip
 
     def steps(self, *, forced: bool) -> tuple[Step, ...]:
-        first, second = (self.poses[name].count for name in SWEEPS)
-        gates = self.gate(FIRST, forced=forced), self.gate(SECOND, forced=forced)
+        first, second = (self.poses[name].count for name in views.SWEEPS)
+        gates = self.gate(views.FIRST, forced=forced), self.gate(views.SECOND, forced=forced)
         return steps_of(self.begun, (first, second), gates, self.again_gate(), visited=self.visited)
 
     def apart(self) -> tuple[float, float]:
         """Return the distance of the sweeps: ball positions, mm, and attitudes, rad."""
-        return apart(self.progress(FIRST), self.progress(SECOND))
+        return apart(self.progress(views.FIRST), self.progress(views.SECOND))
 
     def calculation(
         self, previous: ProbeRecord | None, *, forced: bool
-    ) -> Callable[[], PivotOutcome]:
+    ) -> Callable[[], views.PivotOutcome]:
         """Return the calculation; CalibrationError for an incomplete sweep.
 
         ``previous`` is the record in force at the start.
         """
-        for step in SWEEPS:
+        for step in views.SWEEPS:
             gate = self.gate(step, forced=forced)
-            if not self.view(step, SweepPhase.IDLE, forced=forced).may_end:
+            if not self.view(step, views.SweepPhase.IDLE, forced=forced).may_end:
                 raise CalibrationError("pivot.incomplete", gate.reason, gate.remedy)
         gate = self.again_gate()
         if not gate.open:
             raise CalibrationError("pivot.incomplete", gate.reason, gate.remedy)
-        given = PivotMaterial(
+        given = conclusion.PivotMaterial(
             rig=self.rig, body=self.body, begun=self.begun,
-            first=self.poses[FIRST].sweep(self.rig, self.body),
-            second=self.poses[SECOND].sweep(self.rig, self.body),
-            visits=ConeVisits(self.first_utc, tuple(self.visits), self.begun.slack_mm),
+            first=self.poses[views.FIRST].sweep(self.rig, self.body),
+            second=self.poses[views.SECOND].sweep(self.rig, self.body),
+            visits=conclusion.ConeVisits(self.first_utc, tuple(self.visits), self.begun.slack_mm),
             previous=previous, made=datetime.fromisoformat(self.last_utc), force=forced,
         )  # fmt: skip
-        return lambda: conclude_pivot(given)
+        return lambda: conclusion.conclude_pivot(given)

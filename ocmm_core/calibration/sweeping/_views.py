@@ -8,20 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ocmm_core.calibration.guided import (
-    ProcedureView,
-    SessionEvent,
-    SessionHeader,
-    Spots,
-    from_spots,
-)
-from ocmm_core.calibration.pivot import (
-    PivotCalibration,
-    PivotLimits,
-    PivotOptions,
-    PivotSweep,
-    PivotValidation,
-)
+from ocmm_core.calibration import guided, pivot
 from ocmm_core.calibration.records import ArtefactUse, Finding, ProbeRecord
 from ocmm_core.camera import Rig, Vector3
 from ocmm_core.geometry import Float, Points3
@@ -125,10 +112,10 @@ class PivotOutcome:
     """To be stored; its ``change_reason`` is set on acceptance."""
     body: ProbeBody
     """The probe with this geometry; its ball is that of the document."""
-    first: PivotCalibration
-    second: PivotCalibration
+    first: pivot.PivotCalibration
+    second: pivot.PivotCalibration
     """`first`, `second`: One for each sweep; the first is the calibration."""
-    validation: PivotValidation
+    validation: pivot.PivotValidation
     """Agreement with the second."""
     change: PivotChange | None
     """From the calibration in force; None for the first one of this tip."""
@@ -141,7 +128,7 @@ class PivotOutcome:
         return self.change is not None and self.change.must_be_confirmed
 
 
-def led_paths(found: PivotCalibration) -> Float:
+def led_paths(found: pivot.PivotCalibration) -> Float:
     """Return the LED paths, (n, L, 3), mm, world; NaN if excluded. On spheres about the centre."""
     arms = found.leds_probe - found.tip_probe
     paths: Float = np.einsum("nij,lj->nli", found.rotations, arms) + found.centre_world
@@ -152,7 +139,7 @@ def led_paths(found: PivotCalibration) -> Float:
 class PivotView:
     """Snapshot of the pivot calibration."""
 
-    base: ProcedureView
+    base: guided.ProcedureView
     """Its hint gives the present task, or what a guard would refuse."""
     probe: str
     tip: str
@@ -186,7 +173,7 @@ AGAIN, RESULT = "again", "result"
 SWEEPS = (FIRST, SECOND)
 
 
-class PivotBegun(SessionHeader, frozen=True, kw_only=True):
+class PivotBegun(guided.SessionHeader, frozen=True, kw_only=True):
     """First line."""
 
     probe: str
@@ -212,34 +199,34 @@ class PivotBegun(SessionHeader, frozen=True, kw_only=True):
             return body
         return replace(body, tip_probe=np.array(self.expected_tip))
 
-    def limits(self) -> PivotLimits:
+    def limits(self) -> pivot.PivotLimits:
         known = self.expected_tip is not None
-        return PivotLimits() if known else PivotLimits(tip_change_mm=np.inf)
+        return pivot.PivotLimits() if known else pivot.PivotLimits(tip_change_mm=np.inf)
 
-    def options(self) -> PivotOptions:
-        return PivotOptions(slack_mm=self.slack_mm, pattern=True, limits=self.limits())
+    def options(self) -> pivot.PivotOptions:
+        return pivot.PivotOptions(slack_mm=self.slack_mm, pattern=True, limits=self.limits())
 
 
-class PosesTaken(SessionEvent, frozen=True, kw_only=True):
+class PosesTaken(guided.SessionEvent, frozen=True, kw_only=True):
     """Poses of a sweep in time order."""
 
     step: str
-    poses: tuple[Spots, ...]
+    poses: tuple[guided.Spots, ...]
     """Spots (C, L) of each pose, px, by LED."""
     sigma_px: float
     """Standard deviation of a spot, per axis."""
 
 
-class SweepDiscarded(SessionEvent, frozen=True, kw_only=True):
+class SweepDiscarded(guided.SessionEvent, frozen=True, kw_only=True):
     """All poses of a sweep were discarded."""
 
     step: str
 
 
-class ConeVisited(SessionEvent, frozen=True, kw_only=True):
+class ConeVisited(guided.SessionEvent, frozen=True, kw_only=True):
     """The ball rests in the first cone at the end."""
 
-    uv: Spots
+    uv: guided.Spots
     """Spots (C, L), px, by LED."""
     sigma_px: float
     """Standard deviation of a spot, per axis."""
@@ -252,20 +239,20 @@ PivotEvent: TypeAlias = PivotBegun | PosesTaken | SweepDiscarded | ConeVisited
 class SweepPoses:
     """The poses of one sweep, batch by batch."""
 
-    batches: list[PivotSweep] = field(default_factory=list)
+    batches: list[pivot.PivotSweep] = field(default_factory=list)
 
     @property
     def count(self) -> int:
         return sum(len(batch.uv) for batch in self.batches)
 
     def add(self, event: PosesTaken) -> None:
-        uv: Float = np.array([from_spots(pose) for pose in event.poses])
-        self.batches.append(PivotSweep.even(uv, event.sigma_px))
+        uv: Float = np.array([guided.from_spots(pose) for pose in event.poses])
+        self.batches.append(pivot.PivotSweep.even(uv, event.sigma_px))
 
-    def sweep(self, rig: Rig, body: ProbeBody) -> PivotSweep:
-        nothing = PivotSweep(np.empty((0, len(rig.cameras), body.n_leds, 2)), np.empty(0))
+    def sweep(self, rig: Rig, body: ProbeBody) -> pivot.PivotSweep:
+        nothing = pivot.PivotSweep(np.empty((0, len(rig.cameras), body.n_leds, 2)), np.empty(0))
         parts = [nothing, *self.batches]
-        return PivotSweep(
+        return pivot.PivotSweep(
             np.concatenate([one.uv for one in parts]),
             np.concatenate([one.sigma_px for one in parts]),
         )

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
         CHECK_RINGS, QUALIFICATION_RINGS, frame_about, sphere_layout,
     )  # fmt: skip
     from ocmm_core.calibration.tip._steps import CONE, SPHERE
-    from ocmm_core.calibration.tip._touch_session import POLE
+    from ocmm_core.calibration.tip._touch_session import POLE, TipSite
     from ocmm_core.calibration.tip._views import (
         CheckVerdict, ConeProgress, Countdown, Phase, SphereProgress, TipCheckOutcome, TipCheckView,
         TipOutcome, TipView, TouchView,
@@ -31,6 +31,6 @@ else:
 __all__ = [
     "CHECK_RINGS", "CONE", "POLE", "QUALIFICATION_RINGS", "SPHERE", "VALID_DAYS", "CheckVerdict",
     "ConeProgress", "Countdown", "Phase", "SphereProgress", "TipCheckOutcome", "TipCheckProcedure",
-    "TipCheckView", "TipLimits", "TipOutcome", "TipQualificationProcedure", "TipView", "TouchView",
-    "conforms", "frame_about", "qualification_checks", "sphere_layout",
+    "TipCheckView", "TipLimits", "TipOutcome", "TipQualificationProcedure", "TipSite", "TipView",
+    "TouchView", "conforms", "frame_about", "qualification_checks", "sphere_layout",
 ]  # fmt: skip

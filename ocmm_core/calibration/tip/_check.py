@@ -12,14 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.calibration.guided import (
-    Articulation,
-    BallPlace,
-    RestingTouch,
-    articulate,
-    handle_axis,
-    place_of_ball,
-)
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Check, Finding, Sphere, TipRecord
 from ocmm_core.calibration.tip._fit import BallFit, fit_ball_on, sigma_of_difference
@@ -80,8 +73,8 @@ class TipCheckDecision:
     """Why it is not PASSED and what to do, or empty."""
     ball: BallFit | None
     """None with too few points."""
-    articulation: Articulation | None
-    place: BallPlace | None
+    articulation: guided.Articulation | None
+    place: guided.BallPlace | None
     """`articulation`, `place`: None with too few attitudes."""
 
     @property
@@ -95,8 +88,8 @@ class TipCheckDecision:
 
 
 def decide_check(
-    on_sphere: Sequence[RestingTouch],
-    in_cone: Sequence[RestingTouch],
+    on_sphere: Sequence[guided.RestingTouch],
+    in_cone: Sequence[guided.RestingTouch],
     sphere: Sphere,
     qualification: TipRecord,
     rig: Rig,
@@ -112,8 +105,8 @@ def decide_check(
     else:
         sigma = sigma_of_difference(ball.errors, sphere, temperature, qualification, rig, body)
         judged += [_diameter(ball, sigma, qualification), *_form(ball)]
-    place = place_of_ball(in_cone, rig, body)
-    articulation = articulate(in_cone, rig, body, CHANCE) if len(in_cone) > 1 else None
+    place = guided.place_of_ball(in_cone, rig, body)
+    articulation = guided.articulate(in_cone, rig, body, CHANCE) if len(in_cone) > 1 else None
     if place is None or articulation is None:
         lacking = lacking or "The attitudes in the cone do not determine the tip yet: add more."
     else:
@@ -141,7 +134,7 @@ def _causes(judged: Sequence[Judged]) -> tuple[Finding, ...]:
 
 
 def _ball(
-    touches: Sequence[RestingTouch],
+    touches: Sequence[guided.RestingTouch],
     sphere: Sphere,
     rig: Rig,
     body: ProbeBody,
@@ -197,8 +190,8 @@ def _form(ball: BallFit) -> list[Judged]:
     ]
 
 
-def _place(place: BallPlace, body: ProbeBody) -> list[Judged]:
-    nominal = float((body.leds_probe.mean(axis=0) - body.tip_probe) @ handle_axis(body))
+def _place(place: guided.BallPlace, body: ProbeBody) -> list[Judged]:
+    nominal = float((body.leds_probe.mean(axis=0) - body.tip_probe) @ guided.handle_axis(body))
     limit = 0.5 * LENGTH_DEFECT_MM
     remedy = (
         "Confirm which tip is mounted and tighten it; if it is the right one, calibrate the "
@@ -241,7 +234,7 @@ def _place(place: BallPlace, body: ProbeBody) -> list[Judged]:
     ]
 
 
-def _articulation(found: Articulation) -> Judged:
+def _articulation(found: guided.Articulation) -> Judged:
     return Judged(
         articulation_check(found),
         np.inf,

@@ -11,35 +11,10 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.calibration.guided import (
-    Decided,
-    Gate,
-    ProcedureKind,
-    SessionFormat,
-    SessionLine,
-    articulate,
-    utc_text,
-)
+from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import (
-    TIP_SCHEMA,
-    ArtefactUse,
-    CalibrationStore,
-    ProbeStore,
-    Sphere,
-    TipRecord,
-)
+from ocmm_core.calibration.tip import _qualification as qualification
 from ocmm_core.calibration.tip._fit import fit_ball_on, sigma_with_sphere
-from ocmm_core.calibration.tip._qualification import (
-    TipBegun,
-    TipLimits,
-    TouchEvent,
-    conforms,
-    doubtful_warning,
-    mounted_records,
-    nearest_to_limit,
-    qualification_checks,
-)
 from ocmm_core.calibration.tip._sphere_layout import (
     QUALIFICATION_RINGS,
     cone_layout,
@@ -48,7 +23,7 @@ from ocmm_core.calibration.tip._sphere_layout import (
 )
 from ocmm_core.calibration.tip._state import TouchPlan
 from ocmm_core.calibration.tip._steps import attitudes_gate
-from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure
+from ocmm_core.calibration.tip._touch_session import POLE, TipSite, TouchProcedure
 from ocmm_core.calibration.tip._views import TipOutcome, TipView
 from ocmm_core.calibration.tip._wanted import VALID_DAYS
 from ocmm_core.camera import Rig
@@ -58,46 +33,43 @@ from ocmm_core.tracking import ProbeBody
 from ocmm_core.typed_numbers import BALL
 
 
-class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
+class TipQualificationProcedure(TouchProcedure[TipOutcome, qualification.TipBegun]):
     """See `TouchProcedure`; made by `begin` and `resume`."""
 
-    kind = ProcedureKind.QUALIFICATION
+    kind = guided.ProcedureKind.QUALIFICATION
 
-    sessions = SessionFormat(kind, SessionLine[TouchEvent], TipBegun)
+    sessions = guided.SessionFormat(
+        kind, guided.SessionLine[qualification.TouchEvent], qualification.TipBegun
+    )
 
     @classmethod
     def begin(
         cls,
         folder: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
+        site: TipSite,
         tip: str,
-        sphere: Sphere,
+        sphere: records.Sphere,
         now: datetime,
         *,
         who: str,
         temperature: Temperature | None = None,
-        cone: ArtefactUse | None = None,
+        cone: records.ArtefactUse | None = None,
         nominal_mm: float | None = None,
-        limits: TipLimits | None = None,
+        limits: qualification.TipLimits | None = None,
         valid_days: int = VALID_DAYS,
-        cameras: CalibrationStore | None = None,
-        hold_s: float = 0.0,
     ) -> TipQualificationProcedure:
         """Start a session.
 
-        ``nominal_mm``: ball diameter, default that of the document; ``cameras``: to warn if the
-        same sphere was used there; ``hold_s``: additional rest of the ball. CalibrationError if the
-        tip is not mounted or was never calibrated, or the sphere may not be used; StorageError if
-        the session file cannot be written.
+        ``nominal_mm``: ball diameter, default that of the document. CalibrationError if the tip is
+        not mounted or was never calibrated, or the sphere may not be used; StorageError if the
+        session file cannot be written.
         """
-        chosen = limits or TipLimits()
+        chosen = limits or qualification.TipLimits()
         return cls._begin(
-            folder, rig, body, store, mounted_records(store, tip), sphere, now,
+            folder, site, qualification.mounted_records(site.store, tip), sphere, now,
             limit_mm=chosen.nominal, who=who, temperature=temperature, cone=cone,
-            nominal_mm=2.0 * body.tip_radius if nominal_mm is None else BALL.check(nominal_mm),
-            cameras=cameras, hold_s=hold_s, limits=chosen, valid_days=valid_days,
+            nominal_mm=2.0 * site.body.tip_radius if nominal_mm is None else BALL.check(nominal_mm),
+            limits=chosen, valid_days=valid_days,
         )  # fmt: skip
 
     @property
@@ -120,16 +92,16 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
             artefact_limit=begun.limits.nominal,
         )
 
-    def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:
+    def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> guided.Gate:
         next_words = self._state.next_words()
-        return Gate(
+        return guided.Gate(
             False,
             f"U of the diameter (k = 2) is {2e3 * sigma_mm:.1f} um; {2e3 * limit_mm:.1f} um are "
             "required.",
             f"Go closer to the equator: touch the sphere {next_words}.",
         )
 
-    def _cone_said(self) -> Gate:
+    def _cone_said(self) -> guided.Gate:
         return attitudes_gate(self._state)
 
     def _concluded(self) -> TipOutcome:
@@ -140,31 +112,31 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         ball = fit_ball_on(
             state.sphere_touches, begun.sphere, state.rig, state.body, begun.temperature
         )
-        found = articulate(state.cone_touches, state.rig, state.body)
-        checks = qualification_checks(ball, found, begun.nominal_mm, begun.limits)
+        found = guided.articulate(state.cone_touches, state.rig, state.body)
+        checks = qualification.qualification_checks(ball, found, begun.nominal_mm, begun.limits)
         made = datetime.fromisoformat(self._made_utc)
         record = self._record(
-            TipRecord, schema=TIP_SCHEMA,
-            valid_until_utc=utc_text(made + timedelta(days=begun.valid_days)),
+            records.TipRecord, schema=records.TIP_SCHEMA,
+            valid_until_utc=guided.utc_text(made + timedelta(days=begun.valid_days)),
             diameter_mm=ball.diameter, diameter_sigma_mm=ball.diameter_sigma,
             noise_sigma_mm=ball.errors.noise, by_cameras=tuple(ball.errors.by_cameras.tolist()),
             by_geometry=tuple(ball.errors.by_geometry.tolist()), form_mm=ball.form,
             points=len(state.on_sphere), point_sigma_mm=ball.point_sigma,
             articulation_2s_mm=found.spread_2s, articulation_max_mm=found.largest,
             attitudes=len(state.in_cone), checks=checks,
-            passed=all(conforms(check) for check in checks),
+            passed=all(qualification.conforms(check) for check in checks),
             camera_doubts=doubts_by_name(state.rig.device) or msgspec.UNSET,
         )  # fmt: skip
         return TipOutcome(
             record=record,
-            largest=nearest_to_limit(checks),
-            warnings=(*doubtful_warning(ball), *self._warned()),
+            largest=qualification.nearest_to_limit(checks),
+            warnings=(*qualification.doubtful_warning(ball), *self._warned()),
             previous=self._records.qualification,
             residuals_mm=ball.residuals,
             directions_world=ball.directions_world,
             cone_off_world=found.off_world,
         )
 
-    def _put(self, outcome: TipOutcome, decided: Decided) -> None:
+    def _put(self, outcome: TipOutcome, decided: guided.Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
         self._store.qualify(outcome.record, now, self._log.path)

@@ -5,34 +5,18 @@ from __future__ import annotations
 from datetime import datetime
 from pathlib import Path
 
-from ocmm_core.calibration.guided import (
-    OPEN,
-    Decided,
-    Gate,
-    ProcedureKind,
-    SessionFormat,
-    SessionLine,
-)
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     CHECK_SCHEMA,
     ArtefactUse,
-    CalibrationStore,
-    ProbeStore,
     Sphere,
     TipCheckRecord,
     TipRecord,
     TipRecords,
     record_hash,
 )
-from ocmm_core.calibration.tip._check import (
-    CHANCE,
-    DIAMETER_DEFECT_MM,
-    DIAMETER_SIGMA_MM,
-    TipCheckDecision,
-    decide_check,
-    never_conclusive,
-)
+from ocmm_core.calibration.tip import _check as check
 from ocmm_core.calibration.tip._fit import sigma_of_difference
 from ocmm_core.calibration.tip._qualification import (
     TipCheckBegun,
@@ -49,30 +33,28 @@ from ocmm_core.calibration.tip._sphere_layout import (
 )
 from ocmm_core.calibration.tip._state import TouchPlan
 from ocmm_core.calibration.tip._steps import attitudes_gate, places_gate
-from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure
+from ocmm_core.calibration.tip._touch_session import POLE, TipSite, TouchProcedure
 from ocmm_core.calibration.tip._views import CheckVerdict, TipCheckOutcome, TipCheckView
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody
 
-_ARTEFACT_LIMIT_MM = 0.5 * DIAMETER_DEFECT_MM
+_ARTEFACT_LIMIT_MM = 0.5 * check.DIAMETER_DEFECT_MM
 
 
 class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
     """See `TouchProcedure`; made by `begin` and `resume`."""
 
-    kind = ProcedureKind.TIP_CHECK
+    kind = guided.ProcedureKind.TIP_CHECK
 
-    sessions = SessionFormat(kind, SessionLine[TouchEvent], TipCheckBegun)
-    _decision: tuple[int, TipCheckDecision] | None = None
+    sessions = guided.SessionFormat(kind, guided.SessionLine[TouchEvent], TipCheckBegun)
+    _decision: tuple[int, check.TipCheckDecision] | None = None
 
     @classmethod
     def begin(
         cls,
         folder: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
+        site: TipSite,
         tip: str,
         sphere: Sphere,
         now: datetime,
@@ -80,20 +62,18 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         who: str,
         temperature: Temperature | None = None,
         cone: ArtefactUse | None = None,
-        cameras: CalibrationStore | None = None,
-        hold_s: float = 0.0,
     ) -> TipCheckProcedure:
         """Start a session as `TipQualificationProcedure.begin`, with the qualified limits.
 
         CalibrationError if the tip is not mounted or was never qualified, or the sphere may not be
         used; StorageError if the session file cannot be written.
         """
-        records = mounted_records(store, tip)
+        records = mounted_records(site.store, tip)
         qualification = _qualified(records, None)
         return cls._begin(
-            folder, rig, body, store, records, sphere, now, limit_mm=_ARTEFACT_LIMIT_MM, who=who,
+            folder, site, records, sphere, now, limit_mm=_ARTEFACT_LIMIT_MM, who=who,
             temperature=temperature, cone=cone, nominal_mm=qualification.diameter_mm,
-            cameras=cameras, hold_s=hold_s, qualification=record_hash(qualification),
+            qualification=record_hash(qualification),
         )  # fmt: skip
 
     @property
@@ -104,10 +84,10 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
                 TipCheckView, so_far=decision.verdict, advice=decision.advice, outcome=self._outcome
             )
 
-    def _decide_now(self) -> TipCheckDecision:
+    def _decide_now(self) -> check.TipCheckDecision:
         if self._decision is None or self._decision[0] != self._version:
             state, begun = self._state, self._begun
-            decision = decide_check(
+            decision = check.decide_check(
                 state.sphere_touches, state.cone_touches, begun.sphere, self._qualification,
                 state.rig, state.body, begun.temperature,
             )  # fmt: skip
@@ -127,32 +107,32 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
             sigma_of=lambda errors: sigma_of_difference(
                 errors, begun.sphere, begun.temperature, qualified, rig, calibrated
             ),
-            diameter_sigma=DIAMETER_SIGMA_MM,
+            diameter_sigma=check.DIAMETER_SIGMA_MM,
             artefact_limit=_ARTEFACT_LIMIT_MM,
-            chance=CHANCE,
+            chance=check.CHANCE,
         )
 
-    def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:
-        if never_conclusive(self._qualification):
-            return Gate(
+    def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> guided.Gate:
+        if check.never_conclusive(self._qualification):
+            return guided.Gate(
                 False,
                 "The qualified diameter is too uncertain for any check.",
                 "Qualify the tip again.",
             )
         next_words = self._state.next_words()
-        return Gate(
+        return guided.Gate(
             False,
             f"Inconclusive: U of the compared diameter (k = 2) is {2e3 * sigma_mm:.1f} um; "
             f"{2e3 * limit_mm:.1f} um are needed.",
             f"More points: touch the sphere {next_words}.",
         )
 
-    def _cone_said(self) -> Gate:
+    def _cone_said(self) -> guided.Gate:
         gate = attitudes_gate(self._state)
         decision = self._decide_now()
         if gate.open and decision.verdict is CheckVerdict.INCONCLUSIVE:
-            return Gate(False, "The check is inconclusive.", decision.advice)
-        return OPEN if gate.open else gate
+            return guided.Gate(False, "The check is inconclusive.", decision.advice)
+        return guided.OPEN if gate.open else gate
 
     def _concluded(self) -> TipCheckOutcome:
         gate = attitudes_gate(self._state)
@@ -190,7 +170,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         ):
             raise _requalified()
 
-    def _put(self, outcome: TipCheckOutcome, decided: Decided) -> None:
+    def _put(self, outcome: TipCheckOutcome, decided: guided.Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
         self._store.check(outcome.record, now, self._log.path)
 

@@ -11,19 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import (
-    AVERAGING,
-    OPEN,
-    PLACE_DONE,
-    STILL_FRAMES,
-    Average,
-    Gate,
-    Live,
-    ProbeSpotAverager,
-    RestingTouch,
-    Step,
-    touch_of,
-)
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.tip._sphere_layout import CONE_TOLERANCE, TOLERANCE
 from ocmm_core.calibration.tip._state import TouchState
 from ocmm_core.calibration.tip._views import Countdown, Phase
@@ -34,20 +22,22 @@ TAKING = (SPHERE, CONE)
 """Steps in which observations are taken."""
 
 
-def steps_of(state: TouchState, on_sphere: Gate, in_cone: Gate) -> tuple[Step, ...]:
+def steps_of(
+    state: TouchState, on_sphere: guided.Gate, in_cone: guided.Gate
+) -> tuple[guided.Step, ...]:
     """Return the steps; the gates out of those in which observations are taken are given."""
     use, next_words = state.begun.sphere.artefact.use, state.next_words()
     attitude = state.cone.next_attitude
     hold = "more" if attitude is None else state.cone.attitudes[attitude].name
     return (
-        Step(
+        guided.Step(
             PREPARE,
             "Prepare",
             f"Clamp sphere '{use.name}' (serial {use.serial}) and a cone where the cameras see "
             f"them well; clean sphere, cone and ball. Tip '{state.begun.tip}' must be mounted.",
-            OPEN,
+            guided.OPEN,
         ),
-        Step(
+        guided.Step(
             SPHERE,
             "Sphere",
             f"Touch the sphere {next_words}." if next_words else "Enough points on the sphere.",
@@ -55,7 +45,7 @@ def steps_of(state: TouchState, on_sphere: Gate, in_cone: Gate) -> tuple[Step, .
             len(state.on_sphere),
             state.wanted.points,
         ),
-        Step(
+        guided.Step(
             CONE,
             "Cone",
             f"Put the ball into the cone and hold the probe {hold}."
@@ -65,11 +55,11 @@ def steps_of(state: TouchState, on_sphere: Gate, in_cone: Gate) -> tuple[Step, .
             len(state.in_cone),
             len(state.wanted.attitudes.names),
         ),
-        Step(
+        guided.Step(
             RESULT,
             "Result",
             "Review the result and store it.",
-            Gate(False, "This is the last step.", "Store the result."),
+            guided.Gate(False, "This is the last step.", "Store the result."),
         ),
     )
 
@@ -84,7 +74,7 @@ _CLEAR_MM = 5.0
 _NEW_ATTITUDE = np.radians(10.0)
 
 
-def judge_on_sphere(state: TouchState, touch: RestingTouch) -> str:
+def judge_on_sphere(state: TouchState, touch: guided.RestingTouch) -> str:
     """Return why a resting ball is not a wanted point of the sphere, or empty text."""
     progress, centre = state.sphere, state.centre()
     if centre is None:
@@ -102,7 +92,7 @@ def judge_on_sphere(state: TouchState, touch: RestingTouch) -> str:
         return ""
     direction = away / distance
     if float((progress.directions_world @ direction).max()) > np.cos(_SAME_PLACE):
-        return PLACE_DONE
+        return guided.PLACE_DONE
     free = state.wanted.places.directions[list(progress.missing)]
     if progress.next_place is not None and not (free @ direction > np.cos(TOLERANCE)).any():
         next_words = state.next_words()
@@ -110,7 +100,7 @@ def judge_on_sphere(state: TouchState, touch: RestingTouch) -> str:
     return ""
 
 
-def judge_in_cone(state: TouchState, touch: RestingTouch) -> str:
+def judge_in_cone(state: TouchState, touch: guided.RestingTouch) -> str:
     """Return why a resting ball is not at a wanted attitude in the cone, or empty text."""
     progress, centre = state.cone, state.centre()
     handle = state.handle(touch)
@@ -136,24 +126,24 @@ def judge_in_cone(state: TouchState, touch: RestingTouch) -> str:
     return ""
 
 
-def places_gate(state: TouchState) -> Gate:
+def places_gate(state: TouchState) -> guided.Gate:
     progress, wanted = state.sphere, state.wanted
     touched = len(progress.places) - len(progress.missing)
     left = max(wanted.points - len(progress.tips_world), wanted.places_needed - touched)
     if left <= 0:
-        return OPEN
+        return guided.OPEN
     some = "points on the sphere are" if left != 1 else "point on the sphere is"
     next_words = state.next_words() or "once more"
-    return Gate(False, f"{left} {some} missing.", f"Touch the sphere {next_words}.")
+    return guided.Gate(False, f"{left} {some} missing.", f"Touch the sphere {next_words}.")
 
 
-def attitudes_gate(state: TouchState) -> Gate:
+def attitudes_gate(state: TouchState) -> guided.Gate:
     attitudes, wanted = state.cone.attitudes, state.cone.next_attitude
     missing = sum(one.point is None for one in attitudes)
     if wanted is None:
-        return OPEN
+        return guided.OPEN
     hold = attitudes[wanted].name
-    return Gate(
+    return guided.Gate(
         False,
         f"{missing} of {len(attitudes)} attitudes in the cone to go.",
         f"Keep the ball in the cone and hold the probe {hold}.",
@@ -168,13 +158,13 @@ class RestingBall:
 
     def __init__(self, state: TouchState, hold_s: float) -> None:
         self._state, self._hold_s = state, hold_s
-        self._probe = ProbeSpotAverager(
-            state.rig, state.body, STILL_FRAMES, resting=True, distance_mm=_APART_MM,
+        self._probe = guided.ProbeSpotAverager(
+            state.rig, state.body, guided.STILL_FRAMES, resting=True, distance_mm=_APART_MM,
             turn_rad=_APART_RAD, inside=True,
         )  # fmt: skip
         self._watched, self._now_ns = 0, 0
         self._ready_ns: int | None = None
-        self._judgement: tuple[tuple[int, int, str], Live] | None = None
+        self._judgement: tuple[tuple[int, int, str], guided.Live] | None = None
 
     def feed(self, block: FrameBlock, step: str, version: int) -> None:
         """Process frames; ``version`` changes with the observations."""
@@ -190,15 +180,15 @@ class RestingBall:
         elif self._ready_ns is None:
             self._ready_ns = self._now_ns
 
-    def taken(self, average: Average) -> None:
+    def taken(self, average: guided.Average) -> None:
         """Register a recorded average: the same place is not offered again."""
         self._probe.taken(average)
         self._ready_ns = None
 
-    def average(self) -> Average:
+    def average(self) -> guided.Average:
         return self._probe.average()
 
-    def live(self, step: str, version: int) -> Live:
+    def live(self, step: str, version: int) -> guided.Live:
         """Return the view, and why it cannot be recorded yet; parameters as `feed`."""
         live = self._judged(step, version)
         left = self._left_s(live)
@@ -213,13 +203,13 @@ class RestingBall:
             left = self._left_s(live)
             share = 1.0 - left / self._hold_s if self._hold_s else 1.0
             return Countdown(Phase.RESTING if left else Phase.READY, left, share)
-        if live.hint == AVERAGING and live.wanted:
+        if live.hint == guided.AVERAGING and live.wanted:
             left = (live.wanted - live.frames) / self._state.rig.frame_rate_hz + self._hold_s
             return Countdown(Phase.RESTING, left, live.frames / live.wanted)
-        taken = live.hint == PLACE_DONE
+        taken = live.hint == guided.PLACE_DONE
         return Countdown(Phase.TAKEN if taken else Phase.SEARCHING, 0.0, 0.0)
 
-    def _judged(self, step: str, version: int) -> Live:
+    def _judged(self, step: str, version: int) -> guided.Live:
         """Return the view judged against the wanted place, without the rest time."""
         key = (self._watched, version, step)
         if self._judgement is None or self._judgement[0] != key:
@@ -228,7 +218,7 @@ class RestingBall:
             self._judgement = (key, replace(live, ready=False, hint=hint) if hint else live)
         return self._judgement[1]
 
-    def _left_s(self, live: Live) -> float:
+    def _left_s(self, live: guided.Live) -> float:
         if not live.ready or not self._hold_s:
             return 0.0
         since = self._now_ns if self._ready_ns is None else self._ready_ns
@@ -238,7 +228,7 @@ class RestingBall:
         """Return why the resting ball is not at a wanted place; empty if it is."""
         average = self._probe.average()
         try:
-            touch = touch_of(average.uv, average.sigma_px, self._state.rig, self._state.body)
+            touch = guided.touch_of(average.uv, average.sigma_px, self._state.rig, self._state.body)
         except TrackingError as error:
             return error.remedy
         judge = judge_on_sphere if step == SPHERE else judge_in_cone

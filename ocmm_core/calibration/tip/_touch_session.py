@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Generic, Self, TypeVar
@@ -11,24 +12,7 @@ from typing import Generic, Self, TypeVar
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import (
-    Average,
-    Gate,
-    Live,
-    ProbeProcedure,
-    SessionFormat,
-    SessionLine,
-    ShockDetector,
-    Step,
-    from_spots,
-    hash_of,
-    record_shock,
-    require_no_doubt_since,
-    require_probe,
-    to_spots,
-    touch_of,
-    utc_text,
-)
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     ArtefactUse,
@@ -42,6 +26,7 @@ from ocmm_core.calibration.records import (
     probe_from_records,
     record_hash,
 )
+from ocmm_core.calibration.tip import _steps as steps
 from ocmm_core.calibration.tip._qualification import (
     BallInCone,
     BallOnSphere,
@@ -52,16 +37,6 @@ from ocmm_core.calibration.tip._qualification import (
     sphere_warnings,
 )
 from ocmm_core.calibration.tip._state import TouchPlan, TouchState
-from ocmm_core.calibration.tip._steps import (
-    CONE,
-    PREPARE,
-    RESULT,
-    SPHERE,
-    TAKING,
-    RestingBall,
-    places_gate,
-    steps_of,
-)
 from ocmm_core.calibration.tip._views import TipCheckOutcome, TipOutcome, TouchView
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
@@ -78,7 +53,20 @@ Q = TypeVar("Q", bound=TipOutcome | TipCheckOutcome)
 B = TypeVar("B", bound=TouchBegun)
 
 
-class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
+@dataclass(frozen=True, slots=True)
+class TipSite:
+    """Cameras and probe of a tip, and how long its ball rests."""
+
+    rig: Rig
+    body: ProbeBody
+    store: ProbeStore
+    cameras: CalibrationStore | None = None
+    """To warn if the same sphere was used there."""
+    hold_s: float = 0.0
+    """Additional rest of the ball."""
+
+
+class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
     """Base of both procedures.
 
     `watch` frames; whenever ``view.base.live.ready`` is set, `take`; when the gate of the step is
@@ -86,38 +74,33 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
     `keep`. `drop` removes the last point, `take_back` any.
     """
 
-    sessions: SessionFormat[TouchEvent, B]
-    step_names = (PREPARE, SPHERE, CONE, RESULT)
+    sessions: guided.SessionFormat[TouchEvent, B]
+    step_names = (steps.PREPARE, steps.SPHERE, steps.CONE, steps.RESULT)
 
     def __init__(
         self,
-        chain: ChainFile[SessionLine[TouchEvent]],
+        chain: ChainFile[guided.SessionLine[TouchEvent]],
         begun: B,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
+        site: TipSite,
         records: TipRecords,
-        cameras: CalibrationStore | None,
-        hold_s: float,
     ) -> None:
         # First of all: another qualification in force is the better reason to refuse.
-        self._begun, self._records, self._cameras = begun, records, cameras
+        self._begun, self._records, self._cameras = begun, records, site.cameras
+        rig, body = site.rig, site.body
         calibrated = probe_from_records(body, records.calibration, None)
         self._wanted = self._wanting(rig, calibrated)
-        super().__init__(chain, begun, rig, store, begun.tip)
-        require_probe(chain.path, begun.probe_identity, body)
+        super().__init__(chain, begun, rig, site.store, begun.tip)
+        guided.require_probe(chain.path, begun.probe_identity, body)
         self._state = TouchState(rig, calibrated, begun, self._wanted)
-        self._sight = RestingBall(self._state, hold_s)
-        self._shocks = ShockDetector()
+        self._sight = steps.RestingBall(self._state, site.hold_s)
+        self._shocks = guided.ShockDetector()
         self._fold()
 
     @classmethod
     def _begin(
         cls,
         folder: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
+        site: TipSite,
         records: TipRecords,
         sphere: Sphere,
         now: datetime,
@@ -127,37 +110,26 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         temperature: Temperature | None,
         cone: ArtefactUse | None,
         nominal_mm: float,
-        cameras: CalibrationStore | None,
-        hold_s: float,
         **own: object,
     ) -> Self:
         let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature), force=False)
         chain, begun = cls.sessions.begin(
-            folder, rig, now, running=record_hash(records.calibration), who=who,
-            temperature=temperature, tip=records.calibration.tip, probe_identity=body.identity,
-            sphere=sphere, cone=cone, nominal_mm=nominal_mm, **own,
+            folder, site.rig, now, running=record_hash(records.calibration), who=who,
+            temperature=temperature, tip=records.calibration.tip,
+            probe_identity=site.body.identity, sphere=sphere, cone=cone, nominal_mm=nominal_mm,
+            **own,
         )  # fmt: skip
-        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
+        return cls(chain, begun, site, records)
 
     @classmethod
-    def resume(
-        cls,
-        path: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
-        *,
-        cameras: CalibrationStore | None = None,
-        hold_s: float = 0.0,
-    ) -> Self:
+    def resume(cls, path: Path, site: TipSite) -> Self:
         """Continue the session of a file, which names tip and sphere.
 
         CalibrationError if empty, or of another rig, probe, calibration or qualification;
         StorageError if it was changed.
         """
         chain, begun = cls.sessions.resume(path)
-        records = continued_records(store, begun, path)
-        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
+        return cls(chain, begun, site, continued_records(site.store, begun, path))
 
     @property
     def sphere(self) -> Sphere:
@@ -167,7 +139,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         with self._lock:
             self._sight.feed(block, self._step, self._version)
             if len(block) and len(self._shocks.feed(block)):
-                record_shock(self._store, datetime.now(UTC))
+                guided.record_shock(self._store, datetime.now(UTC))
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Add averaged spots (C, L, 2), px; CalibrationError if not due, TrackingError: no pose."""
@@ -177,8 +149,8 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
                     "tip.nothing_next", "Nothing to take in this step.", "Go to the next step."
                 )
             # Observations that cannot be computed must not enter the file.
-            touch_of(uv, sigma_px, self._state.rig, self._state.body)
-            self._append(self._event(Average(uv, sigma_px), utc_text(now)))
+            guided.touch_of(uv, sigma_px, self._state.rig, self._state.body)
+            self._append(self._event(guided.Average(uv, sigma_px), guided.utc_text(now)))
 
     def take_back(self, point: int, now: datetime) -> None:
         """Remove an observation of this step by its index; CalibrationError if unknown."""
@@ -189,26 +161,26 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
                     f"No point {point + 1} in this step.",
                     "Choose one already taken.",
                 )
-            self._append(TakenBack(utc=utc_text(now), step=self._step, point=point))
+            self._append(TakenBack(utc=guided.utc_text(now), step=self._step, point=point))
 
     @abstractmethod
     def _wanting(self, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
         """Return layouts and limits; called once, before the state exists."""
 
     @abstractmethod
-    def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:
+    def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> guided.Gate:
         """Return the gate for an insufficiently determined diameter."""
 
     @abstractmethod
-    def _cone_said(self) -> Gate:
+    def _cone_said(self) -> guided.Gate:
         """Return whether enough attitudes were recorded."""
 
     @abstractmethod
     def _concluded(self) -> Q:
         """Return the result; raise CalibrationError if data are insufficient."""
 
-    def _sphere_said(self) -> Gate:
-        gate, progress = places_gate(self._state), self._state.sphere
+    def _sphere_said(self) -> guided.Gate:
+        gate, progress = steps.places_gate(self._state), self._state.sphere
         known, limit = progress.diameter_sigma_mm, progress.diameter_sigma_limit_mm
         return gate if not gate.open or known <= limit else self._diameter_unknown(known, limit)
 
@@ -233,7 +205,9 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         self._store.refresh()
         super()._check(outcome)
         if outcome.record.passed and not self._is_stored():
-            require_no_doubt_since(self._store, self.tip, datetime.fromisoformat(self._first.utc))
+            guided.require_no_doubt_since(
+                self._store, self.tip, datetime.fromisoformat(self._first.utc)
+            )
 
     def _warned(self) -> tuple[Finding, ...]:
         """Return findings that weaken the result: the sphere and its uncertainty."""
@@ -262,35 +236,35 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             made_by=self._first.who, software=self._first.software,
             temperature_c=self._first.temperature_c, rig=self.rig.name,
             rig_identity=self.rig.identity,
-            data_sha256=hash_of(np.array([from_spots(event.uv) for event in taken])),
+            data_sha256=guided.hash_of(np.array([guided.from_spots(event.uv) for event in taken])),
             calibration=self._first.running,
             artefacts=(self.sphere.artefact.use, *((cone,) if cone is not None else ())), **own,
         )  # fmt: skip
 
     # Implementation of `GuidedProcedure`.
 
-    def _seen(self) -> Live:
+    def _seen(self) -> guided.Live:
         return self._sight.live(self._step, self._version)
 
     def _wants(self) -> bool:
-        return self._step in TAKING
+        return self._step in steps.TAKING
 
     def _observation(self, utc: str) -> TouchEvent:
         return self._event(self._sight.average(), utc)
 
-    def _event(self, average: Average, utc: str) -> BallOnSphere | BallInCone:
-        kind = BallOnSphere if self._step == SPHERE else BallInCone
-        return kind(utc=utc, uv=to_spots(average.uv), sigma_px=average.sigma_px)
+    def _event(self, average: guided.Average, utc: str) -> BallOnSphere | BallInCone:
+        kind = BallOnSphere if self._step == steps.SPHERE else BallInCone
+        return kind(utc=utc, uv=guided.to_spots(average.uv), sigma_px=average.sigma_px)
 
     def _observe(self, event: TouchEvent) -> None:
         if isinstance(event, TakenBack):
             self._state.remove(event.step, event.point)
         elif isinstance(event, BallOnSphere | BallInCone):
             self._state.add(event)
-            self._sight.taken(Average(from_spots(event.uv), event.sigma_px))
+            self._sight.taken(guided.Average(guided.from_spots(event.uv), event.sigma_px))
 
     def _count(self, step: str) -> int:
-        held = {SPHERE: len(self._state.on_sphere), CONE: len(self._state.in_cone)}
+        held = {steps.SPHERE: len(self._state.on_sphere), steps.CONE: len(self._state.in_cone)}
         return held.get(step, 0)
 
     def _has_observation(self, step: str) -> bool:
@@ -299,5 +273,5 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
     def _undo(self, step: str) -> None:
         self._state.remove(step, -1)
 
-    def _steps(self) -> tuple[Step, ...]:
-        return steps_of(self._state, self._sphere_said(), self._cone_said())
+    def _steps(self) -> tuple[guided.Step, ...]:
+        return steps.steps_of(self._state, self._sphere_said(), self._cone_said())

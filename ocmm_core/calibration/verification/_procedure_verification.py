@@ -15,31 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import (
-    OPEN,
-    SEATS,
-    STILL_FRAMES,
-    Average,
-    CameraProcedure,
-    Decided,
-    Gate,
-    LinePlan,
-    Live,
-    ProbeSpotAverager,
-    ProcedureKind,
-    SeatVisited,
-    SessionFormat,
-    SessionLine,
-    Step,
-    VerificationOutcome,
-    VerificationView,
-    again_instruction,
-    first_instruction,
-    from_spots,
-    require_probe,
-    to_spots,
-    utc_text,
-)
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, let_pass
 from ocmm_core.calibration.verification._limits import Limits
@@ -56,7 +32,7 @@ from ocmm_core.calibration.verification._state import (
     VerificationEvent,
     VerificationState,
 )
-from ocmm_core.calibration.verification._verdict import judge_independence, uses_of, verdict
+from ocmm_core.calibration.verification._verdict import judge_artefacts, verdict
 from ocmm_core.calibration.verification._verification import SPHERE_POINTS, judge_nest, worst
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
@@ -68,32 +44,32 @@ PREPARE, SEATS_FIRST, LINES, SPHERES = "prepare", "seats", "lines", "spheres"
 SEATS_AGAIN, RESULT = "again", "result"
 _APART_MM = 5.0
 
-_SESSIONS = SessionFormat(
-    ProcedureKind.VERIFICATION, SessionLine[VerificationEvent], VerificationBegun
+_SESSIONS = guided.SessionFormat(
+    guided.ProcedureKind.VERIFICATION, guided.SessionLine[VerificationEvent], VerificationBegun
 )
 
 
-class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutcome]):
+class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.VerificationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
 
-    kind = ProcedureKind.VERIFICATION
+    kind = guided.ProcedureKind.VERIFICATION
     step_names = (PREPARE, SEATS_FIRST, LINES, SPHERES, SEATS_AGAIN, RESULT)
 
     def __init__(
         self,
-        chain: ChainFile[SessionLine[VerificationEvent]],
+        chain: ChainFile[guided.SessionLine[VerificationEvent]],
         begun: VerificationBegun,
         rig: Rig,
         body: ProbeBody,
         store: CalibrationStore,
     ) -> None:
         super().__init__(chain, begun, rig, store)
-        require_probe(chain.path, begun.probe_identity, body)
+        guided.require_probe(chain.path, begun.probe_identity, body)
         self._begun = begun
         planning = plan_lines(rig.volume_world, begun.bar.nests[-1] - begun.bar.nests[0])
         self._state = VerificationState(rig, body, begun, planning)
-        self._probe = ProbeSpotAverager(
-            rig, body, STILL_FRAMES, resting=True, distance_mm=_APART_MM, inside=True
+        self._probe = guided.ProbeSpotAverager(
+            rig, body, guided.STILL_FRAMES, resting=True, distance_mm=_APART_MM, inside=True
         )
         self._fold()
 
@@ -126,18 +102,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                 "Calibrate the cameras first; a rig document cannot be verified.",
             )
         chosen = limits or Limits()
-        findings = [
-            one
-            for nest in bar.nests[1:]
-            for one in bar.artefact.judge(
-                nest - bar.nests[0], chosen.of_length(nest - bar.nests[0]), now, temperature
-            )
-        ]
-        for sphere in spheres:
-            for limit in (chosen.diameter, chosen.form):
-                findings += sphere.artefact.judge(sphere.diameter, limit, now, temperature)
-        artefacts: tuple[LengthBar | Sphere, ...] = (bar, *spheres)
-        findings += judge_independence([one.artefact.use for one in artefacts], store.active())
+        findings = judge_artefacts(bar, spheres, chosen, now, temperature, store.active())
         let_pass(findings, force=False)
         # Refuse an unsuitable bar before there is a session.
         plan_lines(rig.volume_world, bar.nests[-1] - bar.nests[0])
@@ -169,13 +134,13 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         return self._begun.spheres
 
     @property
-    def view(self) -> VerificationView:
+    def view(self) -> guided.VerificationView:
         with self._lock:
             state, wanted = self._state, len(self._begun.bar.nests)
             places = np.array(self._begun.bar.nests)
             shares = tuple(((places - places[0]) / (places[-1] - places[0])).tolist())
             lines = tuple(
-                LinePlan(
+                guided.LinePlan(
                     name=plan.name,
                     ends_world=plan.ends_world,
                     taken=len(state.line_tips(i)),
@@ -186,8 +151,8 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                 for i, plan in enumerate(state.plans)
             )
             touched = tuple(len(state.sphere_tips(i)) for i in range(len(self._begun.spheres)))
-            visits = [state.visits(seat) for seat in range(SEATS)]
-            return VerificationView(
+            visits = [state.visits(seat) for seat in range(guided.SEATS)]
+            return guided.VerificationView(
                 base=self.base,
                 lines=lines,
                 current_line=state.current_line(),
@@ -216,7 +181,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                     "Nothing left to take in this step.",
                     "Go to the next step.",
                 )
-            self._append(self._event(Average(uv, sigma_px), utc_text(now)))
+            self._append(self._event(guided.Average(uv, sigma_px), guided.utc_text(now)))
 
     def repeat_line(self, line: int, now: datetime) -> None:
         """Repeat a line that is misplaced, or once if it failed; else CalibrationError."""
@@ -237,7 +202,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                     f"Line '{state.plans[line].name}' cannot be repeated: {why}.",
                     "Accept the verdict, or start a new verification.",
                 )
-            self._append(LineRepeated(utc=utc_text(now), line=line, failed=failed))
+            self._append(LineRepeated(utc=guided.utc_text(now), line=line, failed=failed))
 
     def excuse_corner(self, corner: str, reason: str, now: datetime) -> None:
         """Set the reason why no test length can end in a corner; an empty one removes it.
@@ -252,9 +217,11 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                 f"Write it like '{CORNER_NAMES[0]}'.",
             )
         with self._lock:
-            self._append(CornerExcused(utc=utc_text(now), corner=name, reason=reason.strip()))
+            self._append(
+                CornerExcused(utc=guided.utc_text(now), corner=name, reason=reason.strip())
+            )
 
-    def _seen(self) -> Live:
+    def _seen(self) -> guided.Live:
         live = self._probe.live()
         if not live.ready or not self._wants() or self._step == SPHERES:
             return live
@@ -280,8 +247,8 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
     def _observation(self, utc: str) -> VerificationEvent:
         return self._event(self._probe.average(), utc)
 
-    def _event(self, average: Average, utc: str) -> Resting:
-        state, spots, sigma = self._state, to_spots(average.uv), average.sigma_px
+    def _event(self, average: guided.Average, utc: str) -> Resting:
+        state, spots, sigma = self._state, guided.to_spots(average.uv), average.sigma_px
         line, sphere = state.current_line(), state.current_sphere()
         if self._step == LINES and line is not None:
             nest = len(state.line_tips(line))
@@ -291,16 +258,16 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         first = self._step == SEATS_FIRST
         seat = state.unvisited_seat() if first else state.seat_to_repeat()
         assert seat is not None  # noqa: S101 - a visit is wanted
-        return SeatVisited(utc=utc, seat=seat, uv=spots, sigma_px=sigma)
+        return guided.SeatVisited(utc=utc, seat=seat, uv=spots, sigma_px=sigma)
 
     def _observe(self, event: VerificationEvent) -> None:
         if isinstance(event, LineRepeated):
             self._state.repeat(event)
         elif isinstance(event, CornerExcused):
             self._state.excuse(event)
-        elif isinstance(event, NestTaken | SphereTouched | SeatVisited):
+        elif isinstance(event, NestTaken | SphereTouched | guided.SeatVisited):
             self._state.add(event)
-            self._probe.taken(Average(from_spots(event.uv), event.sigma_px))
+            self._probe.taken(guided.Average(guided.from_spots(event.uv), event.sigma_px))
 
     def _has_observation(self, step: str) -> bool:
         return self._last_of(step) is not None
@@ -323,9 +290,11 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             return nest if begun else None
         if step == SPHERES:
             return state.last(SphereTouched)
-        if step == SEATS_FIRST and all(isinstance(one.event, SeatVisited) for one in state.taken):
+        if step == SEATS_FIRST and all(
+            isinstance(one.event, guided.SeatVisited) for one in state.taken
+        ):
             # Later observations depend on it; a visit at the end is a result.
-            return state.last(SeatVisited)
+            return state.last(guided.SeatVisited)
         return None
 
     def _instructions(self) -> tuple[str, str]:
@@ -354,29 +323,31 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
 
     def _seat_instructions(self) -> tuple[str, str]:
         first, again = self._state.unvisited_seat(), self._state.seat_to_repeat()
-        return first_instruction(first), again_instruction(again)
+        return guided.first_instruction(first), guided.again_instruction(again)
 
     def _steps_rest_on(self) -> object:
         return ()
 
-    def _steps(self) -> tuple[Step, ...]:
+    def _steps(self) -> tuple[guided.Step, ...]:
         state, bar = self._state, self._begun.bar
         on_lines, on_spheres = self._instructions()
         on_first, on_again = self._seat_instructions()
         nests = sum(len(state.line_taken(line)) for line in range(len(state.plans)))
         touched = sum(len(state.sphere_tips(i)) for i in range(len(self._begun.spheres)))
-        first = sum(bool(state.visits(seat)) for seat in range(SEATS))
+        first = sum(bool(state.visits(seat)) for seat in range(guided.SEATS))
         again = state.seat_to_repeat()
         return (
-            Step(
+            guided.Step(
                 PREPARE,
                 "Prepare",
                 f"Take bar '{bar.artefact.use.name}' (serial {bar.artefact.use.serial}); it and "
                 "the cameras must be at room temperature.",
-                OPEN,
+                guided.OPEN,
             ),
-            Step(SEATS_FIRST, "Seats first", on_first, state.seats_gate(), first, SEATS),
-            Step(
+            guided.Step(
+                SEATS_FIRST, "Seats first", on_first, state.seats_gate(), first, guided.SEATS
+            ),
+            guided.Step(
                 LINES,
                 "Lengths",
                 on_lines,
@@ -384,7 +355,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                 nests,
                 len(state.plans) * len(bar.nests),
             ),
-            Step(
+            guided.Step(
                 SPHERES,
                 "Spheres",
                 on_spheres,
@@ -392,33 +363,32 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                 touched,
                 len(self._begun.spheres) * SPHERE_POINTS,
             ),
-            Step(
+            guided.Step(
                 SEATS_AGAIN,
                 "Seats again",
                 on_again,
                 state.again_gate(),
-                SEATS if again is None else again,
-                SEATS,
+                guided.SEATS if again is None else again,
+                guided.SEATS,
             ),
-            Step(
+            guided.Step(
                 RESULT,
                 "Verdict",
                 "Review the errors against their limits, and store the verdict.",
-                Gate(False, "This is the last step.", "Store the verdict."),
+                guided.Gate(False, "This is the last step.", "Store the verdict."),
             ),
         )
 
-    def _calculation(self) -> Callable[[], VerificationOutcome]:
+    def _calculation(self) -> Callable[[], guided.VerificationOutcome]:
         # Fast enough to run within the state's lock.
         store, active = self._store, self._store.active()
-        reused = judge_independence(uses_of(self._state), active)
-        made, due = ("", "") if active is None else (active.made_utc, active.valid_until_utc)
-        record = verdict(self._state, reused, store.last_good_utc, made)
+        due = "" if active is None else active.valid_until_utc
+        record = verdict(self._state, active, store.last_good_utc)
         passes = self._state.begun.limits.passes
         failed = tuple(i for i, check in enumerate(record.checks) if not passes(check))
-        return lambda: VerificationOutcome(record, worst(record.checks), failed, (), due)
+        return lambda: guided.VerificationOutcome(record, worst(record.checks), failed, (), due)
 
-    def _put(self, outcome: VerificationOutcome, decided: Decided) -> None:
+    def _put(self, outcome: guided.VerificationOutcome, decided: guided.Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
         self._store.verify(outcome.record, now, self._log.path)
 

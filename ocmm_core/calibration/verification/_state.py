@@ -24,19 +24,13 @@ from ocmm_core.calibration.guided import (
     rest_of,
 )
 from ocmm_core.calibration.records import Check, Corner, LengthBar, Sphere
+from ocmm_core.calibration.verification import _verification as verification
 from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import (
     CORNER_NAMES,
     LinePlanning,
     PlannedLine,
     corners_of,
-)
-from ocmm_core.calibration.verification._verification import (
-    SPHERE_POINTS,
-    fit_sphere,
-    judge_placement,
-    length_checks,
-    reached_corners,
 )
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3, unit
@@ -200,10 +194,10 @@ class VerificationState:
         plan, reasons = self.plans[line], self.excused
         wanted = tuple(one for one in plan.corners if CORNER_NAMES[one] not in reasons)
         plan = PlannedLine(plan.name, plan.ends_world, wanted)
-        return judge_placement(plan, ends, others, self.rig.volume_world)
+        return verification.judge_placement(plan, ends, others, self.rig.volume_world)
 
     def lengths(self, line: int) -> tuple[Check, ...]:
-        return length_checks(
+        return verification.length_checks(
             self.plans[line].name,
             self.line_tips(line),
             self.begun.bar,
@@ -221,7 +215,7 @@ class VerificationState:
         tips = [self.line_tips(line) for line in range(len(self.plans)) if self.is_complete(line)]
         nowhere = np.full((1, 3), 1e6)
         nests = np.concatenate([*tips, nowhere])
-        return reached_corners(nests, self.rig.volume_world, self.excused)
+        return verification.reached_corners(nests, self.rig.volume_world, self.excused)
 
     # Spheres.
 
@@ -239,7 +233,7 @@ class VerificationState:
             (
                 number
                 for number in range(len(self.begun.spheres))
-                if len(self.sphere_tips(number)) < SPHERE_POINTS
+                if len(self.sphere_tips(number)) < verification.SPHERE_POINTS
             ),
             None,
         )
@@ -305,12 +299,12 @@ class VerificationState:
     def spheres_gate(self) -> Gate:
         """Return whether all spheres were touched all around, in the right place."""
         touched = sum(isinstance(one.event, SphereTouched) for one in self.taken)
-        missing = len(self.begun.spheres) * SPHERE_POINTS - touched
+        missing = len(self.begun.spheres) * verification.SPHERE_POINTS - touched
         if missing > 0:
             points = "1 point" if missing == 1 else f"{missing} points"
             return Gate(False, f"{points} on spheres to go.", "Touch them.")
         for number, one in enumerate(self.begun.spheres):
-            centre, _, gain = fit_sphere(self.sphere_tips(number))
+            centre, _, gain = verification.fit_sphere(self.sphere_tips(number))
             if gain > _MOST_GAIN:
                 return Gate(
                     False,

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from ocmm_core.calibration.guided import (
     repeat_finding,
     session_changes,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     VERIFICATION_SCHEMA,
     ArtefactUse,
@@ -42,12 +44,31 @@ from ocmm_core.calibration.records import (
     VerificationRecord,
     same_serial,
 )
+from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import CORNER_SHARE
 from ocmm_core.calibration.verification._state import SphereTouched, Taken, VerificationState
 from ocmm_core.calibration.verification._verification import sphere_checks
 from ocmm_core.errors import CalibrationError
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS, doubts_by_name
 from ocmm_core.geometry import Float, perpendicular_pair, unit
+
+
+def judge_artefacts(
+    bar: LengthBar, spheres: Sequence[Sphere], limits: Limits, now: datetime,
+    temperature: Temperature | None, calibration: CameraRecord | None,
+) -> list[Finding]:  # fmt: skip
+    """Return objections to artefacts of a verification of ``calibration`` with these limits."""
+    lengths = [nest - bar.nests[0] for nest in bar.nests[1:]]
+    findings = [
+        one
+        for length in lengths
+        for one in bar.artefact.judge(length, limits.of_length(length), now, temperature)
+    ]
+    for sphere in spheres:
+        for limit in (limits.diameter, limits.form):
+            findings += sphere.artefact.judge(sphere.diameter, limit, now, temperature)
+    uses = [bar.artefact.use, *(sphere.artefact.use for sphere in spheres)]
+    return findings + judge_independence(uses, calibration)
 
 
 def judge_independence(
@@ -167,12 +188,11 @@ _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and verify ag
 
 
 def verdict(
-    state: VerificationState, reused: Sequence[Finding], good_utc: str, made_utc: str
+    state: VerificationState, calibration: CameraRecord | None, good_utc: str
 ) -> VerificationRecord:
     """Return the record of the observations; CalibrationError if incomplete or misplaced.
 
-    ``reused``: objections to artefacts; ``good_utc`` (empty: none), ``made_utc``: last good
-    verification, and time of the calibration, ISO 8601.
+    ``good_utc``: last good verification, ISO 8601; empty: none.
     """
     gates = (state.seats_gate(), state.lines_gate(), state.spheres_gate(), state.again_gate())
     for gate in gates:
@@ -191,9 +211,12 @@ def verdict(
     explained = [] if conform else culprits(state)
     tip_is_known = TIP not in {one.code for one in explained}
     moved, seen = _moved(state, repeats, tip_is_known=tip_is_known, failed=not conform)
+    uses = _uses_of(state)
+    reused = judge_independence(uses, calibration)
     found = [*reused, *_unreached(corners), *explained, *moved]
     arose = ErrorInterval(
-        good_utc=good_utc or made_utc, seen_utc=seen, verified=bool(good_utc)
+        good_utc=good_utc or ("" if calibration is None else calibration.made_utc),
+        seen_utc=seen, verified=bool(good_utc),
     )  # fmt: skip
     rule = begun.limits.describe()
     if state.repeated:
@@ -203,7 +226,7 @@ def verdict(
         schema=VERIFICATION_SCHEMA, calibration=begun.running,
         made_utc=max(one.event.utc for one in everything), made_by=begun.who,
         software=begun.software, temperature_c=begun.temperature_c, rule=rule, checks=tuple(checks),
-        artefacts=uses_of(state),
+        artefacts=uses,
         data_sha256=hash_of(np.array([from_spots(one.event.uv) for one in everything])),
         passed=conform and not any(one.refuses for one in found), superseded=state.superseded,
         corners=corners, repeats=tuple(_recorded(one) for one in repeats),
@@ -215,7 +238,7 @@ def verdict(
     )  # fmt: skip
 
 
-def uses_of(state: VerificationState) -> tuple[ArtefactUse, ...]:
+def _uses_of(state: VerificationState) -> tuple[ArtefactUse, ...]:
     """Return the artefacts of a verification, each once."""
     artefacts: tuple[LengthBar | Sphere, ...] = (state.begun.bar, *state.begun.spheres)
     uses = [one.artefact.use for one in artefacts]

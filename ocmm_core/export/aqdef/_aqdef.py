@@ -14,26 +14,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from ocmm_core.errors import StorageError
-from ocmm_core.export.aqdef._head import (
-    alike,
-    entry,
-    fitted,
-    gauges,
-    head_lines,
-    machines,
-    number,
-    operators,
-    states,
-    told_whole,
-)
-from ocmm_core.export.aqdef._reader import (
-    CHARACTERISTIC,
-    ENCODING,
-    FIELD,
-    NEWLINE,
-    KeyedLine,
-    read_transfer,
-)
+from ocmm_core.export.aqdef import _head as head
+from ocmm_core.export.aqdef import _reader as reader
+from ocmm_core.export.aqdef._head import number
 from ocmm_core.export.report import (
     Cell,
     Exporter,
@@ -55,15 +38,17 @@ _REMARK = "K0009"
 
 
 def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
-    lines = [_keyed(line.key, line.index, line.text) for line in head_lines(jobs, profile.units)]
+    lines = [
+        _keyed(line.key, line.index, line.text) for line in head.head_lines(jobs, profile.units)
+    ]
     for data in jobs:
         fields = [_fields(jobs, data, reported, profile.units) for reported in data.reported]
-        lines.append(CHARACTERISTIC.join(FIELD.join(row) for row in fields))
+        lines.append(reader.CHARACTERISTIC.join(reader.FIELD.join(row) for row in fields))
         # Serial number of the part whose values are above, for all characteristics.
-        lines.append(f"K0014/0 {fitted('K0014', data.head.serial)}")
+        lines.append(f"K0014/0 {head.fitted('K0014', data.head.serial)}")
         lines += [f"{_REMARK}/{line.index} {line.text}" for line in _remarks(data)]
-    text = "".join(line + NEWLINE for line in lines)
-    return {_name(jobs): text.encode(ENCODING)}
+    text = "".join(line + reader.NEWLINE for line in lines)
+    return {_name(jobs): text.encode(reader.ENCODING)}
 
 
 def _differences(
@@ -71,17 +56,17 @@ def _differences(
 ) -> list[str]:
     name, units = _name(jobs), profile.units
     try:
-        found = read_transfer(files[name])
+        found = reader.read_transfer(files[name])
     except (StorageError, UnicodeDecodeError) as error:
         return [f"{name}: {error}"]
     texts = found.texts()
     different = [
         f"{name}: {line.key}/{line.index} is not {line.text!r}."
-        for line in head_lines(jobs, units)
+        for line in head.head_lines(jobs, units)
         if texts.get((line.key, line.index)) != line.text
     ]
     serials = [line.text for line in found.lines if line.key == "K0014"]
-    wanted = [fitted("K0014", data.head.serial) for data in jobs]
+    wanted = [head.fitted("K0014", data.head.serial) for data in jobs]
     if serials != wanted or len(found.values) != len(jobs):
         different.append(f"{name}: it does not hold the values of {len(jobs)} part(s).")
     remarks = [line for line in found.lines if line.key == _REMARK]
@@ -101,7 +86,7 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[ReportTable,
     rows: list[tuple[Cell, ...]] = []
     for index, reported in enumerate(jobs[0].reported):
         asked = reported.result
-        told = [_told(data, data.reported[index], units) for data in alike(jobs)]
+        told = [_told(data, data.reported[index], units) for data in head.alike(jobs)]
         values: list[Cell] = [value if value is not None else "" for value, _ in told]
         rows.append((index + 1, asked.name, reported.unit, *values))
     columns = ("No.", "Characteristic", "Unit", *(data.job for data in jobs))
@@ -116,19 +101,19 @@ def _name(jobs: Sequence[ReportData]) -> str:
     if len(jobs) == 1:
         return f"{jobs[0].stem}.dfq"
     plan = file_stem(jobs[0].plan.name)
-    told = "".join(f"_{state.replace(' ', '_')}" for state in states(jobs))
+    told = "".join(f"_{state.replace(' ', '_')}" for state in head.states(jobs))
     return f"{plan}_{len(jobs)}_parts{told}.dfq"
 
 
-def _remarks(data: ReportData) -> Iterator[KeyedLine]:
+def _remarks(data: ReportData) -> Iterator[reader.KeyedLine]:
     """Yield the verdict on the part, and those on characteristics that are not CONFORM."""
     texts = {"K0006": data.view.header.batch, "K0014": data.head.serial}
-    whole = told_whole(texts)
+    whole = head.told_whole(texts)
     told = "; ".join((*data.states, *data.part.lines, *((whole,) if whole else ())))
-    yield KeyedLine(_REMARK, 0, fitted(_REMARK, told))
+    yield reader.KeyedLine(_REMARK, 0, head.fitted(_REMARK, told))
     for index, reported in enumerate(data.reported, start=1):
         if reported.result.verdict is not Verdict.CONFORM:
-            yield KeyedLine(_REMARK, index, reported.result.verdict.value)
+            yield reader.KeyedLine(_REMARK, index, reported.result.verdict.value)
 
 
 def _told(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Number | None, int]:
@@ -150,11 +135,11 @@ def _fields(
     value, attribute = _told(data, reported, units)
     batch = data.view.header.batch
     return [
-        "" if value is None else fitted("K0001", value.text()),
+        "" if value is None else head.fitted("K0001", value.text()),
         str(attribute),
         _time(data, reported),
         # In a line of values a batch starts with '#', as in the programs of Q-DAS.
-        "", f"#{fitted('K0006', batch)}" if batch else "", "",
+        "", f"#{head.fitted('K0006', batch)}" if batch else "", "",
         *_entries(jobs, data),
     ]  # fmt: skip
 
@@ -162,10 +147,10 @@ def _fields(
 def _entries(jobs: Sequence[ReportData], data: ReportData) -> tuple[str, ...]:
     """Return the catalogue numbers of operator, machine, process and gauge of a job."""
     return (
-        entry(operators(jobs), data.head.operator),
-        entry(machines(jobs), data.paper.given.machine),
+        head.entry(head.operators(jobs), data.head.operator),
+        head.entry(head.machines(jobs), data.paper.given.machine),
         "",
-        entry(gauges(jobs), data.probe.label),
+        head.entry(head.gauges(jobs), data.probe.label),
     )
 
 

@@ -17,14 +17,7 @@ from ocmm_core.acceptance import (
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.export.certificate._content import (
-    Certificate,
-    CertificateLine,
-    CertificateRun,
-    CertificateValue,
-    Conformity,
-    once,
-)
+from ocmm_core.export.certificate import _content as content
 from ocmm_core.export.certificate._from_calibration import require_vouched
 from ocmm_core.export.template import Paper
 
@@ -32,10 +25,10 @@ _SAME = 1e-9
 _MM = "\\milli\\metre"
 
 _JUDGED = {
-    AcceptanceVerdict.PASS: Conformity.CONFORM,
-    AcceptanceVerdict.FAIL: Conformity.NOT_CONFORM,
-    AcceptanceVerdict.LEANING_IN: Conformity.LEANING_IN,
-    AcceptanceVerdict.LEANING_OUT: Conformity.LEANING_OUT,
+    AcceptanceVerdict.PASS: content.Conformity.CONFORM,
+    AcceptanceVerdict.FAIL: content.Conformity.NOT_CONFORM,
+    AcceptanceVerdict.LEANING_IN: content.Conformity.LEANING_IN,
+    AcceptanceVerdict.LEANING_OUT: content.Conformity.LEANING_OUT,
 }
 
 
@@ -48,7 +41,7 @@ def certificate_of_acceptance(
     paper: Paper,
     found: AcceptanceRecord | None = None,
     not_found: str = "no test as found was given",
-) -> Certificate:
+) -> content.Certificate:
     """Return the certificate of an acceptance test with the verdicts of its procedure.
 
     It is a calibration certificate only if the procedure names an accreditation, a real machine was
@@ -76,7 +69,7 @@ def certificate_of_acceptance(
     )
     low, high = (" ".join(f"{x:g}" for x in corner)
                  for corner in (tested.volume_min, tested.volume_max))  # fmt: skip
-    return Certificate(
+    return content.Certificate(
         title=": ".join((*tested.states, words, record.procedure.title)),
         number=f"A-{record.number}",
         item=f"Rig {tested.rig}, probe {tested.probe}, tip {tested.tip}",
@@ -91,12 +84,12 @@ def certificate_of_acceptance(
         software=tested.software,
         runs=tuple(runs),
         values=tuple(
-            CertificateValue(
+            content.CertificateValue(
                 f"{one.quantity}, worst of {one.count}", one.error_mm, _MM, one.expanded_mm
             )
             for one in record.quantities
         ),
-        artefacts=once(
+        artefacts=content.once(
             [one.use for test in (found, record) if test is not None for one in test.artefacts]
         ),
         volume=f"Volume from ({low}) to ({high}) mm, world.",
@@ -106,7 +99,7 @@ def certificate_of_acceptance(
         paper=replace(paper, given=asked),
         accreditation=accredited,
         simulated=tested.simulated,
-        camera_doubts=once(
+        camera_doubts=content.once(
             [why for test in (found, record) if test is not None
              for why in test.instrument.unproven]
         ),
@@ -114,9 +107,9 @@ def certificate_of_acceptance(
     )  # fmt: skip
 
 
-def _acceptance_run(record: AcceptanceRecord) -> CertificateRun:
+def _acceptance_run(record: AcceptanceRecord) -> content.CertificateRun:
     void = record.verdict is AcceptanceVerdict.VOID
-    return CertificateRun(
+    return content.CertificateRun(
         status="afterAdjustment" if record.condition == AFTER else "beforeAdjustment",
         made_utc=record.ended_utc,
         made_by=record.made_by,
@@ -191,11 +184,11 @@ def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceReco
     return (None, f"test {last.number} before it does not show it: {why}") if why else (last, "")
 
 
-def _judged(value: JudgedValue) -> CertificateLine:
+def _judged(value: JudgedValue) -> content.CertificateLine:
     # A form is its own error, without a certified value to subtract.
     is_difference = abs(value.measured_mm - value.certified_mm - value.error_mm) < _SAME
     again = ", superseded by a retest" if value.superseded else ""
-    return CertificateLine(
+    return content.CertificateLine(
         name=f"{value.quantity} {value.position}, {value.name}{again}",
         measured=value.measured_mm if is_difference else value.error_mm,
         reference=value.certified_mm if is_difference else 0.0,

@@ -24,16 +24,7 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.camera import N_PARAMETERS, CameraEntry, camera_of
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.export.certificate._content import (
-    Certificate,
-    CertificateLine,
-    CertificateRun,
-    CertificateValue,
-    K,
-    Status,
-    marked,
-    once,
-)
+from ocmm_core.export.certificate import _content as content
 from ocmm_core.export.template import Paper
 from ocmm_core.fieldbus.described import doubts_by_name
 from ocmm_core.geometry import Float
@@ -67,7 +58,7 @@ def require_vouched(path: Path, signer: SealState, exchanged: OcmmError | None =
     )
 
 
-def verification_run(record: VerificationRecord, status: Status) -> CertificateRun:
+def verification_run(record: VerificationRecord, status: content.Status) -> content.CertificateRun:
     corners = (
         f"Corner {corner.name} not reached: {corner.reason or 'no reason given'}."
         for corner in record.corners
@@ -81,7 +72,7 @@ def verification_run(record: VerificationRecord, status: Status) -> CertificateR
     objections = [one.what for one in record.objections]
     if record.arose is not None:
         objections.append(record.arose.sentence)
-    return CertificateRun(
+    return content.CertificateRun(
         status=status,
         made_utc=record.made_utc,
         made_by=record.made_by,
@@ -95,9 +86,11 @@ def verification_run(record: VerificationRecord, status: Status) -> CertificateR
     )
 
 
-def lines_of(checks: Sequence[Check]) -> tuple[CertificateLine, ...]:
+def lines_of(checks: Sequence[Check]) -> tuple[content.CertificateLine, ...]:
     return tuple(
-        CertificateLine(one.name, one.measured_mm, one.certified_mm, one.expanded_mm, one.limit_mm)
+        content.CertificateLine(
+            one.name, one.measured_mm, one.certified_mm, one.expanded_mm, one.limit_mm
+        )
         for one in checks
     )
 
@@ -123,7 +116,7 @@ _METHODS = {
 }
 
 
-def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certificate:
+def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> content.Certificate:
     """Return the certificate of the calibration of the cameras in use.
 
     The state as found is the last verification of the previous calibration, that after adjustment
@@ -141,7 +134,7 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
         *(verification_run(one, "beforeAdjustment") for one in found),
         *(verification_run(one, "afterAdjustment") for one in after),
     )
-    made_paper = Certificate(
+    made_paper = content.Certificate(
         title="Calibration record",
         number=f"C-{own[:_NUMBER_DIGITS]}",
         item=f"Cameras of rig {record.rig}",
@@ -158,7 +151,7 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
         runs=runs,
         values=(*_figures(record), *_parameters(record)),
         values_before=() if before is None else tuple(_parameters(before)),
-        artefacts=once(
+        artefacts=content.once(
             [*record.artefacts, *(use for one in (*found, *after) for use in one.artefacts)]
         ),
         volume=_volume(record),
@@ -173,10 +166,10 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
         if after
         else ("the calibration was not verified; it must not be measured with until it is"),
     )
-    return marked(made_paper, record.made_by)  # fmt: skip
+    return content.marked(made_paper, record.made_by)  # fmt: skip
 
 
-def _not_found(record: CameraRecord, runs: Sequence[CertificateRun]) -> str:
+def _not_found(record: CameraRecord, runs: Sequence[content.CertificateRun]) -> str:
     if not record.previous:
         return "this is the first calibration of these cameras"
     if any(run.status == "beforeAdjustment" for run in runs):
@@ -198,20 +191,22 @@ def _volume(record: CameraRecord) -> str:
     return f"Volume from ({low}) to ({high}) mm, world. Rotation from world to camera, rad."
 
 
-def _figures(record: CameraRecord) -> Iterator[CertificateValue]:
-    yield CertificateValue("RMS of the residuals, px", record.rms_px, _ONE)
-    yield CertificateValue("Chi square per degree of freedom", record.chi2_per_dof, _ONE)
-    yield CertificateValue("Reference positions or poses", float(record.points), _ONE)
-    yield CertificateValue("Left out as outliers", float(len(record.outliers)), _ONE)
+def _figures(record: CameraRecord) -> Iterator[content.CertificateValue]:
+    yield content.CertificateValue("RMS of the residuals, px", record.rms_px, _ONE)
+    yield content.CertificateValue("Chi square per degree of freedom", record.chi2_per_dof, _ONE)
+    yield content.CertificateValue("Reference positions or poses", float(record.points), _ONE)
+    yield content.CertificateValue("Left out as outliers", float(len(record.outliers)), _ONE)
 
 
-def _parameters(record: CameraRecord) -> Iterator[CertificateValue]:
+def _parameters(record: CameraRecord) -> Iterator[content.CertificateValue]:
     covariance = rig_from_record(record).parameter_covariance
     for index, entry in enumerate(record.cameras):
         own = slice(index * N_PARAMETERS, (index + 1) * N_PARAMETERS)
         values, sigmas = _stated(entry, covariance[own, own])
         for (name, unit), value, sigma in zip(_QUANTITIES, values, sigmas, strict=True):
-            yield CertificateValue(f"{entry.name}: {name}", float(value), unit, K * float(sigma))
+            yield content.CertificateValue(
+                f"{entry.name}: {name}", float(value), unit, content.K * float(sigma)
+            )
 
 
 def _stated(entry: CameraEntry, covariance: Float) -> tuple[Float, Float]:

@@ -13,6 +13,7 @@ from ocmm_core.calibration.records import (
     record_hash,
 )
 from ocmm_core.errors import InputError
+from ocmm_core.export.certificate import _from_calibration as from_calibration
 from ocmm_core.export.certificate._content import (
     Certificate,
     CertificateRun,
@@ -26,13 +27,6 @@ from ocmm_core.export.certificate._from_acceptance import (
     certificate_of_acceptance,
     found_before,
     vouched_record,
-)
-from ocmm_core.export.certificate._from_calibration import (
-    calibration_in,
-    certificate_of_calibration,
-    lines_of,
-    require_vouched,
-    verification_run,
 )
 from ocmm_core.export.template import Paper
 from ocmm_core.fieldbus.described import doubts_by_name
@@ -78,7 +72,7 @@ def certificate_of_folder(
             return certificate_of_acceptance(record, paper)
         return certificate_of_acceptance(record, paper, *found_before(record, folder.parent))
     if calibration:
-        return certificate_of_calibration(CalibrationStore(folder), paper)
+        return from_calibration.certificate_of_calibration(CalibrationStore(folder), paper)
     if tip:
         return certificate_of_tip(ProbeStore(folder), tip, paper)
     return certificate_of_cameras(CalibrationStore(folder), paper)
@@ -92,7 +86,7 @@ def certificate_of_cameras(store: CalibrationStore, paper: Paper) -> Certificate
     calibration that is not its first one is a run as found without adjustment. InputError: there is
     no calibration, or it was never verified.
     """
-    record = calibration_in(store)
+    record = from_calibration.calibration_in(store)
     own = record_hash(record)
     made = [one for one in store.verifications() if one.calibration == own]
     if not made:
@@ -103,10 +97,10 @@ def certificate_of_cameras(store: CalibrationStore, paper: Paper) -> Certificate
         )
     before = [one for one in store.verifications() if one.calibration == record.previous]
     if len(made) > 1:
-        runs = [verification_run(made[-1], "beforeAdjustment")]
+        runs = [from_calibration.verification_run(made[-1], "beforeAdjustment")]
     else:
-        runs = [verification_run(one, "beforeAdjustment") for one in before[-1:]]
-        runs.append(verification_run(made[-1], "afterAdjustment"))
+        runs = [from_calibration.verification_run(one, "beforeAdjustment") for one in before[-1:]]
+        runs.append(from_calibration.verification_run(made[-1], "afterAdjustment"))
     return _of_cameras(record, made[-1], runs, paper)
 
 
@@ -154,7 +148,7 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
             f"Tip '{tip}' was not qualified; this probe has {', '.join(store.tips) or 'none'}.",
             "Qualify the tip (ocmm calibrate tip), or name another one.",
         )
-    require_vouched(store.folder, store.signer, store.exchanged)
+    from_calibration.require_vouched(store.folder, store.signer, store.exchanged)
     digest = record_hash(found)
     run = CertificateRun(
         status="afterAdjustment",
@@ -162,7 +156,7 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         made_by=found.made_by,
         temperature_c=found.temperature_c,
         rule="every check of the qualification within its limit",
-        lines=lines_of(found.checks),
+        lines=from_calibration.lines_of(found.checks),
         passed=found.passed,
         record=digest,
         data_sha256=found.data_sha256,

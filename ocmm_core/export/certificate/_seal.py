@@ -12,6 +12,7 @@ from pathlib import Path
 
 import msgspec
 
+from ocmm_core import seals
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import write_together
@@ -23,17 +24,6 @@ from ocmm_core.export.certificate._xml_signature import (
     XmlSignatureWord,
     trusted_signers,
     xml_signed,
-)
-from ocmm_core.seals import (
-    THIS_STATION,
-    KeyFolder,
-    SealState,
-    SealWord,
-    Signature,
-    Signed,
-    document_key,
-    judge_signature,
-    public_text,
 )
 
 SCHEMA = "ocmm.certificate-seal/1"
@@ -48,7 +38,7 @@ class CertificateSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
     schema: str
     number: str
-    signature: Signature
+    signature: seals.Signature
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +46,7 @@ class DccFound:
     """A certificate and the state of its signatures."""
 
     dcc: Dcc
-    state: SealState
+    state: seals.SealState
     """State of a station's signature, in the document or detached."""
 
     @property
@@ -66,7 +56,7 @@ class DccFound:
         if word is XmlSignatureWord.NONE or word is XmlSignatureWord.UNKNOWN_SIGNER:
             return self.state.sound
         return word is XmlSignatureWord.VALID and self.state.word in (
-            SealWord.SEALED, SealWord.NOT_SIGNED,
+            seals.SealWord.SEALED, seals.SealWord.NOT_SIGNED,
         )  # fmt: skip
 
     @property
@@ -110,7 +100,7 @@ def signed_certificates(
     return files
 
 
-def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
+def check_dcc_seal(path: Path, keys: seals.KeyFolder) -> DccFound:
     """Return a certificate with its signatures; InputError or StorageError if unreadable."""
     dcc = read_dcc(read_bytes(path, LARGEST), trusted_signers(keys))
     beside = path.with_name(path.name + SEAL_SUFFIX)
@@ -123,16 +113,18 @@ def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
         if seal.schema != SCHEMA:
             raise _no_seal(beside, f"its schema is {seal.schema!r}")
         signature = seal.signature
-    detached = judge_signature(keys, Signed.CERTIFICATE, dcc.canonical, signature)
+    detached = seals.judge_signature(keys, seals.Signed.CERTIFICATE, dcc.canonical, signature)
     inside = dcc.signature.station
     return DccFound(dcc, detached if inside is None or signature is not None else inside)
 
 
 def _signed(paper: Certificate) -> tuple[str, bytes]:
     """Return name and content of the signed DCC, verified by reading back."""
-    key = KeyFolder().station_key()
-    content = xml_signed(dcc_tree(paper), document_key(key, paper.number))
-    read = read_dcc(content, TrustedSigners(stations={public_text(key.public): THIS_STATION}))
+    key = seals.KeyFolder().station_key()
+    content = xml_signed(dcc_tree(paper), seals.document_key(key, paper.number))
+    read = read_dcc(
+        content, TrustedSigners(stations={seals.public_text(key.public): seals.THIS_STATION})
+    )
     _require_same(paper, read)
     return f"{paper.number}{CERTIFICATE_ENDING}", content
 

@@ -3,7 +3,7 @@
 In: an evaluated job and a profile. Out: one frozen `ReportData`, and bytes of files made from it.
 
 Read `_report_data` (all data of a report) and `_exporter` (interface of formats, and text files by
-a profile). `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`,
+a profile). `_tables` and `_names` are shared by the formats: `_polyworks`,
 `_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`, `_first_article` (inspection plan,
 AS9102). `_paper_facts` has the required statements of a test report; `_specimen` shows a template
 without a job. Templates are in the package `template`. Each format has its own reader.
@@ -13,7 +13,6 @@ It must not know the registry, QIF or Q-DAS.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.export.report._elements import Element
     from ocmm_core.export.report._exporter import (
         Exporter, Profile, ReportFormat, load_profile, polyworks_profile, same_number,
     )  # fmt: skip
@@ -29,7 +28,8 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.export.report._polyworks import POLYWORKS
     from ocmm_core.export.report._report_data import (
-        Instrument, ReportData, ReportedFeature, ReportedResult, report_data, report_of_job,
+        Element, Instrument, ReportData, ReportedFeature, ReportedResult, report_data,
+        report_of_job,
     )  # fmt: skip
     from ocmm_core.export.report._specimen import specimen_report
     from ocmm_core.export.report._tables import (

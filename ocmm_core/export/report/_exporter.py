@@ -14,17 +14,9 @@ import msgspec
 
 from ocmm_core.documents import Document, load_document, resource
 from ocmm_core.errors import InputError
+from ocmm_core.export.report import _tables as tables
 from ocmm_core.export.report._names import clean_text, spreadsheet_text
 from ocmm_core.export.report._report_data import ReportData
-from ocmm_core.export.report._tables import (
-    FEATURE_COLUMNS,
-    POINT_COLUMNS,
-    REPORT_COLUMNS,
-    Cell,
-    Number,
-    ReportTable,
-    Units,
-)
 from ocmm_core.names import ascii_name, ascii_text, name_fault
 
 SCHEMA = "ocmm.profile/1"
@@ -70,8 +62,10 @@ class Profile(Document, frozen=True, kw_only=True):
         return _LINE_ENDS[self.line_end]
 
     @property
-    def units(self) -> Units:
-        return Units(self.lengths, self.length_decimals, self.angle_decimals, self.vector_decimals)
+    def units(self) -> tables.Units:
+        return tables.Units(
+            self.lengths, self.length_decimals, self.angle_decimals, self.vector_decimals
+        )
 
 
 def load_profile(path: Path | str) -> Profile:
@@ -85,9 +79,9 @@ def load_profile(path: Path | str) -> Profile:
         if not 0 <= count <= _MOST_DECIMALS:
             raise _error(path, field, f"is {count}; give 0 to {_MOST_DECIMALS}")
     for field, known in (
-        ("points", POINT_COLUMNS),
-        ("features", FEATURE_COLUMNS),
-        ("report", REPORT_COLUMNS),
+        ("points", tables.POINT_COLUMNS),
+        ("features", tables.FEATURE_COLUMNS),
+        ("report", tables.REPORT_COLUMNS),
     ):
         _check_columns(path, field, getattr(profile, field), known)
     return profile
@@ -136,7 +130,7 @@ class Exporter(ReportFormat):
     """The files of jobs, bytes by file name."""
     differences: Callable[[Sequence[ReportData], Profile, Mapping[str, bytes]], list[str]]
     """Differences between files and jobs, in sentences, by a reader independent of the writer."""
-    preview: Callable[[Sequence[ReportData], Profile], tuple[ReportTable, ...]]
+    preview: Callable[[Sequence[ReportData], Profile], tuple[tables.ReportTable, ...]]
     batch: bool
     """Several jobs go into one file as several values; otherwise one job at a time."""
 
@@ -145,7 +139,7 @@ _INSTEAD = {",": ";", ";": ",", "\t": " "}
 """Replacements of the delimiter in text."""
 
 
-def delimited(table: ReportTable, profile: Profile, shape: TableProfile) -> bytes:
+def delimited(table: tables.ReportTable, profile: Profile, shape: TableProfile) -> bytes:
     has_keys = _has_keys(table)
     lines = [[_cell(cell, profile, has_keys) for cell in row] for row in table.rows]
     if shape.header:
@@ -155,7 +149,7 @@ def delimited(table: ReportTable, profile: Profile, shape: TableProfile) -> byte
 
 
 def compare_delimited(
-    name: str, content: bytes, table: ReportTable, profile: Profile, shape: TableProfile
+    name: str, content: bytes, table: tables.ReportTable, profile: Profile, shape: TableProfile
 ) -> list[str]:
     """Return the differences of a file read back from the table, in sentences."""
     try:
@@ -184,7 +178,7 @@ def compare_delimited(
     return differences
 
 
-def same_number(wanted: Number, text: str, decimal: str = ".") -> bool:
+def same_number(wanted: tables.Number, text: str, decimal: str = ".") -> bool:
     """Return whether text equals a number to its last digit."""
     try:
         found = float(text.replace(decimal, "."))
@@ -196,7 +190,7 @@ def same_number(wanted: Number, text: str, decimal: str = ".") -> bool:
     return abs(found - wanted.value) <= half * (1.0 + 1e-6) + 1e-12 * abs(wanted.value)
 
 
-def _has_keys(table: ReportTable) -> bool:
+def _has_keys(table: tables.ReportTable) -> bool:
     """Return whether cells are names by which programs find items; a list of facts has none."""
     return table.columns != ("Item", "Value")
 
@@ -211,16 +205,16 @@ def told(text: str, profile: Profile, has_keys: bool = True) -> str:
     return spreadsheet_text(plain)
 
 
-def _cell(cell: Cell, profile: Profile, has_keys: bool) -> str:
+def _cell(cell: tables.Cell, profile: Profile, has_keys: bool) -> str:
     if cell is None:
         return ""
-    if isinstance(cell, Number):
+    if isinstance(cell, tables.Number):
         return cell.text(profile.decimal)
     return told(cell, profile, has_keys) if isinstance(cell, str) else str(cell)
 
 
-def _is_told(wanted: Cell, found: str, profile: Profile, has_keys: bool) -> bool:
-    if isinstance(wanted, Number):
+def _is_told(wanted: tables.Cell, found: str, profile: Profile, has_keys: bool) -> bool:
+    if isinstance(wanted, tables.Number):
         return same_number(wanted, found, profile.decimal)
     if isinstance(wanted, int):
         return found == str(wanted)

@@ -11,39 +11,16 @@ import msgspec
 import numpy as np
 
 from ocmm_core.errors import InputError
-from ocmm_core.export.report._elements import Element
+from ocmm_core.export.report import _json_schema as json_schema
+from ocmm_core.export.report import _tables as tables
 from ocmm_core.export.report._exporter import Exporter, Profile
-from ocmm_core.export.report._json_schema import (
-    SCHEMA,
-    ElementPart,
-    ExplanationPart,
-    FeaturePart,
-    FramePart,
-    InstrumentPart,
-    JobPart,
-    Matrix,
-    ObservationPart,
-    PaperFactPart,
-    PartVerdictPart,
-    ReportFile,
-    ResultPart,
-    SealPart,
-    Spots,
-    TakenBackPart,
-    Vector,
-    read_report,
-)
 from ocmm_core.export.report._names import check_name, clean_text
 from ocmm_core.export.report._paper_facts import paper_facts
-from ocmm_core.export.report._report_data import ReportData, ReportedFeature, ReportedResult
-from ocmm_core.export.report._tables import (
-    ReportTable,
-    Units,
-    features_table,
-    head_table,
-    note_of,
-    points_table,
-    report_table,
+from ocmm_core.export.report._report_data import (
+    Element,
+    ReportData,
+    ReportedFeature,
+    ReportedResult,
 )
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.causes import Explanation
@@ -66,7 +43,7 @@ def _differences(
     (data,) = jobs
     name = _name(data)
     try:
-        found = read_report(files[name])
+        found = json_schema.read_report(files[name])
     except InputError as error:
         return [f"{name}: {error.what}"]
     different = []
@@ -93,14 +70,14 @@ def _differences(
     return different
 
 
-def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[ReportTable, ...]:
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[tables.ReportTable, ...]:
     (data,) = jobs
-    units = Units(length_decimals=6, angle_decimals=6)
+    units = tables.Units(length_decimals=6, angle_decimals=6)
     return (
-        head_table(data),
-        report_table(data, units),
-        features_table(data, units),
-        points_table(data, units),
+        tables.head_table(data),
+        tables.report_table(data, units),
+        tables.features_table(data, units),
+        tables.points_table(data, units),
     )
 
 
@@ -108,16 +85,16 @@ def _name(data: ReportData) -> str:
     return f"{data.stem}.json"
 
 
-def _file(data: ReportData) -> ReportFile:
+def _file(data: ReportData) -> json_schema.ReportFile:
     view, head = data.view, data.head
-    return ReportFile(
-        schema=SCHEMA,
+    return json_schema.ReportFile(
+        schema=json_schema.SCHEMA,
         unit="mm",
         part_verdict=_part(data.part),
         state=data.states,
         seal=_seal(data),
         simulated=view.simulated,
-        job=JobPart(
+        job=json_schema.JobPart(
             name=data.job,
             uuid=head.job_uuid,
             part=clean_text(view.part),
@@ -144,10 +121,12 @@ def _file(data: ReportData) -> ReportFile:
         decision_rule=data.plan.rule,
         temperature=view.temperature,
         reported_at_20_c=view.at_20_c,
-        cameras=InstrumentPart(label=data.calibration.label, note=data.calibration.note),
-        probe=InstrumentPart(label=data.probe.label, note=data.probe.note),
-        reference=InstrumentPart(label=data.reference.label, note=data.reference.note),
-        frame=FramePart(
+        cameras=json_schema.InstrumentPart(
+            label=data.calibration.label, note=data.calibration.note
+        ),
+        probe=json_schema.InstrumentPart(label=data.probe.label, note=data.probe.note),
+        reference=json_schema.InstrumentPart(label=data.reference.label, note=data.reference.note),
+        frame=json_schema.FramePart(
             name=data.system,
             rotation_from_world=_matrix(data.frame.rotation),
             translation_from_world=_vector(data.frame.translation),
@@ -158,21 +137,23 @@ def _file(data: ReportData) -> ReportFile:
             _observation(point, data.taken_utc.get(point.number, "")) for point in data.observations
         ),
         taken_back=tuple(
-            TakenBackPart(
+            json_schema.TakenBackPart(
                 observation=_observation(point, data.taken_utc.get(point.number, "")),
                 reason=clean_text(reason),
             )
             for point, reason in data.taken_back
         ),
         head=tuple(
-            PaperFactPart(group=fact.group, clause=fact.clause, name=fact.name, value=fact.value)
+            json_schema.PaperFactPart(
+                group=fact.group, clause=fact.clause, name=fact.name, value=fact.value
+            )
             for fact in paper_facts(data)
         ),
     )
 
 
-def _part(part: PartVerdict) -> PartVerdictPart:
-    return PartVerdictPart(
+def _part(part: PartVerdict) -> json_schema.PartVerdictPart:
+    return json_schema.PartVerdictPart(
         word=part.headline,
         verdict=None if part.verdict is None else part.verdict.value,
         complete=part.complete,
@@ -184,9 +165,9 @@ def _part(part: PartVerdict) -> PartVerdictPart:
     )
 
 
-def _feature(feature: ReportedFeature, summary: VerdictSummary) -> FeaturePart:
+def _feature(feature: ReportedFeature, summary: VerdictSummary) -> json_schema.FeaturePart:
     fit = feature.seen.fit
-    return FeaturePart(
+    return json_schema.FeaturePart(
         name=check_name("feature", feature.name),
         shape=feature.shape.value,
         verdict=None if summary.verdict is None else summary.verdict.value,
@@ -198,16 +179,16 @@ def _feature(feature: ReportedFeature, summary: VerdictSummary) -> FeaturePart:
         form=None if fit is None else _finite(feature.name, fit.form),
         rms=None if fit is None else _finite(feature.name, fit.rms),
         criterion="" if fit is None else fit.criterion.name.lower().replace("_", " "),
-        note=note_of(feature.seen),
+        note=tables.note_of(feature.seen),
     )
 
 
-def _result(reported: ReportedResult, explained: Explanation | None) -> ResultPart:
+def _result(reported: ReportedResult, explained: Explanation | None) -> json_schema.ResultPart:
     result = reported.result
     name = check_name("characteristic", result.name)
     # Provisional values are for screens: programs read numbers without the verdict.
     measured, deviation, uncertainty = result.stated or _NO_NUMBERS
-    return ResultPart(
+    return json_schema.ResultPart(
         name=name,
         kind=result.kind,
         features=result.features,
@@ -231,9 +212,9 @@ def _result(reported: ReportedResult, explained: Explanation | None) -> ResultPa
     )
 
 
-def _explanation(explained: Explanation) -> ExplanationPart:
+def _explanation(explained: Explanation) -> json_schema.ExplanationPart:
     finding = explained.finding
-    return ExplanationPart(
+    return json_schema.ExplanationPart(
         cause=finding.cause.value,
         beyond=_finite(explained.characteristic, explained.beyond),
         why=explained.why,
@@ -244,24 +225,26 @@ def _explanation(explained: Explanation) -> ExplanationPart:
     )
 
 
-def _seal(data: ReportData) -> SealPart | None:
+def _seal(data: ReportData) -> json_schema.SealPart | None:
     seal = data.seal
     if seal is None:
         return None
-    return SealPart(steps=seal.steps, head=seal.head, key=seal.state.fingerprint, line=seal.line)
+    return json_schema.SealPart(
+        steps=seal.steps, head=seal.head, key=seal.state.fingerprint, line=seal.line
+    )
 
 
 def _finite(name: str, value: float | None) -> float | None:
     """Return a number that JSON can hold; StorageError as every table raises it."""
     if value is not None:
-        Units().length(name, value)
+        tables.Units().length(name, value)
     return value
 
 
-def _element(element: Element | None) -> ElementPart | None:
+def _element(element: Element | None) -> json_schema.ElementPart | None:
     if element is None:
         return None
-    return ElementPart(
+    return json_schema.ElementPart(
         point=_vector(element.point),
         direction=None if element.direction is None else _vector(element.direction),
         across=None if element.across is None else _vector(element.across),
@@ -272,9 +255,9 @@ def _element(element: Element | None) -> ElementPart | None:
     )
 
 
-def _observation(point: MeasuredPoint, taken_utc: str) -> ObservationPart:
+def _observation(point: MeasuredPoint, taken_utc: str) -> json_schema.ObservationPart:
     reference = point.reference_spots
-    return ObservationPart(
+    return json_schema.ObservationPart(
         number=point.number,
         feature=point.feature,
         taken_utc=taken_utc,
@@ -294,7 +277,7 @@ def _observation(point: MeasuredPoint, taken_utc: str) -> ObservationPart:
     )
 
 
-def _is_same(told: ObservationPart, point: MeasuredPoint) -> bool:
+def _is_same(told: json_schema.ObservationPart, point: MeasuredPoint) -> bool:
     """Return whether every number of a point was read back bit for bit."""
     pairs = [
         (np.array(told.tip_world), point.tip_world),
@@ -310,17 +293,17 @@ def _is_same(told: ObservationPart, point: MeasuredPoint) -> bool:
     )
 
 
-def _vector(array: Float) -> Vector:
+def _vector(array: Float) -> json_schema.Vector:
     x, y, z = (float(value) for value in array)
     return (x, y, z)
 
 
-def _matrix(array: Float) -> Matrix:
+def _matrix(array: Float) -> json_schema.Matrix:
     a, b, c = (_vector(row) for row in array)
     return (a, b, c)
 
 
-def _spots(spots: Float) -> Spots:
+def _spots(spots: Float) -> json_schema.Spots:
     return tuple(tuple((_seen(u), _seen(v)) for u, v in camera) for camera in spots.tolist())
 
 

@@ -18,14 +18,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ocmm_core.export.report._exporter import (
-    Exporter,
-    Profile,
-    TableProfile,
-    compare_delimited,
-    delimited,
-    same_number,
-)
+from ocmm_core.export.report import _exporter as exporter
 from ocmm_core.export.report._report_data import ReportData
 from ocmm_core.export.report._tables import (
     JOB_STATE,
@@ -38,7 +31,7 @@ from ocmm_core.export.report._tables import (
 )
 
 _PLACE = ("X", "Y", "Z", "I", "J", "K")
-_HEAD = TableProfile(header=True, columns=["Item", "Value"])
+_HEAD = exporter.TableProfile(header=True, columns=["Item", "Value"])
 _NEWLINE = "\r\n"
 _VERSION = 'version "5.0"'
 _CREATE = re.compile(
@@ -51,13 +44,13 @@ class _Text:
     """A delimited file to be written."""
 
     table: ReportTable
-    shape: TableProfile
+    shape: exporter.TableProfile
 
 
-def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
+def _contents(jobs: Sequence[ReportData], profile: exporter.Profile) -> dict[str, bytes]:
     (data,) = jobs
     files = {
-        name: delimited(text.table, profile, text.shape)
+        name: exporter.delimited(text.table, profile, text.shape)
         for name, text in _texts(data, profile).items()
     }
     for name, table in _clouds(data, profile).items():
@@ -68,12 +61,12 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
 
 
 def _differences(
-    jobs: Sequence[ReportData], profile: Profile, files: Mapping[str, bytes]
+    jobs: Sequence[ReportData], profile: exporter.Profile, files: Mapping[str, bytes]
 ) -> list[str]:
     (data,) = jobs
     found = []
     for name, text in _texts(data, profile).items():
-        found += compare_delimited(name, files[name], text.table, profile, text.shape)
+        found += exporter.compare_delimited(name, files[name], text.table, profile, text.shape)
     for name, table in _clouds(data, profile).items():
         lines = [line.split(" ") for line in files[name].decode("ascii", "replace").splitlines()]
         found += _compare_lines(name, lines, table)
@@ -81,12 +74,12 @@ def _differences(
     return found + _compare_macro(name, files[name], _points(data, profile))
 
 
-def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[ReportTable, ...]:
+def _preview(jobs: Sequence[ReportData], profile: exporter.Profile) -> tuple[ReportTable, ...]:
     (data,) = jobs
     return tuple(text.table for text in _texts(data, profile).values())
 
 
-def _texts(data: ReportData, profile: Profile) -> dict[str, _Text]:
+def _texts(data: ReportData, profile: exporter.Profile) -> dict[str, _Text]:
     stem, units = data.stem, profile.units
     tables = {
         f"{stem}_job.csv": (head_table(data), _HEAD),
@@ -100,7 +93,7 @@ def _texts(data: ReportData, profile: Profile) -> dict[str, _Text]:
     return {name: _Text(_chosen(table, shape), shape) for name, (table, shape) in tables.items()}
 
 
-def _chosen(table: ReportTable, shape: TableProfile) -> ReportTable:
+def _chosen(table: ReportTable, shape: exporter.TableProfile) -> ReportTable:
     """Return a table with the columns of the profile, and the states if it has a header."""
     needed = shape.when_needed
     told = (*shape.columns, *needed)
@@ -109,7 +102,7 @@ def _chosen(table: ReportTable, shape: TableProfile) -> ReportTable:
     return table.chosen(shape.columns, needed)
 
 
-def _clouds(data: ReportData, profile: Profile) -> dict[str, ReportTable]:
+def _clouds(data: ReportData, profile: exporter.Profile) -> dict[str, ReportTable]:
     """Return the clouds by name; they have fixed delimiter and decimal sign."""
     clouds = {f"{data.stem}_cloud.asc": points_table(data, profile.units)}
     if profile.centres:
@@ -118,7 +111,7 @@ def _clouds(data: ReportData, profile: Profile) -> dict[str, ReportTable]:
     return {name: table.chosen(_PLACE) for name, table in clouds.items()}
 
 
-def _points(data: ReportData, profile: Profile) -> ReportTable:
+def _points(data: ReportData, profile: exporter.Profile) -> ReportTable:
     return points_table(data, profile.units).chosen(("X", "Y", "Z", "Name"))
 
 
@@ -152,7 +145,7 @@ def _compare_lines(name: str, found: Sequence[Sequence[str]], table: ReportTable
         for index, (cells, row) in enumerate(zip(found, table.rows, strict=True), start=1)
         if len(cells) != len(row)
         or any(
-            not (same_number(cell, text) if isinstance(cell, Number) else cell == text)
+            not (exporter.same_number(cell, text) if isinstance(cell, Number) else cell == text)
             for cell, text in zip(row, cells, strict=True)
         )
     ]
@@ -162,7 +155,7 @@ def _numbers(cells: Sequence[object]) -> list[str]:
     return [cell.text() for cell in cells if isinstance(cell, Number)]
 
 
-POLYWORKS = Exporter(
+POLYWORKS = exporter.Exporter(
     name="polyworks",
     title="PolyWorks|Inspector",
     purpose="PolyWorks|Inspector, spreadsheets",

@@ -34,9 +34,11 @@ from ocmm_core.export.report._tables import (
     head_table,
     points_table,
     report_table,
+    said,
+    said_line,
+    said_table,
 )
 from ocmm_core.export.report._xlsx_reader import read_workbook
-from ocmm_core.export.report._xlsx_words import said, said_line, said_table
 from ocmm_core.export.template import PaperLengths
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.wording import Speech

@@ -4,8 +4,8 @@ In: points (n, 3), mm.
 Out: a `Fit`: geometry vector, residuals, Jacobian by all points.
 
 Read `_plane` (point, line, plane and sphere) with `_ball`, then `_cylinder`, `_cone` and `_torus`
-(cold start without an axis), `_flat` (also circles) with `_ellipse` and `_slot`. `_oriented` and
-`_oriented_search` fit with a given direction; `_distances` has derivatives of residuals;
+(cold start without an axis), `_flat` (also circles) with `_ellipse` and `_slot`. `_oriented` fits
+with a given direction; `_distances` has derivatives of residuals;
 `_registry` lists all. The package is independent of nominals and tolerances, so that the plan
 cannot influence a fit.
 """

@@ -13,21 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.search import (
-    BALL,
-    DISC,
-    STRAIGHT,
-    Solution,
-    candidates,
-    degenerate,
-    derivatives,
-    few_axes,
-    gains,
-    minimise,
-    sampled,
-    taubin,
-    undecided,
-)
+from ocmm_core.features import search
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.geometry import Float
 
@@ -72,18 +58,20 @@ def taubin_ball(points: Float) -> tuple[Float, float, float]:
     """Return centre (d,) and radius of Taubin's ball of centred points (n, d), and their size."""
     d = points.shape[1]
     moments = np.empty((d + 1, d + 1))
-    mean_square = float(taubin(points, moments))
+    mean_square = float(search.taubin(points, moments))
     smallest = np.linalg.eigh(moments)[1][:, 0]
     curvature = float(smallest[0] / np.sqrt(mean_square))
     # A straight solution has none; a far centre lets the callers recognise it.
-    centre: Float = -smallest[1:] / (curvature if abs(curvature) >= STRAIGHT else STRAIGHT)
+    centre: Float = -smallest[1:] / (
+        curvature if abs(curvature) >= search.STRAIGHT else search.STRAIGHT
+    )
     return centre, float(np.sqrt(centre @ centre + mean_square)), mean_square
 
 
 def fit_balls(shape: Shape, points: Float) -> list[Ball]:
     """Return the ball of centred, scaled ``points`` (n, d), and its rivals; or raise FitError."""
     n, d = points.shape
-    flat = degenerate(
+    flat = search.degenerate(
         shape,
         "they lie on a straight line or too short an arc"
         if shape is Shape.CIRCLE
@@ -93,9 +81,9 @@ def fit_balls(shape: Shape, points: Float) -> list[Ball]:
     centre, radius, mean_square = taubin_ball(points)
     start = np.zeros(8)
     start[:d], start[d] = centre, radius
-    solutions = [minimise(DISC if d == 2 else BALL, points, start)]
+    solutions = [search.minimise(search.DISC if d == 2 else search.BALL, points, start)]
     least_other = n * mean_square * NEAREST_OTHER**2
-    if n > MINIMUM_POINTS[shape] and undecided(
+    if n > MINIMUM_POINTS[shape] and search.undecided(
         solutions[0].cost, least_other, n, MINIMUM_POINTS[shape]
     ):
         solutions = _minima(points, solutions[0])
@@ -103,48 +91,52 @@ def fit_balls(shape: Shape, points: Float) -> list[Ball]:
         raise flat
     if not solutions[0].converged:
         raise not_converged(shape)
-    return [_ball(points, item, flat) for item in candidates(shape, solutions, n, None)]
+    return [_ball(points, item, flat) for item in search.candidates(shape, solutions, n, None)]
 
 
-def _ball(points: Float, solution: Solution, flat: FitError) -> Ball:
+def _ball(points: Float, solution: search.Solution, flat: FitError) -> Ball:
     d = points.shape[1]
-    residuals, jacobian, _ = derivatives(DISC if d == 2 else BALL, points, solution.parameters)
-    gain, shifts, condition = gains(jacobian)
+    residuals, jacobian, _ = search.derivatives(
+        search.DISC if d == 2 else search.BALL, points, solution.parameters
+    )
+    gain, shifts, condition = search.gains(jacobian)
     if condition > WORST_CONDITION:
         raise flat
     centre, radius = solution.parameters[:d], float(solution.parameters[d])
     return Ball(centre, radius, -jacobian[:, :d], residuals, -gain, shifts)
 
 
-def _minima(points: Float, first: Solution) -> list[Solution]:
+def _minima(points: Float, first: search.Solution) -> list[search.Solution]:
     """Return ``first`` and the minima around ``points``, best first, without flat ones."""
     d = points.shape[1]
-    kind = DISC if d == 2 else BALL
-    sample = sampled(points, SAMPLE)
+    kind = search.DISC if d == 2 else search.BALL
+    sample = search.sampled(points, SAMPLE)
     turns = np.arange(TURNS) * 2.0 * np.pi / TURNS
     ways = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     if d == 3:
-        axes = few_axes(points)
+        axes = search.few_axes(points)
         ways = np.concatenate([axes, -axes])
     size = np.sqrt(np.mean(np.sum(points**2, axis=1)))
     centres = (size * DISTANCES[:, None, None] * ways).reshape(-1, d)
-    ends: list[Solution] = []
+    ends: list[search.Solution] = []
     for centre in (np.zeros(d), *centres):
         start = np.zeros(8)
         start[:d], start[d] = centre, np.linalg.norm(sample - centre, axis=1).mean()
-        end = minimise(kind, sample, start)
+        end = search.minimise(kind, sample, start)
         if end.converged and not _known(end, ends, d):
             ends.append(end)
     found = [first]
     for end in ends:
-        solution = minimise(kind, points, end.parameters) if len(sample) < len(points) else end
+        solution = (
+            search.minimise(kind, points, end.parameters) if len(sample) < len(points) else end
+        )
         usable = solution.converged and 0.0 < solution.parameters[d] < LARGEST_RADIUS
         if usable and not _known(solution, found, d):
             found.append(solution)
     return sorted(found, key=lambda solution: solution.cost)
 
 
-def _known(solution: Solution, others: list[Solution], d: int) -> bool:
+def _known(solution: search.Solution, others: list[search.Solution], d: int) -> bool:
     """Return whether one of the others has the same centre."""
     centre = solution.parameters[:d]
     reach = SAME * (1.0 + float(np.abs(centre).max()))

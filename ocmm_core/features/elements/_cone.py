@@ -7,29 +7,8 @@ from functools import cache, partial
 import numpy as np
 
 from ocmm_core.errors import FitError
+from ocmm_core.features import search
 from ocmm_core.features.elements._ball import LARGEST_RADIUS, WORST_CONDITION, not_converged
-from ocmm_core.features.search import (
-    CONE,
-    Family,
-    across_axes,
-    candidates,
-    centred_solid,
-    checked_points,
-    circles,
-    curved_patch,
-    decided,
-    degenerate,
-    derivatives,
-    flanks,
-    many_axes,
-    minima,
-    planned,
-    quadric_axes,
-    quadric_feet,
-    sampled,
-    sensitivity,
-    trial_axes,
-)
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
 
@@ -50,37 +29,37 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
     Its direction points to growing radius. ``half_angle_hint``, rad, may decide between rivals, of
     which many pass through six points. FitError if the points do not determine one cone.
     """
-    points = checked_points(Shape.CONE, points)
-    flat = degenerate(
+    points = search.checked_points(Shape.CONE, points)
+    flat = search.degenerate(
         Shape.CONE,
         "they lie in a plane, on one circle or on too small a patch",
         "Take points around the cone at two heights or more.",
     )
-    centroid, about, size = centred_solid(Shape.CONE, points, flat)
+    centroid, about, size = search.centred_solid(Shape.CONE, points, flat)
     expected, asked = None, _families(about)
     if half_angle_hint is not None:
         expected = partial(_from_plan, expected=half_angle_hint)
-        asked = (*asked, planned(asked, slice(6, 7), np.array([half_angle_hint])))
-    solutions = minima(CONE, about, asked, _possible)
+        asked = (*asked, search.planned(asked, slice(6, 7), np.array([half_angle_hint])))
+    solutions = search.minima(search.CONE, about, asked, _possible)
     if not solutions:
         raise not_converged(Shape.CONE)
     one_sided = [solution for solution in solutions if solution.parameters[7] > 0.0]
     if not one_sided:
-        raise degenerate(
+        raise search.degenerate(
             Shape.CONE,
             "they lie on both sides of its apex",
             "Take the points on one side of the apex.",
         )
     build = partial(_fit, centroid=centroid, about=about, size=size, flat=flat)
-    return decided(candidates(Shape.CONE, one_sided, len(points), expected), build)
+    return search.decided(search.candidates(Shape.CONE, one_sided, len(points), expected), build)
 
 
 def _fit(best: Float, *, centroid: Float, about: Float, size: float, flat: FitError) -> Fit:
     """Return the fit of parameters (8,); raise ``flat`` if undetermined."""
     if best[6] < 0.0:
         best[3:7] *= -1.0
-    residuals, jacobian, _ = derivatives(CONE, about, best)
-    inverse, condition = sensitivity(jacobian)
+    residuals, jacobian, _ = search.derivatives(search.CONE, about, best)
+    inverse, condition = search.sensitivity(jacobian)
     if condition > WORST_CONDITION:
         raise flat
     half_angle = float(best[6])
@@ -100,12 +79,12 @@ def _possible(parameters: Float) -> bool:
     return abs(float(parameters[6])) < FLATTEST and abs(float(parameters[7])) < LARGEST_RADIUS
 
 
-def _families(points: Float) -> tuple[Family, ...]:
-    quadrics = cache(partial(quadric_axes, points))
+def _families(points: Float) -> tuple[search.Family, ...]:
+    quadrics = cache(partial(search.quadric_axes, points))
     return (
-        lambda: _starts(points, trial_axes(points)),
+        lambda: _starts(points, search.trial_axes(points)),
         lambda: _by_curvature(points, quadrics()),
-        lambda: _starts(points, np.concatenate([quadrics(), many_axes(points)])),
+        lambda: _starts(points, np.concatenate([quadrics(), search.many_axes(points)])),
     )
 
 
@@ -115,7 +94,7 @@ def _by_curvature(points: Float, quadrics: Float) -> Float:
     A cone bends in one direction only. Its axis is in the plane of the other one and the normal, at
     the half angle from the surface, and passes through the centre of the bend.
     """
-    patch = curved_patch(points)
+    patch = search.curved_patch(points)
     bend = int(np.argmax(np.abs(patch.curvatures)))
     curvature = float(patch.curvatures[bend])
     curvature = np.copysign(max(abs(curvature), 1.0 / FARTHEST), curvature)
@@ -127,7 +106,7 @@ def _by_curvature(points: Float, quadrics: Float) -> Float:
     # The axis passes through the centre of the bend; seen from there the points open to one side.
     feet = centre - (axes @ centre)[:, None] * axes
     bent = np.column_stack([feet, axes, np.zeros((len(axes), 2))])
-    flanks(sampled(points, RANKING_POINTS), bent)
+    search.flanks(search.sampled(points, RANKING_POINTS), bent)
     return np.concatenate([first, bent])
 
 
@@ -137,11 +116,11 @@ def _starts(points: Float, axes: Float) -> Float:
     About the foot of a quadric of revolution, and of Taubin's circle, for narrow cones and short
     arcs.
     """
-    sample, m = sampled(points, RANKING_POINTS), len(axes)
+    sample, m = search.sampled(points, RANKING_POINTS), len(axes)
     found = np.zeros((2 * m, 8))
-    quadric_feet(sample, axes, found[:m])
-    circles(sample, axes, found[m:])
-    flanks(sample, found)
+    search.quadric_feet(sample, axes, found[:m])
+    search.circles(sample, axes, found[m:])
+    search.flanks(sample, found)
     return found
 
 
@@ -149,7 +128,7 @@ def _by_points(p: Float, points: Float, inverse: Float) -> Float:
     """Return d(geometry) / d(points), (12, 3 n), of the scaled cone from ``inverse`` (6, n)."""
     n = len(points)
     axis, cosine, sine = p[3:6], np.cos(p[6]), np.sin(p[6])
-    basis = np.stack(across_axes(axis))
+    basis = np.stack(search.across_axes(axis))
     by_shift = np.zeros((GEOMETRY_SIZE, n))
     by_shift[0:3] = basis.T @ inverse[0:2]
     by_shift[3:6] = basis.T @ inverse[2:4]

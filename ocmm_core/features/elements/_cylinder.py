@@ -7,29 +7,8 @@ from functools import cache, partial
 import numpy as np
 
 from ocmm_core.errors import FitError
+from ocmm_core.features import search
 from ocmm_core.features.elements._ball import LARGEST_RADIUS, WORST_CONDITION, not_converged
-from ocmm_core.features.search import (
-    CYLINDER,
-    NEAR,
-    Family,
-    across_axes,
-    candidates,
-    centred_solid,
-    checked_points,
-    circles,
-    curved_patch,
-    decided,
-    degenerate,
-    derivatives,
-    many_axes,
-    minima,
-    oriented,
-    planned,
-    quadric_axes,
-    sampled,
-    sensitivity,
-    trial_axes,
-)
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
 
@@ -47,25 +26,27 @@ def fit_cylinder(
     ``direction_hint`` (3,) orients the axis; ``radius_hint``, mm, may decide between rivals, of
     which up to six pass through five points. FitError if the points do not determine one cylinder.
     """
-    points = checked_points(Shape.CYLINDER, points)
-    flat = degenerate(
+    points = search.checked_points(Shape.CYLINDER, points)
+    flat = search.degenerate(
         Shape.CYLINDER,
         "they lie in a plane, on one circle or on too small a patch",
         "Take points around the cylinder at two heights or more.",
     )
-    centroid, about, size = centred_solid(Shape.CYLINDER, points, flat)
+    centroid, about, size = search.centred_solid(Shape.CYLINDER, points, flat)
     expected, asked = None, _families(about)
     if radius_hint:
         radius = radius_hint / size
         expected = partial(_from_plan, expected=radius)
-        asked = (*asked, planned(asked, slice(6, 7), np.array([radius])))
-    solutions = minima(CYLINDER, about, asked, _possible)
+        asked = (*asked, search.planned(asked, slice(6, 7), np.array([radius])))
+    solutions = search.minima(search.CYLINDER, about, asked, _possible)
     if not solutions:
         raise not_converged(Shape.CYLINDER)
     build = partial(
         _fit, centroid=centroid, about=about, size=size, direction_hint=direction_hint, flat=flat
     )
-    return decided(candidates(Shape.CYLINDER, solutions, len(points), expected), build)
+    return search.decided(
+        search.candidates(Shape.CYLINDER, solutions, len(points), expected), build
+    )
 
 
 def _fit(
@@ -73,9 +54,9 @@ def _fit(
     flat: FitError,
 ) -> Fit:  # fmt: skip
     """Return the fit of parameters (8,); raise ``flat`` if undetermined."""
-    best[3:6] = oriented(best[3:6], direction_hint)
-    residuals, jacobian, _ = derivatives(CYLINDER, about, best)
-    inverse, condition = sensitivity(jacobian)
+    best[3:6] = search.oriented(best[3:6], direction_hint)
+    residuals, jacobian, _ = search.derivatives(search.CYLINDER, about, best)
+    inverse, condition = search.sensitivity(jacobian)
     if condition > WORST_CONDITION:
         raise flat
     geometry = element(centroid + size * best[0:3], best[3:6], size * best[6])
@@ -85,25 +66,25 @@ def _fit(
 
 
 def _from_plan(parameters: Float, expected: float) -> float:
-    return abs(float(parameters[6]) - expected) / (NEAR * expected)
+    return abs(float(parameters[6]) - expected) / (search.NEAR * expected)
 
 
 def _possible(parameters: Float) -> bool:
     return 0.0 < float(parameters[6]) < LARGEST_RADIUS
 
 
-def _families(points: Float) -> tuple[Family, ...]:
-    quadrics = cache(partial(quadric_axes, points))
+def _families(points: Float) -> tuple[search.Family, ...]:
+    quadrics = cache(partial(search.quadric_axes, points))
     return (
-        lambda: starts(points, trial_axes(points)),
+        lambda: starts(points, search.trial_axes(points)),
         lambda: starts(points, np.concatenate([quadrics(), _bent_axes(points)])),
-        lambda: starts(points, np.concatenate([quadrics(), many_axes(points)])),
+        lambda: starts(points, np.concatenate([quadrics(), search.many_axes(points)])),
     )
 
 
 def _bent_axes(points: Float) -> Float:
     """Return curvature directions of the patch, and directions between and next to them, (m, 3)."""
-    patch = curved_patch(points)
+    patch = search.curved_patch(points)
     turns = np.arange(BETWEEN) * np.pi / BETWEEN
     leans = np.deg2rad(LEANS)[:, None, None]
     across = np.cos(turns)[:, None] * patch.directions[0]
@@ -115,7 +96,7 @@ def _bent_axes(points: Float) -> Float:
 def starts(points: Float, axes: Float) -> Float:
     """Return start parameters (m, 8), one for every trial axis."""
     found = np.empty((len(axes), 8))
-    circles(sampled(points, RANKING_POINTS), axes, found)
+    search.circles(search.sampled(points, RANKING_POINTS), axes, found)
     return found
 
 
@@ -123,7 +104,7 @@ def _by_points(parameters: Float, points: Float, inverse: Float, jacobian: Float
     """Return d(geometry) / d(points), (12, 3 n), of the centred and scaled cylinder."""
     n = len(points)
     axis = parameters[3:6]
-    basis = np.stack(across_axes(axis))
+    basis = np.stack(search.across_axes(axis))
     by_shift = np.zeros((GEOMETRY_SIZE, n))
     by_shift[0:3] = basis.T @ inverse[0:2]
     by_shift[3:6] = basis.T @ inverse[2:4]

@@ -14,27 +14,9 @@ from functools import partial
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.elements._ball import (
-    LARGEST_RADIUS,
-    WORST_CONDITION,
-    not_converged,
-    taubin_ball,
-)
+from ocmm_core.features import search
+from ocmm_core.features.elements import _ball as ball
 from ocmm_core.features.elements._flat import Outline, fit_in_given_plane, fit_in_own_plane
-from ocmm_core.features.search import (
-    ELLIPSE,
-    FLAT,
-    Family,
-    Solution,
-    candidates,
-    conics,
-    degenerate,
-    derivatives,
-    gains,
-    minima,
-    of_conic,
-    sampled,
-)
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
@@ -49,7 +31,7 @@ STRAIGHT = 1e3
 """Radius of a bend, relative to the size of the points, beyond which it is not visible."""
 
 
-def families(points: Float, offset: float) -> tuple[Family, ...]:
+def families(points: Float, offset: float) -> tuple[search.Family, ...]:
     """Return the families of starts for centred and scaled points (n, 2), quickest first."""
     return (
         partial(conic_starts, points, offset),
@@ -60,15 +42,15 @@ def families(points: Float, offset: float) -> tuple[Family, ...]:
 
 def conic_starts(points: Float, offset: float) -> Float:
     """Return start parameters (m, 8): conics that are ellipses, and principal axes."""
-    sample = sampled(points, SAMPLE)
+    sample = search.sampled(points, SAMPLE)
     found, starts = np.empty((2, 6)), np.zeros((2, 8))
     try:
-        conics(sample, found)
+        search.conics(sample, found)
     except np.linalg.LinAlgError:
         # Collinear points, reported later.
         starts = starts[:0]
     pairs = zip(found, starts, strict=False)
-    starts = starts[[of_conic(conic, offset, start) for conic, start in pairs]]
+    starts = starts[[search.of_conic(conic, offset, start) for conic, start in pairs]]
     squares, axes = np.linalg.eigh(sample.T @ sample)
     turn = np.arctan2(axes[1, 1], axes[0, 1])
     short, long = np.sqrt(np.maximum(squares, 0.0) * (2.0 / len(sample)))
@@ -78,9 +60,9 @@ def conic_starts(points: Float, offset: float) -> Float:
 
 def _osculating(points: Float, offset: float) -> Float:
     """Return start parameters (m, 8) of ellipses that osculate the points at their middle."""
-    sample = sampled(points, SAMPLE)
+    sample = search.sampled(points, SAMPLE)
     middle = sample.mean(axis=0)
-    centre, radius, _ = taubin_ball(sample - middle)
+    centre, radius, _ = ball.taubin_ball(sample - middle)
     reach = float(np.linalg.norm(centre))
     # From the middle of the points to the centre of their bend; arbitrary for a whole circle.
     inward = centre / reach if reach > 0.0 else np.array([1.0, 0.0])
@@ -148,21 +130,23 @@ def fit_ellipse_projected(
 
 
 def _outline(points: Float, size: float, offset: float) -> list[Outline]:
-    flat = degenerate(
+    flat = search.degenerate(
         Shape.ELLIPSE,
         "they lie on a straight line, on a circle or on too short an arc",
         "Spread the points around the ellipse; measure a round one as a circle.",
     )
     sure = partial(_surrounded, points)
-    solutions = minima(ELLIPSE, points, families(points, offset / size), _possible, sure)
+    solutions = search.minima(
+        search.ELLIPSE, points, families(points, offset / size), _possible, sure
+    )
     if not solutions:
         extents = np.linalg.svd(points, compute_uv=False)
-        raise flat if extents[1] < FLAT * extents[0] else not_converged(Shape.ELLIPSE)
+        raise flat if extents[1] < search.FLAT * extents[0] else ball.not_converged(Shape.ELLIPSE)
     p = solutions[0].parameters
     if abs(p[3] - p[4]) < ROUNDEST * max(p[3], p[4]):
         raise flat
-    possible = candidates(Shape.ELLIPSE, solutions, len(points), None)
-    found = outlines(ELLIPSE, points, possible, flat)
+    possible = search.candidates(Shape.ELLIPSE, solutions, len(points), None)
+    found = outlines(search.ELLIPSE, points, possible, flat)
     long, short = found[0].radius, found[0].second
     if -offset / size >= short**2 / long:
         raise FitError(
@@ -175,10 +159,10 @@ def _outline(points: Float, size: float, offset: float) -> list[Outline]:
 
 
 def _possible(p: Float) -> bool:
-    return bool(0.0 < p[4] < LARGEST_RADIUS and 0.0 < p[3] < LARGEST_RADIUS)
+    return bool(0.0 < p[4] < ball.LARGEST_RADIUS and 0.0 < p[3] < ball.LARGEST_RADIUS)
 
 
-def _surrounded(points: Float, found: Solution) -> bool:
+def _surrounded(points: Float, found: search.Solution) -> bool:
     """Return whether ``points`` are close to an ellipse and all around it, hence to no other."""
     p = found.parameters
     if found.cost > len(points) * (NEAR * min(p[3:5])) ** 2:
@@ -191,15 +175,15 @@ def _surrounded(points: Float, found: Solution) -> bool:
 
 
 def outlines(
-    kind: int, points: Float, possible: Sequence[Solution], flat: FitError
+    kind: int, points: Float, possible: Sequence[search.Solution], flat: FitError
 ) -> list[Outline]:
     """Return the outlines of solutions; raise ``flat`` if one is undetermined."""
     found = []
     for solution in possible:
         p = solution.parameters.copy()
-        residuals, jacobian, _ = derivatives(kind, points, p)
-        gain, shifts, condition = gains(jacobian)
-        if condition > WORST_CONDITION:
+        residuals, jacobian, _ = search.derivatives(kind, points, p)
+        gain, shifts, condition = search.gains(jacobian)
+        if condition > ball.WORST_CONDITION:
             raise flat
         found.append(oblong(p, residuals, jacobian, -gain, shifts))
     return found

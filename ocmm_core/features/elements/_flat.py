@@ -14,36 +14,9 @@ from typing import TypeAlias
 
 import numpy as np
 
+from ocmm_core.features import search, shapes
 from ocmm_core.features.elements._ball import WORST_CONDITION, fit_balls, not_converged
 from ocmm_core.features.elements._plane import OwnPlane, own_plane
-from ocmm_core.features.search import (
-    RING,
-    across_axes,
-    centred,
-    checked_points,
-    covered,
-    degenerate,
-    derivatives,
-    minimise,
-    oriented,
-    places,
-    same,
-    sensitivity,
-    spread,
-    spread_alike,
-)
-from ocmm_core.features.shapes import (
-    ACROSS,
-    DIRECTION,
-    GEOMETRY_SIZE,
-    POINT,
-    RADIUS,
-    SECOND,
-    Fit,
-    Shape,
-    element,
-    make_fit,
-)
 from ocmm_core.geometry import Float, Points3, perpendicular_pair, unit
 
 
@@ -68,17 +41,17 @@ class Outline:
     radius, second) / d(shift of a point along its normal)."""
 
 
-_NOTHING = np.zeros((GEOMETRY_SIZE, 3))
+_NOTHING = np.zeros((shapes.GEOMETRY_SIZE, 3))
 
 OutlineFit: TypeAlias = Callable[[Float, float], Sequence[Outline]]
 """Finds the outline of centred points (n, 2), given also their size in mm, and its rivals."""
 
 
 def fit_in_own_plane(
-    shape: Shape, points: Points3, direction_hint: Float | None, outline_fit: OutlineFit
-) -> Fit:
+    shape: shapes.Shape, points: Points3, direction_hint: Float | None, outline_fit: OutlineFit
+) -> shapes.Fit:
     """Return the outline in the orthogonal-distance plane of points (n, 3), mm, or FitError."""
-    points = checked_points(shape, points)
+    points = search.checked_points(shape, points)
     plane = own_plane(shape, points, direction_hint)
     normal = plane.axes[2]
     basis = np.stack([plane.axes[0], _cross(normal, plane.axes[0])])
@@ -86,53 +59,53 @@ def fit_in_own_plane(
     return _with_rival([_in_own_plane(shape, plane, placed) for placed in found])
 
 
-def _in_own_plane(shape: Shape, plane: OwnPlane, placed: _Placed) -> Fit:
+def _in_own_plane(shape: shapes.Shape, plane: OwnPlane, placed: _Placed) -> shapes.Fit:
     normal = plane.axes[2]
     # A tilt of the plane moves a centre that is not the centroid out of it, and takes the direction
     # of the length along; how it shears the points within the plane is of the order of the
     # residuals and left out (`shapes.Fit`).
-    tilt = np.zeros((GEOMETRY_SIZE, 2))
-    tilt[DIRECTION] = plane.tilt
-    tilt[POINT] = -normal[:, None] * (placed.lever @ plane.tilt)
-    tilt[ACROSS] = -normal[:, None] * (placed.geometry[ACROSS] @ plane.tilt)
-    constant = np.zeros((GEOMETRY_SIZE, 3))
+    tilt = np.zeros((shapes.GEOMETRY_SIZE, 2))
+    tilt[shapes.DIRECTION] = plane.tilt
+    tilt[shapes.POINT] = -normal[:, None] * (placed.lever @ plane.tilt)
+    tilt[shapes.ACROSS] = -normal[:, None] * (placed.geometry[shapes.ACROSS] @ plane.tilt)
+    constant = np.zeros((shapes.GEOMETRY_SIZE, 3))
     n = len(plane.about)
-    constant[POINT] = normal[:, None] * (normal / n)
-    jacobian = np.empty((GEOMETRY_SIZE, 3 * n))
-    spread_alike(tilt[:, :, None] * normal, plane.shifts, constant, jacobian)
+    constant[shapes.POINT] = normal[:, None] * (normal / n)
+    jacobian = np.empty((shapes.GEOMETRY_SIZE, 3 * n))
+    search.spread_alike(tilt[:, :, None] * normal, plane.shifts, constant, jacobian)
     placed.spread(jacobian)
-    return make_fit(shape, placed.geometry, jacobian, plane.size * placed.outline.residuals)
+    return shapes.make_fit(shape, placed.geometry, jacobian, plane.size * placed.outline.residuals)
 
 
 def fit_in_given_plane(
-    shape: Shape, points: Points3, plane_normal: Float, outline_fit: OutlineFit
-) -> tuple[Fit, Float]:
+    shape: shapes.Shape, points: Points3, plane_normal: Float, outline_fit: OutlineFit
+) -> tuple[shapes.Fit, Float]:
     """Return the outline of ``points`` (n, 3), mm, projected along ``plane_normal``.
 
     It lies in the plane through the centroid of the points, square to the normal (3,) of any
     length, which is its direction and constant for its jacobian. ``by_normal`` (12, 3) is
     d(geometry) / d(unit normal), for changes square to the normal. FitError if undetermined.
     """
-    points = checked_points(shape, points)
+    points = search.checked_points(shape, points)
     normal = unit(np.asarray(plane_normal, dtype=np.float64))
-    centroid, about, size = centred(shape, points)
+    centroid, about, size = search.centred(shape, points)
     basis = np.stack(perpendicular_pair(normal))
     found = _in_plane(centroid, about, size, normal, basis, outline_fit)
     fits = []
     for item in found:
-        jacobian = np.zeros((GEOMETRY_SIZE, 3 * len(points)))
+        jacobian = np.zeros((shapes.GEOMETRY_SIZE, 3 * len(points)))
         constant = normal[:, None] * (normal / len(points))
-        jacobian[POINT] = np.tile(constant, len(points))
+        jacobian[shapes.POINT] = np.tile(constant, len(points))
         item.spread(jacobian)
-        fits.append(make_fit(shape, item.geometry, jacobian, size * item.outline.residuals))
+        fits.append(shapes.make_fit(shape, item.geometry, jacobian, size * item.outline.residuals))
     placed, fit = found[0], _with_rival(fits)
 
     # A turn of the normal shifts every projection by its height, and the plane about the centroid.
     height = size * (about @ normal)
     by_normal = -placed.gain @ (placed.outline.shifts.T @ (height[:, None] * placed.outward))
-    by_normal[POINT] -= np.outer(normal, placed.lever)
-    by_normal[ACROSS] -= np.outer(normal, fit.across)
-    by_normal[DIRECTION] = np.eye(3) - np.outer(normal, normal)
+    by_normal[shapes.POINT] -= np.outer(normal, placed.lever)
+    by_normal[shapes.ACROSS] -= np.outer(normal, fit.across)
+    by_normal[shapes.DIRECTION] = np.eye(3) - np.outer(normal, normal)
     return fit, by_normal
 
 
@@ -152,35 +125,39 @@ class _Placed:
 
     def spread(self, jacobian: Float) -> None:
         """Add d(geometry) / d(points), the plane being given, to ``jacobian`` (12, 3 n)."""
-        spread(self.gain, self.outline.shifts, self.outward, _NOTHING, jacobian)
+        search.spread(self.gain, self.outline.shifts, self.outward, _NOTHING, jacobian)
 
 
-def _with_rival(fits: Sequence[Fit]) -> Fit:
+def _with_rival(fits: Sequence[shapes.Fit]) -> shapes.Fit:
     """Return the first fit, with the first of the others that its uncertainty does not cover."""
     first, *others = fits
-    return replace(first, rival=next((fit for fit in others if not covered(first, fit)), None))
+    return replace(
+        first, rival=next((fit for fit in others if not search.covered(first, fit)), None)
+    )
 
 
 def _in_plane(
     centroid: Float, about: Float, size: float, normal: Float, basis: Float, outline_fit: OutlineFit
 ) -> list[_Placed]:
     flat = np.empty((len(about), 2))
-    places(about, basis, flat)
+    search.places(about, basis, flat)
     return [_place(centroid, size, normal, basis, item) for item in outline_fit(flat, size)]
 
 
 def _place(centroid: Float, size: float, normal: Float, basis: Float, outline: Outline) -> _Placed:
     lever = (size * outline.centre) @ basis
-    geometry = element(centroid + lever, normal, size * outline.radius)
-    geometry[SECOND] = size * outline.second
-    gain = np.zeros((GEOMETRY_SIZE, outline.gain.shape[1]))
-    gain[POINT] = basis.T @ outline.gain[0:2]
-    gain[RADIUS] = outline.gain[3]
+    geometry = shapes.element(centroid + lever, normal, size * outline.radius)
+    geometry[shapes.SECOND] = size * outline.second
+    gain = np.zeros((shapes.GEOMETRY_SIZE, outline.gain.shape[1]))
+    gain[shapes.POINT] = basis.T @ outline.gain[0:2]
+    gain[shapes.RADIUS] = outline.gain[3]
     if outline.turn is not None:
-        gain[SECOND] = outline.gain[4]
-        across = oriented(np.cos(outline.turn) * basis[0] + np.sin(outline.turn) * basis[1], None)
-        geometry[ACROSS] = across
-        gain[ACROSS] = _cross(normal, across)[:, None] * (outline.gain[2] / size)
+        gain[shapes.SECOND] = outline.gain[4]
+        across = search.oriented(
+            np.cos(outline.turn) * basis[0] + np.sin(outline.turn) * basis[1], None
+        )
+        geometry[shapes.ACROSS] = across
+        gain[shapes.ACROSS] = _cross(normal, across)[:, None] * (outline.gain[2] / size)
     return _Placed(outline, geometry, gain, outline.normals @ basis, lever)
 
 
@@ -191,20 +168,20 @@ def _cross(a: Float, b: Float) -> Float:
     )
 
 
-def fit_circle(points: Points3, direction_hint: Float | None = None) -> Fit:
+def fit_circle(points: Points3, direction_hint: Float | None = None) -> shapes.Fit:
     """Return the circle in the orthogonal-distance plane of ``points`` (n, 3), mm.
 
     Residuals are radial, positive outside. FitError if the points do not determine a circle.
     """
-    return fit_in_own_plane(Shape.CIRCLE, points, direction_hint, _outline)
+    return fit_in_own_plane(shapes.Shape.CIRCLE, points, direction_hint, _outline)
 
 
-def fit_circle_projected(points: Points3, plane_normal: Float) -> tuple[Fit, Float]:
+def fit_circle_projected(points: Points3, plane_normal: Float) -> tuple[shapes.Fit, Float]:
     """Return the circle of ``points`` projected along a normal; see `flat.fit_in_given_plane`."""
-    return fit_in_given_plane(Shape.CIRCLE, points, plane_normal, _outline)
+    return fit_in_given_plane(shapes.Shape.CIRCLE, points, plane_normal, _outline)
 
 
-def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit:
+def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> shapes.Fit:
     """Return the circle in space nearest to ``points`` (n, 3), mm, in one problem.
 
     Residuals are distances from it, including those square to its plane, positive outside the
@@ -216,46 +193,48 @@ def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit
     if two_steps.rival is None:
         return first
     first, second = sorted((first, _free(two_steps.rival, points)), key=lambda fit: fit.rms)
-    if same(first, second) or covered(first, second):
+    if search.same(first, second) or search.covered(first, second):
         return first
     return replace(first, rival=second)
 
 
-def _free(two_steps: Fit, points: Points3) -> Fit:
+def _free(two_steps: shapes.Fit, points: Points3) -> shapes.Fit:
     """Return the circle in space reached from a two-step one."""
-    centroid, about, size = centred(Shape.CIRCLE, points)
+    centroid, about, size = search.centred(shapes.Shape.CIRCLE, points)
     n = len(points)
     centre = (two_steps.point - centroid) / size
     start = np.concatenate([centre, two_steps.direction, [two_steps.radius / size, 0.0]])
-    solution = minimise(RING, about, start)
+    solution = search.minimise(search.RING, about, start)
     if not solution.converged:
-        raise not_converged(Shape.CIRCLE)
+        raise not_converged(shapes.Shape.CIRCLE)
     p = solution.parameters
-    residuals, jacobian, _ = derivatives(RING, about, p)
-    inverse, condition = sensitivity(jacobian)
+    residuals, jacobian, _ = search.derivatives(search.RING, about, p)
+    inverse, condition = search.sensitivity(jacobian)
     if condition > WORST_CONDITION:
-        raise degenerate(
-            Shape.CIRCLE,
+        raise search.degenerate(
+            shapes.Shape.CIRCLE,
             "they lie on a straight line or too short an arc",
             "Spread the points over more of the feature.",
         )
     axis = p[3:6]
-    basis = np.stack([*across_axes(axis), axis])
-    by_shift = np.zeros((GEOMETRY_SIZE, 2 * n))
+    basis = np.stack([*search.across_axes(axis), axis])
+    by_shift = np.zeros((shapes.GEOMETRY_SIZE, 2 * n))
     by_shift[0:3] = -basis.T @ inverse[0:3]
     by_shift[3:6] = -basis[0:2].T @ inverse[3:5] / size
     by_shift[6] = -inverse[5]
     outward = -jacobian[:n, 0:2] @ basis[0:2]
     by_points = by_shift[:, :n, None] * outward + by_shift[:, n:, None] * axis
-    geometry = element(centroid + size * p[0:3], axis, size * p[6])
+    geometry = shapes.element(centroid + size * p[0:3], axis, size * p[6])
     away = np.copysign(np.hypot(residuals[:n], residuals[n:]), residuals[:n])
-    fit = make_fit(Shape.CIRCLE, geometry, by_points.reshape(GEOMETRY_SIZE, 3 * n), size * away)
+    fit = shapes.make_fit(
+        shapes.Shape.CIRCLE, geometry, by_points.reshape(shapes.GEOMETRY_SIZE, 3 * n), size * away
+    )
     return replace(fit, free=True)
 
 
 def _outline(points: Float, _size: float) -> list[Outline]:
     outlines = []
-    for ball in fit_balls(Shape.CIRCLE, points):
+    for ball in fit_balls(shapes.Shape.CIRCLE, points):
         gain = np.zeros((5, ball.gain.shape[1]))
         gain[0:2], gain[3] = ball.gain[0:2], ball.gain[2]
         outlines.append(

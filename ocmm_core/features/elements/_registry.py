@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from ocmm_core.features import search
 from ocmm_core.features.elements import _distances as distances
 from ocmm_core.features.elements._cone import fit_cone
 from ocmm_core.features.elements._cylinder import fit_cylinder
@@ -16,16 +17,6 @@ from ocmm_core.features.elements._flat import fit_circle, fit_circle_free, fit_c
 from ocmm_core.features.elements._plane import fit_line, fit_plane, fit_point, fit_sphere
 from ocmm_core.features.elements._slot import fit_slot, fit_slot_projected
 from ocmm_core.features.elements._torus import fit_torus
-from ocmm_core.features.search import (
-    BALL,
-    CONE,
-    CYLINDER,
-    DISC,
-    ELLIPSE,
-    ROUND_ENDS,
-    SQUARE_ENDS,
-    TORUS,
-)
 from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT, Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
@@ -118,7 +109,7 @@ ELEMENTS = {
         projected=lambda points, normal, known: fit_circle_projected(points, normal),
         jacobian=distances.circle_slopes,
         signed=distances.signed_cylinder,
-        kernel=DISC,
+        kernel=search.DISC,
         may_be_turned=True,
     ),
     Shape.SPHERE: ElementSpec(
@@ -126,7 +117,7 @@ ELEMENTS = {
         projected=None,
         jacobian=distances.sphere_slopes,
         signed=distances.signed_sphere,
-        kernel=BALL,
+        kernel=search.BALL,
         may_be_turned=False,
     ),
     Shape.CYLINDER: ElementSpec(
@@ -134,7 +125,7 @@ ELEMENTS = {
         projected=None,
         jacobian=distances.cylinder_jacobian,
         signed=distances.signed_cylinder,
-        kernel=CYLINDER,
+        kernel=search.CYLINDER,
         may_be_turned=True,
     ),
     Shape.ELLIPSE: ElementSpec(
@@ -142,14 +133,16 @@ ELEMENTS = {
         projected=lambda points, normal, known: fit_ellipse_projected(points, normal, known.offset),
         jacobian=distances.ellipse_slopes,
         signed=distances.signed_ellipse,
-        kernel=ELLIPSE,
+        kernel=search.ELLIPSE,
         may_be_turned=False,
     ),
     Shape.ROUND_SLOT: _slot(
-        Shape.ROUND_SLOT, distances.round_slopes, distances.signed_round_slot, ROUND_ENDS
+        Shape.ROUND_SLOT, distances.round_slopes, distances.signed_round_slot, search.ROUND_ENDS
     ),
     **{
-        shape: _slot(shape, distances.square_jacobian, distances.signed_rectangle, SQUARE_ENDS)
+        shape: _slot(
+            shape, distances.square_jacobian, distances.signed_rectangle, search.SQUARE_ENDS
+        )
         for shape in (Shape.SQUARE_SLOT, Shape.RECTANGLE)
     },
     Shape.CONE: ElementSpec(
@@ -157,7 +150,7 @@ ELEMENTS = {
         projected=None,
         jacobian=distances.cone_slopes,
         signed=distances.signed_cone,
-        kernel=CONE,
+        kernel=search.CONE,
         may_be_turned=True,
     ),
     Shape.TORUS: ElementSpec(
@@ -165,7 +158,7 @@ ELEMENTS = {
         projected=None,
         jacobian=distances.torus_slopes,
         signed=distances.signed_torus,
-        kernel=TORUS,
+        kernel=search.TORUS,
         may_be_turned=True,
     ),
 }

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from ocmm_core.features import search
 from ocmm_core.features.elements._ball import LARGEST_RADIUS
 from ocmm_core.features.elements._ellipse import outlines
 from ocmm_core.features.elements._flat import (
@@ -18,22 +19,6 @@ from ocmm_core.features.elements._flat import (
     OutlineFit,
     fit_in_given_plane,
     fit_in_own_plane,
-)
-from ocmm_core.features.search import (
-    NEAR,
-    ROUND_ENDS,
-    SQUARE_ENDS,
-    STEP_SIZE,
-    Solution,
-    best_ends,
-    candidates,
-    degenerate,
-    derivatives,
-    gains,
-    is_open,
-    minima,
-    minimise,
-    undecided,
 )
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3
@@ -88,15 +73,15 @@ def _outline_fit(shape: Shape, sizes_hint: tuple[float, float] | None) -> Outlin
 def _outline(
     points: Float, size: float, *, shape: Shape, sizes_hint: tuple[float, float] | None
 ) -> list[Outline]:
-    flat = degenerate(
+    flat = search.degenerate(
         shape,
         "they do not lie on both sides and both ends of it",
         "Take at least two points on one side, and one on the other side and on each end.",
     )
     round_ends = shape is Shape.ROUND_SLOT
-    kind = ROUND_ENDS if round_ends else SQUARE_ENDS
+    kind = search.ROUND_ENDS if round_ends else search.SQUARE_ENDS
     families = (lambda: _framed(points, TURNS, (0.0,)), lambda: _framed(points, 2 * TURNS, TRIMMED))
-    solutions = minima(kind, points, families, _long if round_ends else _open)
+    solutions = search.minima(kind, points, families, _long if round_ends else _open)
     if not solutions:
         raise flat
     expected = None
@@ -105,18 +90,18 @@ def _outline(
     as_planned = expected is not None and expected(solutions[0].parameters) <= 1.0
     best = solutions[0]
     noise = TOUCHED if as_planned else np.inf
-    if gains(derivatives(kind, points, best.parameters)[1])[2] < WELL_CONDITIONED:
+    if search.gains(search.derivatives(kind, points, best.parameters)[1])[2] < WELL_CONDITIONED:
         noise = min(noise, SCATTER_MM / size)
     if _unbounded(kind, points, best, noise):
         raise flat
     likely = [item for item in solutions if item is best or item.cost <= len(points) * noise**2]
-    possible = candidates(shape, likely, len(points), expected)
+    possible = search.candidates(shape, likely, len(points), expected)
     return outlines(kind, points, possible, flat)
 
 
 def _from_plan(p: Float, expected: Float) -> float:
     sizes = np.sort(p[3:5])[::-1]
-    return float(np.max(np.abs(sizes - expected) / (NEAR * expected)))
+    return float(np.max(np.abs(sizes - expected) / (search.NEAR * expected)))
 
 
 def _long(p: Float) -> bool:
@@ -147,13 +132,13 @@ def _framed(points: Float, turns: int, trimmed: Sequence[float]) -> Float:
     return np.concatenate(found)
 
 
-def _unbounded(kind: int, points: Float, best: Solution, noise: float) -> bool:
+def _unbounded(kind: int, points: Float, best: search.Solution, noise: float) -> bool:
     """Return whether an open outline fits within ``noise``, so that the length is undetermined."""
-    n, numbers = len(points), STEP_SIZE[kind]
-    for end in best_ends(kind, points, _extended(best.parameters), SIDES):
-        other = minimise(kind, points, end)
-        likely = other.cost <= n * noise**2 and undecided(best.cost, other.cost, n, numbers)
-        if likely and is_open(kind, points, other):
+    n, numbers = len(points), search.STEP_SIZE[kind]
+    for end in search.best_ends(kind, points, _extended(best.parameters), SIDES):
+        other = search.minimise(kind, points, end)
+        likely = other.cost <= n * noise**2 and search.undecided(best.cost, other.cost, n, numbers)
+        if likely and search.is_open(kind, points, other):
             return True
     return False
 

@@ -5,8 +5,8 @@ Out: measured features: geometry, Jacobian by every point of the job, outliers.
 
 Read `_fit` (a fit by the name of its shape, outliers), `_actual` (a feature from ball centres),
 `_each` (many, cached), `_influence` and `_second_order` (does first order hold). Constructions:
-`_construct`, `_construct_geometry`, `_constructed`. `_verify` and `_verify_files`
-run certified reference pairs.
+`_construct`, `_construct_geometry`, `_constructed`. `_verify` runs certified
+reference pairs.
 
 It must not know alignment or tolerances.
 """

@@ -4,11 +4,10 @@ In: points, centred and scaled, and a kind of distance.
 Out: the best minimum, and its rivals.
 
 Read `_common` (checked points, centring, starts), `_solver` and `_newton_kernel` (guarded steps,
-rivals that the points cannot exclude), `_search` (many starts, the best minimum). `_lanes_kernel`
-runs many starts in parallel, `_starts_kernel` finds them about trial axes, `_places_kernel`
-identifies equal ends. The distances are in
-`_axis_kernel`, `_flat_kernel`, `_ellipse_kernel`, `_tube_kernel` and `_point_kernel`. The package
-is independent of specific fits, which are in `elements`.
+rivals that the points cannot exclude), `_search` (many starts, the best minimum, equal ends).
+`_lanes_kernel` runs many starts in parallel, `_starts_kernel` finds them about trial axes. The
+distances are in `_axis_kernel`, `_flat_kernel`, `_ellipse_kernel`, `_tube_kernel` and
+`_point_kernel`. The package is independent of specific fits, which are in `elements`.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

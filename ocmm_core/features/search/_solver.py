@@ -20,21 +20,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.errors import FitError
+from ocmm_core.features import shapes
 from ocmm_core.features.search._axis_kernel import RING
 from ocmm_core.features.search._common import degenerate
 from ocmm_core.features.search._newton_kernel import STEP_SIZE, gain_of, newton, terms
-from ocmm_core.features.shapes import (
-    ACROSS,
-    DIRECTION,
-    HALF_ANGLE,
-    MINIMUM_POINTS,
-    POINT,
-    RADIUS,
-    SECOND,
-    Criterion,
-    Fit,
-    Shape,
-)
 from ocmm_core.geometry import Float
 
 WELL_CONDITIONED = 1e-10
@@ -125,7 +114,7 @@ def undecided(least: float, other: float, n: int, numbers: int) -> bool:
 
 
 def candidates(
-    shape: Shape, solutions: Sequence[Solution], n: int, expected: Distance | None
+    shape: shapes.Shape, solutions: Sequence[Solution], n: int, expected: Distance | None
 ) -> list[Solution]:
     """Return the best solution and its possible rivals, best first.
 
@@ -133,7 +122,7 @@ def candidates(
     the plan, decides only if one is near and all others are clearly not: that one is returned
     alone. FitError if the best one did not converge.
     """
-    best, numbers = solutions[0], MINIMUM_POINTS[shape]
+    best, numbers = solutions[0], shapes.MINIMUM_POINTS[shape]
     if not best.converged:
         raise degenerate(
             shape,
@@ -150,7 +139,7 @@ def candidates(
     return possible
 
 
-def decided(possible: Sequence[Solution], build: Callable[[Float], Fit]) -> Fit:
+def decided(possible: Sequence[Solution], build: Callable[[Float], shapes.Fit]) -> shapes.Fit:
     """Return the fit of the first of `candidates`, with its rival if there is one.
 
     FitError from ``build``: points that do not determine a rival determine no element.
@@ -163,9 +152,9 @@ def decided(possible: Sequence[Solution], build: Callable[[Float], Fit]) -> Fit:
     return first
 
 
-def covered(first: Fit, second: Fit) -> bool:
+def covered(first: shapes.Fit, second: shapes.Fit) -> bool:
     """Return whether the second element is within the first one's uncertainty, from its scatter."""
-    n, numbers = len(first.residuals), MINIMUM_POINTS[first.shape]
+    n, numbers = len(first.residuals), shapes.MINIMUM_POINTS[first.shape]
     if n <= numbers:
         return False
     sigma = float(np.sqrt(first.residuals @ first.residuals / (n - numbers)))
@@ -174,37 +163,37 @@ def covered(first: Fit, second: Fit) -> bool:
     return bool(np.all(np.abs(apart) <= expanded))
 
 
-def same(first: Fit, second: Fit, tolerance: float = 1e-6) -> bool:
+def same(first: shapes.Fit, second: shapes.Fit, tolerance: float = 1e-6) -> bool:
     """Return whether two fits of the same points are the same element."""
     apart = np.abs(_turned(first, second) - first.geometry)
-    lengths = np.r_[POINT, RADIUS, SECOND]
+    lengths = np.r_[shapes.POINT, shapes.RADIUS, shapes.SECOND]
     scale = max(first.radius, first.second, second.radius, second.second, 1e-300)
     return bool(
         np.all(apart[lengths] < tolerance * scale)
-        and np.all(apart[np.r_[DIRECTION, ACROSS, HALF_ANGLE]] < tolerance)
+        and np.all(apart[np.r_[shapes.DIRECTION, shapes.ACROSS, shapes.HALF_ANGLE]] < tolerance)
     )
 
 
-def _turned(first: Fit, second: Fit) -> Float:
+def _turned(first: shapes.Fit, second: shapes.Fit) -> Float:
     """Return the geometry (12,) of the second fit, with directions aligned to the first."""
     geometry, spec = second.geometry.copy(), first.shape.spec
     # A shape open to one side changes when reversed.
     opens = spec.has_sense and spec.is_curved
-    for place in (DIRECTION, ACROSS):
+    for place in (shapes.DIRECTION, shapes.ACROSS):
         if not opens and first.geometry[place] @ geometry[place] < 0.0:
             geometry[place] *= -1.0
     return geometry
 
 
-def with_rival(first: Fit, second: Fit) -> Fit:
+def with_rival(first: shapes.Fit, second: shapes.Fit) -> shapes.Fit:
     """Return the better of two fits by another criterion than least squares, with rival.
 
     A zone counts with its squared width as cost (uniform noise, to the power of n - k). Widths do
     not decide between inscribed or circumscribed elements.
     """
-    if first.criterion is Criterion.MINIMUM_ZONE:
+    if first.criterion is shapes.Criterion.MINIMUM_ZONE:
         first, second = sorted((first, second), key=lambda fit: fit.form)
-        n, numbers = len(first.residuals), MINIMUM_POINTS[first.shape]
+        n, numbers = len(first.residuals), shapes.MINIMUM_POINTS[first.shape]
         if not undecided(first.form**2, second.form**2, n, numbers):
             return first
     if same(first, second):
@@ -212,7 +201,7 @@ def with_rival(first: Fit, second: Fit) -> Fit:
     return replace(first, rival=second)
 
 
-def unambiguous(fit: Fit) -> Fit:
+def unambiguous(fit: shapes.Fit) -> shapes.Fit:
     """Return the fit; FitError `fit.ambiguous`, with both elements' sizes, if it has a rival."""
     if fit.rival is None:
         return fit
@@ -227,11 +216,11 @@ def unambiguous(fit: Fit) -> Fit:
     )
 
 
-def sizes_in_words(fit: Fit) -> str:
+def sizes_in_words(fit: shapes.Fit) -> str:
     """Return the sizes of a fit in display form."""
     angle = 2.0 * float(np.degrees(fit.half_angle))
     return fit.shape.spec.sizes_text.format(2.0 * fit.radius, 2.0 * fit.second, angle)
 
 
-def _place(fit: Fit) -> str:
+def _place(fit: shapes.Fit) -> str:
     return ", ".join(f"{value:.3f}" for value in fit.point)

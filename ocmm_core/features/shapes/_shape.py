@@ -6,7 +6,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ocmm_core.features.shapes._shape_spec import ShapeSpec
+    from ocmm_core.features.shapes._specs import ShapeSpec
 
 
 class Shape(Enum):

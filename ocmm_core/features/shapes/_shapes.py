@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.shapes._shape import Shape
-from ocmm_core.features.shapes._shape_spec import (
+from ocmm_core.features.shapes._specs import (
     ACROSS,
     DIRECTION,
     GEOMETRY_SIZE,

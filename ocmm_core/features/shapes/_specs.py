@@ -1,19 +1,187 @@
-"""Registry of shapes: one entry each, with all properties used by the program."""
+"""Registry of shapes: the form of an entry, and all entries; code depends on traits."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Literal, TypeAlias
 
-from ocmm_core.features.shapes._shape_spec import (
-    HALF_ANGLE,
-    RADIUS,
-    SECOND,
-    Criterion,
-    QifShape,
-    ShapeSpec,
-    Size,
-    SizeField,
-)
+import numpy as np
+
+from ocmm_core.geometry import Float
+
+GEOMETRY_SIZE = 12
+
+POINT, DIRECTION, ACROSS = slice(0, 3), slice(3, 6), slice(9, 12)
+RADIUS, SECOND, HALF_ANGLE = 6, 7, 8
+"""Places in the geometry vector."""
+
+
+class Criterion(Enum):
+    """How an element is associated with its points; the letters are those of ISO 1101."""
+
+    LEAST_SQUARES = "G"
+    MINIMUM_ZONE = "C"
+    INSCRIBED = "X"
+    CIRCUMSCRIBED = "N"
+
+
+Located: TypeAlias = Literal["everywhere", "along", "across"]
+"""Directions in which a shape has a place: all, along its own direction only (a plane), or square
+to it only (an infinite axis; an outline, whose depth is that of the touches).
+"""
+
+BallWay: TypeAlias = Literal["approach", "normal", "beside", "sizes", "slanted", "kept"]
+"""Compensation of an element of ball centres for the ball.
+
+``approach``: the point moves against the approach; ``normal``: along the direction of the element;
+``beside``: square to the line, towards the probe; ``sizes``: growing sizes are reduced;
+``slanted``: the radius of a cone is reduced, depending on its angle; ``kept``: the parallel of the
+shape is another shape, so the fit keeps the distance.
+"""
+
+Spread: TypeAlias = Literal["point", "line", "plane", "sphere", "turn"]
+"""Required spread: none, along a length, over an area or half a sphere, round a direction."""
+
+SizeField: TypeAlias = Literal["diameter", "length", "width", "angle_deg"]
+"""Fields of a nominal feature, and of a report's element, with whole sizes."""
+
+QifPlace: TypeAlias = Literal[
+    "location", "location, normal", "location, direction", "location, axis", "axis", "long axis",
+    "centre line",
+]  # fmt: skip
+"""Position elements in a QIF file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """One size of a shape."""
+
+    word: str
+    """In sentences; with underscores a property of `Fit`."""
+    title: str
+    place: int
+    field: SizeField
+    """Field of `NominalFeature` with the whole size."""
+    grows: bool = True
+    """The element of ball centres is larger by the ball."""
+
+    @property
+    def is_angle(self) -> bool:
+        return self.place == HALF_ANGLE
+
+    def whole(self, geometry: Float) -> float:
+        """Return the whole size, mm or deg, of a geometry vector (12,)."""
+        whole = 2.0 * float(geometry[self.place])
+        return float(np.degrees(whole)) if self.is_angle else whole
+
+
+@dataclass(frozen=True, slots=True)
+class QifShape:
+    """QIF terms of a shape."""
+
+    feature: str
+    """Prefix of its element names."""
+    place: QifPlace
+    sizes: tuple[tuple[str, SizeField], ...] = ()
+    """Elements of its sizes, each with its field of `export.report.Element`."""
+    extent: Literal["", "nominal", "definition", "cone", "flat"] = ""
+    """Further bounds: ``nominal`` and ``definition`` have the length from the start; ``cone`` has
+    both ends along its axis, ``flat`` straight ends."""
+    form: str = "OtherForm"
+    """Prefix of its form characteristic, if ISO 1101 has no such kind."""
+    before: int = 0
+    """Number of sizes that precede the place in a measurement."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShapeSpec:
+    """One shape."""
+
+    minimum_points: int
+    """Minimum to determine it."""
+    usual_points: int
+    """Default if the plan has no number."""
+    recommended_points: int
+    """Number from which form is evaluated without a note (BS 7172, NPL guide 41)."""
+    located: Located
+    centred: bool
+    """Its point is a centre, not an arbitrary one of the element or its axis."""
+    point_word: str
+    direction_word: Literal["", "Direction", "Normal", "Axis"]
+    """`point_word`, `direction_word`: Names in tables; the second is empty without a direction."""
+    has_sense: bool
+    """Its direction has a sense: away from the material, or to growing radius."""
+    is_long: bool
+    """Line, or shape with an axis probed over a length."""
+    is_flat: bool
+    """Fitted in a plane, possibly of another feature."""
+    has_across: bool
+    """It has a length direction in its plane."""
+    has_sides: bool
+    """It has two straight sides with a middle plane."""
+    is_curved: bool
+    """The side in the plan, outer or inner, defines the side of the material. Other shapes are
+    linear in their points, except for the square of a small rotation."""
+    has_normals: bool
+    """Normals at its points follow from the element alone."""
+    planned_direction: bool
+    """A plan states a direction for it, at least that of the approach."""
+    may_be_free: bool
+    """Can be fitted in space as one problem instead of plane first."""
+    sizes: tuple[Size, ...]
+    """In the order of the geometry vector."""
+    sizes_text: str
+    """Format of its sizes: whole first, whole second, mm, and full angle, deg."""
+    often_ambiguous: bool
+    """The minimum number of points often fits two elements."""
+    ball: BallWay
+    criteria: frozenset[Criterion]
+    """Supported association criteria."""
+    spread: Spread
+    is_round: bool
+    """Its points are plotted along its direction, on a dial."""
+    form_kind: str
+    """Kind of its form characteristic, or of the one whose symbol is used."""
+    qif: QifShape
+
+    @property
+    def has_direction(self) -> bool:
+        return self.direction_word != ""
+
+    @property
+    def is_axial(self) -> bool:
+        """Return whether it has an axis, or a normal line through its centre."""
+        return self.has_direction and (self.centred or self.is_long)
+
+    @property
+    def is_radial(self) -> bool:
+        """Return whether its only size is a diameter, which grows as points move out."""
+        return self.ball == "sizes" and [size.field for size in self.sizes] == ["diameter"]
+
+    @property
+    def unused(self) -> frozenset[str]:
+        """Return the fields of `NominalFeature` without a meaning for this shape."""
+        is_plane = self.spread == "plane"
+        is_surface = self.has_normals and not self.is_flat
+        used = {
+            "diameter": self.has_size("diameter"),
+            "side": self.is_curved,
+            "projection": self.is_flat,
+            "length": self.has_size("length") or self.is_long or is_plane,
+            "width": self.has_size("width") or is_plane,
+            "angle_deg": self.has_size("angle_deg"),
+            "across": self.has_across or is_plane,
+            "criterion": len(self.criteria) > 1,
+            "free": self.may_be_free,
+            "targets": is_surface,
+        }
+        return frozenset(field for field, is_used in used.items() if not is_used)
+
+    def has_size(self, field: str) -> bool:
+        """Return whether a plan has a size in a field of `NominalFeature`."""
+        return any(size.field == field for size in self.sizes)
+
 
 _SQUARES = frozenset({Criterion.LEAST_SQUARES})
 _ZONE = _SQUARES | {Criterion.MINIMUM_ZONE}

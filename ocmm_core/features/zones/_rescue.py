@@ -10,16 +10,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ocmm_core.features.zones._solver import (
-    Zone,
-    after,
-    by_bounds,
-    middle_of,
-    natural_steps,
-    polished,
-    settle,
-    zone_at,
-)
+from ocmm_core.features.zones import _solver as solver
 from ocmm_core.features.zones._surfaces import ElementFamily, ElementPose, distances, full_step
 from ocmm_core.geometry import Float, Int
 
@@ -39,7 +30,7 @@ NARROWER = 1e-7
 """Relative gain of width from which another zone counts as narrower."""
 
 
-def descended(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
+def descended(surface: ElementFamily, points: Float, zone: solver.Zone) -> solver.Zone:
     """Return an equally wide or narrower zone, further down the valley of ``zone``."""
     best = zone
     for _ in range(ROUNDS):
@@ -48,8 +39,8 @@ def descended(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
         if moved.width < best.width:
             best = moved
         best = _held(surface, points, best)
-        steps = natural_steps(surface, points, best.placed)
-        moved = settle(surface, points, best.placed, steps, width)
+        steps = solver.natural_steps(surface, points, best.placed)
+        moved = solver.settle(surface, points, best.placed, steps, width)
         if moved.width <= best.width:
             best = moved
         if best.settled or best.width > width * (1.0 - GAINS):
@@ -57,14 +48,14 @@ def descended(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
     return best
 
 
-def _held(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
+def _held(surface: ElementFamily, points: Float, zone: solver.Zone) -> solver.Zone:
     """Return the zone after Newton steps on contacts, tried for several gap widths."""
     best = zone
     for gap in GAPS:
         there = best
         for _ in range(NEWTON_STEPS):
             contacts, forces = _forces(surface, points, there, gap * abs(there.width))
-            moved = polished(surface, points, there, contacts, forces, np.inf)
+            moved = solver.polished(surface, points, there, contacts, forces, np.inf)
             if not moved.width < there.width:
                 break
             there = moved
@@ -73,16 +64,18 @@ def _held(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
     return best
 
 
-def _forces(surface: ElementFamily, points: Float, zone: Zone, gap: float) -> tuple[Int, Float]:
+def _forces(
+    surface: ElementFamily, points: Float, zone: solver.Zone, gap: float
+) -> tuple[Int, Float]:
     """Return contacts (c,), coded as in `_kernel`, nearer than ``gap``, and their forces."""
     placed = zone.placed
     found, jacobian = distances(surface, placed.local(points), placed.sizes)
-    by_step = jacobian[:, surface.free] @ natural_steps(surface, points, placed)
+    by_step = jacobian[:, surface.free] @ solver.natural_steps(surface, points, placed)
     above = np.flatnonzero(found >= found.max() - gap)
     below = np.flatnonzero(found <= found.min() + gap) if surface.lower else above[:0]
     signs = np.concatenate([np.ones(len(above)), -np.ones(len(below))])
     rows = np.concatenate([above, below])
-    sides = np.abs(by_bounds(surface, signs).T)
+    sides = np.abs(solver.by_bounds(surface, signs).T)
     touch = np.concatenate([by_step[rows].T * signs, sides])
     right = np.concatenate([np.zeros(by_step.shape[1]), np.ones(len(sides))])
     forces, _ = scipy.optimize.nnls(touch, right)
@@ -92,28 +85,28 @@ def _forces(surface: ElementFamily, points: Float, zone: Zone, gap: float) -> tu
 
 
 def slid(
-    surface: ElementFamily, points: Float, zone: Zone, slide: Float, noise: float
-) -> Zone | None:
+    surface: ElementFamily, points: Float, zone: solver.Zone, slide: Float, noise: float
+) -> solver.Zone | None:
     """Return a narrower zone reached by sliding balanced contacts, or None.
 
     ``slide`` (k,), a step of free entries, keeps contacts at their bounds; ``noise`` is rounding.
     """
-    steps = natural_steps(surface, points, zone.placed)
+    steps = solver.natural_steps(surface, points, zone.placed)
     least = zone.width - max(noise, NARROWER * abs(zone.width))
-    found: Zone | None = None
+    found: solver.Zone | None = None
     for size in SLIDES:
         for way in (size, -size):
-            begun = after(surface, zone.placed, way * abs(zone.width) * slide)
-            there = settle(surface, points, begun, steps, 0.1 * size * abs(zone.width))
+            begun = solver.after(surface, zone.placed, way * abs(zone.width) * slide)
+            there = solver.settle(surface, points, begun, steps, 0.1 * size * abs(zone.width))
             if there.width < least:
                 found, least = there, there.width
     return found
 
 
-def _quadratic_round(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
+def _quadratic_round(surface: ElementFamily, points: Float, zone: solver.Zone) -> solver.Zone:
     placed, scale = zone.placed, max(abs(zone.width), 1e-12) if surface.lower else 1.0
-    steps = scale * natural_steps(surface, points, placed)
-    local, middle = placed.local(points), middle_of(surface, zone)
+    steps = scale * solver.natural_steps(surface, points, placed)
+    local, middle = placed.local(points), solver.middle_of(surface, zone)
     near = _nearest(surface, local, placed)
     k, bounds = len(surface.free), 2 if surface.lower else 1
 
@@ -155,7 +148,7 @@ def _quadratic_round(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
     )
     if not np.isfinite(result.x).all():
         return zone
-    return zone_at(surface, points, after(surface, placed, steps @ result.x[:k]))
+    return solver.zone_at(surface, points, solver.after(surface, placed, steps @ result.x[:k]))
 
 
 def _nearest(surface: ElementFamily, local: Float, placed: ElementPose) -> Int:

@@ -7,17 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from ocmm_core.errors import FitError
+from ocmm_core.features import shapes
 from ocmm_core.features.elements import LARGEST_RADIUS
 from ocmm_core.features.search import degenerate, oriented
-from ocmm_core.features.shapes import (
-    ACROSS,
-    DIRECTION,
-    GEOMETRY_SIZE,
-    Criterion,
-    Fit,
-    Shape,
-    make_fit,
-)
 from ocmm_core.features.zones._certificate import IN_BALANCE, Balance, balance_of, formless
 from ocmm_core.features.zones._elements import ZoneTask, geometry_derivatives, unscaled
 from ocmm_core.features.zones._levels import levels_of, response
@@ -67,7 +59,7 @@ def search(task: ZoneTask) -> Zone:
     if formless(task, first, found, _noise(task, found)):
         return first
     few = len(task.points) <= FEW_POINTS
-    if task.shape in (Shape.LINE, Shape.PLANE):
+    if task.shape in (shapes.Shape.LINE, shapes.Shape.PLANE):
         # Distances are lengths of linear functions of the step, except for the cosine of the tilt.
         starts = STARTS if few or np.ptp(found) > BROAD_STRAIGHT else STARTS_STRAIGHT
     else:
@@ -153,7 +145,9 @@ def _noise(task: ZoneTask, found: Float) -> float:
     return 8.0 * task.noise * max(1.0, float(np.abs(found).max()))
 
 
-def settled_fit(task: ZoneTask, start: Fit, criterion: Criterion, zone: Zone) -> Fit:
+def settled_fit(
+    task: ZoneTask, start: shapes.Fit, criterion: shapes.Criterion, zone: Zone
+) -> shapes.Fit:
     """Return the fit of a zone, or raise FitError without a proof; see `zone.fit_zone`."""
     surface = task.surface
     if surface == CONE:
@@ -191,29 +185,29 @@ def settled_fit(task: ZoneTask, start: Fit, criterion: Criterion, zone: Zone) ->
         raise degenerate(
             task.shape, "its tube would be thicker than its ring", "Spread the points."
         )
-    if surface.outline or (task.shape is Shape.CIRCLE and not task.tube):
+    if surface.outline or (task.shape is shapes.Shape.CIRCLE and not task.tube):
         # The plane is that of the start, as in `flat.fit_in_own_plane`.
-        normal, tilt = start.direction, start.jacobian[DIRECTION]
-        geometry[DIRECTION], by_points[DIRECTION] = normal, tilt
+        normal, tilt = start.direction, start.jacobian[shapes.DIRECTION]
+        geometry[shapes.DIRECTION], by_points[shapes.DIRECTION] = normal, tilt
         by_points[0:3] -= np.outer(normal, geometry[0:3] - task.centroid) @ tilt
-        by_points[ACROSS] -= np.outer(normal, geometry[ACROSS]) @ tilt
+        by_points[shapes.ACROSS] -= np.outer(normal, geometry[shapes.ACROSS]) @ tilt
     residuals = surface.sign * found - offset
-    if task.tube and task.shape is Shape.LINE:
+    if task.tube and task.shape is shapes.Shape.LINE:
         residuals = found * _sides(task, placed, int(rows[0]))
     elif task.tube:
         local = placed.local(task.points)
         residuals = np.copysign(found, np.hypot(local[:, 0], local[:, 1]) - placed.sizes[0])
     contacts = tuple(int(i) for i in np.unique(rows))
-    fit = make_fit(
+    fit = shapes.make_fit(
         task.shape, geometry, by_points, task.size * residuals,
         criterion=criterion, contacts=contacts,
     )  # fmt: skip
-    if task.tube and task.shape is Shape.CIRCLE:
+    if task.tube and task.shape is shapes.Shape.CIRCLE:
         return replace(fit, form=2.0 * task.size * zone.upper, free=True)
     return fit
 
 
-def unproven(shape: Shape, balance: Balance) -> FitError:
+def unproven(shape: shapes.Shape, balance: Balance) -> FitError:
     """Return the error for a zone whose contacts do not hold it."""
     return FitError(
         "fit.not_converged",
@@ -296,7 +290,7 @@ def zone_derivatives(
         by_contact += surface.sign * np.outer(by_offset, answer[k])
     n = len(task.points)
     by_all = np.tile(by_centroid[:, None, :] / n, (1, n, 1))
-    world = by_contact.reshape(GEOMETRY_SIZE, c, 3) @ placed.frame.T
+    world = by_contact.reshape(shapes.GEOMETRY_SIZE, c, 3) @ placed.frame.T
     for i, row in enumerate(rows):
         by_all[:, row] += world[:, i]
-    return geometry, by_all.reshape(GEOMETRY_SIZE, 3 * n)
+    return geometry, by_all.reshape(shapes.GEOMETRY_SIZE, 3 * n)

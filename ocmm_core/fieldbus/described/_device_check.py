@@ -9,6 +9,7 @@ import msgspec
 
 from ocmm_core.documents import load_document, resource
 from ocmm_core.errors import InputError
+from ocmm_core.fieldbus.described import _device_places as device_places
 from ocmm_core.fieldbus.described._device_file import (
     FORMATS,
     LONGEST_BITS,
@@ -18,13 +19,6 @@ from ocmm_core.fieldbus.described._device_file import (
     DeviceDescription,
     Entry,
     Role,
-)
-from ocmm_core.fieldbus.described._device_places import (
-    check_index,
-    check_memory,
-    check_objects,
-    check_places,
-    check_values,
 )
 from ocmm_core.fieldbus.described._process_image import ProcessImage
 from ocmm_core.fieldbus.device import FRAMES_PER_CYCLE, N_SLOTS
@@ -120,22 +114,22 @@ def _check(path: Path, device: DeviceDescription) -> None:
                 what, "is empty",
                 "Name the process data objects; without outputs a camera has no watchdog.",
             )  # fmt: skip
-        check_objects(path, what, device)
+        device_places.check_objects(path, what, device)
         for pdo in objects:
             for entry in pdo.entries:
                 _check_entry(path, what, entry, roles, device.slots)
     image = ProcessImage(device)
     _check_roles(path, device, image)
     _check_order(path, device, image)
-    check_places(path, device, image)
-    check_values(path, device)
-    check_memory(path, device, image)
+    device_places.check_places(path, device, image)
+    device_places.check_values(path, device)
+    device_places.check_memory(path, device, image)
 
 
 def _check_entry(path: Path, field: str, entry: Entry, roles: set[Role], n_slots: int) -> None:
     where = f"{path}: field '{field}', entry {entry.index:#06x}:{entry.sub:02x}"
     if not entry.is_gap:
-        check_index(path, field, entry.index)
+        device_places.check_index(path, field, entry.index)
     elif entry.sub or entry.role != (Role.IGNORED,):
         raise InputError(
             "device.field",

@@ -6,32 +6,9 @@ import struct
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
-from ocmm_core.fieldbus.device._camera_objects import (
-    DEVICE_TYPE,
-    ERROR_TEXTS,
-    ErrorCode,
-    object_dictionary,
-)
-from ocmm_core.fieldbus.device._camera_slave import (
-    DEFAULT_FRAME_PERIOD_NS,
-    DEVICE_NAME,
-    INPUT_DTYPE,
-    INPUT_PDOS,
-    INPUT_START,
-    MAILBOX_BYTES,
-    MAILBOX_IN_START,
-    MAILBOX_OUT_START,
-    OUTPUT_PDO,
-    PRODUCT_CODE,
-    REVISION,
-    SM_INPUTS,
-    SM_OUTPUTS,
-    SYNC_MANAGERS,
-    VENDOR_ID,
-    VENDOR_NAME,
-    DataType,
-    Pdo,
-)
+from ocmm_core.fieldbus.device import _camera_objects as camera_objects
+from ocmm_core.fieldbus.device import _camera_slave as camera_slave
+from ocmm_core.fieldbus.device._camera_slave import DataType
 from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
 
 SII_BYTES = 4096
@@ -41,7 +18,7 @@ PHYSICAL_PORTS = 0x0011
 """A nibble per port, port 0 first: two MII ports, the others absent (YY in the ESI file)."""
 MAILBOX_REPEATS = 0x04
 """Bit in the category General: mailboxes are repeated on request; `DataLinkLayer` in ESI."""
-MEMORY_END = INPUT_START + 3 * INPUT_DTYPE.itemsize
+MEMORY_END = camera_slave.INPUT_START + 3 * camera_slave.INPUT_DTYPE.itemsize
 """Required controller memory: process data have three consecutive buffers."""
 SYNC_PULSE_NS = 10_000
 """Pulse length of SYNC0 and SYNC1: shorter than their shortest distance."""
@@ -95,7 +72,7 @@ class ClockMode:
 CLOCK_MODES = (
     ClockMode(
         "DcSync",
-        f"Exposures at SYNC0, 8 in a bus cycle ({DEFAULT_FRAME_PERIOD_NS} ns at 1 ms)",
+        f"Exposures at SYNC0, 8 in a bus cycle ({camera_slave.DEFAULT_FRAME_PERIOD_NS} ns at 1 ms)",
         DC_ACTIVATE, sync0_factor=-8, sync1_factor=1,
     ),
     ClockMode("FreeRun", "Exposures by the camera's own clock; for commissioning", 0),
@@ -105,7 +82,13 @@ CLOCK_MODES = (
 ESI_FILE = ("ethercat", "ocmm_camera.xml")
 
 _BOOTSTRAP = (
-    struct.pack("<HHHH", MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES)
+    struct.pack(
+        "<HHHH",
+        camera_slave.MAILBOX_OUT_START,
+        camera_slave.MAILBOX_BYTES,
+        camera_slave.MAILBOX_IN_START,
+        camera_slave.MAILBOX_BYTES,
+    )
     .hex()
     .upper()
 )
@@ -122,33 +105,33 @@ Element = ElementTree.Element
 def esi_document() -> bytes:
     root = Element("EtherCATInfo", {"Version": "1.6"})
     vendor = _add(root, "Vendor")
-    _add(vendor, "Id", _hex(VENDOR_ID, 8))
-    _add(vendor, "Name", VENDOR_NAME)
+    _add(vendor, "Id", _hex(camera_slave.VENDOR_ID, 8))
+    _add(vendor, "Name", camera_slave.VENDOR_NAME)
     descriptions = _add(root, "Descriptions")
     group = _add(_add(descriptions, "Groups"), "Group")
     _add(group, "Type", DEVICE_GROUP)
     _add(group, "Name", "Optical sensors", LcId=_ENGLISH)
     device = _add(_add(descriptions, "Devices"), "Device", Physics="YY")
     _add(
-        device, "Type", DEVICE_NAME,
-        ProductCode=_hex(PRODUCT_CODE, 8), RevisionNo=_hex(REVISION, 8),
+        device, "Type", camera_slave.DEVICE_NAME,
+        ProductCode=_hex(camera_slave.PRODUCT_CODE, 8), RevisionNo=_hex(camera_slave.REVISION, 8),
     )  # fmt: skip
-    _add(device, "Name", DEVICE_NAME, LcId=_ENGLISH)
+    _add(device, "Name", camera_slave.DEVICE_NAME, LcId=_ENGLISH)
     _add(device, "GroupType", DEVICE_GROUP)
     _add_profile(device)
     for name in ("Outputs", "Inputs"):
         _add(device, "Fmmu", name)
     for name, (start, size, control, _status, active, _kind) in zip(
-        _SM_NAMES, SYNC_MANAGERS, strict=True
+        _SM_NAMES, camera_slave.SYNC_MANAGERS, strict=True
     ):
         _add(
             device, "Sm", name,
             MinSize=str(size), MaxSize=str(size), DefaultSize=str(size),
             StartAddress=_hex(start, 4), ControlByte=_hex(control, 2), Enable=str(active),
         )  # fmt: skip
-    _add_pdo(device, "RxPdo", OUTPUT_PDO, SM_OUTPUTS)
-    for pdo in INPUT_PDOS:
-        _add_pdo(device, "TxPdo", pdo, SM_INPUTS)
+    _add_pdo(device, "RxPdo", camera_slave.OUTPUT_PDO, camera_slave.SM_OUTPUTS)
+    for pdo in camera_slave.INPUT_PDOS:
+        _add_pdo(device, "TxPdo", pdo, camera_slave.SM_INPUTS)
     mailbox = _add(device, "Mailbox", DataLinkLayer="1")
     _add(
         mailbox, "CoE",
@@ -186,10 +169,10 @@ def _hex(value: int, digits: int) -> str:
 
 def _add_profile(device: Element) -> None:
     profile = _add(device, "Profile")
-    _add(profile, "ProfileNo", str(DEVICE_TYPE & 0xFFFF))
+    _add(profile, "ProfileNo", str(camera_objects.DEVICE_TYPE & 0xFFFF))
     dictionary = _add(profile, "Dictionary")
     types = _add(dictionary, "DataTypes")
-    objects = object_dictionary(serial=0)
+    objects = camera_objects.object_dictionary(serial=0)
     simple = {
         type_name(entry): entry.bits for item in objects.values() for entry in item.entries.values()
     }
@@ -204,8 +187,8 @@ def _add_profile(device: Element) -> None:
     for index, item in objects.items():
         _add_object(listed, index, item)
     messages = _add(profile, "DiagMessages")
-    for code, text in ERROR_TEXTS.items():
-        if code is not ErrorCode.RESET:
+    for code, text in camera_objects.ERROR_TEXTS.items():
+        if code is not camera_objects.ErrorCode.RESET:
             message = _add(messages, "DiagMessage")
             _add(message, "TextId", _hex(code, 4))
             _add(message, "MessageText", text, LcId=_ENGLISH)
@@ -271,11 +254,11 @@ def _add_flags(parent: Element, index: int, entry: ObjectEntry) -> None:
     if entry.preop_only:
         access.set("WriteRestrictions", "PreOP")
     if entry.mapped:
-        is_output = index == OUTPUT_PDO.entries[0].index
+        is_output = index == camera_slave.OUTPUT_PDO.entries[0].index
         _add(flags, "PdoMapping", "R" if is_output else "T")
 
 
-def _add_pdo(device: Element, tag: str, pdo: Pdo, sync_manager: int) -> None:
+def _add_pdo(device: Element, tag: str, pdo: camera_slave.Pdo, sync_manager: int) -> None:
     element = _add(device, tag, Fixed="1", Mandatory="1", Sm=str(sync_manager))
     _add(element, "Index", _hex(pdo.index, 4))
     _add(element, "Name", pdo.name)

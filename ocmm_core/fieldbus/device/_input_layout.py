@@ -12,22 +12,14 @@ import zlib
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ocmm_core.fieldbus.device._camera_slave import (
-    FIRST_HEADER_PDO,
-    FRAME_PDOS,
-    HEADER_PDO,
-    HEADER_STRUCT,
-    INPUT_DTYPE,
-    REVISION,
-    Pdo,
-)
+from ocmm_core.fieldbus.device import _camera_slave as camera_slave
 
 DATA_CRC = struct.Struct("<I")
-DATA_CRC_AT = HEADER_STRUCT.size - DATA_CRC.size
+DATA_CRC_AT = camera_slave.HEADER_STRUCT.size - DATA_CRC.size
 """Offset of the input's checksum."""
 _NO_CRC = bytes(DATA_CRC.size)
 _SERIAL = struct.Struct("<I")
-_NO_INPUT = bytes(INPUT_DTYPE.itemsize)
+_NO_INPUT = bytes(camera_slave.INPUT_DTYPE.itemsize)
 
 
 class Header(NamedTuple):
@@ -49,7 +41,7 @@ class InputLayout:
     """Input layout of one camera revision; all have the same size."""
 
     revision: int
-    header_pdo: Pdo
+    header_pdo: camera_slave.Pdo
     cycle_counters: int
     """Modulus of the input counter."""
     longest_advance: int
@@ -57,11 +49,11 @@ class InputLayout:
     says_serial: bool
 
     @property
-    def input_pdos(self) -> tuple[Pdo, ...]:
-        return (self.header_pdo, *FRAME_PDOS)
+    def input_pdos(self) -> tuple[camera_slave.Pdo, ...]:
+        return (self.header_pdo, *camera_slave.FRAME_PDOS)
 
     def decode(self, content: bytes) -> Header:
-        found = HEADER_STRUCT.unpack_from(content)
+        found = camera_slave.HEADER_STRUCT.unpack_from(content)
         if self.says_serial:
             counter, start_ns, period_ns, valid, status, cycle, config, boot, crc = found
             return Header(counter, start_ns, period_ns, valid, cycle, status, config, boot, crc)
@@ -71,7 +63,7 @@ class InputLayout:
         small, large = header.cycle_counter, header.status
         if self.says_serial:
             small, large = large, small
-        return HEADER_STRUCT.pack(*header[:4], small, large, *header[6:])
+        return camera_slave.HEADER_STRUCT.pack(*header[:4], small, large, *header[6:])
 
     def crc_begin(self, serial: int) -> int:
         """Return the initial value of the checksum of a camera's input."""
@@ -93,12 +85,14 @@ class InputLayout:
 INPUT_LAYOUTS = {
     layout.revision: layout
     for layout in (
-        InputLayout(REVISION, HEADER_PDO, 1 << 16, 1 << 15, says_serial=True),
-        InputLayout(0x00020000, FIRST_HEADER_PDO, 1 << 8, 200, says_serial=False),
+        InputLayout(
+            camera_slave.REVISION, camera_slave.HEADER_PDO, 1 << 16, 1 << 15, says_serial=True
+        ),
+        InputLayout(0x00020000, camera_slave.FIRST_HEADER_PDO, 1 << 8, 200, says_serial=False),
     )
 }
 """Supported layouts by revision, newest first."""
-NEWEST_LAYOUT = INPUT_LAYOUTS[REVISION]
+NEWEST_LAYOUT = INPUT_LAYOUTS[camera_slave.REVISION]
 NO_MARK = -1
 """Mark of no valid input."""
 
@@ -108,7 +102,7 @@ def data_mark(content: bytes) -> int:
 
     `InputLayout.mark` of its camera for an undamaged input, `NO_MARK` for incomplete ones.
     """
-    if len(content) != INPUT_DTYPE.itemsize:
+    if len(content) != camera_slave.INPUT_DTYPE.itemsize:
         return NO_MARK
     found: int = DATA_CRC.unpack_from(content, DATA_CRC_AT)[0]
     return found ^ _crc(content, 0)

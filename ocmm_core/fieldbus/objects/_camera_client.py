@@ -17,26 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.errors import BusError, InputError
-from ocmm_core.fieldbus.device import (
-    BLACK_IMAGE,
-    BLOB_BYTES,
-    CALIBRATION,
-    CHUNK_BYTES,
-    HISTORY,
-    HISTORY_FIRST,
-    HISTORY_MESSAGES,
-    IDENTIFY,
-    MAX_BLACK_FRAMES,
-    NOTE_BYTES,
-    SNAPSHOT,
-    BlackCommand,
-    BlackImage,
-    DiagnosisMessage,
-    Intrinsics,
-    SnapshotCommand,
-    Window,
-    Work,
-)
+from ocmm_core.fieldbus import device
 
 Progress = Callable[[int, int], None]
 """Called with the amount done and in total; its exceptions abort the operation."""
@@ -101,7 +82,7 @@ _LARGEST_PX = 1 << 26
 class BlackImageState:
     """Available black images of a camera."""
 
-    images: BlackImage
+    images: device.BlackImage
     sha256: str
     """SHA-256 of the active pixels, hexadecimal; empty without one."""
     mean: float
@@ -115,42 +96,42 @@ def measure_black_image(
     No spots are sent meanwhile. The image is volatile until `store_black_image`. Raises BusError
     ``bus.black_image`` if the camera fails or stalls.
     """
-    if not 1 <= frames <= MAX_BLACK_FRAMES:
+    if not 1 <= frames <= device.MAX_BLACK_FRAMES:
         raise InputError(
             "bus.black_image",
             f"A black image cannot be the mean of {frames} exposures.",
-            f"Give 1 to {MAX_BLACK_FRAMES}.",
+            f"Give 1 to {device.MAX_BLACK_FRAMES}.",
         )
-    access.write(BLACK_IMAGE, 2, struct.pack("<H", frames))
-    return _black_command(access, BlackCommand.MEASURE, progress)
+    access.write(device.BLACK_IMAGE, 2, struct.pack("<H", frames))
+    return _black_command(access, device.BlackCommand.MEASURE, progress)
 
 
 def store_black_image(access: ObjectAccess) -> BlackImageState:
     """Store the active black image permanently."""
-    return _black_command(access, BlackCommand.STORE)
+    return _black_command(access, device.BlackCommand.STORE)
 
 
 def load_black_image(access: ObjectAccess) -> BlackImageState:
     """Apply the stored black image."""
-    return _black_command(access, BlackCommand.LOAD)
+    return _black_command(access, device.BlackCommand.LOAD)
 
 
 def clear_black_image(access: ObjectAccess) -> BlackImageState:
     """Disable and delete the black image."""
-    return _black_command(access, BlackCommand.CLEAR)
+    return _black_command(access, device.BlackCommand.CLEAR)
 
 
 def read_black_image(access: ObjectAccess) -> BlackImageState:
     """Return the available black images."""
     return BlackImageState(
-        BlackImage(read_number(access, BLACK_IMAGE, 5, 1)),
-        access.read(BLACK_IMAGE, 6, room=_HASH_BYTES).hex(),
-        read_number(access, BLACK_IMAGE, 8, 2) / 10.0,
+        device.BlackImage(read_number(access, device.BLACK_IMAGE, 5, 1)),
+        access.read(device.BLACK_IMAGE, 6, room=_HASH_BYTES).hex(),
+        read_number(access, device.BLACK_IMAGE, 8, 2) / 10.0,
     )
 
 
 def take_snapshot(
-    access: ObjectAccess, region: Window | None = None, progress: Progress | None = None
+    access: ObjectAccess, region: device.Window | None = None, progress: Progress | None = None
 ) -> NDArray[np.uint16]:
     """Capture a raw image and fetch it: (height, width), grey levels.
 
@@ -159,14 +140,18 @@ def take_snapshot(
     fails or stalls, or the image differs from the captured one.
     """
     for sub, value in enumerate(region or (0, 0, 0, 0), start=1):
-        access.write(SNAPSHOT, sub, struct.pack("<H", value))
+        access.write(device.SNAPSHOT, sub, struct.pack("<H", value))
     try:
-        access.write(SNAPSHOT, 5, bytes([SnapshotCommand.TAKE]))
+        access.write(device.SNAPSHOT, 5, bytes([device.SnapshotCommand.TAKE]))
         _wait(
-            access, SNAPSHOT, 6, "snapshot", None if progress is None else lambda *_: progress(0, 0)
+            access,
+            device.SNAPSHOT,
+            6,
+            "snapshot",
+            None if progress is None else lambda *_: progress(0, 0),
         )
-        width, height = (read_number(access, SNAPSHOT, sub, 2) for sub in (12, 13))
-        total = read_number(access, SNAPSHOT, 8, 4)
+        width, height = (read_number(access, device.SNAPSHOT, sub, 2) for sub in (12, 13))
+        total = read_number(access, device.SNAPSHOT, 8, 4)
         if total != 2 * width * height or not total or (region and region[2:] != (width, height)):
             raise _failed("snapshot", "its size does not match the request")
         if width * height > _LARGEST_PX:
@@ -175,35 +160,35 @@ def take_snapshot(
         while len(content) < total:
             if progress is not None:
                 progress(len(content), total)
-            access.write(SNAPSHOT, 9, struct.pack("<I", len(content)))
-            chunk = access.read(SNAPSHOT, 10, room=CHUNK_BYTES)
-            if len(chunk) != min(CHUNK_BYTES, total - len(content)):
+            access.write(device.SNAPSHOT, 9, struct.pack("<I", len(content)))
+            chunk = access.read(device.SNAPSHOT, 10, room=device.CHUNK_BYTES)
+            if len(chunk) != min(device.CHUNK_BYTES, total - len(content)):
                 raise _failed("snapshot", f"a chunk has {len(chunk)} bytes")
             content += chunk
-        if zlib.crc32(content) != read_number(access, SNAPSHOT, 11, 4):
+        if zlib.crc32(content) != read_number(access, device.SNAPSHOT, 11, 4):
             raise _failed("snapshot", "its checksum is wrong")
         if progress is not None:
             progress(total, total)
     except BaseException:
         _release_after_failure(access)
         raise
-    access.write(SNAPSHOT, 5, bytes([SnapshotCommand.RELEASE]))
+    access.write(device.SNAPSHOT, 5, bytes([device.SnapshotCommand.RELEASE]))
     return np.frombuffer(bytes(content), "<u2").reshape(height, width).astype(np.uint16)
 
 
 def _release_after_failure(access: ObjectAccess) -> None:
     try:
-        access.write(SNAPSHOT, 5, bytes([SnapshotCommand.RELEASE]))
+        access.write(device.SNAPSHOT, 5, bytes([device.SnapshotCommand.RELEASE]))
     except BusError:
         # The first error is more specific; the next capture releases the image.
         return
 
 
 def _black_command(
-    access: ObjectAccess, command: BlackCommand, progress: Progress | None = None
+    access: ObjectAccess, command: device.BlackCommand, progress: Progress | None = None
 ) -> BlackImageState:
-    access.write(BLACK_IMAGE, 1, bytes([command]))
-    _wait(access, BLACK_IMAGE, 3, "black image", progress)
+    access.write(device.BLACK_IMAGE, 1, bytes([command]))
+    _wait(access, device.BLACK_IMAGE, 3, "black image", progress)
     return read_black_image(access)
 
 
@@ -212,7 +197,7 @@ def _wait(
 ) -> None:
     """Wait for the end of a command; the entry after the state is the progress in %."""
     last, moved = -1, time.monotonic()
-    while (state := read_number(access, index, state_sub, 1)) == Work.BUSY:
+    while (state := read_number(access, index, state_sub, 1)) == device.Work.BUSY:
         percent = read_number(access, index, state_sub + 1, 1)
         if progress is not None:
             progress(percent, 100)
@@ -221,7 +206,7 @@ def _wait(
         if time.monotonic() - moved > _STALL_S:
             raise _failed(what, f"no progress for {_STALL_S:.0f} s")
         time.sleep(_POLL_S)
-    if state != Work.DONE:
+    if state != device.Work.DONE:
         raise _failed(what, "the camera reports a failure")
 
 
@@ -233,64 +218,64 @@ def _failed(what: str, why: str) -> BusError:
     )
 
 
-def read_error_history(access: ObjectAccess) -> tuple[DiagnosisMessage, ...]:
+def read_error_history(access: ObjectAccess) -> tuple[device.DiagnosisMessage, ...]:
     """Return the camera's stored errors, oldest first."""
-    newest = read_number(access, HISTORY, 2, 1)
+    newest = read_number(access, device.HISTORY, 2, 1)
     if newest == 0:
         return ()
-    if not HISTORY_FIRST <= newest < HISTORY_FIRST + HISTORY_MESSAGES:
-        raise unfit(HISTORY, 2, f"it names message {newest}")
+    if not device.HISTORY_FIRST <= newest < device.HISTORY_FIRST + device.HISTORY_MESSAGES:
+        raise unfit(device.HISTORY, 2, f"it names message {newest}")
     order = (
-        HISTORY_FIRST + (newest - HISTORY_FIRST + 1 + step) % HISTORY_MESSAGES
-        for step in range(HISTORY_MESSAGES)
+        device.HISTORY_FIRST + (newest - device.HISTORY_FIRST + 1 + step) % device.HISTORY_MESSAGES
+        for step in range(device.HISTORY_MESSAGES)
     )
-    contents = (access.read(HISTORY, place, room=STRING_BYTES) for place in order)
-    return tuple(DiagnosisMessage.decode(content) for content in contents if content)
+    contents = (access.read(device.HISTORY, place, room=STRING_BYTES) for place in order)
+    return tuple(device.DiagnosisMessage.decode(content) for content in contents if content)
 
 
 def blink(access: ObjectAccess, seconds: int) -> int:
     """Make the camera blink for 0 to 600 s; return the accepted time."""
-    access.write(IDENTIFY, 1, seconds.to_bytes(2, "little"))
-    return read_number(access, IDENTIFY, 2, 2)
+    access.write(device.IDENTIFY, 1, seconds.to_bytes(2, "little"))
+    return read_number(access, device.IDENTIFY, 2, 2)
 
 
 def clear_error_history(access: ObjectAccess) -> None:
     """Clear the camera's error history."""
-    access.write(HISTORY, 3, b"\x00")
+    access.write(device.HISTORY, 3, b"\x00")
 
 
-def write_intrinsics(access: ObjectAccess, intrinsics: Intrinsics, note: str = "") -> None:
+def write_intrinsics(access: ObjectAccess, intrinsics: device.Intrinsics, note: str = "") -> None:
     """Store intrinsics in the camera and verify them.
 
     The camera refuses those of another serial number. ``note``: at most 1200 bytes as UTF-8.
     BusError ``bus.intrinsics`` if verification fails, ``bus.refused`` if the camera refuses them.
     """
     block, words = intrinsics.encode(), note.encode("utf-8")
-    if len(words) > NOTE_BYTES:
+    if len(words) > device.NOTE_BYTES:
         raise InputError(
             "bus.note",
             f"The note stored with the intrinsics has {len(words)} bytes.",
-            f"Shorten it to {NOTE_BYTES} bytes.",
+            f"Shorten it to {device.NOTE_BYTES} bytes.",
         )
-    access.write(CALIBRATION, 1, block)
-    access.write(CALIBRATION, 5, words)
-    found = access.read(CALIBRATION, 1, room=BLOB_BYTES)
-    sha256 = access.read(CALIBRATION, 3, room=_HASH_BYTES)
+    access.write(device.CALIBRATION, 1, block)
+    access.write(device.CALIBRATION, 5, words)
+    found = access.read(device.CALIBRATION, 1, room=device.BLOB_BYTES)
+    sha256 = access.read(device.CALIBRATION, 3, room=_HASH_BYTES)
     if found != block or sha256 != hashlib.sha256(block).digest():
         raise _lost_intrinsics()
-    if access.read(CALIBRATION, 5, room=NOTE_BYTES) != words:
+    if access.read(device.CALIBRATION, 5, room=device.NOTE_BYTES) != words:
         raise _lost_intrinsics()
 
 
-def read_intrinsics(access: ObjectAccess) -> Intrinsics | None:
+def read_intrinsics(access: ObjectAccess) -> device.Intrinsics | None:
     """Return the stored intrinsics, or None; BusError ``bus.intrinsics`` if damaged."""
-    block = access.read(CALIBRATION, 1, room=BLOB_BYTES)
-    sha256 = access.read(CALIBRATION, 3, room=_HASH_BYTES)
+    block = access.read(device.CALIBRATION, 1, room=device.BLOB_BYTES)
+    sha256 = access.read(device.CALIBRATION, 3, room=_HASH_BYTES)
     if not block:
         return None
     if sha256 != hashlib.sha256(block).digest():
         raise _lost_intrinsics()
-    return Intrinsics.decode(block)
+    return device.Intrinsics.decode(block)
 
 
 def _lost_intrinsics() -> BusError:

@@ -11,12 +11,7 @@ import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from ocmm_core.fieldbus.objects._sdo import (
-    MAX_COUNTER,
-    SERVICE_EMERGENCY,
-    coe_content,
-    mailbox_counter,
-)
+from ocmm_core.fieldbus.objects import _sdo as sdo
 from ocmm_core.fieldbus.wire import Command, Datagram, Job
 
 _CONTENT = struct.Struct("<HB5s")
@@ -77,11 +72,11 @@ class Emergency:
 
 def parse_emergency(mailbox: bytes) -> Emergency | None:
     """Return the emergency message in a mailbox, or None."""
-    parts = coe_content(mailbox)
+    parts = sdo.coe_content(mailbox)
     if parts is None:
         return None
     service, body = parts
-    if service != SERVICE_EMERGENCY or len(body) < _CONTENT.size:
+    if service != sdo.SERVICE_EMERGENCY or len(body) < _CONTENT.size:
         return None
     return Emergency(*_CONTENT.unpack_from(body))
 
@@ -142,7 +137,7 @@ class MailboxLine:
         self._idle = 0
 
     def next_counter(self) -> int:
-        self._counter = self._counter % MAX_COUNTER + 1
+        self._counter = self._counter % sdo.MAX_COUNTER + 1
         return self._counter
 
     def send(self, content: bytes, *, expect: bool = True) -> None:
@@ -205,7 +200,7 @@ class MailboxLine:
         self._full = False
         if answer.working_counter != 1:
             return
-        counter = mailbox_counter(answer.data)
+        counter = sdo.mailbox_counter(answer.data)
         again = self._after_repeat and counter != 0 and counter == self._seen_counter
         self._after_repeat = False
         if again:

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 
 from ocmm_core.errors import BusError, InputError
+from ocmm_core.fieldbus import wire
 from ocmm_core.fieldbus.device import (
     MAILBOX_BYTES,
     MAILBOX_IN_START,
@@ -23,16 +24,6 @@ from ocmm_core.fieldbus.device import (
 )
 from ocmm_core.fieldbus.objects._mailbox_line import SYNC_MANAGERS as _SYNC_MANAGER_REGISTERS
 from ocmm_core.fieldbus.objects._sdo import MAX_COUNTER, SERVICE_EMERGENCY, SdoRead, coe_content
-from ocmm_core.fieldbus.wire import (
-    PREOP,
-    Command,
-    Datagram,
-    Exchange,
-    ScannedDevice,
-    read_words,
-    scan_devices,
-    write_word,
-)
 
 MAILBOX_FOE = 4
 _WRITE, _DATA, _ACK, _ERROR, _BUSY = 2, 3, 4, 5, 6
@@ -134,9 +125,9 @@ Told = Callable[[int, int], None]
 """Called with bytes done and in total."""
 
 
-def find_camera(exchange: Exchange, serial: int) -> tuple[int, ScannedDevice]:
+def find_camera(exchange: wire.Exchange, serial: int) -> tuple[int, wire.ScannedDevice]:
     """Return wire position and identity of a camera; raise BusError unless unique."""
-    devices = scan_devices(exchange)
+    devices = wire.scan_devices(exchange)
     places = [n for n, each in enumerate(devices) if each.device.serial == serial]
     if len(places) != 1:
         there = ", ".join(str(each.device.serial) for each in devices) or "none"
@@ -149,7 +140,7 @@ def find_camera(exchange: Exchange, serial: int) -> tuple[int, ScannedDevice]:
     return places[0], devices[places[0]]
 
 
-def write_alias(exchange: Exchange, serial: int, alias: int) -> int:
+def write_alias(exchange: wire.Exchange, serial: int, alias: int) -> int:
     """Store a station alias in the EEPROM of a camera; return the previous one.
 
     Takes effect after a power cycle. Also updates the checksum of the first EEPROM words, without
@@ -161,19 +152,19 @@ def write_alias(exchange: Exchange, serial: int, alias: int) -> int:
             "bus.alias_value", f"The alias {alias} is not 1 to 65535.", "Give such a number."
         )
     place, found = find_camera(exchange, serial)
-    for number, other in enumerate(scan_devices(exchange)):
+    for number, other in enumerate(wire.scan_devices(exchange)):
         if number != place and other.device.alias == alias:
             raise BusError(
                 "bus.duplicate",
                 f"The camera with serial number {other.device.serial} has the alias {alias}.",
                 "Give each camera its own alias.",
             )
-    head = bytearray(read_words(exchange, place, 0, _HEAD_WORDS))
+    head = bytearray(wire.read_words(exchange, place, 0, _HEAD_WORDS))
     struct.pack_into("<H", head, 2 * _ALIAS_WORD, alias)
     # Checksum first: while it is wrong the controller keeps its values until both are written.
-    write_word(exchange, place, _SUM_WORD, _check_sum(bytes(head)))
-    write_word(exchange, place, _ALIAS_WORD, alias)
-    stored = read_words(exchange, place, 0, _HEAD_WORDS + 1)
+    wire.write_word(exchange, place, _SUM_WORD, _check_sum(bytes(head)))
+    wire.write_word(exchange, place, _ALIAS_WORD, alias)
+    stored = wire.read_words(exchange, place, 0, _HEAD_WORDS + 1)
     if stored[: 2 * _HEAD_WORDS] != bytes(head) or stored[2 * _SUM_WORD] != _check_sum(bytes(head)):
         raise BusError(
             "bus.eeprom",
@@ -184,7 +175,7 @@ def write_alias(exchange: Exchange, serial: int, alias: int) -> int:
 
 
 def update_firmware(
-    exchange: Exchange, serial: int, image: bytes, told: Told = lambda _done, _total: None
+    exchange: wire.Exchange, serial: int, image: bytes, told: Told = lambda _done, _total: None
 ) -> Firmware:
     """Upload firmware to a camera, confirm it by reaching PREOP, and verify it.
 
@@ -202,7 +193,7 @@ def update_firmware(
     _send(exchange, place, FoeWrite(FIRMWARE_NAME, image, MAILBOX_BYTES), told)
     # The camera starts the new firmware on trial; only PREOP confirms it.
     _set_mailboxes(exchange, place)
-    _go(exchange, place, PREOP)
+    _go(exchange, place, wire.PREOP)
     runs = _version(exchange, place)
     _go(exchange, place, _INIT)
     if runs != firmware.version:
@@ -215,7 +206,7 @@ def update_firmware(
     return firmware
 
 
-def _send(exchange: Exchange, place: int, transfer: FoeWrite, told: Told) -> None:
+def _send(exchange: wire.Exchange, place: int, transfer: FoeWrite, told: Told) -> None:
     """Upload a file to a camera in BOOT and bring it to INIT, also after failures."""
     counter = 1
     try:
@@ -248,7 +239,7 @@ def _send(exchange: Exchange, place: int, transfer: FoeWrite, told: Told) -> Non
         _go(exchange, place, _INIT)
 
 
-def _version(exchange: Exchange, place: int) -> str:
+def _version(exchange: wire.Exchange, place: int) -> str:
     transfer = SdoRead(_VERSION, 0, _VERSION_BYTES, mailbox_bytes=MAILBOX_BYTES)
     counter = 1
     while not transfer.done:
@@ -264,14 +255,14 @@ def _version(exchange: Exchange, place: int) -> str:
     return told if told.isprintable() else ascii(told)
 
 
-def _go(exchange: Exchange, place: int, state: int) -> None:
+def _go(exchange: wire.Exchange, place: int, state: int) -> None:
     target = -place & 0xFFFF
     control = (state | _ACKNOWLEDGE).to_bytes(2, "little")
-    exchange(Datagram(Command.APWR, target, _AL_CONTROL, control))
+    exchange(wire.Datagram(wire.Command.APWR, target, _AL_CONTROL, control))
     deadline = time.monotonic() + _STATE_S
     status = code = 0
     while time.monotonic() < deadline:
-        answer = exchange(Datagram(Command.APRD, target, _AL_STATUS, bytes(6))).data
+        answer = exchange(wire.Datagram(wire.Command.APRD, target, _AL_STATUS, bytes(6))).data
         status, code = answer[0], int.from_bytes(answer[4:6], "little")
         if status == state:
             return
@@ -284,17 +275,17 @@ def _go(exchange: Exchange, place: int, state: int) -> None:
     )
 
 
-def _set_mailboxes(exchange: Exchange, place: int) -> None:
+def _set_mailboxes(exchange: wire.Exchange, place: int) -> None:
     target = -place & 0xFFFF
     for number in (SM_MAILBOX_OUT, SM_MAILBOX_IN):
         content = struct.pack("<HHBBBB", *SYNC_MANAGERS[number][:5], 0)
         register = _SYNC_MANAGER_REGISTERS + 8 * number
-        exchange(Datagram(Command.APWR, target, register, content))
+        exchange(wire.Datagram(wire.Command.APWR, target, register, content))
 
 
-def _ask(exchange: Exchange, place: int, mailbox: bytes) -> bytes:
-    question = Datagram(
-        Command.APWR, -place & 0xFFFF, MAILBOX_OUT_START, mailbox.ljust(MAILBOX_BYTES, b"\x00")
+def _ask(exchange: wire.Exchange, place: int, mailbox: bytes) -> bytes:
+    question = wire.Datagram(
+        wire.Command.APWR, -place & 0xFFFF, MAILBOX_OUT_START, mailbox.ljust(MAILBOX_BYTES, b"\x00")
     )
     deadline = time.monotonic() + _ANSWER_S
     # A full mailbox may hold this very one, if its return frame was lost.
@@ -306,12 +297,12 @@ def _ask(exchange: Exchange, place: int, mailbox: bytes) -> bytes:
     return _fetch(exchange, place, _ERASE_S if mailbox[6] == _WRITE_FILE else _ANSWER_S)
 
 
-def _fetch(exchange: Exchange, place: int, patience_s: float) -> bytes:
+def _fetch(exchange: wire.Exchange, place: int, patience_s: float) -> bytes:
     deadline = time.monotonic() + patience_s
     while time.monotonic() < deadline:
         if _is_answered(exchange, place):
-            question = Datagram(
-                Command.APRD, -place & 0xFFFF, MAILBOX_IN_START, bytes(MAILBOX_BYTES)
+            question = wire.Datagram(
+                wire.Command.APRD, -place & 0xFFFF, MAILBOX_IN_START, bytes(MAILBOX_BYTES)
             )
             answer = exchange(question)
             if answer.working_counter:
@@ -320,8 +311,8 @@ def _fetch(exchange: Exchange, place: int, patience_s: float) -> bytes:
     raise _silent(place)
 
 
-def _is_answered(exchange: Exchange, place: int) -> bool:
-    status = exchange(Datagram(Command.APRD, -place & 0xFFFF, _SM_STATUS_IN, bytes(1)))
+def _is_answered(exchange: wire.Exchange, place: int) -> bool:
+    status = exchange(wire.Datagram(wire.Command.APRD, -place & 0xFFFF, _SM_STATUS_IN, bytes(1)))
     return bool(status.working_counter and status.data[0] & _FULL)
 
 

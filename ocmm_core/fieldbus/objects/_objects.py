@@ -14,12 +14,7 @@ from typing import Protocol
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import INFORMATION
-from ocmm_core.fieldbus.objects._mailbox_line import (
-    Emergency,
-    MailboxAreas,
-    MailboxLine,
-    parse_emergency,
-)
+from ocmm_core.fieldbus.objects import _mailbox_line as mailbox_line
 from ocmm_core.fieldbus.objects._requests import EepromRequest, ObjectReply, ObjectRequest
 from ocmm_core.fieldbus.objects._sdo import SdoRead, SdoTransfer, SdoWrite, coe_content
 from ocmm_core.fieldbus.report import Alarm
@@ -54,13 +49,13 @@ class CameraLine:
         self,
         name: str,
         station: int,
-        areas: MailboxAreas,
-        on_emergency: Callable[[str, Emergency], None],
+        areas: mailbox_line.MailboxAreas,
+        on_emergency: Callable[[str, mailbox_line.Emergency], None],
     ) -> None:
         self.queue: deque[Request] = deque()
         self._name = name
         self._station = station
-        self._mailbox = MailboxLine(station, areas, self._mail)
+        self._mailbox = mailbox_line.MailboxLine(station, areas, self._mail)
         self._on_emergency = on_emergency
         self._request: Request | None = None
         self._sdo: SdoTransfer | None = None
@@ -156,7 +151,7 @@ class CameraLine:
         self._request = self._sdo = self._eeprom = self._error = None
 
     def _mail(self, content: bytes) -> None:
-        emergency = parse_emergency(content)
+        emergency = mailbox_line.parse_emergency(content)
         if emergency is not None:
             self._on_emergency(self._name, emergency)
             if self._sdo is not None:
@@ -186,12 +181,12 @@ class ObjectService:
         self._lines: dict[str, CameraLine] = {}
         self._turn = 0
         self.done = self.failed = 0
-        self.emergencies: deque[tuple[str, Emergency]] = deque(maxlen=64)
+        self.emergencies: deque[tuple[str, mailbox_line.Emergency]] = deque(maxlen=64)
         """Messages not yet fetched: camera and message."""
         self.failures: deque[tuple[str, ObjectReply]] = deque(maxlen=64)
         """Failed requests not yet fetched: camera and last reply."""
 
-    def attach(self, stations: Mapping[str, tuple[int, MailboxAreas]]) -> None:
+    def attach(self, stations: Mapping[str, tuple[int, mailbox_line.MailboxAreas]]) -> None:
         """Connect to the cameras at these stations; restart unfinished requests."""
         before, self._lines = self._lines, {}
         for name, (station, areas) in stations.items():
@@ -232,7 +227,7 @@ class ObjectService:
             else:
                 self.done += 1
 
-    def _emergency(self, camera: str, emergency: Emergency) -> None:
+    def _emergency(self, camera: str, emergency: mailbox_line.Emergency) -> None:
         self.emergencies.append((camera, emergency))
 
 

@@ -16,13 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.device import (
-    IDENTITY,
-    IDENTITY_SERIAL,
-    INPUT_DTYPE,
-    OUTPUT_STRUCT,
-    FoundDevice,
-)
+from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
 from ocmm_core.fieldbus.wire._interface import require_pysoem
 from ocmm_core.fieldbus.wire._object_calls import ObjectCalls, check_room, fuse, set_blocking
@@ -43,21 +37,13 @@ if HOST.is_linux_like:
 INIT, PREOP, SAFEOP, OP = 1, 2, 4, 8
 STATE_NAMES = {INIT: "INIT", PREOP: "PREOP", SAFEOP: "SAFEOP", OP: "OP"}
 
-_RET_US = 2000
-_SDO_TIMEOUT_US = 80_000
-_STATE_US = 100_000
-_STATE_TIMEOUT_S = 1.0
-_STATE_POLL_S = 0.002
-_SETTLE_US = 300
-_SETTLE_RING_US = 400
-_SETTLE_LINE_US = 60
-_SETTLE_STRETCHED_US = 50_000
+_RET_US, _SDO_TIMEOUT_US, _STATE_US = 2000, 80_000, 100_000
+_STATE_TIMEOUT_S, _STATE_POLL_S = 1.0, 0.002
+_SETTLE_US, _SETTLE_RING_US, _SETTLE_LINE_US, _SETTLE_STRETCHED_US = 300, 400, 60, 50_000
 _STATION_REGISTER, _ALIAS_REGISTER, _AL_CONTROL = 0x0010, 0x0012, 0x0120
 _FIRST_STATION = 0x1001
 """Station address that pysoem gives the first device; the others follow."""
-_TRIES = 2
-_OBJECT_BYTES = 512
-_SERIAL_BYTES = 4
+_TRIES, _OBJECT_BYTES, _SERIAL_BYTES = 2, 512, 4
 _DEVICE_TYPE = 0x1000
 """ETG.1000.6; mandatory in every device, read only to get an answer."""
 _LATE_ANSWER_S = 0.02
@@ -80,7 +66,7 @@ class Master:
         interface: str,
         redundant: str = "",
         host_time: HostTime | None = None,
-        sizes: tuple[int, int] = (INPUT_DTYPE.itemsize, OUTPUT_STRUCT.size),
+        sizes: tuple[int, int] = (device.INPUT_DTYPE.itemsize, device.OUTPUT_STRUCT.size),
         token: tuple[int, int] = OWN_TOKEN,
     ) -> None:
         self._sizes = sizes
@@ -174,17 +160,17 @@ class Master:
         self, position: int, name: str, index: int, sub: int, room: int = _OBJECT_BYTES
     ) -> bytes:
         """Return a value of a device's object dictionary."""
-        device = self._devices[position]
+        slave = self._devices[position]
         return self._transfer(
-            position, name, index, lambda: bytes(device.sdo_read(index, sub, room))
+            position, name, index, lambda: bytes(slave.sdo_read(index, sub, room))
         )
 
     def write_object(self, position: int, name: str, index: int, sub: int, value: bytes) -> None:
         """Write a value of a device's object dictionary; ``name`` is for messages."""
-        device = self._devices[position]
+        slave = self._devices[position]
 
         def write() -> bytes:
-            device.sdo_write(index, sub, value)
+            slave.sdo_write(index, sub, value)
             return b""
 
         self._transfer(position, name, index, write)
@@ -229,7 +215,7 @@ class Master:
                 "The process data of the cameras could not be mapped.",
                 "Power-cycle the cameras, then open the job again.",
             ) from error
-        sizes = {(len(device.input), len(device.output)) for device in self._devices}
+        sizes = {(len(slave.input), len(slave.output)) for slave in self._devices}
         if sizes != {self._sizes}:
             raise BusError(
                 "bus.map",
@@ -353,18 +339,18 @@ class Master:
         with contextlib.suppress(pysoem.NetworkInterfaceNotOpenError):
             self._master.close()
 
-    def identify(self, position: int) -> FoundDevice:
+    def identify(self, position: int) -> device.FoundDevice:
         """Return the identity of a device."""
-        device = self._devices[position]
+        slave = self._devices[position]
         serial: int | None = None
         with contextlib.suppress(BusError):
             name = f"at position {position + 1}"
-            content = self.read_object(position, name, IDENTITY, IDENTITY_SERIAL)
+            content = self.read_object(position, name, device.IDENTITY, device.IDENTITY_SERIAL)
             if len(content) == _SERIAL_BYTES:
                 serial = int.from_bytes(content, "little")
         alias = self.read_register(position, f"at position {position + 1}", _ALIAS_REGISTER, 2)
-        return FoundDevice(
-            device.man, device.id, device.rev, serial, int.from_bytes(alias, "little"),
+        return device.FoundDevice(
+            slave.man, slave.id, slave.rev, serial, int.from_bytes(alias, "little"),
             stored_serial(self._exchange, position),
         )  # fmt: skip
 
@@ -379,12 +365,12 @@ class Master:
         return answers[0]
 
     def _stuck(self, state: int) -> str:
-        for position, device in enumerate(self._devices, start=1):
-            if device.state != state:
-                why = pysoem.al_status_code_to_string(device.al_status)
+        for position, slave in enumerate(self._devices, start=1):
+            if slave.state != state:
+                why = pysoem.al_status_code_to_string(slave.al_status)
                 return (
                     f"The camera at position {position} of the bus does not reach the state "
-                    f"{STATE_NAMES[state]} (AL status {device.al_status:#06x}: {why})."
+                    f"{STATE_NAMES[state]} (AL status {slave.al_status:#06x}: {why})."
                 )
         return f"The cameras do not reach the state {STATE_NAMES[state]}."
 

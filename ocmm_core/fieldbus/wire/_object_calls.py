@@ -25,17 +25,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Protocol
 
 from ocmm_core.errors import BusError
+from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.described import ProcessImage
-from ocmm_core.fieldbus.device import (
-    INPUT_DTYPE,
-    NEWEST_LAYOUT,
-    OUTPUT_DTYPE,
-    OUTPUT_PDO,
-    SM_ASSIGNMENT,
-    SM_INPUTS,
-    SM_OUTPUTS,
-    InputLayout,
-)
 
 _TRIES = 2
 _SETTLING_TRIES = 5
@@ -159,7 +150,9 @@ _Objects = list[tuple[int, list[int]]]
 _REMEDY = "Install the camera firmware that matches this program, or update this program."
 
 
-def check_room(n_cameras: int, size: int = INPUT_DTYPE.itemsize + OUTPUT_DTYPE.itemsize) -> None:
+def check_room(
+    n_cameras: int, size: int = device.INPUT_DTYPE.itemsize + device.OUTPUT_DTYPE.itemsize
+) -> None:
     """Raise BusError if `n_cameras` with `size` bytes each cannot be mapped."""
     if n_cameras * size > IO_MAP_BYTES:
         raise BusError(
@@ -171,7 +164,9 @@ def check_room(n_cameras: int, size: int = INPUT_DTYPE.itemsize + OUTPUT_DTYPE.i
 
 
 def check_mapping(
-    name: str, read: Callable[[int, int], bytes], layout: InputLayout | ProcessImage = NEWEST_LAYOUT
+    name: str,
+    read: Callable[[int, int], bytes],
+    layout: device.InputLayout | ProcessImage = device.NEWEST_LAYOUT,
 ) -> Iterator[None]:
     """Compare a camera's mapping with the device model; raise BusError if different.
 
@@ -191,11 +186,11 @@ def check_mapping(
         yield
 
 
-def _expected(layout: InputLayout | ProcessImage) -> Iterator[tuple[int, int, str, int]]:
+def _expected(layout: device.InputLayout | ProcessImage) -> Iterator[tuple[int, int, str, int]]:
     """Yield index, entry, format and value of every mapping object."""
     outputs, inputs = _objects(layout)
-    for sync_manager, objects in ((SM_OUTPUTS, outputs), (SM_INPUTS, inputs)):
-        assignment = SM_ASSIGNMENT + sync_manager
+    for sync_manager, objects in ((device.SM_OUTPUTS, outputs), (device.SM_INPUTS, inputs)):
+        assignment = device.SM_ASSIGNMENT + sync_manager
         yield assignment, 0, "<B", len(objects)
         for position, (index, _mappings) in enumerate(objects, start=1):
             yield assignment, position, "<H", index
@@ -205,7 +200,7 @@ def _expected(layout: InputLayout | ProcessImage) -> Iterator[tuple[int, int, st
             yield index, sub, "<I", mapping
 
 
-def _objects(layout: InputLayout | ProcessImage) -> tuple[_Objects, _Objects]:
+def _objects(layout: device.InputLayout | ProcessImage) -> tuple[_Objects, _Objects]:
     """Return the mapping objects of outputs and inputs with their contents."""
     if isinstance(layout, ProcessImage):
         pairs = (layout.outputs, layout.inputs)
@@ -214,6 +209,6 @@ def _objects(layout: InputLayout | ProcessImage) -> tuple[_Objects, _Objects]:
             [(index, [entry.mapping for entry in entries]) for index, entries in pairs[1]],
         )
     return (
-        [(OUTPUT_PDO.index, [entry.mapping for entry in OUTPUT_PDO.entries])],
+        [(device.OUTPUT_PDO.index, [entry.mapping for entry in device.OUTPUT_PDO.entries])],
         [(pdo.index, [entry.mapping for entry in pdo.entries]) for pdo in layout.input_pdos],
     )

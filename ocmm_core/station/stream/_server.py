@@ -25,18 +25,8 @@ from functools import partial
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.station.stream import _messages as messages
 from ocmm_core.station.stream._client import StreamClient, StreamLog
-from ocmm_core.station.stream._messages import (
-    ButtonChange,
-    Hello,
-    annulled_line,
-    button_line,
-    hello_line,
-    point_line,
-    pose_line,
-    read_request,
-    status_line,
-)
 from ocmm_core.station.stream._reception import (
     MOST_CLIENTS,
     Reception,
@@ -166,13 +156,13 @@ class StreamServer:
         self._changed.set()
         self._wake()
 
-    def _on_button(self, change: ButtonChange) -> None:
+    def _on_button(self, change: messages.ButtonChange) -> None:
         if self._plain is not None:
             return
         try:
             job = self._source.job.path.stem
             self._pressed = change.event == "press"
-            self._messages.append(partial(button_line, job=job, change=change))
+            self._messages.append(partial(messages.button_line, job=job, change=change))
         except Exception as error:
             self._give_up(error)
         self._wake()
@@ -258,12 +248,14 @@ class StreamServer:
         job = "" if self._steps.path is None else self._steps.path.stem
         needed = bool(self._options.token)
         simulated = self._source.instruments.simulated
-        return hello_line(Hello(self._id, job, 1, len(self._messages), needed, simulated))
+        return messages.hello_line(
+            messages.Hello(self._id, job, 1, len(self._messages), needed, simulated)
+        )
 
     def _begin(self, client: StreamClient, line: bytes) -> None:
         end = partial(self._reception.end, client)
         try:
-            request = read_request(line)
+            request = messages.read_request(line)
         except InputError as error:
             end(f"{error.what} {error.remedy}")
             return
@@ -295,11 +287,11 @@ class StreamServer:
         state = (job, live.status.value, live.reason)
         if state != self._state:
             self._state, self._states = state, self._states + 1
-        pose = pose_line(live, pressed=self._pressed)
+        pose = messages.pose_line(live, pressed=self._pressed)
         for client in listening:
             with self._reception.dropping(client):
                 if client.told_state != self._states and client.has_room:
-                    client.write(status_line(job, live))
+                    client.write(messages.status_line(job, live))
                     client.told_state = self._states
                 elif self._tell_verdict(client):
                     pass
@@ -347,8 +339,8 @@ class StreamServer:
 
 def _step_line(seq: int, job: str, step: JobStep) -> bytes:
     if step.point is None:
-        return annulled_line(seq, job, step.number)
-    return point_line(seq, job, step.point)
+        return messages.annulled_line(seq, job, step.number)
+    return messages.point_line(seq, job, step.point)
 
 
 class PlainLines:

@@ -11,13 +11,7 @@ from ocmm_core.alignment import AnyAlignment, unknown_frame
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.measured import ActualFeature, measured_of
 from ocmm_core.measuring import PointFactors
-from ocmm_core.tolerances.decisions._decision import (
-    Rule,
-    make_result,
-    not_measured,
-    not_proven,
-    without_uncertainty,
-)
+from ocmm_core.tolerances.decisions import _decision as decision
 from ocmm_core.tolerances.decisions._verdict import CharacteristicResult
 from ocmm_core.tolerances.kinds import evaluate, involved_features, needs_part_frame, spec_of
 from ocmm_core.tolerances.uncertainty import (
@@ -37,7 +31,7 @@ def evaluate_all(
     alignment: AnyAlignment | None,
     actual: Mapping[str, ActualFeature | FitError],
     factors: PointFactors | None,
-    rule: Rule,
+    rule: decision.Rule,
 ) -> tuple[CharacteristicResult, ...]:
     """Return a result for every characteristic, in order.
 
@@ -47,7 +41,8 @@ def evaluate_all(
     if factors is None:
         why = "No uncertainty: the covariance of the points is unknown."
         return tuple(
-            not_measured(item, _missing(item, alignment, actual) or why) for item in characteristics
+            decision.not_measured(item, _missing(item, alignment, actual) or why)
+            for item in characteristics
         )
     known = _Known(actual, factors)
     frames = Frames(measured_of(actual), alignment)
@@ -119,12 +114,12 @@ def evaluate_one(
     alignment: AnyAlignment | None,
     known: FeatureLookup,
     frames: Frames,
-    rule: Rule,
+    rule: decision.Rule,
 ) -> CharacteristicResult:
     """Return the result of one characteristic; queries ``known`` only for its inputs."""
     missing = _missing(characteristic, alignment, known.actual)
     if missing:
-        return not_measured(characteristic, missing)
+        return decision.not_measured(characteristic, missing)
     try:
         measured = measured_of(known.actual)
         evaluation = evaluate(characteristic, measured, alignment, frames)
@@ -137,13 +132,13 @@ def evaluate_one(
         spreads = spreads_of(characteristic, evaluation, below, factors, samples)
         if not math.isfinite(spreads.growth):
             why = f"{NOT_DETERMINED} {WHAT_TO_DO}"
-            return without_uncertainty(characteristic, evaluation, why)
-        result = make_result(characteristic, evaluation, spreads, rule)
+            return decision.without_uncertainty(characteristic, evaluation, why)
+        result = decision.make_result(characteristic, evaluation, spreads, rule)
     except OcmmError as error:
-        return not_measured(characteristic, error.what)
+        return decision.not_measured(characteristic, error.what)
     unknown = unknown_frame(alignment)
     if unknown and needs_part_frame(characteristic):
-        result = not_proven(result, unknown)
+        result = decision.not_proven(result, unknown)
     if result.measured is not None:
         result = replace(result, seen=evaluation.seen)
     return _with_notes(result, characteristic, evaluation, spreads)

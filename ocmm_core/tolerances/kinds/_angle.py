@@ -17,15 +17,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, Shape
 from ocmm_core.geometry import Float, perpendicular_pair
-from ocmm_core.tolerances.kinds._spec import (
-    DIRECTED,
-    Fault,
-    KindSpec,
-    MonteCarlo,
-    PlannedCharacteristic,
-    QifWords,
-    by_differences,
-)
+from ocmm_core.tolerances.kinds import _spec as spec
 from ocmm_core.tolerances.zones import Characteristic, Evaluation, Frames, vector_evaluation
 
 _PREFERRED_DEG = 5.0
@@ -94,7 +86,7 @@ def angle(
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
     shapes = {name: feature.fit.shape for name, feature in actual.items()}
     if len(characteristic.features) == 1:
-        return by_differences(
+        return spec.by_differences(
             characteristic, actual, lambda moved: angle_value(characteristic, moved, shapes, None)
         )
     # Fixed once: differences then pass through a right angle like any other.
@@ -103,7 +95,7 @@ def angle(
     if found is not None:
         return found
     one, other = characteristic.features
-    found = by_differences(
+    found = spec.by_differences(
         characteristic, actual, lambda moved: rule.value(moved[one], moved[other])
     )
     return replace(found, note=rule.note(geometries[one], geometries[other]))
@@ -247,24 +239,24 @@ def _between(first: Float, second: Float) -> float:
     return float(np.degrees(np.arctan2(sine, float(first @ second))))
 
 
-def _cone_fault(asked: PlannedCharacteristic) -> Fault | None:
+def _cone_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     if len(asked.item.features) == 1 and asked.first is not Shape.CONE:
         return "features", "names one feature; an angle needs two, or one cone"
     return None
 
 
 KINDS = (
-    KindSpec(
+    spec.KindSpec(
         name="angle",
         words="angle",
         unit="deg",
         one_sided=False,
         evaluate=angle,
         geometry=angle_value,
-        monte_carlo=MonteCarlo.SECOND_ORDER,
-        qif=QifWords("AngleBetween", of_one="Angle"),
+        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
+        qif=spec.QifWords("AngleBetween", of_one="Angle"),
         symbol=None,
-        shapes=DIRECTED,
+        shapes=spec.DIRECTED,
         features=(1, 2),
         checks=(_cone_fault,),
         needs_sense=needs_sense,

@@ -12,25 +12,9 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
+from ocmm_core.tolerances import zones
+from ocmm_core.tolerances.kinds import _spec as spec
 from ocmm_core.tolerances.kinds._size import distance_of_faces, two_point_fault
-from ocmm_core.tolerances.kinds._spec import (
-    ALL,
-    Fault,
-    KindSpec,
-    MonteCarlo,
-    PlannedCharacteristic,
-    QifWords,
-    by_differences,
-)
-from ocmm_core.tolerances.zones import (
-    AXES,
-    CENTRES,
-    Characteristic,
-    Evaluation,
-    Frames,
-    ZoneFrame,
-    no_part_frame,
-)
 
 _XYZ = "xyz"
 
@@ -42,11 +26,11 @@ _SHORTEST_MM = 1e-3
 
 
 def distance(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
-    frames: Frames,
-) -> Evaluation:
+    frames: zones.Frames,
+) -> zones.Evaluation:
     """Return the distance, also along an axis; FitError: coincident, no frame, not opposite."""
     first, second = (actual[name] for name in characteristic.features)
     if characteristic.association:
@@ -59,9 +43,9 @@ def distance(
         between = other - one
         _refuse_folded(characteristic, abs(between))
         sign = -1.0 if between < 0.0 else 1.0
-        return Evaluation(abs(between), sign * (by_other - by_one), frame=frame.words)
+        return zones.Evaluation(abs(between), sign * (by_other - by_one), frame=frame.words)
     shapes = {name: item.fit.shape for name, item in actual.items()}
-    found = by_differences(
+    found = spec.by_differences(
         characteristic,
         actual,
         lambda moved: distance_of_geometry(characteristic, moved, shapes, alignment),
@@ -71,19 +55,19 @@ def distance(
 
 
 def coordinate(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
-    frames: Frames,
-) -> Evaluation:
+    frames: zones.Frames,
+) -> zones.Evaluation:
     """Return a coordinate of a feature's point; FitError without a part frame."""
     frame = frames.aligned(characteristic.name)
     place, slope = _along(characteristic, actual[characteristic.features[0]], frame)
-    return Evaluation(place, slope, frame=frame.words)
+    return zones.Evaluation(place, slope, frame=frame.words)
 
 
 def _along(
-    characteristic: Characteristic, feature: ActualFeature, frame: ZoneFrame
+    characteristic: zones.Characteristic, feature: ActualFeature, frame: zones.ZoneFrame
 ) -> tuple[float, Rows]:
     """Return a place along the axis, mm, and its gradient."""
     axis = _XYZ.index(characteristic.axis)
@@ -93,7 +77,7 @@ def _along(
 
 
 def distance_of_geometry(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     geometries: Mapping[str, Float],
     shapes: Mapping[str, Shape],
     alignment: AnyAlignment | None,
@@ -108,7 +92,7 @@ def distance_of_geometry(
 
 
 def coordinate_of_geometry(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     geometries: Mapping[str, Float],
     shapes: Mapping[str, Shape],
     alignment: AnyAlignment | None,
@@ -118,13 +102,13 @@ def coordinate_of_geometry(
 
 
 def _place(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     name: str,
     geometries: Mapping[str, Float],
     alignment: AnyAlignment | None,
 ) -> float:
     if alignment is None:
-        raise no_part_frame(characteristic.name)
+        raise zones.no_part_frame(characteristic.name)
     T_part_from_world = frame_of(alignment, geometries)
     axis = _XYZ.index(characteristic.axis)
     return float(T_part_from_world.apply(geometries[name][POINT])[axis])
@@ -142,19 +126,19 @@ def _distance(first: Float, shape: Shape, second: Float, other: Shape) -> float:
         return abs(float(arm @ second[DIRECTION]))
     if shape is Shape.PLANE:
         return abs(float(arm @ first[DIRECTION]))
-    if shape in AXES and other in AXES:
+    if shape in zones.AXES and other in zones.AXES:
         if abs(float(first[DIRECTION] @ second[DIRECTION])) < _PARALLEL:
             common = np.cross(first[DIRECTION], second[DIRECTION])
             return abs(float(arm @ common)) / float(np.linalg.norm(common))
         return float(np.linalg.norm(np.cross(arm, second[DIRECTION])))
-    if other in AXES:
+    if other in zones.AXES:
         return float(np.linalg.norm(np.cross(arm, second[DIRECTION])))
-    if shape in AXES:
+    if shape in zones.AXES:
         return float(np.linalg.norm(np.cross(arm, first[DIRECTION])))
     return float(np.linalg.norm(arm))
 
 
-def _refuse_folded(characteristic: Characteristic, value: float) -> None:
+def _refuse_folded(characteristic: zones.Characteristic, value: float) -> None:
     """Raise FitError at the fold of a distance, where differences make it appear certain."""
     if value < _SHORTEST_MM:
         raise FitError(
@@ -165,28 +149,28 @@ def _refuse_folded(characteristic: Characteristic, value: float) -> None:
         )
 
 
-def _faces_fault(asked: PlannedCharacteristic) -> Fault | None:
+def _faces_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     item = asked.item
     if item.axis or any(asked.shapes[name] is not Shape.PLANE for name in item.features):
         return "association", "of a distance needs two opposite planes, and no 'axis'"
     return two_point_fault(asked)
 
 
-def _along_an_axis(item: Characteristic) -> bool:
+def _along_an_axis(item: zones.Characteristic) -> bool:
     return item.axis != ""
 
 
-def _always(item: Characteristic) -> bool:
+def _always(item: zones.Characteristic) -> bool:
     return True
 
 
-def _axis_missing(asked: PlannedCharacteristic) -> Fault | None:
+def _axis_missing(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     if not asked.item.axis:
         return "axis", "is missing: a coordinate is x, y or z"
     return None
 
 
-def _frame_missing(asked: PlannedCharacteristic) -> Fault | None:
+def _frame_missing(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     item = asked.item
     if item.axis and not asked.aligned:
         return "axis", f"needs a part frame: the plan has no 'alignment' for this {item.kind}"
@@ -194,17 +178,17 @@ def _frame_missing(asked: PlannedCharacteristic) -> Fault | None:
 
 
 KINDS = (
-    KindSpec(
+    spec.KindSpec(
         name="distance",
         words="distance",
         unit="mm",
         one_sided=False,
         evaluate=distance,
         geometry=distance_of_geometry,
-        monte_carlo=MonteCarlo.SECOND_ORDER,
-        qif=QifWords("DistanceBetween"),
+        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
+        qif=spec.QifWords("DistanceBetween"),
         symbol=None,
-        shapes=ALL,
+        shapes=spec.ALL,
         features=(2, 2),
         takes=frozenset({"axis"}),
         association_fault=_faces_fault,
@@ -213,17 +197,17 @@ KINDS = (
         folds=True,
         below_u="The distance is smaller than its uncertainty.",
     ),
-    KindSpec(
+    spec.KindSpec(
         name="coordinate",
         words="coordinate",
         unit="mm",
         one_sided=False,
         evaluate=coordinate,
         geometry=coordinate_of_geometry,
-        monte_carlo=MonteCarlo.SECOND_ORDER,
-        qif=QifWords("LinearCoordinate"),
+        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
+        qif=spec.QifWords("LinearCoordinate"),
         symbol=None,
-        shapes=CENTRES,
+        shapes=zones.CENTRES,
         takes=frozenset({"axis"}),
         checks=(_axis_missing, _frame_missing),
         in_part=_always,

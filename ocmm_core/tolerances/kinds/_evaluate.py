@@ -15,28 +15,20 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float, unit
+from ocmm_core.tolerances import zones
 from ocmm_core.tolerances.kinds._registry import spec_of
 from ocmm_core.tolerances.kinds._size import own_association
-from ocmm_core.tolerances.zones import (
-    AXES,
-    Characteristic,
-    Evaluation,
-    Frames,
-    Seen,
-    points_note,
-    surface_points,
-)
 
 _NOTHING = 1e-6
 """Gradients below it are rounding: no point moves the value."""
 
 
 def evaluate(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
-    frames: Frames | None = None,
-) -> Evaluation:
+    frames: zones.Frames | None = None,
+) -> zones.Evaluation:
     """Return value and gradient of a characteristic.
 
     Parameters
@@ -64,7 +56,7 @@ def evaluate(
                 f"Measure {name}.",
             )
     involved = {name: actual[name] for name in names}
-    frames = frames or Frames(involved, alignment)
+    frames = frames or zones.Frames(involved, alignment)
     found = _evaluated(characteristic, involved, alignment, frames)
     moving = found.gradient if found.component_gradients is None else found.component_gradients
     if moving.greatest() < _NOTHING:
@@ -74,7 +66,7 @@ def evaluate(
             "Remove it, or align to other features.",
         )
     of_form = spec_of(characteristic.kind).own_form
-    note = points_note([actual[name] for name in characteristic.features], of_form=of_form)
+    note = zones.points_note([actual[name] for name in characteristic.features], of_form=of_form)
     datums = taken_again(characteristic, actual, alignment)
     said = [found.note, note, _precedence_note(datums, actual)]
     if datums:
@@ -87,8 +79,10 @@ def evaluate(
 
 
 def _seen_form(
-    characteristic: Characteristic, actual: Mapping[str, ActualFeature], found: Evaluation
-) -> Seen | None:
+    characteristic: zones.Characteristic,
+    actual: Mapping[str, ActualFeature],
+    found: zones.Evaluation,
+) -> zones.Seen | None:
     """Return the deviations of a form from the middle of its zone, or None."""
     feature = actual[characteristic.features[0]]
     noise, touches = found.noise, feature.touches
@@ -97,12 +91,12 @@ def _seen_form(
     if len(noise.deviations) != len(touches.numbers) or not feature.fit.shape.spec.has_normals:
         # A single section, or a line, which deviates in two directions.
         return None
-    measured = surface_points(feature)
+    measured = zones.surface_points(feature)
     away = feature.fit.shape.spec.is_curved and feature.nominal.side == "inner"
     middle = 0.5 * (noise.deviations.max() + noise.deviations.min())
     off = (noise.deviations - middle) * (-1.0 if away else 1.0)
     name = (feature.nominal.name,) * len(off)
-    return Seen(name, touches.numbers, measured.points, measured.normals, off)
+    return zones.Seen(name, touches.numbers, measured.points, measured.normals, off)
 
 
 def _precedence_note(datums: Sequence[str], actual: Mapping[str, ActualFeature]) -> str:
@@ -116,7 +110,7 @@ def _precedence_note(datums: Sequence[str], actual: Mapping[str, ActualFeature])
 
 
 def involved_features(
-    characteristic: Characteristic, alignment: AnyAlignment | None
+    characteristic: zones.Characteristic, alignment: AnyAlignment | None
 ) -> tuple[str, ...]:
     """Return the names of all features involved in the value, each once."""
     names = dict.fromkeys((*characteristic.features, *characteristic.datums))
@@ -128,7 +122,7 @@ def involved_features(
 
 
 def taken_again(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
 ) -> tuple[str, ...]:
@@ -140,13 +134,13 @@ def taken_again(
     return datums_refit_by(alignment, actual) if needs_part_frame(characteristic) else ()
 
 
-def needs_part_frame(characteristic: Characteristic) -> bool:
+def needs_part_frame(characteristic: zones.Characteristic) -> bool:
     """Return whether the value refers to the part frame of the plan's alignment."""
     return spec_of(characteristic.kind).in_part(characteristic)
 
 
 def geometry_value(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     geometries: Mapping[str, Float],
     shapes: Mapping[str, Shape],
     alignment: AnyAlignment | None,
@@ -170,11 +164,11 @@ def geometry_value(
 
 
 def _evaluated(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
-    frames: Frames,
-) -> Evaluation:
+    frames: zones.Frames,
+) -> zones.Evaluation:
     spec = spec_of(characteristic.kind)
     found = spec.evaluate(characteristic, actual, alignment, frames)
     if found.association:
@@ -190,7 +184,7 @@ _ARM_MM = 10.0
 
 
 def drawn_value(
-    item: Characteristic,
+    item: zones.Characteristic,
     nominals: Mapping[str, Float],
     shapes: Mapping[str, Shape],
     alignment: AnyAlignment | None,
@@ -222,7 +216,7 @@ def _off_datum(shapes: list[Shape], geometries: list[Float]) -> float:
         width = np.cross(first[DIRECTION], first[ACROSS])
         normal = unit(width - (width @ about) * about)
         return 2.0 * abs(float((first[POINT] - datum[POINT]) @ normal))
-    ends = (-_ARM_MM, _ARM_MM) if shapes[0] in AXES and np.any(about) else (0.0,)
+    ends = (-_ARM_MM, _ARM_MM) if shapes[0] in zones.AXES and np.any(about) else (0.0,)
     arms = [first[POINT] + end * first[DIRECTION] - datum[POINT] for end in ends]
     if np.any(about):
         arms = [arm - (arm @ about) * about for arm in arms]

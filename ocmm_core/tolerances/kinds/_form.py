@@ -31,6 +31,7 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair
 from ocmm_core.measuring import Rows
+from ocmm_core.tolerances import zones
 from ocmm_core.tolerances.kinds._spec import (
     ALL,
     Fault,
@@ -41,27 +42,6 @@ from ocmm_core.tolerances.kinds._spec import (
     Symbol,
     Zone,
 )
-from ocmm_core.tolerances.zones import (
-    BEST_FIT,
-    Characteristic,
-    Evaluation,
-    FormNoise,
-    Frames,
-    Surface,
-    ZoneFrame,
-    associated,
-    axis_sections,
-    derived_zone,
-    few_in_a_section,
-    free_frame,
-    kept_offset,
-    least_squares,
-    median_line,
-    own_fit,
-    section_circle,
-    surface_points,
-    surface_zone,
-)
 
 _FLAT = 1e-9
 """Relative effect of a parameter on the distances that counts as zero."""
@@ -71,17 +51,17 @@ _UNBALANCED = 1e-3
 """Largest unbalanced force of contacts that hold the zone."""
 
 
-def form_range(residuals: Float, rows: Rows, association: str) -> Evaluation:
+def form_range(residuals: Float, rows: Rows, association: str) -> zones.Evaluation:
     """Return the range of residuals (n,) with their derivatives, n rows."""
     high, low = int(np.argmax(residuals)), int(np.argmin(residuals))
-    noise = FormNoise(residuals, rows, np.zeros((len(residuals), 0)))
+    noise = zones.FormNoise(residuals, rows, np.zeros((len(residuals), 0)))
     value = float(residuals[high] - residuals[low])
-    return Evaluation(value, rows[high] - rows[low], association=association, noise=noise)
+    return zones.Evaluation(value, rows[high] - rows[low], association=association, noise=noise)
 
 
 def form_zone(
     zone: Fit, feature: ActualFeature, tips: Float, places: Sequence[int], rows: Rows
-) -> Evaluation:
+) -> zones.Evaluation:
     """Return form by a minimum zone; the n rows are those of least-squares residuals."""
     by_geometry, normals = distance_derivatives(zone, tips)
     free = _free(zone, by_geometry)
@@ -92,19 +72,19 @@ def form_zone(
     if zone.shape is Shape.CIRCLE:
         # Its plane is not optimised for the zone; a rotation of it shifts points by their heights.
         gradient += shares @ by_geometry[:, DIRECTION] @ feature.jacobian[DIRECTION]
-    noise = FormNoise(zone.residuals, rows, free)
+    noise = zones.FormNoise(zone.residuals, rows, free)
     if zone.shape.spec.has_across:
         # The direction of the length turns with the plane.
         along = np.outer(by_geometry[:, ACROSS] @ zone.direction, zone.across)
         by_plane = by_geometry[:, DIRECTION] - along
         gradient += shares @ by_plane @ feature.jacobian[DIRECTION]
-        of_ball = float(np.sign(kept_offset(feature))) * float(shares.sum())
+        of_ball = float(np.sign(zones.kept_offset(feature))) * float(shares.sum())
         gradient = gradient.with_radius(-of_ball)
-        noise = FormNoise(
+        noise = zones.FormNoise(
             np.concatenate([zone.residuals, -zone.residuals]), Rows.stacked([rows, -rows]),
             np.concatenate([free, -free]), mirrored=True,
         )  # fmt: skip
-    return Evaluation(zone.form, gradient, association="minimum zone", noise=noise)
+    return zones.Evaluation(zone.form, gradient, association="minimum zone", noise=noise)
 
 
 def _free(zone: Fit, by_geometry: Float) -> Float:
@@ -158,11 +138,11 @@ def _shares(zone: Fit, free: Float) -> Float:
     return shares
 
 
-def straight_axis(feature: ActualFeature) -> Evaluation:
-    centres = median_line(feature)
-    frame = free_frame(RigidTransform.identity(), feature.fit.point)
+def straight_axis(feature: ActualFeature) -> zones.Evaluation:
+    centres = zones.median_line(feature)
+    frame = zones.free_frame(RigidTransform.identity(), feature.fit.point)
     across = np.stack(perpendicular_pair(feature.fit.direction))
-    found = derived_zone(centres, feature.fit.point, across, frame)
+    found = zones.derived_zone(centres, feature.fit.point, across, frame)
     # The middle line of a straight cylinder has no vector that could cross zero.
     return replace(
         found, components=None, component_gradients=None, association="minimum zone", frame="",
@@ -170,13 +150,13 @@ def straight_axis(feature: ActualFeature) -> Evaluation:
     )  # fmt: skip
 
 
-def straight_line(feature: ActualFeature, *, smallest: bool) -> Evaluation:
+def straight_line(feature: ActualFeature, *, smallest: bool) -> zones.Evaluation:
     """Return straightness of a probed edge, seen along the face's normal."""
-    surface = surface_points(feature)
+    surface = zones.surface_points(feature)
     towards, direction = surface.normals[0], feature.fit.direction
     if not smallest:
-        touches = own_fit(feature)[0]
-        arms = touches.tips - least_squares(feature).point
+        touches = zones.own_fit(feature)[0]
+        arms = touches.tips - zones.least_squares(feature).point
         along = arms @ direction
         by_place = towards @ feature.jacobian[POINT]
         by_turn = towards @ feature.jacobian[DIRECTION]
@@ -188,8 +168,10 @@ def straight_line(feature: ActualFeature, *, smallest: bool) -> Evaluation:
     motions = np.zeros((6, 2))
     motions[3:, 0] = towards
     motions[:3, 1], motions[3:, 1] = turn, np.cross(middle, turn)
-    frame = ZoneFrame(RigidTransform.identity(), Rows.nothing(6), motions, BEST_FIT)
-    found = surface_zone([Surface(surface, Shape.LINE, element(middle, towards))], frame)
+    frame = zones.ZoneFrame(RigidTransform.identity(), Rows.nothing(6), motions, zones.BEST_FIT)
+    found = zones.surface_zone(
+        [zones.Surface(surface, Shape.LINE, element(middle, towards))], frame
+    )
     return replace(found, association="minimum zone", frame="")
 
 
@@ -198,11 +180,11 @@ _FORMS_OF_SHAPES = ("straightness", "flatness", "roundness", "cylindricity")
 
 
 def form(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
-    frames: Frames,
-) -> Evaluation:
+    frames: zones.Frames,
+) -> zones.Evaluation:
     """Return the width of the zone of a feature's form.
 
     Straightness of an axis is that of the centres of its sections; roundness of a cylinder that of
@@ -229,10 +211,13 @@ def form(
     has_zone = Criterion.MINIMUM_ZONE in shape.spec.criteria
     if not smallest or not has_zone or feature.touches is None:
         return _least_squares(feature)
-    touches = own_fit(feature)[0]
+    touches = zones.own_fit(feature)[0]
     try:
-        zone = associated(
-            least_squares(feature), touches.tips, Criterion.MINIMUM_ZONE, kept_offset(feature)
+        zone = zones.associated(
+            zones.least_squares(feature),
+            touches.tips,
+            Criterion.MINIMUM_ZONE,
+            zones.kept_offset(feature),
         )
     except FitError as error:
         # Never narrower than the minimum zone: conformity with it implies conformity.
@@ -241,37 +226,39 @@ def form(
     return form_zone(zone, feature, touches.tips, touches.places, feature.residual_jacobian)
 
 
-def _least_squares(feature: ActualFeature) -> Evaluation:
+def _least_squares(feature: ActualFeature) -> zones.Evaluation:
     association = "least squares"
     if feature.fit.criterion is not Criterion.LEAST_SQUARES:
         association = feature.nominal.criterion
     return form_range(feature.fit.residuals, feature.residual_jacobian, association)
 
 
-def _even(feature: ActualFeature) -> Evaluation:
+def _even(feature: ActualFeature) -> zones.Evaluation:
     """Return the symmetric zone about the least-squares outline."""
     residuals, rows = feature.fit.residuals, feature.residual_jacobian
     both, by_both = np.concatenate([residuals, -residuals]), Rows.stacked([rows, -rows])
     return form_range(both, by_both, "least squares")
 
 
-def _worst_section(feature: ActualFeature, *, smallest: bool) -> Evaluation:
-    touches = own_fit(feature)[0]
-    sections = axis_sections(feature)
+def _worst_section(feature: ActualFeature, *, smallest: bool) -> zones.Evaluation:
+    touches = zones.own_fit(feature)[0]
+    sections = zones.axis_sections(feature)
     found = []
     for section in sections:
-        circle, by_all = section_circle(feature, section)
+        circle, by_all = zones.section_circle(feature, section)
         tips, places = touches.tips[section.rows], [touches.places[row] for row in section.rows]
         by_geometry, normals = distance_derivatives(circle, tips)
         rows = by_geometry @ by_all + by_geometry[:, DIRECTION] @ feature.jacobian[DIRECTION]
         rows += Rows.of_own_points(places, normals)
         found.append(
-            form_zone(associated(circle, tips, Criterion.MINIMUM_ZONE), feature, tips, places, rows)
+            form_zone(
+                zones.associated(circle, tips, Criterion.MINIMUM_ZONE), feature, tips, places, rows
+            )
             if smallest
             else form_range(circle.residuals, rows, "least squares")
         )
     worst = max(range(len(found)), key=lambda i: found[i].value)
-    note = few_in_a_section(sections)
+    note = zones.few_in_a_section(sections)
     if len(sections) > 1:
         where = f"Worst of {len(sections)} sections, at height {sections[worst].at:.1f} mm."
         note = " ".join(filter(None, (where, note)))
@@ -285,7 +272,7 @@ def _form_fault(asked: PlannedCharacteristic) -> Fault | None:
 
 
 def _zone_of_straightness(
-    item: Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
+    item: zones.Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
 ) -> Zone:
     """Return the zone of the axis of a cylinder, or of an edge."""
     return "cylinder" if shape is Shape.CYLINDER else "planes"

@@ -1,4 +1,4 @@
-"""Position and coaxiality (ISO 1101, 17.12 and 17.13), with the bonus of ISO 2692."""
+"""Position, coaxiality and symmetry (ISO 1101, 17.12 to 17.14), with the bonus of ISO 2692."""
 
 from __future__ import annotations
 
@@ -11,42 +11,31 @@ import numpy as np
 from ocmm_core.alignment import AnyAlignment
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import DIRECTION, POINT, RADIUS, SECOND, Shape, nominal_geometry
-from ocmm_core.geometry import Float, perpendicular_pair
+from ocmm_core.features.shapes import (
+    ACROSS,
+    DIRECTION,
+    GEOMETRY_SIZE,
+    POINT,
+    RADIUS,
+    SECOND,
+    Shape,
+    nominal_geometry,
+)
+from ocmm_core.geometry import Float, perpendicular_pair, unit
 from ocmm_core.measuring import Rows
+from ocmm_core.tolerances import zones
+from ocmm_core.tolerances.kinds import _spec as spec
 from ocmm_core.tolerances.kinds._size import associated_size, own_association, size_words
-from ocmm_core.tolerances.kinds._spec import (
-    ALL,
-    ROUND_AXES,
-    SLOTS,
-    SPHERICAL,
-    WITH_SIZE,
-    Fault,
-    KindSpec,
-    MonteCarlo,
-    PlannedCharacteristic,
-    QifWords,
-    Symbol,
-    Zone,
-)
-from ocmm_core.tolerances.zones import (
-    Association,
-    Characteristic,
-    Evaluation,
-    Frames,
-    Surface,
-    derived_points,
-    derived_zone,
-    slot_envelope,
-    surface_points,
-    surface_zone,
-    vector_evaluation,
-)
+
+_STEP = 1e-5
+"""mm, and of directions a fraction of one: step of the differences."""
+_OPPOSITE = -0.5
+"""Cosine between the normals of two faces above which they have no middle between them."""
 
 
 def with_bonus(
-    characteristic: Characteristic, feature: ActualFeature, found: Evaluation
-) -> Evaluation:
+    characteristic: zones.Characteristic, feature: ActualFeature, found: zones.Evaluation
+) -> zones.Evaluation:
     """Return an evaluation with the bonus of the size.
 
     At maximum material a bore is smallest, a shaft largest; at least material the other way round.
@@ -73,19 +62,21 @@ def with_bonus(
     return replace(found, bonus=bonus, bonus_gradient=gradient, note=f"{found.note} {note}".strip())
 
 
-def _sizes(characteristic: Characteristic, feature: ActualFeature, sign: float) -> list[Evaluation]:
+def _sizes(
+    characteristic: zones.Characteristic, feature: ActualFeature, sign: float
+) -> list[zones.Evaluation]:
     """Return the sizes of the points, the mating one first; ``sign`` 1 if larger is more bonus."""
-    slot = feature.fit.shape in SLOTS
+    slot = feature.fit.shape in spec.SLOTS
     place = SECOND if slot else RADIUS
-    own = Evaluation(
+    own = zones.Evaluation(
         2.0 * float(feature.fit.geometry[place]),
         2.0 * feature.jacobian[place],
         association=size_words(own_association(feature)),
     )
     if slot:
-        size, gradient = slot_envelope(feature, widest=sign < 0.0)
-        return [Evaluation(size, gradient, association="planes along its sides"), own]
-    mating: Association = "inscribed" if sign > 0.0 else "circumscribed"
+        size, gradient = zones.slot_envelope(feature, widest=sign < 0.0)
+        return [zones.Evaluation(size, gradient, association="planes along its sides"), own]
+    mating: zones.Association = "inscribed" if sign > 0.0 else "circumscribed"
     asked = [
         msgspec.structs.replace(characteristic, kind="diameter", association=word)
         for word in (mating, "least squares")
@@ -94,15 +85,15 @@ def _sizes(characteristic: Characteristic, feature: ActualFeature, sign: float) 
 
 
 _AXES = "xyz"
-_RINGS = Symbol(circles=((0.5, 0.5, 0.4), (0.5, 0.5, 0.2)))
+_RINGS = spec.Symbol(circles=((0.5, 0.5, 0.4), (0.5, 0.5, 0.2)))
 
 
 def position(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
-    frames: Frames,
-) -> Evaluation:
+    frames: zones.Frames,
+) -> zones.Evaluation:
     """Return the smallest zone about the true place; FitError without datum or part frame."""
     name = characteristic.features[0]
     feature = actual[name]
@@ -113,14 +104,18 @@ def position(
     )
     nominal = nominal_geometry(feature.nominal)
     if feature.fit.shape is Shape.PLANE and feature.touches is not None:
-        found = surface_zone([Surface(surface_points(feature), Shape.PLANE, nominal)], frame)
+        found = zones.surface_zone(
+            [zones.Surface(zones.surface_points(feature), Shape.PLANE, nominal)], frame
+        )
     else:
-        points = derived_points(feature, characteristic.length or feature.nominal.length)
-        found = derived_zone(points, nominal[POINT], _rows(characteristic, nominal, feature), frame)
+        points = zones.derived_points(feature, characteristic.length or feature.nominal.length)
+        found = zones.derived_zone(
+            points, nominal[POINT], _rows(characteristic, nominal, feature), frame
+        )
     return with_bonus(characteristic, feature, found)
 
 
-def _rows(characteristic: Characteristic, nominal: Float, feature: ActualFeature) -> Float:
+def _rows(characteristic: zones.Characteristic, nominal: Float, feature: ActualFeature) -> Float:
     """Return the directions (d, 3), part frame, in which a centre or axis may deviate."""
     shape = feature.fit.shape
     zone = characteristic.zone or _usual_zone(shape)
@@ -128,7 +123,7 @@ def _rows(characteristic: Characteristic, nominal: Float, feature: ActualFeature
         return np.eye(3)
     if zone == "cylinder":
         direction = (
-            np.array(feature.nominal.direction) if shape in SPHERICAL else nominal[DIRECTION]
+            np.array(feature.nominal.direction) if shape in spec.SPHERICAL else nominal[DIRECTION]
         )
         return np.stack(perpendicular_pair(direction))
     if characteristic.axis:
@@ -137,11 +132,11 @@ def _rows(characteristic: Characteristic, nominal: Float, feature: ActualFeature
 
 
 def coaxiality(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
-    frames: Frames,
-) -> Evaluation:
+    frames: zones.Frames,
+) -> zones.Evaluation:
     """Return twice the greatest distance of a centre or axis from the datum's.
 
     In space between balls; else across the axis of the datum, or across its own to a ball.
@@ -151,7 +146,7 @@ def coaxiality(
     if not np.any(axis):
         axis, slope = feature.fit.direction, feature.jacobian[3:6]
     found = []
-    for end in derived_points(feature, characteristic.length or feature.nominal.length):
+    for end in zones.derived_points(feature, characteristic.length or feature.nominal.length):
         arm = end.point - datum.fit.point
         by_arm = end.by_coordinates - datum.jacobian[0:3]
         if np.any(axis):
@@ -163,71 +158,71 @@ def coaxiality(
     if np.any(axis):
         across = np.stack(perpendicular_pair(axis))
         arm, by_arm = across @ arm, across @ by_arm
-    return vector_evaluation(arm, by_arm, characteristic.datums[0])
+    return zones.vector_evaluation(arm, by_arm, characteristic.datums[0])
 
 
-def _usual_zone(shape: Shape | None) -> Zone:
-    if shape in SPHERICAL:
+def _usual_zone(shape: Shape | None) -> spec.Zone:
+    if shape in spec.SPHERICAL:
         return "sphere"
     return "planes" if shape is Shape.PLANE else "cylinder"
 
 
 def _zone_of_position(
-    item: Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
-) -> Zone:
+    item: zones.Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
+) -> spec.Zone:
     usual = _usual_zone(shape)
     return usual if item is None or shape is Shape.PLANE else item.zone or usual
 
 
 def _zone_of_coaxiality(
-    item: Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
-) -> Zone:
+    item: zones.Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
+) -> spec.Zone:
     return "cylinder"
 
 
 def _zone_of_concentricity(
-    item: Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
-) -> Zone:
+    item: zones.Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
+) -> spec.Zone:
     return "sphere" if {shape, *datums} == {Shape.SPHERE} else "cylinder"
 
 
-def _without_datums(item: Characteristic) -> bool:
+def _without_datums(item: zones.Characteristic) -> bool:
     return not item.datums
 
 
-def _axis_missing(asked: PlannedCharacteristic) -> Fault | None:
+def _axis_missing(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     if asked.of_planes and not asked.item.axis:
         return "axis", "is missing: it defines the direction of the position tolerance"
     return None
 
 
-def _frame_missing(asked: PlannedCharacteristic) -> Fault | None:
+def _frame_missing(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     if not asked.item.datums and not asked.aligned:
         return "datums", "is empty, and the plan has no 'alignment' to use instead"
     return None
 
 
-def _modifier_fault(asked: PlannedCharacteristic) -> Fault | None:
-    if asked.item.modifier and asked.first not in WITH_SIZE:
+def _modifier_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
+    if asked.item.modifier and asked.first not in spec.WITH_SIZE:
         return "modifier", "goes with the position of a feature that has a size only"
     return None
 
 
-KINDS = (
-    KindSpec(
+_PLACES = (
+    spec.KindSpec(
         name="position",
         words="position",
         unit="mm",
         one_sided=True,
         evaluate=position,
         geometry=None,
-        monte_carlo=MonteCarlo.VECTOR,
-        qif=QifWords("Position", has_modifier=True),
-        symbol=Symbol(
+        monte_carlo=spec.MonteCarlo.VECTOR,
+        qif=spec.QifWords("Position", has_modifier=True),
+        symbol=spec.Symbol(
             lines=(((0.05, 0.5), (0.95, 0.5)), ((0.5, 0.05), (0.5, 0.95))),
             circles=((0.5, 0.5, 0.28),),
         ),
-        shapes=ALL,
+        shapes=spec.ALL,
         datums=(0, 3),
         takes=frozenset({"axis", "length", "modifier"}),
         zones=("planes", "cylinder", "sphere"),
@@ -236,36 +231,170 @@ KINDS = (
         in_part=_without_datums,
         datums_make_frame=True,
     ),
-    KindSpec(
+    spec.KindSpec(
         name="concentricity",
         words="concentricity",
         unit="mm",
         one_sided=True,
         evaluate=coaxiality,
         geometry=None,
-        monte_carlo=MonteCarlo.VECTOR,
-        qif=QifWords("Concentricity"),
+        monte_carlo=spec.MonteCarlo.VECTOR,
+        qif=spec.QifWords("Concentricity"),
         symbol=_RINGS,
         shapes=(Shape.CIRCLE, Shape.SPHERE),
         datums=(1, 1),
-        datum_shapes=(*ROUND_AXES, Shape.SPHERE),
+        datum_shapes=(*spec.ROUND_AXES, Shape.SPHERE),
         takes=frozenset({"length"}),
         zone_of=_zone_of_concentricity,
     ),
-    KindSpec(
+    spec.KindSpec(
         name="coaxiality",
         words="coaxiality",
         unit="mm",
         one_sided=True,
         evaluate=coaxiality,
         geometry=None,
-        monte_carlo=MonteCarlo.VECTOR,
-        qif=QifWords("Coaxiality"),
+        monte_carlo=spec.MonteCarlo.VECTOR,
+        qif=spec.QifWords("Coaxiality"),
         symbol=_RINGS,
-        shapes=(*ROUND_AXES, Shape.SPHERE),
+        shapes=(*spec.ROUND_AXES, Shape.SPHERE),
         datums=(1, 1),
-        datum_shapes=ROUND_AXES,
+        datum_shapes=spec.ROUND_AXES,
         takes=frozenset({"length"}),
         zone_of=_zone_of_coaxiality,
+    ),
+)
+
+
+def symmetry(
+    characteristic: zones.Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: zones.Frames,
+) -> zones.Evaluation:
+    """Return twice the greatest distance of extracted median points from the datum.
+
+    Median points of two faces are halfway between a point of either face and the other one, across
+    the datum plane; those of a slot are the ends and the middle of its middle line. About a datum
+    axis the middle plane contains the axis and is turned as the slot. FitError: a face has no
+    points of its own, or the faces are not opposite to each other.
+    """
+    datum = actual[characteristic.datums[0]]
+    if len(characteristic.features) == 1:
+        return _of_slot(actual[characteristic.features[0]], datum)
+    first, second = (actual[name] for name in characteristic.features)
+    if float(first.fit.direction @ second.fit.direction) > _OPPOSITE:
+        raise FitError(
+            "characteristic.not_opposite",
+            f"{first.nominal.name} and {second.nominal.name} do not face away from each other, "
+            "so they have no mid-plane.",
+            "Name two opposite faces.",
+        )
+    return _of_faces(first, second, datum)
+
+
+def _of_slot(feature: ActualFeature, datum: ActualFeature) -> zones.Evaluation:
+    geometries = {"slot": feature.fit.geometry, "datum": datum.fit.geometry}
+    plane = datum.fit.shape is Shape.PLANE
+    found = _slot_distances(geometries, plane)
+    worst = int(np.argmax(np.abs(found)))
+    gradient = Rows.nothing()
+    for key, item in (("slot", feature), ("datum", datum)):
+        slope = np.zeros(GEOMETRY_SIZE)
+        for k in np.flatnonzero(item.jacobian.moving()).tolist():
+            ahead, behind = (
+                _slot_distances(zones.moved_geometry(geometries, key, k, step), plane)[worst]
+                for step in (_STEP, -_STEP)
+            )
+            slope[k] = (ahead - behind) / (2.0 * _STEP)
+        gradient += slope @ item.jacobian
+    return zones.vector_evaluation(
+        2.0 * found[worst : worst + 1], 2.0 * gradient[None], datum.nominal.name
+    )
+
+
+def _slot_distances(geometries: Mapping[str, Float], plane: bool) -> Float:
+    """Return the distances (3,) of middle and ends of the middle line from the datum's middle."""
+    slot, datum = geometries["slot"], geometries["datum"]
+    normal = datum[DIRECTION]
+    if not plane:
+        width = np.cross(slot[DIRECTION], slot[ACROSS])
+        normal = unit(width - (width @ normal) * normal)
+    ends = np.array([0.0, -1.0, 1.0])[:, None] * slot[RADIUS] * slot[ACROSS] + slot[POINT]
+    distances: Float = (ends - datum[POINT]) @ normal
+    return distances
+
+
+def _of_faces(
+    first: ActualFeature, second: ActualFeature, datum: ActualFeature
+) -> zones.Evaluation:
+    normal, origin = datum.fit.direction, datum.fit.point
+    values, slopes = [], []
+    for near, far in ((first, second), (second, first)):
+        surface, touches = zones.surface_points(near), zones.own_fit(near)[0]
+        towards = far.fit.direction
+        cosine = float(normal @ towards)
+        arms = far.fit.point - surface.points
+        gaps = arms @ towards
+        by_point = normal - 0.5 * towards / cosine
+        by_towards = 0.5 * (arms / cosine - np.outer(gaps, normal) / cosine**2)
+        by_normal = surface.points - origin - 0.5 * np.outer(gaps, towards) / cosine**2
+        rows = by_towards @ far.jacobian[DIRECTION] + by_normal @ datum.jacobian[DIRECTION]
+        alike = 0.5 / cosine * (towards @ far.jacobian[POINT]) - normal @ datum.jacobian[POINT]
+        # The contact point moves with the normal of its face, along which it is offset from the
+        # ball.
+        alike -= touches.tip_radius * by_point @ near.jacobian[DIRECTION]
+        alike = alike.with_radius(-float(by_point @ near.fit.direction))
+        rows += alike.outer(np.ones(len(gaps)))
+        rows += Rows.of_own_points(touches.places, np.tile(by_point, (len(gaps), 1)))
+        values.append((surface.points - origin) @ normal + 0.5 * gaps / cosine)
+        slopes.append(rows)
+    distances, rows = np.concatenate(values), Rows.stacked(slopes)
+    worst = int(np.argmax(np.abs(distances)))
+    sign = -1.0 if distances[worst] < 0.0 else 1.0
+    return zones.Evaluation(
+        2.0 * abs(float(distances[worst])),
+        2.0 * sign * rows[worst],
+        frame=datum.nominal.name,
+        noise=zones.form_noise(distances, rows, np.zeros((len(distances), 0))),
+    )
+
+
+def _pair_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
+    item = asked.item
+    if (len(item.features) == 1) != (asked.first in spec.SLOTS):
+        return "features", "needs one slot or rectangle, or two opposite planes"
+    if asked.first is Shape.PLANE:
+        if asked.shapes[item.features[1]] is not Shape.PLANE:
+            return "features", "needs two opposite planes"
+        if asked.shapes[item.datums[0]] is not Shape.PLANE:
+            return "datums", "needs a plane: two faces are symmetrical about one"
+    return None
+
+
+KINDS = (
+    *_PLACES,
+    spec.KindSpec(
+        name="symmetry",
+        words="symmetry",
+        unit="mm",
+        one_sided=True,
+        evaluate=symmetry,
+        geometry=None,
+        monte_carlo=spec.MonteCarlo.EVALUATED,
+        qif=spec.QifWords("Symmetry"),
+        symbol=spec.Symbol(
+            lines=(
+                ((0.05, 0.5), (0.95, 0.5)),
+                ((0.22, 0.27), (0.78, 0.27)),
+                ((0.22, 0.73), (0.78, 0.73)),
+            )
+        ),
+        shapes=(Shape.PLANE, *spec.SLOTS),
+        features=(1, 2),
+        datums=(1, 1),
+        datum_shapes=spec.DIRECTED,
+        checks=(_pair_fault,),
+        probed="faces",
     ),
 )

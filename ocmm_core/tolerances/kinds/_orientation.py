@@ -11,35 +11,15 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, Shape, element, nominal_geometry
 from ocmm_core.geometry import Float, perpendicular_pair, unit
-from ocmm_core.tolerances.kinds._spec import (
-    DIRECTED,
-    Fault,
-    KindSpec,
-    MonteCarlo,
-    PlannedCharacteristic,
-    Polygon,
-    QifWords,
-    Symbol,
-    Zone,
-)
-from ocmm_core.tolerances.zones import (
-    Characteristic,
-    DerivedPoint,
-    Evaluation,
-    Frames,
-    Surface,
-    derived_points,
-    derived_zone,
-    surface_points,
-    surface_zone,
-)
+from ocmm_core.tolerances import zones
+from ocmm_core.tolerances.kinds import _spec as spec
 
 _MEANT = np.sin(np.deg2rad(0.5))
 """Nominal directions further from parallel or square are not meant to be so."""
 
 _AXES = "xyz"
 
-_ROUND_ABOUT: Mapping[str, Mapping[bool, Zone]] = {
+_ROUND_ABOUT: Mapping[str, Mapping[bool, spec.Zone]] = {
     "parallelism": {False: "cylinder"},
     "perpendicularity": {True: "cylinder"},
     "angularity": {},
@@ -48,11 +28,11 @@ _ROUND_ABOUT: Mapping[str, Mapping[bool, Zone]] = {
 
 
 def orientation(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
-    frames: Frames,
-) -> Evaluation:
+    frames: zones.Frames,
+) -> zones.Evaluation:
     """Return the width of the zone of a face, or the width or diameter of that of an axis.
 
     The true direction is that of the plan in the frame of the datums, made exactly parallel or
@@ -66,15 +46,15 @@ def orientation(
     frame = frames.of_datums(characteristic.datums, [name])
     if feature.fit.shape is Shape.PLANE:
         plane = element(np.zeros(3), direction)
-        surface = Surface(surface_points(feature), Shape.PLANE, plane)
-        return surface_zone([surface], frame.with_shifts())
+        surface = zones.Surface(zones.surface_points(feature), Shape.PLANE, plane)
+        return zones.surface_zone([surface], frame.with_shifts())
     rows = _rows(characteristic, datum, direction)
-    low, high = derived_points(feature, characteristic.length or feature.nominal.length)
+    low, high = zones.derived_points(feature, characteristic.length or feature.nominal.length)
     # The zone shifts freely: only half of the axis about its middle counts.
-    half = DerivedPoint(
+    half = zones.DerivedPoint(
         0.5 * (high.point - low.point), 0.5 * (high.by_coordinates - low.by_coordinates)
     )
-    return derived_zone([half], np.zeros(3), rows, frame.turning())
+    return zones.derived_zone([half], np.zeros(3), rows, frame.turning())
 
 
 def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float | None:
@@ -95,7 +75,7 @@ def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float
 
 
 def _true_direction(
-    characteristic: Characteristic, feature: ActualFeature, datum: ActualFeature
+    characteristic: zones.Characteristic, feature: ActualFeature, datum: ActualFeature
 ) -> Float:
     """Return the true direction (3,), unit, frame of the plan, of a feature."""
     alike = (feature.fit.shape is Shape.PLANE) == (datum.fit.shape is Shape.PLANE)
@@ -112,14 +92,14 @@ def _true_direction(
     return meant
 
 
-def _zone_of_axis(characteristic: Characteristic, datum: Shape) -> Zone:
+def _zone_of_axis(characteristic: zones.Characteristic, datum: Shape) -> spec.Zone:
     """Return the zone of an axis, from the characteristic or the usual one."""
     if characteristic.zone:
         return characteristic.zone
     return _ROUND_ABOUT[characteristic.kind].get(datum is Shape.PLANE, "planes")
 
 
-def _rows(characteristic: Characteristic, datum: ActualFeature, direction: Float) -> Float:
+def _rows(characteristic: zones.Characteristic, datum: ActualFeature, direction: Float) -> Float:
     """Return the directions (d, 3), frame, in which the ends of an axis may deviate."""
     if _zone_of_axis(characteristic, datum.fit.shape) == "cylinder":
         return np.stack(perpendicular_pair(direction))
@@ -136,13 +116,15 @@ def _rows(characteristic: Characteristic, datum: ActualFeature, direction: Float
     return unit(across)[None]
 
 
-def _zone_of(item: Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]) -> Zone:
+def _zone_of(
+    item: zones.Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
+) -> spec.Zone:
     if shape is Shape.PLANE or item is None or not datums:
         return "planes"
     return _zone_of_axis(item, datums[0])
 
 
-def _direction_fault(asked: PlannedCharacteristic) -> Fault | None:
+def _direction_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     names = (asked.item.features[0], asked.item.datums[0])
     flat = [asked.shapes[name] is Shape.PLANE for name in names]
     own, base = (asked.nominals[name][DIRECTION] for name in names)
@@ -154,20 +136,20 @@ def _direction_fault(asked: PlannedCharacteristic) -> Fault | None:
     return None
 
 
-def _kind(name: str, qif: str, *symbol: Polygon) -> KindSpec:
-    return KindSpec(
+def _kind(name: str, qif: str, *symbol: spec.Polygon) -> spec.KindSpec:
+    return spec.KindSpec(
         name=name,
         words=name,
         unit="mm",
         one_sided=True,
         evaluate=orientation,
         geometry=None,
-        monte_carlo=MonteCarlo.VECTOR,
-        qif=QifWords(qif, has_modifier=True, planes="PlanarZone"),
-        symbol=Symbol(lines=symbol),
-        shapes=DIRECTED,
+        monte_carlo=spec.MonteCarlo.VECTOR,
+        qif=spec.QifWords(qif, has_modifier=True, planes="PlanarZone"),
+        symbol=spec.Symbol(lines=symbol),
+        shapes=spec.DIRECTED,
         datums=(1, 3),
-        datum_shapes=DIRECTED,
+        datum_shapes=spec.DIRECTED,
         takes=frozenset({"axis", "length"}),
         zones=("planes", "cylinder"),
         zone_of=_zone_of,

@@ -12,34 +12,16 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, Shape, nominal_geometry
 from ocmm_core.geometry import Float, unit
-from ocmm_core.tolerances.kinds._spec import (
-    OF_A_LINE,
-    OF_A_SURFACE,
-    KindSpec,
-    MonteCarlo,
-    QifWords,
-    Symbol,
-)
-from ocmm_core.tolerances.zones import (
-    Characteristic,
-    Evaluation,
-    Frames,
-    ModelSurface,
-    Surface,
-    SurfacePoints,
-    ZoneFrame,
-    free_frame,
-    surface_points,
-    surface_zone,
-)
+from ocmm_core.tolerances import zones
+from ocmm_core.tolerances.kinds import _spec as spec
 
 
 def profile(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
-    frames: Frames,
-) -> Evaluation:
+    frames: zones.Frames,
+) -> zones.Evaluation:
     """Return twice the greatest distance of surface points from the nominal surface.
 
     The pose follows from the datums; degrees of freedom that they leave minimise the greatest
@@ -50,28 +32,28 @@ def profile(
         return _against_model(characteristic, actual, frames)
     frame = frames.of_datums(characteristic.datums, characteristic.features)
     surfaces = [
-        _surface(surface_points(actual[name]), frame, characteristic.offset)
+        _surface(zones.surface_points(actual[name]), frame, characteristic.offset)
         for name in characteristic.features
     ]
-    found = surface_zone(surfaces, frame)
+    found = zones.surface_zone(surfaces, frame)
     if characteristic.offset:
         return replace(found, note=f"Zone offset by {characteristic.offset:+.4f} mm (UZ).")
     return found
 
 
 def _against_model(
-    characteristic: Characteristic, actual: Mapping[str, ActualFeature], frames: Frames
-) -> Evaluation:
+    characteristic: zones.Characteristic, actual: Mapping[str, ActualFeature], frames: zones.Frames
+) -> zones.Evaluation:
     """Return the profile of ball centres against model faces, fitted from the part frame."""
     features = [actual[name] for name in characteristic.features]
-    surface = ModelSurface(features, characteristic.faces, characteristic.offset)
+    surface = zones.ModelSurface(features, characteristic.faces, characteristic.offset)
     count = len(surface.places)
     if characteristic.datums:
         frame = frames.of_datums(characteristic.datums, characteristic.features)
         needed = frame.motions.shape[1] + 1
     else:
         part = frames.of_part(characteristic.name).T_frame_from_world
-        frame, needed = free_frame(part, surface.world.mean(axis=0)), 7
+        frame, needed = zones.free_frame(part, surface.world.mean(axis=0)), 7
     if count < needed:
         raise FitError(
             "characteristic.few_points",
@@ -83,23 +65,23 @@ def _against_model(
     note = f"Against face{'s' if len(characteristic.faces) > 1 else ''} {numbers} of the model."
     if characteristic.offset:
         note += f" Zone offset by {characteristic.offset:+.4f} mm (UZ)."
-    return replace(surface_zone([surface], frame), note=note)
+    return replace(zones.surface_zone([surface], frame), note=note)
 
 
-def _from_part_frame(characteristic: Characteristic) -> bool:
+def _from_part_frame(characteristic: zones.Characteristic) -> bool:
     """Return whether the search for the smallest zone starts from the alignment."""
     return bool(characteristic.faces) and not characteristic.datums
 
 
-def _surface(measured: SurfacePoints, frame: ZoneFrame, offset: float) -> Surface:
+def _surface(measured: zones.SurfacePoints, frame: zones.ZoneFrame, offset: float) -> zones.Surface:
     nominal = nominal_geometry(measured.feature.nominal)
     shape = measured.feature.fit.shape
     if not shape.spec.has_normals:
         nominal[DIRECTION] = _face_normal(measured, frame, nominal)
-    return Surface(measured, shape, nominal, offset)
+    return zones.Surface(measured, shape, nominal, offset)
 
 
-def _face_normal(measured: SurfacePoints, frame: ZoneFrame, nominal: Float) -> Float:
+def _face_normal(measured: zones.SurfacePoints, frame: zones.ZoneFrame, nominal: Float) -> Float:
     """Return the normal (3,), frame, of the face of a probed point or line."""
     if measured.feature.fit.shape is Shape.POINT:
         return unit(np.array(measured.feature.nominal.direction))
@@ -109,17 +91,17 @@ def _face_normal(measured: SurfacePoints, frame: ZoneFrame, nominal: Float) -> F
 
 
 KINDS = (
-    KindSpec(
+    spec.KindSpec(
         name="line profile",
         words="line profile",
         unit="mm",
         one_sided=True,
         evaluate=profile,
         geometry=None,
-        monte_carlo=MonteCarlo.EVALUATED,
-        qif=QifWords("LineProfile"),
-        symbol=Symbol(bow="open"),
-        shapes=OF_A_LINE,
+        monte_carlo=spec.MonteCarlo.EVALUATED,
+        qif=spec.QifWords("LineProfile"),
+        symbol=spec.Symbol(bow="open"),
+        shapes=spec.OF_A_LINE,
         features=(1, 1000),
         datums=(0, 3),
         takes=frozenset({"offset"}),
@@ -127,17 +109,17 @@ KINDS = (
         own_form=True,
         probed="all",
     ),
-    KindSpec(
+    spec.KindSpec(
         name="surface profile",
         words="surface profile",
         unit="mm",
         one_sided=True,
         evaluate=profile,
         geometry=None,
-        monte_carlo=MonteCarlo.EVALUATED,
-        qif=QifWords("SurfaceProfile"),
-        symbol=Symbol(bow="closed"),
-        shapes=OF_A_SURFACE,
+        monte_carlo=spec.MonteCarlo.EVALUATED,
+        qif=spec.QifWords("SurfaceProfile"),
+        symbol=spec.Symbol(bow="closed"),
+        shapes=spec.OF_A_SURFACE,
         features=(1, 1000),
         datums=(0, 3),
         takes=frozenset({"faces", "offset"}),

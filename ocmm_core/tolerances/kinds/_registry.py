@@ -16,7 +16,6 @@ from ocmm_core.tolerances.kinds import (
     _profile,
     _runout,
     _size,
-    _symmetry,
 )
 from ocmm_core.tolerances.kinds._spec import KindSpec, Symbol
 
@@ -49,7 +48,6 @@ KINDS = registered(
         *_form.KINDS,
         *_orientation.KINDS,
         *_location.KINDS,
-        *_symmetry.KINDS,
         *_profile.KINDS,
         *_runout.KINDS,
     )

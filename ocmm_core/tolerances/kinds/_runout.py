@@ -11,34 +11,16 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.kinds._spec import (
-    ROUND_AXES,
-    KindSpec,
-    MonteCarlo,
-    Polygon,
-    QifWords,
-    Symbol,
-)
-from ocmm_core.tolerances.zones import (
-    Characteristic,
-    Evaluation,
-    FormNoise,
-    Frames,
-    Section,
-    SurfacePoints,
-    few_in_a_section,
-    own_fit,
-    sections,
-    surface_points,
-)
+from ocmm_core.tolerances import zones
+from ocmm_core.tolerances.kinds import _spec as spec
 
 
 def runout(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
-    frames: Frames,
-) -> Evaluation:
+    frames: zones.Frames,
+) -> zones.Evaluation:
     """Return the run-out of a surface about the datum axis.
 
     Radially for round surfaces, square to the surface for a cone, axially for a face. Circular
@@ -46,7 +28,7 @@ def runout(
     FitError: the feature has no points of its own, or they do not lie in sections.
     """
     feature, datum = actual[characteristic.features[0]], actual[characteristic.datums[0]]
-    surface = surface_points(feature)
+    surface = zones.surface_points(feature)
     axis = datum.fit.direction
     arms = surface.points - datum.fit.point
     along = arms @ axis
@@ -67,12 +49,12 @@ def runout(
     by_axis = axially * arms - radially * along[:, None] * radial
     by_datum = -directions @ datum.jacobian[POINT] + by_axis @ datum.jacobian[DIRECTION]
 
-    found: tuple[Section, ...] = (Section(np.arange(len(values)), 0.0),)
+    found: tuple[zones.Section, ...] = (zones.Section(np.arange(len(values)), 0.0),)
     note = ""
     if characteristic.kind == "circular runout" and shape is not Shape.CIRCLE:
-        found = sections(feature.nominal.name, places)
+        found = zones.sections(feature.nominal.name, places)
     if characteristic.kind == "circular runout":
-        note = few_in_a_section(found)
+        note = zones.few_in_a_section(found)
     worst = max(found, key=lambda section: float(np.ptp(values[section.rows])))
     if len(found) > 1:
         where = "radius" if shape is Shape.PLANE else "height"
@@ -80,17 +62,17 @@ def runout(
         note = " ".join(filter(None, (said, note)))
     gradient = _extremes(surface, values, directions, by_datum, worst.rows)
     rows = by_datum[worst.rows] + _of_own_points(surface, directions, worst.rows)
-    return Evaluation(
+    return zones.Evaluation(
         float(np.ptp(values[worst.rows])),
         gradient,
         frame=characteristic.datums[0],
-        noise=FormNoise(values[worst.rows], rows, np.zeros((len(rows), 0))),
+        noise=zones.FormNoise(values[worst.rows], rows, np.zeros((len(rows), 0))),
         note=note,
     )
 
 
 def _extremes(
-    surface: SurfacePoints, values: Float, directions: Float, by_datum: Rows, rows: Int
+    surface: zones.SurfacePoints, values: Float, directions: Float, by_datum: Rows, rows: Int
 ) -> Rows:
     """Return the gradient of the greatest less the smallest value."""
     high, low = int(rows[np.argmax(values[rows])]), int(rows[np.argmin(values[rows])])
@@ -100,34 +82,34 @@ def _extremes(
     return by_datum[high] - by_datum[low] + surface.pull_back(weights)
 
 
-def _of_own_points(surface: SurfacePoints, directions: Float, chosen: Int) -> Rows:
+def _of_own_points(surface: zones.SurfacePoints, directions: Float, chosen: Int) -> Rows:
     """Return the derivatives of m chosen points by their ball centres and the ball."""
-    places = np.asarray(own_fit(surface.feature)[0].places)[chosen]
+    places = np.asarray(zones.own_fit(surface.feature)[0].places)[chosen]
     own, normals = directions[chosen], surface.normals[chosen]
     return Rows.of_own_points(places, own).with_radius(-np.sum(own * normals, axis=1))
 
 
-def _arrow(shift: float) -> tuple[Polygon, ...]:
+def _arrow(shift: float) -> tuple[spec.Polygon, ...]:
     return (
         ((0.1 + shift, 0.9), (0.55 + shift, 0.12)),
         ((0.37 + shift, 0.24), (0.55 + shift, 0.12), (0.55 + shift, 0.34)),
     )
 
 
-def _kind(name: str, qif: str, shapes: tuple[Shape, ...], symbol: Symbol) -> KindSpec:
-    return KindSpec(
+def _kind(name: str, qif: str, shapes: tuple[Shape, ...], symbol: spec.Symbol) -> spec.KindSpec:
+    return spec.KindSpec(
         name=name,
         words=name,
         unit="mm",
         one_sided=True,
         evaluate=runout,
         geometry=None,
-        monte_carlo=MonteCarlo.EVALUATED,
-        qif=QifWords(qif),
+        monte_carlo=spec.MonteCarlo.EVALUATED,
+        qif=spec.QifWords(qif),
         symbol=symbol,
         shapes=shapes,
         datums=(1, 1),
-        datum_shapes=ROUND_AXES,
+        datum_shapes=spec.ROUND_AXES,
         own_form=True,
         probed="all",
     )
@@ -138,12 +120,12 @@ KINDS = (
         "circular runout",
         "CircularRunout",
         (Shape.CIRCLE, Shape.CYLINDER, Shape.CONE, Shape.PLANE),
-        Symbol(lines=_arrow(0.15)),
+        spec.Symbol(lines=_arrow(0.15)),
     ),
     _kind(
         "total runout",
         "TotalRunout",
         (Shape.CYLINDER, Shape.PLANE),
-        Symbol(lines=(*_arrow(-0.05), *_arrow(0.35), ((0.05, 0.9), (0.45, 0.9)))),
+        spec.Symbol(lines=(*_arrow(-0.05), *_arrow(0.35), ((0.05, 0.9), (0.45, 0.9)))),
     ),
 )

@@ -21,36 +21,10 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.kinds._spec import (
-    LONG_AND_WIDE,
-    SLOTS,
-    WITH_DIAMETER,
-    WITH_RADIUS,
-    WITH_WIDTH,
-    Fault,
-    KindSpec,
-    MonteCarlo,
-    PlannedCharacteristic,
-    QifWords,
-    Symbol,
-    by_differences,
-)
-from ocmm_core.tolerances.zones import (
-    TWO_POINT,
-    Association,
-    Characteristic,
-    Evaluation,
-    Frames,
-    Ranked,
-    across_slot,
-    around,
-    associated,
-    between_faces,
-    least_squares,
-    own_fit,
-)
+from ocmm_core.tolerances import zones
+from ocmm_core.tolerances.kinds import _spec as spec
 
-LETTERS: dict[Association, str] = {
+LETTERS: dict[zones.Association, str] = {
     "least squares": "GG",
     "minimum zone": "GC",
     "inscribed": "GX",
@@ -71,14 +45,14 @@ _PLACES = {
 """Place in the geometry vector, and factor, of a size."""
 
 
-def size_words(association: Association) -> str:
+def size_words(association: zones.Association) -> str:
     """Return the association of a size for reports, with its symbol."""
     return f"{association} ({LETTERS[association]})"
 
 
-def own_association(feature: ActualFeature) -> Association:
+def own_association(feature: ActualFeature) -> zones.Association:
     """Return the association of a feature's geometry."""
-    words: dict[Criterion, Association] = {
+    words: dict[Criterion, zones.Association] = {
         Criterion.LEAST_SQUARES: "least squares",
         Criterion.MINIMUM_ZONE: "minimum zone",
         Criterion.INSCRIBED: "inscribed",
@@ -88,18 +62,18 @@ def own_association(feature: ActualFeature) -> Association:
 
 
 def size(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
-    frames: Frames,
-) -> Evaluation:
+    frames: zones.Frames,
+) -> zones.Evaluation:
     """Return the size by the feature's or the plan's association; FitError as `associated_size`."""
     feature = actual[characteristic.features[0]]
     own = own_association(feature)
     if characteristic.association not in ("", own):
         return associated_size(characteristic, feature)
     shapes = {name: item.fit.shape for name, item in actual.items()}
-    found = by_differences(
+    found = spec.by_differences(
         characteristic,
         actual,
         lambda moved: size_of_geometry(characteristic, moved, shapes, alignment),
@@ -108,7 +82,7 @@ def size(
 
 
 def size_of_geometry(
-    characteristic: Characteristic,
+    characteristic: zones.Characteristic,
     geometries: Mapping[str, Float],
     shapes: Mapping[str, Shape],
     alignment: AnyAlignment | None,
@@ -129,80 +103,84 @@ def _gauge_diameter(cone: Float, plane: Float, at: float) -> float:
     return 2.0 * float(cone[RADIUS] + along * np.tan(cone[HALF_ANGLE]))
 
 
-def associated_size(characteristic: Characteristic, feature: ActualFeature) -> Evaluation:
+def associated_size(
+    characteristic: zones.Characteristic, feature: ActualFeature
+) -> zones.Evaluation:
     """Return a size by the plan's association; FitError: constructed, no element, none opposite."""
     association = characteristic.association
     if characteristic.kind in ("length", "width"):
         lengthwise = characteristic.kind == "length"
-        return _of_rank(*across_slot(feature, association, lengthwise=lengthwise), association)
+        return _of_rank(
+            *zones.across_slot(feature, association, lengthwise=lengthwise), association
+        )
     factor = _PLACES[characteristic.kind][1]
     if association not in CRITERIA:
-        halves, gradients = around(feature, association)
+        halves, gradients = zones.around(feature, association)
         return _of_rank(factor * halves, factor * gradients, association)
     radius, gradient = _radius(feature, CRITERIA[association])
-    return Evaluation(factor * radius, factor * gradient, association=size_words(association))
+    return zones.Evaluation(factor * radius, factor * gradient, association=size_words(association))
 
 
 def distance_of_faces(
-    characteristic: Characteristic, first: ActualFeature, second: ActualFeature
-) -> Evaluation:
+    characteristic: zones.Characteristic, first: ActualFeature, second: ActualFeature
+) -> zones.Evaluation:
     """Return the two-point size of two opposite faces; FitError as `zones.between_faces`."""
     association = characteristic.association
-    return _of_rank(*between_faces(first, second, association), association)
+    return _of_rank(*zones.between_faces(first, second, association), association)
 
 
-def _of_rank(sizes: Float, gradients: Rows, association: Association) -> Evaluation:
+def _of_rank(sizes: Float, gradients: Rows, association: zones.Association) -> zones.Evaluation:
     """Return the size of a rank among two-point sizes sorted by it."""
     words = size_words(association)
     if association == "two-point mean":
-        return Evaluation(float(sizes.mean()), gradients.mean(), association=words)
-    ranked = Ranked(sizes, gradients, association == "two-point maximum")
-    return Evaluation(float(sizes[0]), gradients[0], ranked=ranked, association=words)
+        return zones.Evaluation(float(sizes.mean()), gradients.mean(), association=words)
+    ranked = zones.Ranked(sizes, gradients, association == "two-point maximum")
+    return zones.Evaluation(float(sizes[0]), gradients[0], ranked=ranked, association=words)
 
 
 def _radius(feature: ActualFeature, criterion: Criterion) -> tuple[float, Rows]:
     # Ball centres are on a parallel surface: their element and that of the part share the axis.
-    touches = own_fit(feature)[0]
-    start = least_squares(feature)
+    touches = zones.own_fit(feature)[0]
+    start = zones.least_squares(feature)
     fit = start
     if criterion is not Criterion.LEAST_SQUARES:
-        fit = associated(start, touches.tips, criterion)
+        fit = zones.associated(start, touches.tips, criterion)
     sign = 1.0 if feature.nominal.side == "outer" else -1.0
     gradient = Rows.of_points(touches.places, fit.jacobian[RADIUS]).with_radius(-sign)
     return fit.radius - sign * touches.tip_radius, gradient
 
 
-def two_point_fault(asked: PlannedCharacteristic) -> Fault | None:
+def two_point_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     """Return the fault of an association that is not a two-point one."""
-    if asked.item.association not in TWO_POINT:
-        words = ", ".join(repr(word) for word in TWO_POINT)
+    if asked.item.association not in zones.TWO_POINT:
+        words = ", ".join(repr(word) for word in zones.TWO_POINT)
         return "association", f"of a {asked.item.kind} is left out, or one of: {words}"
     return None
 
 
-def _round_fault(asked: PlannedCharacteristic) -> Fault | None:
-    if asked.first in WITH_RADIUS:
+def _round_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
+    if asked.first in spec.WITH_RADIUS:
         return None
     return "association", "is only for circle, sphere and cylinder"
 
 
-def _oblong_fault(asked: PlannedCharacteristic) -> Fault | None:
+def _oblong_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     kind = asked.item.kind
-    if asked.first not in SLOTS:
+    if asked.first not in spec.SLOTS:
         return "association", f"of a {kind} is only for slots and rectangles"
     if kind == "length" and asked.first is Shape.ROUND_SLOT:
         return "association", "of a length needs straight ends; those of a round slot are not"
     return two_point_fault(asked)
 
 
-def _cone_fault(asked: PlannedCharacteristic) -> Fault | None:
+def _cone_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     if (asked.first is Shape.CONE) != bool(asked.item.datums):
         return "datums", "goes with the diameter of a cone, which needs the plane it is taken from"
     return None
 
 
 KINDS = (
-    KindSpec(
+    spec.KindSpec(
         name="diameter",
         words="diameter",
         unit="mm",
@@ -210,43 +188,43 @@ KINDS = (
         one_sided=False,
         evaluate=size,
         geometry=size_of_geometry,
-        monte_carlo=MonteCarlo.SECOND_ORDER,
-        qif=QifWords("Diameter", of_shape={Shape.SPHERE: "SphericalDiameter"}),
-        symbol=Symbol(lines=(((0.15, 0.9), (0.85, 0.1)),), circles=((0.5, 0.5, 0.32),)),
-        shapes=WITH_DIAMETER,
+        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
+        qif=spec.QifWords("Diameter", of_shape={Shape.SPHERE: "SphericalDiameter"}),
+        symbol=spec.Symbol(lines=(((0.15, 0.9), (0.85, 0.1)),), circles=((0.5, 0.5, 0.32),)),
+        shapes=spec.WITH_DIAMETER,
         datums=(0, 1),
         datum_shapes=(Shape.PLANE,),
         takes=frozenset({"at"}),
         association_fault=_round_fault,
         checks=(_cone_fault,),
     ),
-    KindSpec(
+    spec.KindSpec(
         name="radius",
         words="radius",
         unit="mm",
         one_sided=False,
         evaluate=size,
         geometry=size_of_geometry,
-        monte_carlo=MonteCarlo.SECOND_ORDER,
-        qif=QifWords("Radius", of_shape={Shape.SPHERE: "SphericalRadius"}),
+        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
+        qif=spec.QifWords("Radius", of_shape={Shape.SPHERE: "SphericalRadius"}),
         symbol=None,
-        shapes=(*WITH_RADIUS, Shape.TORUS),
+        shapes=(*spec.WITH_RADIUS, Shape.TORUS),
         association_fault=_round_fault,
     ),
-    KindSpec(
+    spec.KindSpec(
         name="length",
         words="length",
         unit="mm",
         one_sided=False,
         evaluate=size,
         geometry=size_of_geometry,
-        monte_carlo=MonteCarlo.SECOND_ORDER,
-        qif=QifWords("Length"),
+        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
+        qif=spec.QifWords("Length"),
         symbol=None,
-        shapes=LONG_AND_WIDE,
+        shapes=spec.LONG_AND_WIDE,
         association_fault=_oblong_fault,
     ),
-    KindSpec(
+    spec.KindSpec(
         name="width",
         words="width",
         unit="mm",
@@ -254,10 +232,10 @@ KINDS = (
         one_sided=False,
         evaluate=size,
         geometry=size_of_geometry,
-        monte_carlo=MonteCarlo.SECOND_ORDER,
-        qif=QifWords("Width"),
+        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
+        qif=spec.QifWords("Width"),
         symbol=None,
-        shapes=WITH_WIDTH,
+        shapes=spec.WITH_WIDTH,
         association_fault=_oblong_fault,
     ),
 )

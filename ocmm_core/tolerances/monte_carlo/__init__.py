@@ -3,7 +3,7 @@
 In: the task of a job: points with their covariance, elements, characteristics, a seed.
 Out: the distribution of every value, and validation of the first-order uncertainty.
 
-Read `_model` (one trial), `_trials` (many of them, quickly if possible) with `_refit_kernel` (the
+Read `_trials` (one trial, and many of them quickly if possible) with `_refit_kernel` (the
 same element through moved points), `_monte_carlo` (convergence and comparison), `_process` (in a
 separate process). The package is independent of verdicts: it validates results without changing
 them.

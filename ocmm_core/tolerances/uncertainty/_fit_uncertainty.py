@@ -13,20 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import fdtri
 
+from ocmm_core.features import shapes
 from ocmm_core.features.elements import distance_derivatives
 from ocmm_core.features.measured import beyond_first_order
-from ocmm_core.features.shapes import (
-    ACROSS,
-    DIRECTION,
-    HALF_ANGLE,
-    MINIMUM_POINTS,
-    POINT,
-    RADIUS,
-    SECOND,
-    Criterion,
-    Fit,
-    Shape,
-)
 from ocmm_core.geometry import Float, Points3, perpendicular_pair
 from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.uncertainty._first_order import growth
@@ -90,7 +79,7 @@ class FitUncertainty:
     """`radius`, `second`, `half_angle`: as in the fit, mm and rad; None if the shape has none."""
 
 
-def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
+def fit_uncertainty(fit: shapes.Fit, points: Points3) -> FitUncertainty | None:
     """Return the uncertainty of a least-squares fit of points (n, 3), mm; None without scatter."""
     samples = scatter_samples(fit, points)
     if not samples:
@@ -137,24 +126,30 @@ def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
     rows = np.eye(len(fit.geometry))
     centre = foot = None
     if fit.shape.spec.is_long:
-        foot = stated(np.stack(perpendicular_pair(fit.direction)) @ rows[POINT])
+        foot = stated(np.stack(perpendicular_pair(fit.direction)) @ rows[shapes.POINT])
     elif not fit.shape.spec.centred:
-        foot = stated((fit.direction @ rows[POINT])[None])
+        foot = stated((fit.direction @ rows[shapes.POINT])[None])
     else:
-        x, y, z = (stated(rows[k : k + 1]) for k in range(*POINT.indices(3)))
+        x, y, z = (stated(rows[k : k + 1]) for k in range(*shapes.POINT.indices(3)))
         centre = (x, y, z)
 
     direction = turn = None
     if fit.direction.any():
-        direction = stated(np.stack(perpendicular_pair(fit.direction)) @ rows[DIRECTION])
+        direction = stated(np.stack(perpendicular_pair(fit.direction)) @ rows[shapes.DIRECTION])
     if fit.across.any():
-        turn = stated((np.cross(fit.direction, fit.across) @ rows[ACROSS])[None])
+        turn = stated((np.cross(fit.direction, fit.across) @ rows[shapes.ACROSS])[None])
 
     def number(place: int) -> Stated | None:
         return stated(rows[place : place + 1]) if fit.geometry[place] != 0.0 else None
 
     return FitUncertainty(
-        centre, foot, direction, turn, number(RADIUS), number(SECOND), number(HALF_ANGLE)
+        centre,
+        foot,
+        direction,
+        turn,
+        number(shapes.RADIUS),
+        number(shapes.SECOND),
+        number(shapes.HALF_ANGLE),
     )
 
 
@@ -174,9 +169,9 @@ def _reach(variances: Float, degrees: float) -> float:
     return math.sqrt(total * float(fdtri(components, degrees, TWO_SIDED)))
 
 
-def scatter_samples(fit: Fit, points: Points3) -> tuple[FormSample, ...]:
+def scatter_samples(fit: shapes.Fit, points: Points3) -> tuple[FormSample, ...]:
     """Return the scatter samples of a fit; of an outline two: in its plane, and across it."""
-    if fit.criterion is not Criterion.LEAST_SQUARES:
+    if fit.criterion is not shapes.Criterion.LEAST_SQUARES:
         return ()
     n = len(points)
     places = np.arange(n)
@@ -187,16 +182,16 @@ def scatter_samples(fit: Fit, points: Points3) -> tuple[FormSample, ...]:
 
     residuals = fit.residuals
     squares = float(residuals @ residuals)
-    if fit.shape is Shape.POINT:
+    if fit.shape is shapes.Shape.POINT:
         if n < 2:
             return ()
         return (sample("scatter", np.tile(np.eye(3), (n, 1, 1)), squares, 3 * n - 3),)
-    if fit.shape is Shape.LINE:
+    if fit.shape is shapes.Shape.LINE:
         if n < 3:
             return ()
         pair = np.stack(perpendicular_pair(fit.direction), axis=1)
         return (sample("scatter", np.tile(pair, (n, 1, 1)), squares, 2 * n - 4),)
-    degrees = n - MINIMUM_POINTS[fit.shape]
+    degrees = n - shapes.MINIMUM_POINTS[fit.shape]
     if degrees < 1:
         return ()
     _, normals = distance_derivatives(fit, points)
@@ -205,7 +200,7 @@ def scatter_samples(fit: Fit, points: Points3) -> tuple[FormSample, ...]:
     heights = (points - fit.point) @ fit.direction
     within = normals - np.outer(normals @ fit.direction, fit.direction)
     within /= np.maximum(np.linalg.norm(within, axis=1), 1e-12)[:, None]
-    if fit.shape is Shape.CIRCLE:
+    if fit.shape is shapes.Shape.CIRCLE:
         arms = points - fit.point - np.outer(heights, fit.direction)
         radial = np.linalg.norm(arms, axis=1) - fit.radius
         squares = float(radial @ radial)

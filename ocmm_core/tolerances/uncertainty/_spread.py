@@ -18,15 +18,8 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import PointFactors, Rows
 from ocmm_core.tolerances.kinds import spec_of
+from ocmm_core.tolerances.uncertainty import _interval as interval
 from ocmm_core.tolerances.uncertainty._first_order import follow_features, growth, tilted
-from ocmm_core.tolerances.uncertainty._interval import (
-    Length,
-    Normal,
-    Spread,
-    bisect_least,
-    normal_probability,
-    normal_quantile,
-)
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, widened
 from ocmm_core.tolerances.zones import Characteristic, Evaluation, FormNoise
 
@@ -132,7 +125,7 @@ class Extent:
         The measured range is at least the true one plus the errors of the two truly extreme
         deviations, so it is not further below than those.
         """
-        return normal_probability((high - self.value) / self.sigma)
+        return interval.normal_probability((high - self.value) / self.sigma)
 
     def beyond(self, low: float, high: float) -> float:
         """Return the share of parts at the limit that would be measured with a smaller range.
@@ -167,17 +160,17 @@ class Extent:
         noise of its own measurement, so U stays slightly conservative. Verdicts use `beyond`.
         """
         if not self.about_nominal or not self.value > 0.0:
-            return bisect_least(
+            return interval.bisect_least(
                 self.value, lambda supposed: self.beyond(0.0, supposed), probability
             )
         shape = self.deviations / self.value
-        return bisect_least(
+        return interval.bisect_least(
             self.value, lambda supposed: self._smaller(supposed * shape), probability
         )
 
     def most(self, probability: float) -> float:
         """Return the upper confidence bound of the true value."""
-        return self.value + self.sigma * normal_quantile(probability)
+        return self.value + self.sigma * interval.normal_quantile(probability)
 
     def _errors(self) -> Float:
         most = 3000 if self.free is None else 500
@@ -212,26 +205,28 @@ class Rank:
         """
         near, far = (low, high) if self.greatest else (high, low)
         sign = 1.0 if self.greatest else -1.0
-        beyond_far = normal_probability(sign * (self.value - far) / self.sigma)
+        beyond_far = interval.normal_probability(sign * (self.value - far) / self.sigma)
         return self._nearer(near) - beyond_far
 
     def beyond(self, low: float, high: float) -> float:
         """Return the probability that it is beyond one limit, the more probable one."""
         near, far = (low, high) if self.greatest else (high, low)
         sign = 1.0 if self.greatest else -1.0
-        return max(self._nearer(far), normal_probability(sign * (near - self.value) / self.sigma))
+        return max(
+            self._nearer(far), interval.normal_probability(sign * (near - self.value) / self.sigma)
+        )
 
     def least(self, probability: float) -> float:
         """Return the lower confidence bound of the true value."""
         if self.greatest:
             return self._bound(probability)
-        return self.value - self.sigma * normal_quantile(probability)
+        return self.value - self.sigma * interval.normal_quantile(probability)
 
     def most(self, probability: float) -> float:
         """Return the upper confidence bound of the true value."""
         if not self.greatest:
             return self._bound(probability)
-        return self.value + self.sigma * normal_quantile(probability)
+        return self.value + self.sigma * interval.normal_quantile(probability)
 
     def _nearer(self, supposed: float) -> float:
         """Return the share of parts with this true value that would appear less extreme."""
@@ -244,7 +239,7 @@ class Rank:
     def _bound(self, probability: float) -> float:
         reach = _REACH * self.sigma
         sign = 1.0 if self.greatest else -1.0
-        off = bisect_least(
+        off = interval.bisect_least(
             reach, lambda from_far: self._nearer(self.value - sign * (reach - from_far)),
             probability,
         )  # fmt: skip
@@ -273,8 +268,8 @@ _FEW = 200
 class Spreads:
     """Two statements about one value."""
 
-    of_value: Spread
-    judged: Spread
+    of_value: interval.Spread
+    judged: interval.Spread
     """About the value less the bonus of a modifier, which is compared with the limit."""
     growth: float = 1.0
     """Factor by second order of both fits (`_first_order`); infinite: U refused, both of first."""
@@ -364,13 +359,13 @@ def _spread(
     factors: PointFactors,
     found: Float,
     bonus: bool,
-) -> Spread:
+) -> interval.Spread:
     taken = evaluation.bonus if bonus else 0.0
     if evaluation.components is not None:
         vector, length = evaluation.components, float(np.linalg.norm(evaluation.components))
         if length > 0.0:
             vector = vector * (max(length - taken, 0.0) / length)
-        return Length(vector, found)
+        return interval.Length(vector, found)
     # A variance that is negative or not finite gives NaN, which `decide` refuses.
     variance = float(found[0, 0])
     sigma = float(np.sqrt(variance)) if variance >= 0.0 else np.nan
@@ -385,4 +380,4 @@ def _spread(
     if ranked is not None and np.isfinite(sigma):
         errors = factors.of(ranked.gradients)
         return Rank(value, sigma, ranked.sizes, errors, ranked.greatest)
-    return Normal(value, sigma, one_sided=spec_of(characteristic.kind).one_sided)
+    return interval.Normal(value, sigma, one_sided=spec_of(characteristic.kind).one_sided)

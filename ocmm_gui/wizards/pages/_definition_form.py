@@ -11,21 +11,8 @@ from ocmm_core.camera import MAX_LEDS, Vector3
 from ocmm_core.errors import InputError
 from ocmm_core.tracking import SCHEMA, LedEntry, OrientationRule, ProbeDocument, StrobeEntry
 from ocmm_core.typed_numbers import COORDINATE
-from ocmm_gui.kit import (
-    HintField,
-    NumberTable,
-    PlainLabel,
-    digit_font,
-    dressed,
-    later,
-    led_name,
-    literal,
-    localised,
-    read_number,
-    text_font,
-    tr,
-    tr_all,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 
 _FIELDS = (
     ("name", later("Name"), later("Name of the probe, used in its records")),
@@ -57,11 +44,13 @@ _COLUMNS = (
 )
 
 
-class LedTable(NumberTable):
+class LedTable(kit.NumberTable):
     """Editable table of LED positions and directions."""
 
     def __init__(self) -> None:
-        super().__init__(tr("LEDs"), tr_all(_COLUMNS), whole=False, font=digit_font(14, bold=False))
+        super().__init__(
+            tr("LEDs"), kit.tr_all(_COLUMNS), whole=False, font=kit.digit_font(14, bold=False)
+        )
         self.setEditTriggers(QTableWidget.EditTrigger.AllEditTriggers)
         self.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectItems)
         self.setTabKeyNavigation(False)
@@ -84,10 +73,10 @@ class LedTable(NumberTable):
     def show_leds(self, leds: Sequence[LedEntry]) -> None:
         rows = []
         for row, led in enumerate(leds):
-            place = (localised(f"{value:.7g}") for value in led.position)
+            place = (kit.localised(f"{value:.7g}") for value in led.position)
             # A hundredth is half a degree, better than any LED direction is known.
-            light = (localised(f"{round(value, 2):g}") for value in led.direction)
-            rows.append((led_name(row), *place, *light))
+            light = (kit.localised(f"{round(value, 2):g}") for value in led.direction)
+            rows.append((kit.led_name(row), *place, *light))
         self.blockSignals(True)
         self.show_rows(rows)
         self.blockSignals(False)
@@ -97,8 +86,10 @@ class LedTable(NumberTable):
         found = []
         for row in range(self.rowCount()):
             values = [
-                number(word, f"{led_name(row)} {title.partition(',')[0]}")
-                for word, (title, _) in zip(self.words(row)[1:], tr_all(_COLUMNS)[1:], strict=True)
+                number(word, f"{kit.led_name(row)} {title.partition(',')[0]}")
+                for word, (title, _) in zip(
+                    self.words(row)[1:], kit.tr_all(_COLUMNS)[1:], strict=True
+                )
             ]
             position: Vector3 = (values[0], values[1], values[2])
             found.append(LedEntry(position=position, direction=(values[3], values[4], values[5])))
@@ -109,7 +100,7 @@ class LedTable(NumberTable):
         if self.rowCount() < MAX_LEDS:
             last = self.words(self.rowCount() - 1)[1:] if self.rowCount() else ("0",) * 6
             self.insertRow(self.rowCount())
-            for column, word in enumerate((led_name(self.rowCount() - 1), *last)):
+            for column, word in enumerate((kit.led_name(self.rowCount() - 1), *last)):
                 self._write(self.rowCount() - 1, column, word)
             self.setCurrentCell(self.rowCount() - 1, 1)
             self.scrollToBottom()
@@ -119,7 +110,7 @@ class LedTable(NumberTable):
         if self.currentRow() >= 0:
             self.removeRow(self.currentRow())
             for row in range(self.rowCount()):
-                self._write(row, 0, led_name(row))
+                self._write(row, 0, kit.led_name(row))
 
 
 class DefinitionForm(QWidget):
@@ -135,14 +126,14 @@ class DefinitionForm(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setVerticalSpacing(6)
         for row, (key, label, tip) in enumerate(_FIELDS):
-            caption = dressed(PlainLabel(tr(label)), font=text_font(15), role="muted")
-            field = HintField()
+            caption = kit.dressed(kit.PlainLabel(tr(label)), font=kit.text_font(15), role="muted")
+            field = kit.HintField()
             field.setObjectName(key)
             field.setAccessibleName(tr(label))
             field.setAccessibleDescription(tr(tip))
-            field.setToolTip(literal(tr(tip)))
+            field.setToolTip(kit.literal(tr(tip)))
             field.setPlaceholderText(tr(_EMPTY.get(key, "")))
-            field.setFont(text_font(16))
+            field.setFont(kit.text_font(16))
             field.setMinimumHeight(34)
             field.textEdited.connect(lambda _text: self.changed.emit())
             caption.setBuddy(field)
@@ -161,11 +152,11 @@ class DefinitionForm(QWidget):
         for key, text in (
             ("name", document.name),
             ("tip", _words(document.tip)),
-            ("tip_diameter", localised(f"{document.tip_diameter:g}")),
-            ("tip_diameter_sigma", localised(f"{document.tip_diameter_sigma:g}")),
+            ("tip_diameter", kit.localised(f"{document.tip_diameter:g}")),
+            ("tip_diameter_sigma", kit.localised(f"{document.tip_diameter_sigma:g}")),
             ("tip_sigma", _words(document.tip_sigma)),
-            ("led_sigma", localised(f"{document.led_sigma:g}")),
-            ("emission_half_angle_deg", localised(f"{document.emission_half_angle_deg:g}")),
+            ("led_sigma", kit.localised(f"{document.led_sigma:g}")),
+            ("emission_half_angle_deg", kit.localised(f"{document.emission_half_angle_deg:g}")),
             ("rules", rules),
             ("strobe", strobe),
         ):
@@ -201,7 +192,7 @@ class DefinitionForm(QWidget):
 
 def number(text: str, what: str) -> float:
     """Return a number, with point or comma; raise InputError if invalid."""
-    return read_number(replace(COORDINATE, words=what), text)
+    return kit.read_number(replace(COORDINATE, words=what), text)
 
 
 def _vector(text: str, what: str) -> Vector3:
@@ -246,4 +237,4 @@ def _frame(text: str) -> int:
 
 
 def _words(vector: Vector3) -> str:
-    return " ".join(localised(f"{value:g}") for value in vector)
+    return " ".join(kit.localised(f"{value:g}") for value in vector)

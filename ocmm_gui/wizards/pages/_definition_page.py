@@ -11,37 +11,12 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeySequence, QShortcut
 from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 
-from ocmm_core.calibration.probe_design import (
-    DefinitionCheck,
-    examine,
-    read_definition,
-    save_definition,
-)
+from ocmm_core.calibration import probe_design
 from ocmm_core.calibration.records import ProbeRecord
 from ocmm_core.errors import OcmmError
 from ocmm_core.tracking import LedEntry, ProbeDocument
-from ocmm_gui.kit import (
-    FitText,
-    Mark,
-    NarrowButton,
-    PathPanel,
-    PlainLabel,
-    Theme,
-    Themed,
-    dressed,
-    hbox,
-    later,
-    led_name,
-    literal,
-    localised,
-    mark_colour,
-    panel,
-    said,
-    sentence_label,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.wizards.pages._definition_form import DefinitionForm, LedTable
 from ocmm_gui.wizards.pages._picture import ProbeDrawing
 from ocmm_gui.work import SideProcess
@@ -55,7 +30,7 @@ _PURPOSE = later(
 )
 
 
-class DefinitionPage(Themed, QWidget):
+class DefinitionPage(kit.Themed, QWidget):
     """Form and LEDs on the left, picture and verdict on the right."""
 
     left = Signal()
@@ -65,15 +40,15 @@ class DefinitionPage(Themed, QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Define a probe"))
-        self._mark = Mark.OPEN
+        self._mark = kit.Mark.OPEN
         self._measured: ProbeRecord | None = None
         self.form = DefinitionForm()
         self.leds = LedTable()
         self.picture = ProbeDrawing()
-        self._word = FitText(tr("Verdict"), limit=34)
+        self._word = kit.FitText(tr("Verdict"), limit=34)
         self._word.setFixedHeight(44)
-        self.sentence = sentence_label(tr("Meaning of the verdict"), 17)
-        self.import_panel = PathPanel(
+        self.sentence = kit.sentence_label(tr("Meaning of the verdict"), 17)
+        self.import_panel = kit.PathPanel(
             tr("Read the probe document from the file"),
             tr("File of the probe document"),
             tr("Read"),
@@ -114,7 +89,7 @@ class DefinitionPage(Themed, QWidget):
     def word(self) -> str:
         return self._word.text()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self._say(self._word.text(), self._mark, self.sentence.text())
 
@@ -133,7 +108,7 @@ class DefinitionPage(Themed, QWidget):
 
     def _on_changed(self) -> None:
         self._examination.cancel()
-        self._say(tr("EXAMINING"), Mark.ACTIVE, "")
+        self._say(tr("EXAMINING"), kit.Mark.ACTIVE, "")
         self._settle.start()
 
     def _examine(self) -> None:
@@ -147,29 +122,29 @@ class DefinitionPage(Themed, QWidget):
             np.array([led.direction for led in document.leds]).reshape(-1, 3),
             np.array(document.tip),
         )
-        self._examination.start(partial(examine, document, path))
+        self._examination.start(partial(probe_design.examine, document, path))
 
     def _show_examined(self, found: object) -> None:
-        if not isinstance(found, DefinitionCheck):
+        if not isinstance(found, probe_design.DefinitionCheck):
             return
-        self._say(tr("GOOD"), Mark.GOOD, examined_words(found))
+        self._say(tr("GOOD"), kit.Mark.GOOD, examined_words(found))
 
     def _show_refused(self, error: OcmmError) -> None:
-        self._say(tr("CANNOT BE USED"), Mark.BAD, said(f"{error.what} {error.remedy}"))
+        self._say(tr("CANNOT BE USED"), kit.Mark.BAD, kit.said(f"{error.what} {error.remedy}"))
 
-    def _say(self, word: str, mark: Mark, sentence: str) -> None:
+    def _say(self, word: str, mark: kit.Mark, sentence: str) -> None:
         self._mark = mark
-        self._word.show_text(word, mark_colour(self._theme, mark), mark)
+        self._word.show_text(word, kit.mark_colour(self._theme, mark), mark)
         self.sentence.setText(sentence)
 
     def _save(self) -> None:
         try:
             path = self.form.path()
-            save_definition(path, self.form.document(self.leds.leds()))
+            probe_design.save_definition(path, self.form.document(self.leds.leds()))
         except OcmmError as error:
             self._show_refused(error)
             return
-        self._say(tr("SAVED"), Mark.GOOD, tr("Probe saved in {path}.").format(path=path))
+        self._say(tr("SAVED"), kit.Mark.GOOD, tr("Probe saved in {path}.").format(path=path))
         self.saved.emit(path)
 
     def _ask_import(self) -> None:
@@ -177,7 +152,7 @@ class DefinitionPage(Themed, QWidget):
 
     def _import(self, path: Path) -> None:
         try:
-            self._fill(read_definition(path))
+            self._fill(probe_design.read_definition(path))
         except OcmmError as error:
             self._settle.stop()
             self._show_refused(error)
@@ -189,12 +164,12 @@ class DefinitionPage(Themed, QWidget):
         old = {index: led.direction for index, led in enumerate(self._known_leds())}
         sigmas = np.sqrt(np.diag(np.array(record.covariance)))
         self.form.fields["tip"].setText(
-            " ".join(localised(f"{value:.4f}") for value in record.tip_mm)
+            " ".join(kit.localised(f"{value:.4f}") for value in record.tip_mm)
         )
         self.form.fields["tip_sigma"].setText(
-            " ".join(localised(f"{value:.4f}") for value in sigmas[-3:])
+            " ".join(kit.localised(f"{value:.4f}") for value in sigmas[-3:])
         )
-        self.form.fields["led_sigma"].setText(localised(f"{float(sigmas[:-3].max()):.4f}"))
+        self.form.fields["led_sigma"].setText(kit.localised(f"{float(sigmas[:-3].max()):.4f}"))
         forward = (0.0, -1.0, 0.0)
         self.leds.show_leds(
             [
@@ -225,9 +200,9 @@ class DefinitionPage(Themed, QWidget):
             self.left.emit()
 
     def _button(self, text: str, tip: str, keys: str, call: Callable[[], None]) -> QPushButton:
-        button = dressed(NarrowButton(f"{text}\n[{keys}]"), text, tip)
-        button.setToolTip(literal(f"{tip} ({keys})"))
-        button.setFont(text_font(16, bold=True))
+        button = kit.dressed(kit.NarrowButton(f"{text}\n[{keys}]"), text, tip)
+        button.setToolTip(kit.literal(f"{tip} ({keys})"))
+        button.setFont(kit.text_font(16, bold=True))
         button.setMinimumHeight(60)
         button.setProperty("role", "tool")
         button.clicked.connect(call)
@@ -237,15 +212,15 @@ class DefinitionPage(Themed, QWidget):
         return button
 
     def _lay_out(self) -> None:
-        title = PlainLabel(tr("Define a probe"))
-        title.setFont(text_font(28, bold=True))
-        purpose = sentence_label(tr("Purpose"), 16)
+        title = kit.PlainLabel(tr("Define a probe"))
+        title.setFont(kit.text_font(28, bold=True))
+        purpose = kit.sentence_label(tr("Purpose"), 16)
         purpose.setText(tr(_PURPOSE))
-        form = vbox(self.form)
+        form = kit.vbox(self.form)
         form.addStretch(1)
-        right = vbox((self.picture, 1), self._word, self.sentence, spacing=8)
-        middle = hbox((panel(form), 4), (self.leds, 5), (panel(right), 4), spacing=8)
-        row = hbox(spacing=8)
+        right = kit.vbox((self.picture, 1), self._word, self.sentence, spacing=8)
+        middle = kit.hbox((kit.panel(form), 4), (self.leds, 5), (kit.panel(right), 4), spacing=8)
+        row = kit.hbox(spacing=8)
         for key, button in self.buttons.items():
             row.addWidget(button, 2 if key == "save" else 1)
         layout = QVBoxLayout(self)
@@ -258,7 +233,7 @@ class DefinitionPage(Themed, QWidget):
         layout.addLayout(row)
 
 
-def examined_words(found: DefinitionCheck) -> str:
+def examined_words(found: probe_design.DefinitionCheck) -> str:
     """Return by what margin the LEDs can be distinguished, in words."""
     if found.body.code is not None:
         return tr("The LEDs cannot be confused: each is dark in a different frame.")
@@ -266,7 +241,7 @@ def examined_words(found: DefinitionCheck) -> str:
     if nearest is None:
         text = tr("The LEDs cannot be confused: the orientation rules exclude every other order.")
     else:
-        order = ", ".join(led_name(label) for label in nearest.labels)
+        order = ", ".join(kit.led_name(label) for label in nearest.labels)
         text = tr(
             "The LEDs cannot be confused: the nearest wrong order, {order}, misses by "
             "{residual_mm:.1f} mm; it would put the tip {tip_error_mm:.0f} mm off."
@@ -274,5 +249,5 @@ def examined_words(found: DefinitionCheck) -> str:
     if hidden is not None and hidden.ambiguity is not None:
         text += " " + tr(
             "With {hidden} hidden, the nearest wrong order misses by {residual_mm:.1f} mm."
-        ).format(hidden=led_name(hidden.hidden - 1), residual_mm=hidden.ambiguity.residual_mm)
+        ).format(hidden=kit.led_name(hidden.hidden - 1), residual_mm=hidden.ambiguity.residual_mm)
     return text

@@ -12,16 +12,8 @@ from PySide6.QtGui import QPainter, QPaintEvent
 from ocmm_core.calibration.guided import KnownPoint, LinePlan, VolumeCoverage
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
-from ocmm_gui.kit import (
-    SCENE_LEAST,
-    SCENE_SIZE,
-    PaintedWidget,
-    Theme,
-    led_name,
-    said_word,
-    text_font,
-    tr,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import tr
 from ocmm_gui.scene import Dots, Face, Item, Lines, Orbit, Tag, paint_scene
 from ocmm_gui.views import shapes, upright
 
@@ -29,14 +21,14 @@ _ASIDE, _ABOVE = np.radians(28.0), np.radians(24.0)
 _CAMERA_REACH = 0.3
 """Length of the arrow to the cameras, in sides of the volume."""
 
-Contents = Callable[[Theme], Sequence[Item]]
+Contents = Callable[[kit.Theme], Sequence[Item]]
 
 
-class ScenePicture(PaintedWidget):
+class ScenePicture(kit.PaintedWidget):
     """A static 3-D picture, seen from behind the cameras and slightly from above."""
 
     def __init__(self, name: str, rig: Rig) -> None:
-        super().__init__(name, SCENE_SIZE, SCENE_LEAST)
+        super().__init__(name, kit.SCENE_SIZE, kit.SCENE_LEAST)
         self._rig = rig
         self._contents: Contents = _nothing
         self._reach = shapes.box(rig.volume_world).reshape(-1, 3)
@@ -69,7 +61,7 @@ class ScenePicture(PaintedWidget):
             Lines(_arrow(arrow[0], arrow[1], orbit), theme.muted, 2.4),
             Tag(beyond, tr("cameras"), theme.muted),
         )
-        paint_scene(painter, items, orbit, inside, text_font(14, bold=True), theme.panel)
+        paint_scene(painter, items, orbit, inside, kit.text_font(14, bold=True), theme.panel)
 
     def _camera_arrow(self) -> Float:
         """Return the arrow (2, 3) on the floor of the volume towards the cameras."""
@@ -85,7 +77,7 @@ class ScenePicture(PaintedWidget):
 def reference_points(points: Sequence[KnownPoint], aim: int | None) -> Contents:
     """Return the picture of the list: recorded points, open ones, and the next one."""
 
-    def contents(theme: Theme) -> Sequence[Item]:
+    def contents(theme: kit.Theme) -> Sequence[Item]:
         groups: dict[str, list[Float]] = {"open": [], "taken": [], "skipped": []}
         for index, point in enumerate(points):
             if index != aim:
@@ -113,7 +105,7 @@ def volume_coverage(coverage: VolumeCoverage) -> Contents:
     missing = [cell for cell in coverage.cells if cell.poses < cell.wanted]
     first = min(missing, key=lambda cell: cell.poses / cell.wanted, default=None)
 
-    def contents(theme: Theme) -> Sequence[Item]:
+    def contents(theme: kit.Theme) -> Sequence[Item]:
         items: list[Item] = []
         for cell in coverage.cells:
             middle = 0.5 * (cell.low_world + cell.high_world)[None]
@@ -128,7 +120,7 @@ def volume_coverage(coverage: VolumeCoverage) -> Contents:
             corners = np.stack([first.low_world, first.high_world])
             items += [Face(face, theme.accent, 50) for face in _faces(corners)]
             items.append(Lines(shapes.box(corners), theme.accent, 2.4))
-            items.append(Tag(corners.mean(axis=0), said_word(first.name), theme.accent))
+            items.append(Tag(corners.mean(axis=0), kit.said_word(first.name), theme.accent))
         return items
 
     return contents
@@ -156,7 +148,7 @@ def bar_places(lines: Sequence[LinePlan]) -> tuple[BarPlace, ...]:
 def bars(places: Sequence[BarPlace], current: int | None) -> Contents:
     """Return the picture of all placements: the current one thick, with its nests."""
 
-    def contents(theme: Theme) -> Sequence[Item]:
+    def contents(theme: kit.Theme) -> Sequence[Item]:
         items: list[Item] = []
         for index, place in enumerate(places):
             done = place.done >= place.nests
@@ -180,7 +172,7 @@ def bars(places: Sequence[BarPlace], current: int | None) -> Contents:
                     )
                 )
             middle = place.ends_world.mean(axis=0)
-            items.append(Tag(middle, said_word(place.name), theme.accent))
+            items.append(Tag(middle, kit.said_word(place.name), theme.accent))
         return items
 
     return contents
@@ -189,7 +181,7 @@ def bars(places: Sequence[BarPlace], current: int | None) -> Contents:
 def seats(places_world: Sequence[Float], aim: int | None) -> Contents:
     """Return the picture of visited seats (3,), mm; the next one highlighted."""
 
-    def contents(theme: Theme) -> Sequence[Item]:
+    def contents(theme: kit.Theme) -> Sequence[Item]:
         items: list[Item] = []
         for number, place in enumerate(places_world):
             wanted = number == aim
@@ -206,7 +198,7 @@ def seats(places_world: Sequence[Float], aim: int | None) -> Contents:
     return contents
 
 
-def _nothing(theme: Theme) -> Sequence[Item]:
+def _nothing(theme: kit.Theme) -> Sequence[Item]:
     return ()
 
 
@@ -238,11 +230,11 @@ _AZIMUTH, _ELEVATION = np.radians(60.0), np.radians(20.0)
 _UP = np.array([0.0, 0.0, 1.0])
 
 
-class ProbeDrawing(PaintedWidget):
+class ProbeDrawing(kit.PaintedWidget):
     """The probe as defined; undefined parts are omitted."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Picture of the probe"), SCENE_SIZE, SCENE_LEAST)
+        super().__init__(tr("Picture of the probe"), kit.SCENE_SIZE, kit.SCENE_LEAST)
         self._leds: Points3 = np.empty((0, 3))
         self._directions: Points3 = np.empty((0, 3))
         self._tip: Float = np.zeros(3)
@@ -275,5 +267,5 @@ class ProbeDrawing(PaintedWidget):
             Dots(self._leds, theme.bad, 11.0, theme.text),
             Tag(self._tip, tr("ball"), theme.text),
         ]
-        items += [Tag(led, led_name(n), theme.text) for n, led in enumerate(self._leds)]
-        paint_scene(painter, items, orbit, inside, text_font(15, bold=True), theme.panel)
+        items += [Tag(led, kit.led_name(n), theme.text) for n, led in enumerate(self._leds)]
+        paint_scene(painter, items, orbit, inside, kit.text_font(15, bold=True), theme.panel)

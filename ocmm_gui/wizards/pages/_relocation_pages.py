@@ -13,22 +13,8 @@ from PySide6.QtWidgets import QSizePolicy
 from ocmm_core.calibration.guided import RelocationView, Tilt
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import (
-    SCENE_LEAST,
-    SCENE_SIZE,
-    Mark,
-    PaintedWidget,
-    fill,
-    fitted,
-    ink,
-    later,
-    localised,
-    paint_mark,
-    said_word,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import later, tr
 from ocmm_gui.wizards.pages._live_panel import Score
 from ocmm_gui.wizards.pages._pages import CollectPage
 from ocmm_gui.wizards.pages._picture import BarPlace, bars, volume_coverage
@@ -51,7 +37,7 @@ _EXAMPLES = (
 """Middle and direction of placements, in halves of the volume: advice only."""
 
 
-class TiltRow(PaintedWidget):
+class TiltRow(kit.PaintedWidget):
     """Probe attitudes used, and those missing."""
 
     def __init__(self) -> None:
@@ -65,7 +51,7 @@ class TiltRow(PaintedWidget):
             self._tilts = tuple(tilts)
             words = (
                 tr("{name} {poses} of {wanted}").format(
-                    name=said_word(one.name), poses=one.poses, wanted=one.wanted
+                    name=kit.said_word(one.name), poses=one.poses, wanted=one.wanted
                 )
                 for one in tilts
             )
@@ -79,7 +65,7 @@ class TiltRow(PaintedWidget):
         for index, tilt in enumerate(self._tilts):
             box = QRectF(index * (wide + 6.0) + 1.0, 1.5, wide - 2.0, self.height() - 3.0)
             done = tilt.poses >= tilt.wanted
-            ink(painter, QPen(QColor(theme.border), theme.border_px), QColor(theme.panel))
+            kit.ink(painter, QPen(QColor(theme.border), theme.border_px), QColor(theme.panel))
             painter.drawRoundedRect(box, 6, 6)
             share = QRectF(box.left() + 4.0, box.bottom() - 8.0, box.width() - 8.0, 5.0)
             share.setWidth(share.width() * min(tilt.poses / tilt.wanted, 1.0))
@@ -90,9 +76,9 @@ class TiltRow(PaintedWidget):
             if roomy:
                 tip = QPointF(box.left() + 34.0, box.bottom() - 17.0)
                 self._paint_probe(painter, tip, tilt.name)
-            word = said_word(tilt.name).removeprefix("leaning ").removesuffix(" geneigt")
+            word = kit.said_word(tilt.name).removeprefix("leaning ").removesuffix(" geneigt")
             name = QRectF(box.left() + 8.0, box.top() + 4.0, box.width() - 16.0, 22.0)
-            painter.setFont(fitted(text_font(14, bold=True), word, name.width(), 22.0, 15))
+            painter.setFont(kit.fitted(kit.text_font(14, bold=True), word, name.width(), 22.0, 15))
             painter.setPen(QColor(colour))
             left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
             painter.drawText(name, left, word)
@@ -101,7 +87,7 @@ class TiltRow(PaintedWidget):
             number = QRectF(
                 box.left() + indent, name.bottom() + 8.0, box.width() - indent - 4.0, 24.0
             )
-            painter.setFont(fitted(text_font(15), text, number.width(), 24.0, 16))
+            painter.setFont(kit.fitted(kit.text_font(15), text, number.width(), 24.0, 16))
             painter.drawText(number, left, text)
 
     def _paint_probe(self, painter: QPainter, tip: QPointF, name: str) -> None:
@@ -114,7 +100,7 @@ class TiltRow(PaintedWidget):
         )
         painter.setPen(QPen(QColor(theme.text), 4.0, c=Qt.PenCapStyle.RoundCap))
         painter.drawLine(tip, end)
-        ink(painter, Qt.PenStyle.NoPen, QColor(theme.bad))
+        kit.ink(painter, Qt.PenStyle.NoPen, QColor(theme.bad))
         side = QPointF(10.0 * cos(radians(angle)), 10.0 * sin(radians(angle)))
         for point in (end, end + side, end - side):
             near = 5.5 if "forward" in name else 3.0 if "back" in name else 4.0
@@ -135,9 +121,9 @@ class WavePage(CollectPage):
         self.side.setStretch(0, 5)
         self.side.setStretch(1, 4)
         self.tilts = TiltRow()
-        column = vbox(spacing=8)
+        column = kit.vbox(spacing=8)
         self.beside.removeWidget(self.picture)
-        fill(column, (self.picture, 1), self.tilts)
+        kit.fill(column, (self.picture, 1), self.tilts)
         self.beside.insertLayout(0, column, 1)
         self._shown: object = None
 
@@ -156,7 +142,7 @@ class WavePage(CollectPage):
             self._shown = view.poses
             missing = view.coverage.missing
             words = (
-                tr("Missing: {cells}").format(cells=", ".join(map(said_word, missing[:3])))
+                tr("Missing: {cells}").format(cells=", ".join(map(kit.said_word, missing[:3])))
                 if missing
                 else tr("Nothing is missing")
             )
@@ -188,11 +174,11 @@ class BarPage(CollectPage):
             self.picture.show_contents(bars(places, current), words)
 
 
-class SeatPicture(PaintedWidget):
+class SeatPicture(kit.PaintedWidget):
     """Points to put the ball into, in order."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Points of the world frame"), SCENE_SIZE, SCENE_LEAST)
+        super().__init__(tr("Points of the world frame"), kit.SCENE_SIZE, kit.SCENE_LEAST)
         self._names: tuple[str, ...] = ()
         self._taken = 0
 
@@ -213,7 +199,7 @@ class SeatPicture(PaintedWidget):
         frame = self._paint_panel(painter)
         inside = frame.adjusted(24.0, 16.0, -24.0, -16.0)
         if not self._names:
-            ink(painter, QColor(theme.text), font=text_font(22))
+            kit.ink(painter, QColor(theme.text), font=kit.text_font(22))
             text = tr("The world fixed to the cameras.")
             painter.drawText(inside, Qt.AlignmentFlag.AlignCenter, text)
             return
@@ -222,11 +208,11 @@ class SeatPicture(PaintedWidget):
         for index, name in enumerate(self._names):
             top = inside.top() + index * row
             done, current = index < self._taken, index == self._taken
-            mark = Mark.GOOD if done else Mark.ACTIVE if current else Mark.OPEN
+            mark = kit.Mark.GOOD if done else kit.Mark.ACTIVE if current else kit.Mark.OPEN
             colour = theme.good if done else theme.accent if current else theme.muted
             box = QRectF(inside.left(), top + 0.5 * (row - side), side, side)
-            paint_mark(painter, mark, box, colour, theme.panel)
-            painter.setFont(text_font(0.42 * row, bold=current))
+            kit.paint_mark(painter, mark, box, colour, theme.panel)
+            painter.setFont(kit.text_font(0.42 * row, bold=current))
             painter.setPen(QColor(theme.text if done or current else theme.muted))
             place = QRectF(box.right() + 18.0, top, inside.right() - box.right() - 18.0, row)
             painter.drawText(place, Qt.AlignmentFlag.AlignVCenter, tr(_SEAT_WORDS.get(name, name)))
@@ -269,7 +255,7 @@ def show_prediction(score: Score, view: RelocationView) -> None:
     note = tr("of {length_mm:.0f} mm (k = 2); {limit:.1f} µm is enough").format(
         length_mm=view.length_mm, limit=2e3 * limit
     )
-    score.show_score(localised(f"{2e3 * sigma:.1f} µm"), note, share)
+    score.show_score(kit.localised(f"{2e3 * sigma:.1f} µm"), note, share)
 
 
 def example_places(volume_world: Float, wanted: int, taken: int) -> tuple[BarPlace, ...]:

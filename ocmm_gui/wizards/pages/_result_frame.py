@@ -9,24 +9,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.records import Finding
-from ocmm_gui.kit import (
-    FitText,
-    Mark,
-    NarrowButton,
-    PlainLabel,
-    Theme,
-    Themed,
-    dressed,
-    fill,
-    hbox,
-    mark_colour,
-    panel,
-    said,
-    sentence_label,
-    text_font,
-    tr,
-    vbox,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import said, tr
 from ocmm_gui.wizards.pages._pages import StepPage
 from ocmm_gui.wizards.pages._shown import Facts, StepSnapshot, figures_area
 
@@ -38,7 +22,7 @@ class ResultVerdict:
     """Verdict in large letters, with its meaning."""
 
     word: str
-    mark: Mark
+    mark: kit.Mark
     sentence: str
 
 
@@ -51,11 +35,11 @@ class PlotTabs(QWidget):
         self.titles = tuple(title for title, _ in plots)
         self._stack = QStackedWidget()
         self._buttons = QButtonGroup(self)
-        tabs = hbox(spacing=6)
+        tabs = kit.hbox(spacing=6)
         for number, (title, view) in enumerate(plots, start=1):
-            button = NarrowButton(f"{title}  [{number}]")
+            button = kit.NarrowButton(f"{title}  [{number}]")
             button.setAccessibleName(title)
-            button.setFont(text_font(14, bold=True))
+            button.setFont(kit.text_font(14, bold=True))
             button.setProperty("role", "tool")
             button.setMinimumHeight(40)
             button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
@@ -67,7 +51,7 @@ class PlotTabs(QWidget):
             if len(plots) == 1:
                 button.hide()
         self._buttons.idClicked.connect(self.show_plot)
-        vbox(tabs, (self._stack, 1), parent=self, spacing=8, margins=0)
+        kit.vbox(tabs, (self._stack, 1), parent=self, spacing=8, margins=0)
         self.show_plot(0)
 
     def show_plot(self, number: int) -> None:
@@ -81,7 +65,7 @@ class PlotTabs(QWidget):
         return self.titles[self._stack.currentIndex()]
 
 
-class ResultFrame(Themed, StepPage):
+class ResultFrame(kit.Themed, StepPage):
     """Plots on the left, selected with the keys 1 to 4; the verdict on the right."""
 
     keys: tuple[str, ...] = (
@@ -93,24 +77,24 @@ class ResultFrame(Themed, StepPage):
         self._shown: object | None = None
         self._seen: StepSnapshot | None = None
         self.tabs = PlotTabs(plots)
-        self._word = FitText(tr("Result"), limit=40)
+        self._word = kit.FitText(tr("Result"), limit=40)
         self._word.setFixedHeight(50)
-        self.sentence = sentence_label(tr("Result of the calculation"), 18)
+        self.sentence = kit.sentence_label(tr("Result of the calculation"), 18)
         self.facts = Facts(tr("Figures of the result"))
-        self.warnings = sentence_label(tr("Objections"), 16)
-        self._plots = panel(vbox((self.tabs, 1)))
-        figures = vbox(spacing=12, margins=(0, 0, 6, 0))
+        self.warnings = kit.sentence_label(tr("Objections"), 16)
+        self._plots = kit.panel(kit.vbox((self.tabs, 1)))
+        figures = kit.vbox(spacing=12, margins=(0, 0, 6, 0))
         for widget in (self.sentence, self.facts, self.warnings):
             figures.addWidget(widget)
         figures.addStretch(1)
         self.right = right = QVBoxLayout()
-        fill(right, self._word, (figures_area(figures), 1))
-        side = panel(right)
+        kit.fill(right, self._word, (figures_area(figures), 1))
+        side = kit.panel(right)
         side.setFixedWidth(_SIDE_PX)
-        self._waiting = dressed(PlainLabel(""), tr("No plots yet"), role="muted")
+        self._waiting = kit.dressed(kit.PlainLabel(""), tr("No plots yet"), role="muted")
         self._waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._waiting.setFont(text_font(20))
-        hbox((self._plots, 1), (self._waiting, 1), side, parent=self, spacing=8, margins=0)
+        self._waiting.setFont(kit.text_font(20))
+        kit.hbox((self._plots, 1), (self._waiting, 1), side, parent=self, spacing=8, margins=0)
         self._show(None)
 
     def judge(self, outcome: object) -> ResultVerdict:
@@ -135,7 +119,7 @@ class ResultFrame(Themed, StepPage):
             self._show(seen.view.outcome)
         self._show_word()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self._show_word()
 
@@ -144,7 +128,7 @@ class ResultFrame(Themed, StepPage):
         if seen is None:
             return
         said = self._said(seen)
-        self._word.show_text(said.word, mark_colour(self._theme, said.mark), said.mark)
+        self._word.show_text(said.word, kit.mark_colour(self._theme, said.mark), said.mark)
         if said.sentence != self.sentence.text():
             self.sentence.setText(said.sentence)
         waiting = tr("Calculating …") if seen.calculating_s is not None else tr("No result to show")
@@ -155,13 +139,15 @@ class ResultFrame(Themed, StepPage):
         if seen.calculating_s is not None:
             return ResultVerdict(
                 tr("CALCULATING  {calculating_s:.0f} s").format(calculating_s=seen.calculating_s),
-                Mark.ACTIVE,
+                kit.Mark.ACTIVE,
                 tr("Window and session stay as they are; C cancels the calculation."),
             )
         if error is not None:
-            return ResultVerdict(tr("NO RESULT"), Mark.BAD, said(f"{error.what} {error.remedy}"))
+            return ResultVerdict(
+                tr("NO RESULT"), kit.Mark.BAD, said(f"{error.what} {error.remedy}")
+            )
         if self._shown is None:
-            return ResultVerdict(tr("NOT CALCULATED"), Mark.OPEN, tr("Press R to calculate."))
+            return ResultVerdict(tr("NOT CALCULATED"), kit.Mark.OPEN, tr("Press R to calculate."))
         return self.judge(self._shown)
 
     def _show(self, outcome: object | None) -> None:

@@ -13,6 +13,7 @@ from ocmm_core.calibration.records import Finding
 from ocmm_core.calibration.sweeping import PivotChange, PivotOutcome, led_paths
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, Rig
 from ocmm_core.geometry import Float
+from ocmm_gui import kit
 from ocmm_gui.charts import (
     AllSensors,
     ResidualHistogram,
@@ -22,18 +23,7 @@ from ocmm_gui.charts import (
     Trail,
     TrailPlot,
 )
-from ocmm_gui.kit import (
-    Mark,
-    NumberTable,
-    day_words,
-    later,
-    led_name,
-    localised,
-    sentence_label,
-    tr,
-    tr_all,
-    vbox,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.wizards.pages._result_frame import ResultFrame, ResultVerdict
 
 _CHANGES = (
@@ -52,10 +42,10 @@ class CompareView(QWidget):
     def __init__(self, rig: Rig) -> None:
         super().__init__()
         self.setAccessibleName(tr("Before and after"))
-        self.summary = sentence_label(tr("What changes"), 16)
-        self.cameras = NumberTable(tr("Changes of the cameras"), tr_all(_CHANGES))
+        self.summary = kit.sentence_label(tr("What changes"), 16)
+        self.cameras = kit.NumberTable(tr("Changes of the cameras"), kit.tr_all(_CHANGES))
         self.space = SpaceArrows(tr("Points of the volume, after minus before"), rig)
-        vbox(self.summary, self.cameras, (self.space, 1), parent=self, spacing=8, margins=0)
+        kit.vbox(self.summary, self.cameras, (self.space, 1), parent=self, spacing=8, margins=0)
 
     def show_comparison(self, comparison: CalibrationComparison | None) -> None:
         """Show the differences; None without a calibration in force."""
@@ -90,19 +80,19 @@ class ResultPage(ResultFrame):
 
     def __init__(self, rig: Rig, errors: str) -> None:
         views = (AllSensors(rig), ResidualHistogram(), SpaceArrows(errors, rig), CompareView(rig))
-        super().__init__(tuple(zip(tr_all(self.plots), views, strict=True)))
+        super().__init__(tuple(zip(kit.tr_all(self.plots), views, strict=True)))
         self.sensors, self.histogram, self.space, self.compare = views
 
     def judge(self, outcome: object) -> ResultVerdict:
         if isinstance(outcome, CalibrationOutcome) and outcome.warnings:
             return ResultVerdict(
                 tr("USABLE, CHECK"),
-                Mark.DOUBT,
+                kit.Mark.DOUBT,
                 tr("The calibration can be used, but with reservations; see below."),
             )
         return ResultVerdict(
             tr("GOOD"),
-            Mark.GOOD,
+            kit.Mark.GOOD,
             tr("No objections to this calibration. After accepting, verify it."),
         )
 
@@ -120,8 +110,8 @@ class ResultPage(ResultFrame):
         variance = np.diag(outcome.rig.parameter_covariance)[focal::N_PARAMETERS]
         left_out = ", ".join(record.outliers[:4]) + (" …" if len(record.outliers) > 4 else "")
         facts = [
-            (tr("Residuals"), localised(f"{record.rms_px:.4f} px RMS")),
-            (tr("chi² / dof"), localised(f"{record.chi2_per_dof:.3f}")),
+            (tr("Residuals"), kit.localised(f"{record.rms_px:.4f} px RMS")),
+            (tr("chi² / dof"), kit.localised(f"{record.chi2_per_dof:.3f}")),
             (
                 tr("Used"),
                 tr(
@@ -136,14 +126,14 @@ class ResultPage(ResultFrame):
             ),
             (
                 tr("Focal length"),
-                localised(f"U {2e3 * float(np.sqrt(variance.max())):.2f} µm (k = 2)"),
+                kit.localised(f"U {2e3 * float(np.sqrt(variance.max())):.2f} µm (k = 2)"),
             ),
         ]
         if len(outcome.errors_world):
             rms = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
             words = "X {:.1f}, Y {:.1f}, Z {:.1f} µm".format(*rms)
-            facts.append((tr("Errors RMS"), localised(words)))
-        facts.append((tr("Valid until"), day_words(record.valid_until_utc)))
+            facts.append((tr("Errors RMS"), kit.localised(words)))
+        facts.append((tr("Valid until"), kit.day_words(record.valid_until_utc)))
         if comparison is not None:
             before, after = comparison.length_sigma_before_mm, comparison.length_sigma_after_mm
             facts.append(
@@ -160,16 +150,16 @@ class ResultPage(ResultFrame):
 def _change_words(one: CameraChange) -> tuple[str, ...]:
     return (
         one.name,
-        localised(f"{one.shift_mm:.4f}"),
-        localised(f"{1e3 * one.turn_rad:.4f}"),
-        localised(f"{one.focal_mm:+.5f}"),
-        localised(f"{one.u0_px:+.3f}"),
-        localised(f"{one.v0_px:+.3f}"),
+        kit.localised(f"{one.shift_mm:.4f}"),
+        kit.localised(f"{1e3 * one.turn_rad:.4f}"),
+        kit.localised(f"{one.focal_mm:+.5f}"),
+        kit.localised(f"{one.u0_px:+.3f}"),
+        kit.localised(f"{one.v0_px:+.3f}"),
     )
 
 
 def _um(value_mm: float) -> str:
-    return localised(f"{1e3 * value_mm:.1f} µm")
+    return kit.localised(f"{1e3 * value_mm:.1f} µm")
 
 
 _TIP = (
@@ -198,10 +188,10 @@ class PivotCompare(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Before and after"))
-        self.summary = sentence_label(tr("What changes"), 16)
-        self.tip = NumberTable(tr("The tip compared"), tr_all(_TIP))
-        self.leds = NumberTable(tr("The LEDs compared"), tr_all(_LEDS), whole=False)
-        vbox(self.summary, self.tip, (self.leds, 1), parent=self, spacing=8, margins=0)
+        self.summary = kit.sentence_label(tr("What changes"), 16)
+        self.tip = kit.NumberTable(tr("The tip compared"), kit.tr_all(_TIP))
+        self.leds = kit.NumberTable(tr("The LEDs compared"), kit.tr_all(_LEDS), whole=False)
+        kit.vbox(self.summary, self.tip, (self.leds, 1), parent=self, spacing=8, margins=0)
 
     def show_outcome(self, outcome: PivotOutcome) -> None:
         spread = 1e3 * outcome.first.thesis.spread
@@ -220,7 +210,7 @@ class PivotResultPage(ResultFrame):
 
     def __init__(self, rig: Rig) -> None:
         views = (TrailPlot(rig), TipCourse(), SpotResiduals(rig), PivotCompare())
-        super().__init__(tuple(zip(tr_all(self.plots), views, strict=True)))
+        super().__init__(tuple(zip(kit.tr_all(self.plots), views, strict=True)))
         self.trails, self.tips, self.spots, self.compare = views
         self._outcome: PivotOutcome | None = None
 
@@ -235,11 +225,11 @@ class PivotResultPage(ResultFrame):
 
     def judge(self, outcome: object) -> ResultVerdict:
         if not isinstance(outcome, PivotOutcome):
-            return ResultVerdict("", Mark.OPEN, "")
+            return ResultVerdict("", kit.Mark.OPEN, "")
         if outcome.must_be_confirmed and outcome.change is not None:
             return ResultVerdict(
                 tr("TIP CHANGED"),
-                Mark.DOUBT,
+                kit.Mark.DOUBT,
                 tr(
                     "The tip has moved by {tip_distance:.3f} mm. Accept only if you know why; "
                     "you will be asked for the reason."
@@ -248,12 +238,12 @@ class PivotResultPage(ResultFrame):
         if outcome.findings:
             return ResultVerdict(
                 tr("USABLE, CHECK"),
-                Mark.DOUBT,
+                kit.Mark.DOUBT,
                 tr("The calibration can be used, but with reservations; see below."),
             )
         return ResultVerdict(
             tr("GOOD"),
-            Mark.GOOD,
+            kit.Mark.GOOD,
             tr("Both sweeps give the same tip. After accepting, qualify the tip on the sphere."),
         )
 
@@ -285,9 +275,9 @@ class PivotResultPage(ResultFrame):
                 ),
             ),
             (tr("Turned"), "{:.0f}°, {:.0f}°, {:.0f}°".format(*np.degrees(first.coverage.ranges))),
-            (tr("Residuals"), localised(f"{first.rms_px:.4f} px RMS")),
-            (tr("chi² / dof"), localised(f"{first.chi2 / max(first.dof, 1):.3f}")),
-            (tr("Valid until"), day_words(outcome.record.valid_until_utc)),
+            (tr("Residuals"), kit.localised(f"{first.rms_px:.4f} px RMS")),
+            (tr("chi² / dof"), kit.localised(f"{first.chi2 / max(first.dof, 1):.3f}")),
+            (tr("Valid until"), kit.day_words(outcome.record.valid_until_utc)),
         ]
         if np.isfinite(validation.articulation_2s):
             facts.append((tr("Articulation"), f"2s {_um(validation.articulation_2s)}"))
@@ -301,12 +291,12 @@ def _tip_rows(outcome: PivotOutcome) -> list[tuple[str, ...]]:
     return [
         (
             tr("tip {axis}").format(axis="XYZ"[axis]),
-            localised(f"{first.tip_probe[axis]:.4f}"),
-            localised(f"{2e3 * sigma[axis]:.1f}"),
-            localised(f"{1e3 * validation.tip_difference[axis]:+.1f}"),
-            localised(f"{2e3 * validation.tip_difference_sigma[axis]:.1f}"),
-            localised(f"{1e3 * thesis[axis]:+.1f}"),
-            "–" if change is None else localised(f"{1e3 * change.tip_difference[axis]:+.1f}"),
+            kit.localised(f"{first.tip_probe[axis]:.4f}"),
+            kit.localised(f"{2e3 * sigma[axis]:.1f}"),
+            kit.localised(f"{1e3 * validation.tip_difference[axis]:+.1f}"),
+            kit.localised(f"{2e3 * validation.tip_difference_sigma[axis]:.1f}"),
+            kit.localised(f"{1e3 * thesis[axis]:+.1f}"),
+            "–" if change is None else kit.localised(f"{1e3 * change.tip_difference[axis]:+.1f}"),
         )
         for axis in range(3)
     ]
@@ -318,10 +308,10 @@ def _led_rows(outcome: PivotOutcome) -> list[tuple[str, ...]]:
     moved = None if change is None else np.linalg.norm(change.led_differences, axis=1)
     return [
         (
-            led_name(led),
-            *(localised(f"{value:.3f}") for value in place),
-            localised(f"{1e3 * second[led]:.1f}"),
-            "–" if moved is None else localised(f"{1e3 * moved[led]:.1f}"),
+            kit.led_name(led),
+            *(kit.localised(f"{value:.3f}") for value in place),
+            kit.localised(f"{1e3 * second[led]:.1f}"),
+            "–" if moved is None else kit.localised(f"{1e3 * moved[led]:.1f}"),
         )
         for led, place in enumerate(leds)
     ]
@@ -334,7 +324,7 @@ def _tip_change_words(change: PivotChange | None) -> str:
     return tr(
         "Since the calibration of {when} the tip moved by "
         "{tip_distance:.4f} mm and the LEDs by {led_rms:.4f} mm (RMS)."
-    ).format(when=day_words(when), tip_distance=change.tip_distance, led_rms=change.led_rms)
+    ).format(when=kit.day_words(when), tip_distance=change.tip_distance, led_rms=change.led_rms)
 
 
 def _length(vector: Float) -> float:

@@ -8,33 +8,13 @@ import numpy as np
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
+from ocmm_core.calibration import sweeping
 from ocmm_core.calibration.guided import VerificationView
-from ocmm_core.calibration.sweeping import (
-    CELL_RAD,
-    COUNTDOWN_S,
-    MapCell,
-    PivotView,
-    SweepPhase,
-    SweepView,
-)
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Points3
+from ocmm_gui import kit
 from ocmm_gui.charts import Bars, Mapped, Row
-from ocmm_gui.kit import (
-    SCENE_LEAST,
-    SCENE_SIZE,
-    Mark,
-    PaintedWidget,
-    Sound,
-    fill,
-    ink,
-    later,
-    localised,
-    said,
-    text_font,
-    tr,
-    tr_all,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.wizards.pages._hands_pages import HandsPage
 from ocmm_gui.wizards.pages._live_panel import BannerMessage, Score
 from ocmm_gui.wizards.pages._pages import CollectPage
@@ -47,11 +27,11 @@ _TILT = 0.42
 """Lean of the pole towards the eye, sine."""
 
 
-class SpherePicture(PaintedWidget):
+class SpherePicture(kit.PaintedWidget):
     """A half sphere with suggested touch points, from pole to equator."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Where to touch the sphere"), SCENE_SIZE, SCENE_LEAST)
+        super().__init__(tr("Where to touch the sphere"), kit.SCENE_SIZE, kit.SCENE_LEAST)
         self._taken = 0
         self._title = ""
 
@@ -68,7 +48,7 @@ class SpherePicture(PaintedWidget):
         painter = self._painter()
         theme = self._theme
         frame = self._paint_panel(painter)
-        ink(painter, QColor(theme.text), font=text_font(17, bold=True))
+        kit.ink(painter, QColor(theme.text), font=kit.text_font(17, bold=True))
         painter.drawText(frame.adjusted(14, 10, -14, -10), Qt.AlignmentFlag.AlignTop, self._title)
         radius = 0.34 * min(frame.width(), frame.height())
         centre = QPointF(frame.center().x(), frame.center().y() - 0.04 * frame.height())
@@ -76,7 +56,7 @@ class SpherePicture(PaintedWidget):
         painter.drawLine(
             QPointF(centre.x(), centre.y() + radius), QPointF(centre.x(), frame.bottom() - 4.0)
         )
-        ink(painter, QPen(QColor(theme.text), 2.0), QColor(theme.background))
+        kit.ink(painter, QPen(QColor(theme.text), 2.0), QColor(theme.background))
         painter.drawEllipse(centre, radius, radius)
         number = 0
         for below, count, turn in _LAYERS:
@@ -144,9 +124,9 @@ class SpheresPage(CollectPage):
 _TURNS = (later("Leaning"), later("Leaning the other way"), later("Turning the handle"))
 _SEATED = later("Ball in the cone: keep it there.")
 _SOUNDS = {
-    SweepPhase.COUNTDOWN: Sound.TICK,
-    SweepPhase.TAKING: Sound.STARTED,
-    SweepPhase.LEFT: Sound.REFUSED,
+    sweeping.SweepPhase.COUNTDOWN: kit.Sound.TICK,
+    sweeping.SweepPhase.TAKING: kit.Sound.STARTED,
+    sweeping.SweepPhase.LEFT: kit.Sound.REFUSED,
 }
 
 
@@ -158,15 +138,15 @@ class SweepPage(HandsPage):
     def __init__(self, rig: Rig, *, second: bool) -> None:
         super().__init__(rig, tr("Sweep"), tr("Directions of the probe"))
         self._second = second
-        self._phase = SweepPhase.IDLE
-        self._cells: tuple[MapCell, ...] = ()
+        self._phase = sweeping.SweepPhase.IDLE
+        self._cells: tuple[sweeping.MapCell, ...] = ()
         self._mapped = Mapped()
         self.sigma = Score(tr("Uncertainty of the tip"))
         self.bars = Bars(tr("Rotation of the probe"), 6 if second else 5)
-        fill(self.scores, (self.sigma, 2), (self.bars, 6))
+        kit.fill(self.scores, (self.sigma, 2), (self.bars, 6))
 
     def show_seen(self, seen: StepSnapshot) -> None:
-        view = seen.view_as(PivotView)
+        view = seen.view_as(sweeping.PivotView)
         self.show_cameras(view.base.live)
         sweep = view.second if self._second else view.first
         self.banner.tell(told_of(view, sweep))
@@ -183,7 +163,7 @@ class SweepPage(HandsPage):
         wanted, sigma = sweep.tip_sigma_wanted_mm, sweep.tip_sigma_mm
         known = bool(np.isfinite(sigma)) and sigma > 0.0
         self.sigma.show_score(
-            localised(f"{2e3 * sigma:.1f} µm") if known else "–",
+            kit.localised(f"{2e3 * sigma:.1f} µm") if known else "–",
             tr("(k = 2); {wanted:.0f} µm is enough").format(wanted=2e3 * wanted)
             if known
             else tr("too early to tell"),
@@ -191,11 +171,11 @@ class SweepPage(HandsPage):
         )
         self.bars.show_rows(self._rows(view, sweep))
 
-    def _rows(self, view: PivotView, sweep: SweepView) -> list[Row]:
+    def _rows(self, view: sweeping.PivotView, sweep: sweeping.SweepView) -> list[Row]:
         rows = [
             Row(name, f"{found:.0f}° / {wanted:.0f}°", found / wanted if wanted else 1.0)
             for name, found, wanted in zip(
-                tr_all(_TURNS),
+                kit.tr_all(_TURNS),
                 np.degrees(sweep.ranges),
                 np.degrees(sweep.ranges_wanted),
                 strict=True,
@@ -222,43 +202,43 @@ class FirstConePage(HandsPage):
         self.scores.addWidget(self.visits)
 
     def show_seen(self, seen: StepSnapshot) -> None:
-        view = seen.view_as(PivotView)
+        view = seen.view_as(sweeping.PivotView)
         self.show_cameras(view.base.live)
         step = view.base.step
         self.map.show_map(mapped_of(view, view.first))
         if step.gate.open:
             self.banner.tell(
-                BannerMessage(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
+                BannerMessage(tr("COMPLETE"), tr("Nothing is missing."), kit.Mark.GOOD, 1.0)
             )
         else:
-            hint = said(view.base.live.hint or step.instruction)
-            self.banner.tell(BannerMessage(tr("BACK INTO THE FIRST CONE"), hint, Mark.DOUBT))
+            hint = kit.said(view.base.live.hint or step.instruction)
+            self.banner.tell(BannerMessage(tr("BACK INTO THE FIRST CONE"), hint, kit.Mark.DOUBT))
         share = 1.0 if step.gate.open else 0.0
         self.visits.show_score(f"{step.done} / {step.wanted}", tr("held as at the start"), share)
 
 
-def told_of(view: PivotView, sweep: SweepView) -> BannerMessage:
-    hint = said(view.base.live.hint)
-    if sweep.phase is SweepPhase.COUNTDOWN:
+def told_of(view: sweeping.PivotView, sweep: sweeping.SweepView) -> BannerMessage:
+    hint = kit.said(view.base.live.hint)
+    if sweep.phase is sweeping.SweepPhase.COUNTDOWN:
         seconds = max(view.countdown_s or 0.0, 0.0)
-        share = 1.0 - seconds / COUNTDOWN_S
+        share = 1.0 - seconds / sweeping.COUNTDOWN_S
         return BannerMessage(
             tr("STARTS IN {seconds}").format(seconds=int(np.ceil(seconds))),
             tr(_SEATED),
-            Mark.ACTIVE,
+            kit.Mark.ACTIVE,
             share,
         )
-    if sweep.phase is SweepPhase.TAKING:
-        missing = said(sweep.missing) or hint
-        return BannerMessage(tr("SWEEP"), missing, Mark.ACTIVE, min(sweep.covered, 1.0))
-    if sweep.phase is SweepPhase.LEFT:
-        return BannerMessage(tr("BALL LEFT THE CONE"), hint, Mark.BAD, min(sweep.covered, 1.0))
-    if sweep.phase is SweepPhase.GOOD:
-        return BannerMessage(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
-    return BannerMessage(tr("BALL INTO THE CONE"), hint, Mark.DOUBT)
+    if sweep.phase is sweeping.SweepPhase.TAKING:
+        missing = kit.said(sweep.missing) or hint
+        return BannerMessage(tr("SWEEP"), missing, kit.Mark.ACTIVE, min(sweep.covered, 1.0))
+    if sweep.phase is sweeping.SweepPhase.LEFT:
+        return BannerMessage(tr("BALL LEFT THE CONE"), hint, kit.Mark.BAD, min(sweep.covered, 1.0))
+    if sweep.phase is sweeping.SweepPhase.GOOD:
+        return BannerMessage(tr("COMPLETE"), tr("Nothing is missing."), kit.Mark.GOOD, 1.0)
+    return BannerMessage(tr("BALL INTO THE CONE"), hint, kit.Mark.DOUBT)
 
 
-def mapped_of(view: PivotView, sweep: SweepView) -> Mapped:
+def mapped_of(view: sweeping.PivotView, sweep: sweeping.SweepView) -> Mapped:
     wanted = [cell for cell in sweep.cells if cell.wanted]
     groups = (
         [cell for cell in wanted if cell.poses],
@@ -268,15 +248,15 @@ def mapped_of(view: PivotView, sweep: SweepView) -> Mapped:
     done, missing, extra = (_directions(group) for group in groups)
     return Mapped(
         middle=sweep.map_middle_world, done=done, open=missing, extra=extra,
-        now=view.direction_world, spacing=CELL_RAD,
+        now=view.direction_world, spacing=sweeping.CELL_RAD,
     )  # fmt: skip
 
 
-def _directions(cells: list[MapCell]) -> Points3:
+def _directions(cells: list[sweeping.MapCell]) -> Points3:
     return np.array([cell.direction_world for cell in cells]).reshape(-1, 3)
 
 
-def _elsewhere(view: PivotView) -> Row:
+def _elsewhere(view: sweeping.PivotView) -> Row:
     """Return the difference of the second sweep from the first, in place or attitude."""
     place, attitude = view.place_distance_mm, view.attitude_distance
     ways = [

@@ -16,22 +16,9 @@ from ocmm_core.calibration.records import Check, Finding, TipCheckRecord, TipRec
 from ocmm_core.calibration.tip import TipCheckOutcome, TipOutcome
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
+from ocmm_gui import kit
 from ocmm_gui.charts import ErrorChart, Plot, check_words, group_of, is_amount, session_of
-from ocmm_gui.kit import (
-    Mark,
-    NumberTable,
-    day_words,
-    digit_font,
-    ink,
-    later,
-    localised,
-    said,
-    said_word,
-    text_font,
-    tr,
-    tr_all,
-    vbox,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.wizards.pages._result_frame import ResultFrame, ResultVerdict
 from ocmm_gui.wizards.pages._touch_pages import TipScatter
 
@@ -47,7 +34,7 @@ def _count(checks: int, failed: int) -> str:
 
 
 def _error(check: Check) -> str:
-    return f"{said_word(check.name)} {check_words(check)}"
+    return f"{kit.said_word(check.name)} {check_words(check)}"
 
 
 class RepeatsLines(Protocol):
@@ -70,17 +57,17 @@ class VerdictPage(ResultFrame):
     def judge(self, outcome: object) -> ResultVerdict:
         """Return the verdict."""
         if not isinstance(outcome, VerificationOutcome):
-            return ResultVerdict("", Mark.OPEN, "")
+            return ResultVerdict("", kit.Mark.OPEN, "")
         record = outcome.record
         if record.passed:
             text = tr(
                 "Store the verdict; the calibration can then be used. Certificate: Ctrl+P in "
                 "Maintain, page Calibration."
             )
-            return ResultVerdict(tr("PASSED"), Mark.GOOD, text)
+            return ResultVerdict(tr("PASSED"), kit.Mark.GOOD, text)
         if record.objections:
-            remedies = dict.fromkeys(said(one.remedy) for one in record.objections)
-            text = "\n".join((*(said(one.what) for one in record.objections), *remedies))
+            remedies = dict.fromkeys(kit.said(one.remedy) for one in record.objections)
+            text = "\n".join((*(kit.said(one.what) for one in record.objections), *remedies))
         elif record.superseded:
             text = tr(
                 "A line was repeated and the verification failed: store it and calibrate again."
@@ -91,7 +78,7 @@ class VerdictPage(ResultFrame):
                 "and calibrate again. Jobs since the last good verification are then suspect: "
                 "Recall jobs (F12), on page Calibration, shows which of their verdicts hold."
             )
-        return ResultVerdict(tr("FAILED"), Mark.BAD, text)
+        return ResultVerdict(tr("FAILED"), kit.Mark.BAD, text)
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
         if not isinstance(outcome, VerificationOutcome):
@@ -102,16 +89,16 @@ class VerdictPage(ResultFrame):
         artefacts = ", ".join(f"{one.name} ({one.serial})" for one in record.artefacts)
         facts = [
             (tr("Checks"), _count(len(record.checks), len(outcome.failed))),
-            (tr("Worst"), said_word(worst.name)),
+            (tr("Worst"), kit.said_word(worst.name)),
             (tr("Error"), check_words(worst)),
             *session_of(record),
             (tr("Artefacts"), artefacts),
-            (tr("Rule"), said(record.rule)),
+            (tr("Rule"), kit.said(record.rule)),
         ]
         if record.passed and outcome.due_utc:
-            facts.insert(3, (tr("Valid until"), day_words(outcome.due_utc)))
+            facts.insert(3, (tr("Valid until"), kit.day_words(outcome.due_utc)))
         if record.arose is not None:
-            facts.insert(1, (tr("Since"), said(record.arose.sentence)))
+            facts.insert(1, (tr("Since"), kit.said(record.arose.sentence)))
         if record.superseded:
             facts.append((tr("First"), "\n".join(map(_error, record.superseded))))
         return facts, outcome.warnings
@@ -157,8 +144,8 @@ class ChecksView(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Errors and limits"))
         self.chart = ErrorChart(whole_names=True)
-        self.table = NumberTable(tr("Errors in numbers"), tr_all(_CHECKED))
-        vbox((self.chart, 1), self.table, parent=self, spacing=8, margins=0)
+        self.table = kit.NumberTable(tr("Errors in numbers"), kit.tr_all(_CHECKED))
+        kit.vbox((self.chart, 1), self.table, parent=self, spacing=8, margins=0)
 
     def show_checks(self, checks: Sequence[Check], largest: int) -> None:
         """Show all checks; name the one nearest to its limit."""
@@ -166,10 +153,10 @@ class ChecksView(QWidget):
         self.table.show_rows(
             [
                 (
-                    said_word(one.name),
-                    localised(f"{1e3 * one.error_mm:+.1f}"),
-                    localised(f"{1e3 * one.expanded_mm:.1f}") if one.expanded_mm else "–",
-                    localised(f"{'' if is_amount(one) else '± '}{1e3 * one.limit_mm:.1f}"),
+                    kit.said_word(one.name),
+                    kit.localised(f"{1e3 * one.error_mm:+.1f}"),
+                    kit.localised(f"{1e3 * one.expanded_mm:.1f}") if one.expanded_mm else "–",
+                    kit.localised(f"{'' if is_amount(one) else '± '}{1e3 * one.limit_mm:.1f}"),
                 )
                 for one in checks
             ]
@@ -205,12 +192,14 @@ class FormPlot(Plot):
         theme = self._theme
         reach = 1.2 * max(float(np.abs(self._residuals_um).max()), 1.0)
         widest = max(90.0, float(self._below.max()))
-        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
+        kit.ink(
+            painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background)
+        )
         painter.drawRect(box)
         painter.drawLine(
             QPointF(box.left(), box.center().y()), QPointF(box.right(), box.center().y())
         )
-        ink(painter, QColor(theme.muted), font=digit_font(13, bold=False))
+        kit.ink(painter, QColor(theme.muted), font=kit.digit_font(13, bold=False))
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         for value in (reach, 0.0, -reach):
             y = box.center().y() - 0.5 * box.height() * value / reach
@@ -220,10 +209,10 @@ class FormPlot(Plot):
             x = box.left() + box.width() * angle / widest
             place = QRectF(x - 30.0, box.bottom() + 3.0, 60.0, 18.0)
             painter.drawText(place, Qt.AlignmentFlag.AlignCenter, f"{angle}°")
-        painter.setFont(text_font(13))
+        painter.setFont(kit.text_font(13))
         foot = QRectF(box.left(), box.bottom() + 22.0, box.width(), 20.0)
         painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, tr("angle from the pole"))
-        ink(painter, QPen(QColor(theme.panel), 1.0), QColor(theme.accent))
+        kit.ink(painter, QPen(QColor(theme.panel), 1.0), QColor(theme.accent))
         for angle, value in zip(self._below.tolist(), self._residuals_um.tolist(), strict=True):
             x = box.left() + box.width() * angle / widest
             y = box.center().y() - 0.5 * box.height() * value / reach
@@ -236,18 +225,18 @@ class TipResultPage(ResultFrame):
     def __init__(self, rig: Rig) -> None:
         views = (
             ChecksView(), FormPlot(), TipScatter(rig),
-            NumberTable(tr("Now and before"), tr_all(_COMPARED), whole=False),
+            kit.NumberTable(tr("Now and before"), kit.tr_all(_COMPARED), whole=False),
         )  # fmt: skip
-        super().__init__(tuple(zip(tr_all(self.plots), views, strict=True)))
+        super().__init__(tuple(zip(kit.tr_all(self.plots), views, strict=True)))
         self.chart, self.form, self.cone, self.compared = views
 
     def judge(self, outcome: object) -> ResultVerdict:
         if not isinstance(outcome, TipOutcome):
-            return ResultVerdict("", Mark.OPEN, "")
+            return ResultVerdict("", kit.Mark.OPEN, "")
         if outcome.record.passed:
             return ResultVerdict(
                 tr("PASSED"),
-                Mark.GOOD,
+                kit.Mark.GOOD,
                 tr(
                     "Store the verdict; points can then be taken with this tip. Certificate: "
                     "Ctrl+P in Maintain, page Probe."
@@ -255,7 +244,7 @@ class TipResultPage(ResultFrame):
             )
         return ResultVerdict(
             tr("FAILED"),
-            Mark.BAD,
+            kit.Mark.BAD,
             tr(
                 "Clean ball, sphere and cone, tighten the stylus and qualify again. If it fails "
                 "again, calibrate the probe or change the stylus."
@@ -271,8 +260,8 @@ class TipResultPage(ResultFrame):
         self.cone.show_off(outcome.cone_off_world, float("nan"))
         self.compared.show_rows(_compared(record, outcome.previous))
         facts = [
-            (tr("Diameter"), localised(f"{record.diameter_mm:.4f} mm")),
-            ("", localised(f"U {2e3 * record.diameter_sigma_mm:.1f} µm (k = 2)")),
+            (tr("Diameter"), kit.localised(f"{record.diameter_mm:.4f} mm")),
+            ("", kit.localised(f"U {2e3 * record.diameter_sigma_mm:.1f} µm (k = 2)")),
             (tr("Largest error"), check_words(record.checks[outcome.largest])),
             (
                 tr("Form"),
@@ -280,9 +269,9 @@ class TipResultPage(ResultFrame):
                     "{form_mm:.1f} µm, %n points", "{form_mm:.1f} µm, 1 point", record.points
                 ).format(form_mm=1e3 * record.form_mm),
             ),
-            (tr("In the cone"), localised(f"2s {1e3 * record.articulation_2s_mm:.1f} µm")),
-            (tr("Largest"), localised(f"{1e3 * record.articulation_max_mm:.1f} µm")),
-            (tr("Valid until"), day_words(record.valid_until_utc)),
+            (tr("In the cone"), kit.localised(f"2s {1e3 * record.articulation_2s_mm:.1f} µm")),
+            (tr("Largest"), kit.localised(f"{1e3 * record.articulation_max_mm:.1f} µm")),
+            (tr("Valid until"), kit.day_words(record.valid_until_utc)),
             (tr("Artefacts"), _artefacts(record)),
         ]
         return facts, outcome.warnings
@@ -300,11 +289,11 @@ class TipCheckResultPage(ResultFrame):
 
     def judge(self, outcome: object) -> ResultVerdict:
         if not isinstance(outcome, TipCheckOutcome):
-            return ResultVerdict("", Mark.OPEN, "")
+            return ResultVerdict("", kit.Mark.OPEN, "")
         if outcome.record.passed:
             return ResultVerdict(
                 tr("PASSED"),
-                Mark.GOOD,
+                kit.Mark.GOOD,
                 tr(
                     "The tip is still as qualified. Store the verdict and continue. A check does "
                     "not extend the term of the qualification, whose certificate is at Ctrl+P in "
@@ -313,7 +302,7 @@ class TipCheckResultPage(ResultFrame):
             )
         return ResultVerdict(
             tr("FAILED"),
-            Mark.BAD,
+            kit.Mark.BAD,
             tr(
                 "The tip is no longer as qualified. Store the verdict: no points are taken until "
                 "the tip is qualified or the probe calibrated."
@@ -328,12 +317,12 @@ class TipCheckResultPage(ResultFrame):
         self.chart.show_checks(record.checks, outcome.largest)
         worst = record.checks[outcome.largest]
         facts = [
-            (tr("Largest error"), f"{check_words(worst)} ({said_word(worst.name)})"),
+            (tr("Largest error"), f"{check_words(worst)} ({kit.said_word(worst.name)})"),
             (tr("Tip"), record.tip),
             (tr("Artefacts"), _artefacts(record)),
         ]
         if record.passed:
-            facts.insert(1, (tr("Valid until"), day_words(outcome.due_utc)))
+            facts.insert(1, (tr("Valid until"), kit.day_words(outcome.due_utc)))
         return facts, (*outcome.findings, *outcome.warnings)
 
 
@@ -356,8 +345,8 @@ def _compared(now: TipRecord, before: TipRecord | None) -> list[tuple[str, ...]]
     rows.append(
         (
             tr("Made"),
-            day_words(now.made_utc),
-            "–" if before is None else day_words(before.made_utc),
+            kit.day_words(now.made_utc),
+            "–" if before is None else kit.day_words(before.made_utc),
             "",
         )
     )

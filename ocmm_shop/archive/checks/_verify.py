@@ -18,16 +18,8 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import SUFFIX
 from ocmm_core.seals import Signed
 from ocmm_core.storage import JobFile
+from ocmm_shop.archive import records
 from ocmm_shop.archive.checks._rebuild import Tell, files_of
-from ocmm_shop.archive.records import (
-    Extract,
-    JobRecord,
-    MarkRow,
-    delivery_claim,
-    extract_job,
-    is_identity,
-    shown_text,
-)
 from ocmm_shop.archive.stores import Archive, Cell, stations_by_key, verifies
 
 _ROUNDING = 1e-9
@@ -71,7 +63,7 @@ def verify_archive(
     *,
     deep: bool = True,
     tell: Tell = lambda what, share: None,
-    extract: Extract = extract_job,
+    extract: records.Extract = records.extract_job,
 ) -> Checked:
     """Compare every row with its job file: its hash, and if `deep` its recomputed rows."""
     rows = archive.ask("SELECT id, job_uuid, sha256, station FROM job ORDER BY id").rows
@@ -114,7 +106,7 @@ _Fault = tuple[Cell, str, str]
 """Number of a row of ``job``, None for none, identity of the job, and a sentence."""
 
 
-def _differs(stored: JobRecord, made: JobRecord) -> str:
+def _differs(stored: records.JobRecord, made: records.JobRecord) -> str:
     """Return in a sentence the differences of a row from its file; empty if there are none."""
     named = [
         f"{name} {_shown(one)}, by the file {_shown(other)}"
@@ -150,7 +142,7 @@ def _alike(one: object, other: object) -> bool:
 
 
 def _shown(value: object) -> str:
-    text = shown_text(f"'{value}'" if isinstance(value, str) else str(value))
+    text = records.shown_text(f"'{value}'" if isinstance(value, str) else str(value))
     return text if len(text) <= 80 else f"{text[:80]}…"
 
 
@@ -196,7 +188,7 @@ def _claims(archive: Archive) -> Iterator[_Fault]:
         "SELECT d.outbox, d.sequence, d.sha256, d.signature, j.station, j.id, j.job_uuid"
         " FROM delivery d JOIN job j ON j.id = d.job WHERE d.signature <> ''"
     ).rows:
-        claim = delivery_claim(str(outbox), int(str(sequence)), str(sha256))
+        claim = records.delivery_claim(str(outbox), int(str(sequence)), str(sha256))
         own = [key for key, names in stations.items() if str(station) in names]
         if not any(verifies(Signed.DELIVERY, claim, key, str(signature)) for key in own):
             why = f"Delivery {sequence!s} was not signed by station {_shown(station)}."
@@ -221,7 +213,7 @@ def verify_files(archive: Archive, folders: Iterable[Path]) -> Checked:
     for name, content in files_of(folders, lambda why: faults.append(("", why))):
         looked += 1
         try:
-            found = extract_job(content, name, "")
+            found = records.extract_job(content, name, "")
             job = found.record.job
             known = {
                 int(str(steps)): str(head)
@@ -230,7 +222,7 @@ def verify_files(archive: Archive, folders: Iterable[Path]) -> Checked:
                     {"job": job.job_uuid},
                 ).rows
             }
-            job = extract_job(content, name, "", known).record.job if known else job
+            job = records.extract_job(content, name, "", known).record.job if known else job
         except OcmmError as error:
             faults.append(("", f"{name}: {error.what}"))
             continue
@@ -247,16 +239,16 @@ def mark_altered(archive: Archive, checked: Checked, who: str) -> int:
     """Exclude faulty jobs from statistics by signed marks; return how many."""
     utc = datetime.now(UTC).isoformat(timespec="milliseconds")
     marks = [
-        MarkRow(job_uuid=job, kind="altered", holds=True, why=why[:3000], who=who, utc=utc)
+        records.MarkRow(job_uuid=job, kind="altered", holds=True, why=why[:3000], who=who, utc=utc)
         for job, why in checked.faults
-        if job in checked.suspect and is_identity(job)
+        if job in checked.suspect and records.is_identity(job)
     ]
     if marks:
         archive.add_finding("verify", archive.place[:300], "{}", who, utc, marks)
     return len(marks)
 
 
-def records_of(archive: Archive, unread: Callable[[str], None]) -> Iterator[JobRecord]:
+def records_of(archive: Archive, unread: Callable[[str], None]) -> Iterator[records.JobRecord]:
     """Yield the rows of all jobs independent of their arrival; ``unread`` gets faults."""
     rows = archive.ask("SELECT id FROM job ORDER BY job_uuid, steps, head, sound, station").rows
     for (number,) in rows:
@@ -290,6 +282,6 @@ def differences(first: Archive, second: Archive, most: int = 100) -> list[str]:
     return found
 
 
-def _key(record: JobRecord) -> tuple[str, int, str, bool, str]:
+def _key(record: records.JobRecord) -> tuple[str, int, str, bool, str]:
     job = record.job
     return job.job_uuid, job.steps, job.head, not job.fault, job.station

@@ -18,32 +18,13 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+from ocmm_core import seals
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.failure import contained
-from ocmm_core.seals import (
-    KeyFolder,
-    KnownEnd,
-    Signature,
-    Signed,
-    learn_heads,
-    recall,
-    remember,
-    sign,
-    signed_heads,
-    signed_job_heads,
-)
 from ocmm_core.storage import HeldJobs, read_held_jobs, write_held_jobs
+from ocmm_shop.archive import records
 from ocmm_shop.archive.outbox._outbox import Outbox
 from ocmm_shop.archive.outbox._outbox_file import Item, ItemState
-from ocmm_shop.archive.records import (
-    Delivery,
-    Extract,
-    Sender,
-    delivery_claim,
-    extract_job,
-    shown_text,
-    station_claim,
-)
 from ocmm_shop.archive.stores import HEADS, Archive, Cell, Remedy, SqlArchive, remedy_of
 
 _PAGE, _LONGEST = 50, 1_000_000
@@ -85,9 +66,9 @@ def exchange_heads(archive: Archive, station: str) -> None:
     Thus a second computer, or this one after a loss of memory, recognises older copies. Raises
     StorageError if the archive cannot be read or written, or this station has no key.
     """
-    keys = KeyFolder()
+    keys = seals.KeyFolder()
     _learn_lists(archive, keys)
-    for which, signed in (("<>", signed_heads), ("=", signed_job_heads)):
+    for which, signed in (("<>", seals.signed_heads), ("=", seals.signed_job_heads)):
         own = _lists(
             archive,
             f"SELECT id FROM finding WHERE subject = :me AND substr(document, 1, :n) {which} :jobs",  # noqa: S608
@@ -97,27 +78,27 @@ def exchange_heads(archive: Archive, station: str) -> None:
             archive.add_finding(HEADS, station, text, station, datetime.now(UTC).isoformat())
 
 
-def _learn_lists(archive: Archive, keys: KeyFolder) -> None:
+def _learn_lists(archive: Archive, keys: seals.KeyFolder) -> None:
     """Read every list since the last one read; all if the trusted keys or that list changed."""
     name, trusted = f"lists {archive.place}", repr(sorted(keys.believed()))
-    known = recall(name)
+    known = seals.recall(name)
     after = 0
     if known is not None:
         there = _lists(archive, "SELECT id FROM finding WHERE id = :id", {"id": known.count})
         if any(_digest(trusted, text) == known.link for _, text, _ in there):
             after = known.count
     settled = (archive.now() - _SETTLED).isoformat(timespec="milliseconds")
-    last: KnownEnd | None = None
+    last: seals.KnownEnd | None = None
     for number, text, received in _lists(
         archive, "SELECT id FROM finding WHERE id > :after", {"after": after}
     ):
         # Untrusted stations are ignored.
         with contextlib.suppress(StorageError):
-            learn_heads(text, archive.place, keys)
+            seals.learn_heads(text, archive.place, keys)
         if last is None and received < settled:
-            last = KnownEnd(name=name, count=number, link=_digest(trusted, text))
+            last = seals.KnownEnd(name=name, count=number, link=_digest(trusted, text))
     if last is not None:
-        remember(last)
+        seals.remember(last)
 
 
 def _lists(
@@ -164,7 +145,7 @@ class Handed:
     """Why the round ended early; None if nothing waits."""
 
 
-def sender_of(outbox: Outbox, station: str) -> Sender:
+def sender_of(outbox: Outbox, station: str) -> records.Sender:
     """Return the sender; an empty ``station`` is the name of this computer."""
     host = _shown(socket.gethostname()) or "unknown"
     try:
@@ -172,18 +153,18 @@ def sender_of(outbox: Outbox, station: str) -> Sender:
     except (KeyError, OSError):
         user = ""
     name = station or host
-    proof = _signature(Signed.STATION, station_claim(name))
-    return Sender(
+    proof = _signature(seals.Signed.STATION, records.station_claim(name))
+    return records.Sender(
         outbox=outbox.identity, station=name, machine=outbox.machine, host=host, user=user,
         key=proof.key, proof=proof.value,
     )  # fmt: skip
 
 
-def _signature(what: Signed, content: bytes) -> Signature:
+def _signature(what: seals.Signed, content: bytes) -> seals.Signature:
     """Return the signature of this station; empty if its key cannot be used: delivery continues."""
     with contextlib.suppress(OcmmError):
-        return sign(KeyFolder().station_key(), what, content)
-    return Signature("", "")
+        return seals.sign(seals.KeyFolder().station_key(), what, content)
+    return seals.Signature("", "")
 
 
 class Courier:
@@ -194,7 +175,7 @@ class Courier:
         outbox: Outbox,
         connect: Callable[[], SqlArchive],
         station: str = "",
-        extract: Extract = extract_job,
+        extract: records.Extract = records.extract_job,
     ) -> None:
         self._outbox, self._connect, self._extract = outbox, connect, extract
         self._station = station
@@ -279,7 +260,7 @@ class Courier:
         self._outbox.note_contact(None, receipt.clock_off_s)
         return True
 
-    def _made(self, archive: SqlArchive, item: Item) -> Delivery:
+    def _made(self, archive: SqlArchive, item: Item) -> records.Delivery:
         sender = sender_of(self._outbox, self._station)
         content = self._outbox.content(item)
         try:
@@ -293,10 +274,10 @@ class Courier:
         except Exception as error:
             # A job that crashes the reader must not block the others.
             raise contained(error, f"The reading of {item.name}") from error
-        claim = delivery_claim(sender.outbox, item.sequence, made.record.job.sha256)
-        return Delivery(
+        claim = records.delivery_claim(sender.outbox, item.sequence, made.record.job.sha256)
+        return records.Delivery(
             sender=sender,
-            signature=_signature(Signed.DELIVERY, claim).value,
+            signature=_signature(seals.Signed.DELIVERY, claim).value,
             sequence=item.sequence,
             sent_utc=datetime.now(UTC).isoformat(timespec="milliseconds"),
             record=made.record,
@@ -322,4 +303,4 @@ class BackOff:
 
 
 def _shown(text: str) -> str:
-    return shown_text(text, "")[:100]
+    return records.shown_text(text, "")[:100]

@@ -19,25 +19,14 @@ from ocmm_core.seals import SealWord
 from ocmm_core.storage import JobFile, JobHead, JobSeal
 from ocmm_core.tolerances.decisions import PartWord
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_shop.archive.records._rows import (
-    FORGED,
-    LONGEST_NAME,
-    NOT_SIGNED,
-    SIGNED,
-    JobRecord,
-    JobRow,
-    ResultRow,
-    UseRow,
-    shown_text,
-    utc_text,
-)
+from ocmm_shop.archive.records import _rows as rows
 
 
 @dataclass(frozen=True, slots=True)
 class ExtractedJob:
     """A job ready for delivery: its rows and the bytes of its file."""
 
-    record: JobRecord
+    record: rows.JobRecord
     content: bytes
 
 
@@ -74,10 +63,12 @@ def extract_job(
         return ExtractedJob(_record(job, content, station, fault), content)
 
 
-def _unreadable(head: JobHead, seal: JobSeal, content: bytes, station: str, why: str) -> JobRecord:
+def _unreadable(
+    head: JobHead, seal: JobSeal, content: bytes, station: str, why: str
+) -> rows.JobRecord:
     """Return the row of a job whose content was altered: no result of it counts."""
-    created = utc_text(head.created_utc)
-    row = JobRow(
+    created = rows.utc_text(head.created_utc)
+    row = rows.JobRow(
         job_uuid=head.job_uuid, steps=max(seal.steps, 1), head=seal.head or "0" * 64,
         sha256=hashlib.sha256(content).hexdigest(), size=len(content), station=station,
         state="open", part=_name(head.part), serial=_name(head.serial), order_name="", batch="",
@@ -87,7 +78,7 @@ def _unreadable(head: JobHead, seal: JobSeal, content: bytes, station: str, why:
         verdict=PartWord.NOT_PROVEN.value, complete=False, simulated=False, points=0,
         **_sealed(seal), fault=why or "The job cannot be read.",
     )  # fmt: skip
-    return JobRecord(job=row, results=(), uses=())
+    return rows.JobRecord(job=row, results=(), uses=())
 
 
 def _fault(
@@ -103,13 +94,13 @@ def _fault(
     return ""
 
 
-def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> JobRecord:
+def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> rows.JobRecord:
     view, head = job.view, job.head
     documents = StoredDocuments(job.path, head)
     camera, probe = documents.camera_record(), documents.probe_records()
     times = [head.created_utc, *(event.time_utc for event in job.events), *job.taken_utc.values()]
     part, rod = job.options.climate.part.now, job.options.climate.probe.now
-    row = JobRow(
+    row = rows.JobRow(
         job_uuid=head.job_uuid,
         steps=job.seal.steps,
         head=job.seal.head,
@@ -125,8 +116,8 @@ def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> JobRe
         plan=_name(job.plan.name),
         plan_sha256=head.plan_identity,
         program=_name(head.software_version),
-        created_utc=utc_text(head.created_utc),
-        changed_utc=max(utc_text(one) for one in times),
+        created_utc=rows.utc_text(head.created_utc),
+        changed_utc=max(rows.utc_text(one) for one in times),
         rig=_name(job.rig.name),
         calibration="" if camera is None else record_hash(camera),
         probe=_name(job.body.name),
@@ -147,7 +138,7 @@ def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> JobRe
         why = why_not_counted(job, result)
         one_sided = spec_of(result.kind).one_sided
         results.append(
-            ResultRow(
+            rows.ResultRow(
                 position=position,
                 characteristic=_name(result.name),
                 kind=result.kind,
@@ -163,33 +154,35 @@ def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> JobRe
             )
         )
     uses = [
-        UseRow(kind="rig", identity=head.rig_identity, name=_name(job.rig.name)),
-        UseRow(kind="probe", identity=head.probe_identity, name=_name(job.body.name)),
-        UseRow(kind="plan", identity=head.plan_identity, name=_name(job.plan.name)),
+        rows.UseRow(kind="rig", identity=head.rig_identity, name=_name(job.rig.name)),
+        rows.UseRow(kind="probe", identity=head.probe_identity, name=_name(job.body.name)),
+        rows.UseRow(kind="plan", identity=head.plan_identity, name=_name(job.plan.name)),
     ]
     artefacts: dict[str, str] = {}
     if camera is not None:
         uses.append(
-            UseRow(kind="calibration", identity=record_hash(camera), name=_name(camera.rig))
+            rows.UseRow(kind="calibration", identity=record_hash(camera), name=_name(camera.rig))
         )
         artefacts |= {one.serial: one.name for one in camera.artefacts if one.serial}
     if probe is not None:
         tip = record_hash(probe.calibration)
-        uses.append(UseRow(kind="tip", identity=tip, name=_name(probe.calibration.tip)))
+        uses.append(rows.UseRow(kind="tip", identity=tip, name=_name(probe.calibration.tip)))
         artefacts |= {one.serial: one.name for one in probe.calibration.artefacts if one.serial}
         if probe.qualification is not None:
             artefacts |= {
                 one.serial: one.name for one in probe.qualification.artefacts if one.serial
             }
     uses += [
-        UseRow(kind="artefact", identity=_name(serial), name=_name(name))
+        rows.UseRow(kind="artefact", identity=_name(serial), name=_name(name))
         for serial, name in sorted(artefacts.items())
     ]
     body = job.options.reference
     if body is not None:
-        uses.append(UseRow(kind="reference", identity=body.identity, name=_name(body.leds.name)))
+        uses.append(
+            rows.UseRow(kind="reference", identity=body.identity, name=_name(body.leds.name))
+        )
     ordered = tuple(sorted(uses, key=lambda use: (use.kind, use.identity)))
-    return JobRecord(job=row, results=tuple(results), uses=ordered)
+    return rows.JobRecord(job=row, results=tuple(results), uses=ordered)
 
 
 def signature_of(content: bytes) -> tuple[str, str]:
@@ -207,10 +200,12 @@ class _Sealed(TypedDict):
 
 
 def _sealed(seal: JobSeal) -> _Sealed:
-    word = {SealWord.NOT_SIGNED: NOT_SIGNED, SealWord.FORGED: FORGED}.get(seal.state.word, SIGNED)
+    word = {SealWord.NOT_SIGNED: rows.NOT_SIGNED, SealWord.FORGED: rows.FORGED}.get(
+        seal.state.word, rows.SIGNED
+    )
     signed = seal.signature
     # A malformed key verifies nothing: a damaged row must not break the archive.
-    key, value = ("", "") if signed is None or word == FORGED else (signed.key, signed.value)
+    key, value = ("", "") if signed is None or word == rows.FORGED else (signed.key, signed.value)
     return _Sealed(seal=word, signer=seal.state.fingerprint, key=key, signature=value)
 
 
@@ -220,8 +215,8 @@ def _limit(value: float) -> float | None:
 
 def _name(text: str) -> str:
     """Return a displayable name; foreign job files hold any text."""
-    return shown_text(text)[:LONGEST_NAME]
+    return rows.shown_text(text)[: rows.LONGEST_NAME]
 
 
 def _sentence(text: str) -> str:
-    return shown_text(text, " ")
+    return rows.shown_text(text, " ")

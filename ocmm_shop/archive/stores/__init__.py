@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from ocmm_shop.archive.stores._address import check_address, is_server, parse_server
     from ocmm_shop.archive.stores._faults import Remedy, not_understood, remedy_of
     from ocmm_shop.archive.stores._interface import (
-        CLOCK_TELL_S, HEADS, MALFORMED, Answer, Archive, ArchivedDocument, Cell, Receipt, Row,
-        Table, stations_by_key, verifies,
+        CLOCK_TELL_S, HEADS, MALFORMED, Acknowledgement, Archive, ArchivedDocument, Cell, Receipt,
+        Row, Table, stations_by_key, verifies,
     )  # fmt: skip
     from ocmm_shop.archive.stores._open import default_archive, open_archive
     from ocmm_shop.archive.stores._reader import time_of
@@ -26,8 +26,9 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "CLOCK_TELL_S", "HEADS", "MALFORMED", "ROLES", "VERSION", "VIEW_NAMES", "Answer", "Archive",
-    "ArchivedDocument", "Cell", "Receipt", "Remedy", "Row", "SqlArchive", "Table", "check_address",
-    "default_archive", "give_roles", "is_server", "not_understood", "open_archive", "parse_server",
-    "remedy_of", "role_statements", "roles_sql", "stations_by_key", "time_of", "verifies",
+    "CLOCK_TELL_S", "HEADS", "MALFORMED", "ROLES", "VERSION", "VIEW_NAMES", "Acknowledgement",
+    "Archive", "ArchivedDocument", "Cell", "Receipt", "Remedy", "Row", "SqlArchive", "Table",
+    "check_address", "default_archive", "give_roles", "is_server", "not_understood", "open_archive",
+    "parse_server", "remedy_of", "role_statements", "roles_sql", "stations_by_key", "time_of",
+    "verifies",
 ]  # fmt: skip

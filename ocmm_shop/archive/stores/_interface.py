@@ -28,7 +28,7 @@ CLOCK_TELL_S = 300.0
 """Larger clock differences are reported: a day's list would have jobs of another day."""
 
 
-class Answer(Enum):
+class Acknowledgement(Enum):
     """Result of a delivery."""
 
     STORED = "stored"
@@ -38,7 +38,7 @@ class Answer(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
-    answer: Answer
+    answer: Acknowledgement
     job: int
     clock_off_s: float
     """Lead of the sender's clock over the archive's."""

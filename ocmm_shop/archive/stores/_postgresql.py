@@ -26,17 +26,8 @@ from ocmm_core import __version__
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.host import HOST
 from ocmm_core.plugins import install_line
+from ocmm_shop.archive.stores import _faults as faults
 from ocmm_shop.archive.stores._address import PostgresAddress
-from ocmm_shop.archive.stores._faults import (
-    endless_answer,
-    foreign,
-    newer,
-    not_set_up,
-    not_understood,
-    older,
-    postgresql_fault,
-    silent_server,
-)
 from ocmm_shop.archive.stores._interface import Cell, Table
 from ocmm_shop.archive.stores._reader import time_of, whole_of
 from ocmm_shop.archive.stores._schema import POSTGRESQL, VERSION, statements
@@ -209,11 +200,11 @@ class PostgresArchive(SqlArchive):
             return
         version = self._version()
         if version == 0:
-            raise not_set_up(self.place)
+            raise faults.not_set_up(self.place)
         if version > VERSION:
-            raise newer(self.place, version, VERSION)
+            raise faults.newer(self.place, version, VERSION)
         if version < VERSION:
-            raise older(self.place, version, VERSION)
+            raise faults.older(self.place, version, VERSION)
 
     def _version(self) -> int:
         there = self._one("SELECT to_regclass('ocmm.migration') IS NOT NULL", {}, int)[0]
@@ -232,14 +223,14 @@ class PostgresArchive(SqlArchive):
                 self._run("SELECT pg_advisory_xact_lock(:lock)", {"lock": _LOCK})
             version = self._version()
             if version > VERSION:
-                raise newer(self.place, version, VERSION)
+                raise faults.newer(self.place, version, VERSION)
             if version == 0:
                 odd = self._run(
                     "SELECT count(*) FROM pg_class c JOIN pg_namespace n ON n.oid = c.relnamespace"
                     " WHERE n.nspname = 'ocmm'"
                 ).rows[0][0]
                 if odd:
-                    raise foreign(self.place)
+                    raise faults.foreign(self.place)
                 self._run(f"CREATE SCHEMA IF NOT EXISTS {SCHEMA}")
             for step in range(version, VERSION):
                 for statement in statements(step, POSTGRESQL):
@@ -286,7 +277,7 @@ class PostgresArchive(SqlArchive):
         found = [self._plain(cell) for cell in row]
         for cell in found:
             if cell is not None and not isinstance(cell, _CELLS):
-                raise not_understood(self.place, f"a {type(cell).__name__}")
+                raise faults.not_understood(self.place, f"a {type(cell).__name__}")
         return tuple(found)
 
     def _plain(self, cell: Any) -> Any:
@@ -298,7 +289,7 @@ class PostgresArchive(SqlArchive):
 
     def _whole(self, number: Decimal) -> int:
         if not number.is_finite() or number != number.to_integral_value():
-            raise not_understood(self.place, "a sum that is no whole number")
+            raise faults.not_understood(self.place, "a sum that is no whole number")
         return int(number)
 
     def _run_many(self, sql: str, values: Sequence[Mapping[str, Cell]]) -> None:
@@ -348,10 +339,10 @@ class PostgresArchive(SqlArchive):
     def _fault(self, error: Exception) -> OcmmError:
         gave_up = None if self._patience is None else self._patience.gave_up
         if gave_up is GaveUp.SILENT:
-            return silent_server(self.place)
+            return faults.silent_server(self.place)
         if gave_up is GaveUp.FLOODED or isinstance(error, MemoryError):
-            return endless_answer(self.place, _ANSWER_BYTES)
-        return postgresql_fault(self.place, error)
+            return faults.endless_answer(self.place, _ANSWER_BYTES)
+        return faults.postgresql_fault(self.place, error)
 
     def _settle(self) -> None:
         # Run deferred triggers before the check.

@@ -15,22 +15,14 @@ from typing import Self
 import msgspec
 
 from ocmm_core.errors import StorageError
-from ocmm_shop.archive.records import (
-    MOST_WHOLE,
-    JobRecord,
-    JobRow,
-    MarkRow,
-    ResultRow,
-    UseRow,
-    shown_text,
-)
+from ocmm_shop.archive import records
 from ocmm_shop.archive.stores._faults import damaged_file, not_understood
 from ocmm_shop.archive.stores._interface import ArchivedDocument, Cell, Kind, Row, Table
 from ocmm_shop.archive.stores._schema import column_kinds
 
-JOB_FIELDS = JobRow.__struct_fields__
-RESULT_FIELDS = ResultRow.__struct_fields__
-USE_FIELDS = UseRow.__struct_fields__
+JOB_FIELDS = records.JobRow.__struct_fields__
+RESULT_FIELDS = records.ResultRow.__struct_fields__
+USE_FIELDS = records.UseRow.__struct_fields__
 
 
 def _insert(table: str, fields: Sequence[str], more: str = "") -> str:
@@ -50,7 +42,7 @@ ADD_SENDER = _insert(
 )
 ADD_STATION_KEY = _insert("station_key", ("station", "key", "proof"), "ON CONFLICT DO NOTHING")
 ADD_STATION_LOGIN = _insert("station_login", ("login", "station"), "ON CONFLICT DO NOTHING")
-MARK_FIELDS = MarkRow.__struct_fields__
+MARK_FIELDS = records.MarkRow.__struct_fields__
 ADD_MARK = _insert("mark", MARK_FIELDS)
 ADD_FINDING = _insert("finding", ("kind", "subject", "document", "who", "utc"), "RETURNING id")
 OF_DELIVERY = (
@@ -158,7 +150,7 @@ class SqlReader(ABC):
             (last,) = self._one(
                 "SELECT coalesce(max(CAST(sequence AS bigint)), 0) FROM delivery"  # noqa: S608
                 f" WHERE outbox = :outbox AND sequence <= :most AND role = {self._who}",
-                {"outbox": outbox, "most": MOST_WHOLE}, int,
+                {"outbox": outbox, "most": records.MOST_WHOLE}, int,
             )  # fmt: skip
         return whole_of(last)
 
@@ -186,7 +178,7 @@ class SqlReader(ABC):
             raise damaged_file(sha256)
         return content
 
-    def record(self, job: int) -> JobRecord:
+    def record(self, job: int) -> records.JobRecord:
         """Return the rows of a job by its number: see `Archive`."""
         jobs = self.ask(OF_JOB, {"id": job})
         if not jobs.rows:
@@ -212,7 +204,7 @@ class SqlReader(ABC):
                     "results": [dict(zip(RESULT_FIELDS, row, strict=True)) for row in results.rows],
                     "uses": [dict(zip(USE_FIELDS, row, strict=True)) for row in uses.rows],
                 },
-                JobRecord,
+                records.JobRecord,
             )
         except (msgspec.ValidationError, ValueError) as error:
             raise not_understood(self.place, str(error)) from error
@@ -251,7 +243,7 @@ class SqlReader(ABC):
             for row in table.sound
         ]
 
-    def marks(self, after: int = 0) -> list[tuple[int, MarkRow]]:
+    def marks(self, after: int = 0) -> list[tuple[int, records.MarkRow]]:
         """Return marks with a higher number: see `Archive`."""
         table = self.ask(
             "SELECT id, job_uuid, kind, holds, why, who, utc, finding FROM mark WHERE id > :after"
@@ -261,7 +253,7 @@ class SqlReader(ABC):
         return [
             (
                 whole_of(number),
-                MarkRow(
+                records.MarkRow(
                     job_uuid=str(job), kind=str(kind), holds=bool(holds) or at in table.malformed,
                     why=_line(why), who=_line(who), utc=_line(utc), finding=whole_of(finding),
                 ),
@@ -296,7 +288,7 @@ def whole_of(cell: Cell) -> int:
 
 def _line(cell: Cell) -> str:
     """Return untrusted text for display; a mark holds in any case."""
-    return shown_text(str(cell), " ")
+    return records.shown_text(str(cell), " ")
 
 
 def time_of(place: str, cell: Cell) -> datetime:

@@ -12,24 +12,9 @@ from datetime import datetime
 from typing import cast
 
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_shop.archive.records import (
-    Delivery,
-    MarkRow,
-    Sender,
-    check_delivery,
-    check_mark,
-    shown_text,
-    signature_of,
-    utc_text,
-)
-from ocmm_shop.archive.stores._faults import (
-    altered_rows,
-    name_taken,
-    not_kept,
-    not_understood,
-    sequence_taken,
-)
-from ocmm_shop.archive.stores._interface import Answer, Cell, Receipt
+from ocmm_shop.archive import records
+from ocmm_shop.archive.stores import _faults as faults
+from ocmm_shop.archive.stores._interface import Acknowledgement, Cell, Receipt
 from ocmm_shop.archive.stores._reader import (
     ADD_DELIVERY,
     ADD_FILE,
@@ -80,13 +65,13 @@ class SqlArchive(SqlReader):
     def _settle(self) -> None:
         """Run what is deferred to the end of the transaction."""
 
-    def put(self, delivery: Delivery) -> Receipt:
+    def put(self, delivery: records.Delivery) -> Receipt:
         """Store a job, once for any number of deliveries: see `Archive`."""
         return self.put_all([delivery])[0]
 
-    def put_all(self, deliveries: Sequence[Delivery]) -> list[Receipt]:
+    def put_all(self, deliveries: Sequence[records.Delivery]) -> list[Receipt]:
         for delivery in deliveries:
-            check_delivery(delivery)
+            records.check_delivery(delivery)
             if hashlib.sha256(delivery.content).hexdigest() != delivery.record.job.sha256:
                 raise InputError(
                     "archive.row",
@@ -103,13 +88,13 @@ class SqlArchive(SqlReader):
             self._run_many(ADD_USE, rows.uses)
             self._settle()
             for delivery, receipt in zip(deliveries, receipts, strict=True):
-                if receipt.answer is Answer.STORED:
+                if receipt.answer is Acknowledgement.STORED:
                     self._check_rows(delivery, receipt.job)
         for delivery in deliveries:
             self._check_kept(delivery)
         return receipts
 
-    def _check_rows(self, delivery: Delivery, job: int) -> None:
+    def _check_rows(self, delivery: records.Delivery, job: int) -> None:
         """Raise StorageError if the stored rows were altered, e.g. by a trigger of the server."""
         sent = delivery.record
         number: dict[str, Cell] = {"id": job}
@@ -123,30 +108,30 @@ class SqlArchive(SqlReader):
             found = self._run(statement, number).rows
             # Views show the newest version only: they have no rows of an older one.
             if list(found) != expected and (found or where == "job" or self._is_newest(job)):
-                raise altered_rows(self.place, sent.job.job_uuid, where)
+                raise faults.altered_rows(self.place, sent.job.job_uuid, where)
 
     def _is_newest(self, job: int) -> bool:
         return bool(self._run("SELECT 1 FROM archived_job WHERE job_id = :id", {"id": job}).rows)
 
-    def _check_kept(self, delivery: Delivery) -> None:
+    def _check_kept(self, delivery: records.Delivery) -> None:
         """Raise StorageError if an acknowledged job is missing."""
         number: dict[str, Cell] = {
             "outbox": delivery.sender.outbox, "sequence": delivery.sequence,
         }  # fmt: skip
         job = delivery.record.job
         if self.ask(KEPT.format(who=self._who), number).rows != ((job.sha256, True),):
-            raise not_kept(self.place, job.job_uuid)
+            raise faults.not_kept(self.place, job.job_uuid)
 
-    def _put(self, delivery: Delivery, now: datetime, rows: _Rows) -> Receipt:
+    def _put(self, delivery: records.Delivery, now: datetime, rows: _Rows) -> Receipt:
         sender, job = delivery.sender, delivery.record.job
         number: dict[str, Cell] = {"outbox": sender.outbox, "sequence": delivery.sequence}
-        off = (datetime.fromisoformat(utc_text(delivery.sent_utc)) - now).total_seconds()
+        off = (datetime.fromisoformat(records.utc_text(delivery.sent_utc)) - now).total_seconds()
         of_delivery = OF_DELIVERY.format(who=self._who)
         found = self._of(self._run(of_delivery, number), (int, str)).rows
         if found:
             if found[0][1] != job.sha256:
-                raise sequence_taken(sender.outbox, delivery.sequence)
-            return Receipt(Answer.KNOWN, whole_of(found[0][0]), off)
+                raise faults.sequence_taken(sender.outbox, delivery.sequence)
+            return Receipt(Acknowledgement.KNOWN, whole_of(found[0][0]), off)
         self._admit(sender)
         # A file that was altered without its head is a separate version: it must be visible.
         version: dict[str, Cell] = {
@@ -155,16 +140,16 @@ class SqlArchive(SqlReader):
         }  # fmt: skip
         there = self._of(self._run(OF_VERSION, version), (int,)).rows
         if there:
-            row, answer = whole_of(there[0][0]), Answer.KNOWN
+            row, answer = whole_of(there[0][0]), Acknowledgement.KNOWN
         else:
-            row, answer = self._add(delivery, rows), Answer.STORED
+            row, answer = self._add(delivery, rows), Acknowledgement.STORED
         self._run(
             ADD_DELIVERY, {**number, "job": row, "sha256": job.sha256,
                             "sent_utc": delivery.sent_utc, "signature": delivery.signature},
         )  # fmt: skip
         return Receipt(answer, row, off)
 
-    def _admit(self, sender: Sender) -> None:
+    def _admit(self, sender: records.Sender) -> None:
         """Admit a sender; StorageError if another computer used its name first."""
         name: dict[str, Cell] = {"name": sender.station}
         claim = (
@@ -177,10 +162,12 @@ class SqlArchive(SqlReader):
             self._run(ADD_STATION, {**name, "machine": sender.machine, "host": sender.host})
             found = self._run(claim, name).rows
         if len(found) != 1 or len(found[0]) != 3:
-            raise not_understood(self.place, f"station '{sender.station}' is not there")
+            raise faults.not_understood(self.place, f"station '{sender.station}' is not there")
         machine, host, since = found[0]
         if machine not in ("", sender.machine):
-            raise name_taken(sender.station, shown_text(str(host)), shown_text(str(since)))
+            raise faults.name_taken(
+                sender.station, records.shown_text(str(host)), records.shown_text(str(since))
+            )
         self._run(
             ADD_SENDER,
             {
@@ -192,7 +179,7 @@ class SqlArchive(SqlReader):
             own = {"station": sender.station, "key": sender.key, "proof": sender.proof}
             self._run(ADD_STATION_KEY, own)
 
-    def _add(self, delivery: Delivery, rows: _Rows) -> int:
+    def _add(self, delivery: records.Delivery, rows: _Rows) -> int:
         record = delivery.record
         job = record.job
         self._run(ADD_FILE, {"sha256": job.sha256, "size": job.size, "content": delivery.content})
@@ -215,16 +202,16 @@ class SqlArchive(SqlReader):
         """Return the number of an added row; StorageError if none was added."""
         rows = self._of(self._run(sql, values), (int,)).rows
         if not rows:
-            raise not_kept(self.place, what)
+            raise faults.not_kept(self.place, what)
         return rows[0][0]
 
     def add_finding(
         self, kind: str, subject: str, document: str, who: str, utc: str,
-        marks: Sequence[MarkRow] = (),
+        marks: Sequence[records.MarkRow] = (),
     ) -> int:  # fmt: skip
         """Store a document with its marks: see `Archive`."""
         for mark in marks:
-            check_mark(mark)
+            records.check_mark(mark)
         with self._transaction():
             fields: dict[str, Cell] = {
                 "kind": kind, "subject": subject, "document": document, "who": who, "utc": utc,
@@ -248,7 +235,7 @@ class SqlArchive(SqlReader):
             rows = self._run("SELECT content FROM file WHERE sha256 = :sha256", {"sha256": sha256})
             # Unreadable files stay empty: verify names them.
             with contextlib.suppress(OcmmError, LookupError):
-                key, signature = signature_of(cast("bytes", rows.rows[0][0]))
+                key, signature = records.signature_of(cast("bytes", rows.rows[0][0]))
                 self._run(
                     "UPDATE job SET key = :key, signature = :signature WHERE id = :id",
                     {"id": number, "key": key, "signature": signature},
@@ -259,7 +246,7 @@ class SqlArchive(SqlReader):
         with self._transaction():
             self._run(ADD_STATION_LOGIN, {"login": login, "station": station})
 
-    def replace_computer(self, station: str, sender: Sender) -> None:
+    def replace_computer(self, station: str, sender: records.Sender) -> None:
         """Replace the computer of a station: see `Archive`."""
         with self._transaction():
             self._run(

@@ -13,6 +13,7 @@ import pytest
 from ocmm_core.acceptance import (
     AcceptanceSession,
     AcceptanceVerdict,
+    EarlierUse,
     Stage,
     UsedArtefact,
     spots_hash,
@@ -86,19 +87,19 @@ def calibration_artefact(path: Path, rng: np.random.Generator) -> str:
     bar = ARTEFACTS[0].use
     written = str(rng.choice(["bar-1", "BAR 1", "Bar-1 "]))
     known = msgspec.structs.replace(bar, serial=written)
-    return _begin(path, str(rng.choice(_LENGTH)), calibration_artefacts=(known,))
+    return _begin(path, str(rng.choice(_LENGTH)), earlier=EarlierUse(calibration=(known,)))
 
 
 def calibration_certificate(path: Path, rng: np.random.Generator) -> str:
     digest = f"{int(rng.integers(1 << 60)):064x}"
     known = msgspec.structs.replace(ARTEFACTS[0].use, serial="other", certificate_sha256=digest)
     artefacts = _changed("bar", use={"certificate_sha256": digest})
-    return _begin(path, "LENGTH-7x5", artefacts, calibration_artefacts=(known,))
+    return _begin(path, "LENGTH-7x5", artefacts, earlier=EarlierUse(calibration=(known,)))
 
 
 def qualification_sphere(path: Path, rng: np.random.Generator) -> str:
     name = str(rng.choice(["SPHERE-25", "LOCATION-5x5", "EFFECTIVE-DIAMETER", "THESIS-BALL"]))
-    return _begin(path, name, qualification_artefacts=(ARTEFACTS[1].use,))
+    return _begin(path, name, earlier=EarlierUse(qualification=(ARTEFACTS[1].use,)))
 
 
 def too_warm(path: Path, rng: np.random.Generator) -> str:
@@ -235,7 +236,13 @@ def calibration_spots(path: Path, rng: np.random.Generator) -> str:
     spots = tuple(((float(a), float(b)),) for a, b in rng.uniform(0.0, 1000.0, (3, 2)))
     stage, digest = stage_of("SPAT")
     session = AcceptanceSession.begin(
-        path, stage, digest, BEGIN, temperature=ROOM, who="tester", reserved=(spots_hash(spots),)
+        path,
+        stage,
+        digest,
+        BEGIN,
+        temperature=ROOM,
+        who="tester",
+        earlier=EarlierUse(spots=(spots_hash(spots),)),
     )
     with pytest.raises(OcmmError) as error:
         session.take(np.array(session.view.positions[0].points_world[0]), BEGIN, uv=spots)

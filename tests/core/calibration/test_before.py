@@ -28,7 +28,7 @@ from ocmm_core.calibration.records import (
 from ocmm_core.calibration.records._events import status
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.calibration.sweeping import PivotProcedure
-from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
+from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure, TipSite
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.seals import SealWord
@@ -79,10 +79,10 @@ RESUMES: dict[ProcedureKind, Callable[[Kept, Path], Procedure]] = {
         path, kept.rig, kept.body, kept.probe
     ),
     ProcedureKind.QUALIFICATION: lambda kept, path: TipQualificationProcedure.resume(
-        path, kept.rig, kept.body, kept.probe
+        path, TipSite(kept.rig, kept.body, kept.probe)
     ),
     ProcedureKind.TIP_CHECK: lambda kept, path: TipCheckProcedure.resume(
-        path, kept.rig, kept.body, kept.probe
+        path, TipSite(kept.rig, kept.body, kept.probe)
     ),
 }
 DONE = {

@@ -14,8 +14,8 @@ from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpotAverager, covera
 from ocmm_core.calibration.guided._labelling import label_roughly
 from ocmm_core.calibration.records import State, load_bar
 from ocmm_core.calibration.relocation import RelocationProcedure
-from ocmm_core.calibration.relocation._findings import bar_ends
 from ocmm_core.calibration.relocation._state import SeatTaken
+from ocmm_core.calibration.relocation._steps import bar_ends
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import USUAL_SLOTS, Rig, on_sensor, project
 from ocmm_core.documents import resource

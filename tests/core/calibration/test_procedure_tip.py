@@ -20,6 +20,7 @@ from ocmm_core.calibration.tip import (
     TipCheckProcedure,
     TipLimits,
     TipQualificationProcedure,
+    TipSite,
 )
 from ocmm_core.errors import CalibrationError
 from ocmm_sim.calibration_scenes import CalibrationScenesRig, TipFault, TouchSeats
@@ -50,23 +51,27 @@ class Tips:
             store.qualify(good, bench.now())
         return cls(bench, store)
 
+    def site(self, hold_s: float = 0.0) -> TipSite:
+        return TipSite(self.bench.rig, self.bench.body, self.store, hold_s=hold_s)
+
     def qualification(self, hold_s: float = 0.0) -> TipQualificationProcedure:
         bench = self.bench
         return TipQualificationProcedure.begin(
-            bench.sessions, bench.rig, bench.body, self.store, TIP, bench.sphere, bench.now(),
-            who="technician", temperature=Temperature(20.5, 0.3, ""), hold_s=hold_s,
+            bench.sessions, self.site(hold_s), TIP, bench.sphere, bench.now(),
+            who="technician", temperature=Temperature(20.5, 0.3, ""),
         )  # fmt: skip
 
     def check(self) -> TipCheckProcedure:
         bench = self.bench
         return TipCheckProcedure.begin(
-            bench.sessions, bench.rig, bench.body, self.store, TIP, bench.sphere, bench.now(),
+            bench.sessions, self.site(), TIP, bench.sphere, bench.now(),
             who="inspector", temperature=Temperature(20.5, 0.3, ""),
         )  # fmt: skip
 
     def resumed(self, procedure: TipQualificationProcedure) -> TipQualificationProcedure:
+        store = ProbeStore(self.store.folder)
         return TipQualificationProcedure.resume(
-            procedure.base.session, self.bench.rig, self.bench.body, ProbeStore(self.store.folder)
+            procedure.base.session, TipSite(self.bench.rig, self.bench.body, store)
         )
 
     def touching(
@@ -194,7 +199,7 @@ def test_the_diameter_must_be_known_well_enough(tmp_path: Path) -> None:
     tips = Tips.at(tmp_path)
     bench = tips.bench
     procedure = TipQualificationProcedure.begin(
-        bench.sessions, bench.rig, bench.body, tips.store, TIP, bench.sphere, bench.now(),
+        bench.sessions, tips.site(), TIP, bench.sphere, bench.now(),
         who="technician", limits=TipLimits(diameter_sigma=0.001),
     )  # fmt: skip
     take(procedure, bench, 25, 0)
@@ -262,13 +267,12 @@ def test_who_may_not_begin(tmp_path: Path) -> None:
     )
     with pytest.raises(CalibrationError, match="expired on"):
         TipQualificationProcedure.begin(
-            bench.sessions, bench.rig, bench.body, tips.store, TIP,
+            bench.sessions, tips.site(), TIP,
             replace(bench.sphere, artefact=ended), bench.now(), who="technician",
         )  # fmt: skip
     with pytest.raises(CalibrationError, match="never calibrated"):
         TipQualificationProcedure.begin(
-            bench.sessions, bench.rig, bench.body, tips.store, "other", bench.sphere,
-            bench.now(), who="technician",
+            bench.sessions, tips.site(), "other", bench.sphere, bench.now(), who="technician",
         )  # fmt: skip
     other = make_probe_record(made_utc=BEGIN.isoformat(), tip="3 mm")
     tips.store.calibrate(other, "technician", "", bench.now())
@@ -289,7 +293,5 @@ def test_what_was_overtaken_is_not_stored(tmp_path: Path) -> None:
     with pytest.raises(CalibrationError, match="requalified"):
         procedure.accept(now(), "")
     with pytest.raises(CalibrationError, match="requalified"):
-        TipCheckProcedure.resume(
-            procedure.base.session, tips.bench.rig, tips.bench.body, tips.store
-        )
+        TipCheckProcedure.resume(procedure.base.session, tips.site())
     assert tips.store.checks() == ()

@@ -12,7 +12,7 @@ from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
 from ocmm_core.calibration.guided import ShockDetector
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import MONITOR, ProbeStore, TipEventKind
-from ocmm_core.calibration.tip import TipCheckProcedure
+from ocmm_core.calibration.tip import TipCheckProcedure, TipSite
 from ocmm_core.errors import CalibrationError
 from ocmm_sim.calibration_scenes import CalibrationScenesRig, TipFault
 from ocmm_sim.sources import scene_of_tip
@@ -35,7 +35,7 @@ def test_a_check_that_felt_a_blow_is_made_anew(tmp_path: Path) -> None:
     store.calibrate(record, "technician", "", bench.now())
     store.qualify(make_tip_record(record, diameter_mm=6.0, diameter_sigma_mm=0.0045), bench.now())
     procedure = TipCheckProcedure.begin(
-        bench.sessions, bench.rig, bench.body, store, TIP, bench.sphere, bench.now(),
+        bench.sessions, TipSite(bench.rig, bench.body, store), TIP, bench.sphere, bench.now(),
         who="inspector", temperature=Temperature(20.5, 0.3, ""),
     )  # fmt: skip
     scene = scene_of_tip(procedure.view, bench.sphere, bench.rig, SEED, TipFault())

@@ -194,7 +194,7 @@ def test_a_touch_that_cannot_be_stored_is_no_fault_of_the_station(
         raise StorageError("job.full", "The disk is full.", "Make room.")
 
     with monkeypatch.context() as patch:
-        patch.setattr("ocmm_core.storage._job_file.insert_point", full)
+        patch.setattr("ocmm_core.storage._tables.insert_point", full)
         station.start()
         wait_until(lambda: len(told) >= 1)
     wait_until(lambda: len(station.job.stored()[1]) >= 1)

@@ -17,9 +17,8 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 from ocmm_core.measuring import MeasuredPoint, factors_of_matrix
 from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, Task, simulate, simulate_elsewhere
-from ocmm_core.tolerances.monte_carlo._model import refits_of
 from ocmm_core.tolerances.monte_carlo._monte_carlo import tolerance_of
-from ocmm_core.tolerances.monte_carlo._trials import quick_model, slow_trials
+from ocmm_core.tolerances.monte_carlo._trials import quick_model, refits_of, slow_trials
 from ocmm_core.tolerances.zones import Characteristic
 from tests.core.features.exact_touches import (
     flat_touches,

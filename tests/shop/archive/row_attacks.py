@@ -18,7 +18,7 @@ from ocmm_shop.archive.checks import verify_archive
 from ocmm_shop.archive.outbox import Courier, Outbox
 from ocmm_shop.archive.questions import Query, cpk_by_month, parts, passed, today, trend, used
 from ocmm_shop.archive.records import Delivery
-from ocmm_shop.archive.stores import Answer, SqlArchive, open_archive
+from ocmm_shop.archive.stores import Acknowledgement, SqlArchive, open_archive
 from ocmm_shop.archive.stores._reader import JOB_FIELDS, RESULT_FIELDS, USE_FIELDS
 from tests.shop.archive.conftest import Place
 from tests.shop.archive.made_jobs import made_delivery, made_sender
@@ -286,7 +286,7 @@ def judge(shop: Shop, what: str, outcome: AttackCounts) -> None:
     with open_archive(shop.victim) as archive:
         try:
             receipt = archive.put(made_upload(shop))
-            assert receipt.answer is Answer.STORED
+            assert receipt.answer is Acknowledgement.STORED
         except (OcmmError, AssertionError) as error:
             outcome.effects.append(f"{what}: {error}")
     take_away(shop)

@@ -204,9 +204,7 @@ def test_lists_are_read_once_and_again_after_a_change(
 ) -> None:
     monkeypatch.setattr("ocmm_shop.archive.outbox._courier._SETTLED", timedelta(hours=-1))
     read: list[str] = []
-    monkeypatch.setattr(
-        "ocmm_shop.archive.outbox._courier.learn_heads", lambda text, *_: read.append(text)
-    )
+    monkeypatch.setattr("ocmm_core.seals.learn_heads", lambda text, *_: read.append(text))
     place = tmp_path / "archive.sqlite"
     archive = open_archive(str(place), set_up=True)
     for number in range(120):

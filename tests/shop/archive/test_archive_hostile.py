@@ -13,7 +13,7 @@ import pytest
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.settings import spec_of, value_of_text
 from ocmm_shop.archive.records import Delivery
-from ocmm_shop.archive.stores import Answer, check_address, open_archive, parse_server
+from ocmm_shop.archive.stores import Acknowledgement, check_address, open_archive, parse_server
 from ocmm_shop.archive.stores._address import read_password
 from tests.host import amount
 from tests.shop.archive.conftest import Place, by_hand
@@ -82,7 +82,7 @@ def test_malformed_messages_have_no_effect(
             else:
                 # The drawn value happened to be valid there: it is stored unchanged.
                 kept += 1
-                if receipt.answer is Answer.STORED:
+                if receipt.answer is Acknowledgement.STORED:
                     assert archive.record(receipt.job) == message.record
         assert archive.record(1) == before
         (count,) = archive.ask("SELECT count(*) FROM job").rows[0]

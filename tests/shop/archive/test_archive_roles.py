@@ -9,7 +9,7 @@ import pytest
 
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_shop.archive.records import MarkRow
-from ocmm_shop.archive.stores import HEADS, Answer, open_archive, parse_server
+from ocmm_shop.archive.stores import HEADS, Acknowledgement, open_archive, parse_server
 from ocmm_shop.archive.stores._address import with_user
 from ocmm_shop.archive.stores._store import SqlArchive
 from tests.shop.archive.conftest import TABLES, Place, by_hand
@@ -171,5 +171,5 @@ def test_a_number_of_an_outbox_belongs_to_its_login(shop: Place) -> None:
         assert archive.arrived(ours.outbox, [1, 2, 3]) == set()
         for number in range(1, 4):
             receipt = archive.put(made_delivery(number, ours, sequence=number))
-            assert receipt.answer is Answer.STORED
+            assert receipt.answer is Acknowledgement.STORED
         assert archive.last_sequence(ours.outbox) == 3

@@ -10,7 +10,7 @@ import pytest
 
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_shop.archive.records import MarkRow
-from ocmm_shop.archive.stores import VERSION, Answer
+from ocmm_shop.archive.stores import VERSION, Acknowledgement
 from tests.shop.archive.conftest import Place, by_hand
 from tests.shop.archive.made_jobs import content_of, made_delivery, made_record, made_sender
 
@@ -19,7 +19,7 @@ def test_a_job_comes_back_as_it_was_given(place: Place) -> None:
     with place.open() as archive:
         given = made_delivery(4)
         receipt = archive.put(given)
-        assert receipt.answer is Answer.STORED
+        assert receipt.answer is Acknowledgement.STORED
         assert abs(receipt.clock_off_s) < 60.0
         assert archive.record(receipt.job) == given.record
         assert archive.content(given.record.job.sha256) == content_of(4)
@@ -31,7 +31,7 @@ def test_a_delivery_arrives_once_however_often_it_is_sent(place: Place) -> None:
         again = archive.put(made_delivery(1))
         # A restored outbox gives the same job another number.
         renumbered = archive.put(made_delivery(1, sequence=77))
-        assert (again.answer, renumbered.answer) == (Answer.KNOWN, Answer.KNOWN)
+        assert (again.answer, renumbered.answer) == (Acknowledgement.KNOWN, Acknowledgement.KNOWN)
         assert first.job == again.job == renumbered.job
         assert archive.ask("SELECT count(*) FROM job").rows == ((1,),)
         assert archive.last_sequence(made_sender().outbox) == 77
@@ -53,7 +53,7 @@ def test_two_stations_of_one_name_are_told_and_one_may_replace_the_other(place: 
         with pytest.raises(StorageError, match="another computer as station 'Station 1'"):
             archive.put(made_delivery(2, other))
         archive.replace_computer("Station 1", other)
-        assert archive.put(made_delivery(2, other)).answer is Answer.STORED
+        assert archive.put(made_delivery(2, other)).answer is Acknowledgement.STORED
 
 
 def test_only_the_newest_version_of_a_job_is_seen(place: Place) -> None:

@@ -34,7 +34,7 @@ from ocmm_shop.archive.questions import (
     used,
 )
 from ocmm_shop.archive.records import MarkRow
-from ocmm_shop.archive.stores import VIEW_NAMES, Answer, SqlArchive, open_archive
+from ocmm_shop.archive.stores import VIEW_NAMES, Acknowledgement, SqlArchive, open_archive
 from ocmm_shop.archive.stores._schema import columns_of
 from ocmm_shop.recalls import ArchiveFinding, ShopPlaces, recall_archive
 from tests.host import amount
@@ -141,7 +141,7 @@ def act(archive: SqlArchive, path: Path) -> None:
         assert len(done.unread) + len(unread) == OTHERS + 1
         assert len(differences(archive, new)) >= OTHERS
     sent = made_delivery(60, made_sender("Station 2", 2), sequence=60)
-    assert archive.put(sent).answer is Answer.STORED
+    assert archive.put(sent).answer is Acknowledgement.STORED
 
 
 @pytest.mark.parametrize("table", TABLES)

@@ -18,8 +18,7 @@ from distributed import Client, Future
 from benchmarks.cluster_processes import ShopCluster
 from ocmm_core.cluster import Site, run_tasks
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_shop.cluster._contents import TaskContents
-from ocmm_shop.cluster._open_tasks import end_client
+from ocmm_shop.cluster._open_tasks import TaskContents, end_client
 from ocmm_shop.cluster._worker import do
 from tests.host import HANG_S, needs_package
 from tests.shop.cluster.cluster_work import (

@@ -1,5 +1,6 @@
-"""Commands of the window and of the inspector's keys, run in sequence on threads.
+"""Threads of the window: commands in sequence, and evaluation of the job at a limited rate.
 
+Commands come from the window, from the inspector's keys, and about the server for programs.
 The threads may wait for the job; the window does not.
 """
 
@@ -7,18 +8,20 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import threading
 import time
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 
 from ocmm_core.errors import MeasuringError
 from ocmm_core.export.report import ReportData
 from ocmm_core.inspection.evaluation import JobView, Probing
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import METHODS
-from ocmm_core.station import MeasuringStation
+from ocmm_core.settings import Settings
+from ocmm_core.station import MeasuringStation, ServiceState, StationService, start_service
 from ocmm_core.surroundings import TypedRoom
 from ocmm_gui.kit import active_feature
 from ocmm_gui.work import Failed, Worker
@@ -234,3 +237,104 @@ class ResultCommands:
 
     def report(self, done: Callable[[ReportData], None], failed: Failed) -> None:
         self._queue.ask(self._station.reports.data, done, failed)
+
+
+_SERVICE = "ippdme"
+
+
+class ServingCommands(QObject):
+    """Start and stop the server, pass on words of the operator, and watch its state."""
+
+    changed = Signal(object)
+    """Emits the `ServiceState`; None while no server runs."""
+
+    def __init__(self, station: MeasuringStation, queue: CommandQueue, parent: QObject) -> None:
+        super().__init__(parent)
+        self._station, self._queue = station, queue
+        self._service: StationService | None = None
+        self._shown: ServiceState | None = None
+
+    @property
+    def runs(self) -> bool:
+        return self._service is not None
+
+    def start(self, hand: Any, settings: Settings) -> str:
+        """Start the server with a job of its own; on a thread that may wait; OcmmError."""
+        self._service = start_service(_SERVICE, self._station, hand, settings)
+        return ""
+
+    def stop(self) -> None:
+        self._queue.do(self.close)
+
+    def operate(self, words: str) -> None:
+        """Send a word of the operator to the program."""
+        if self._service is not None:
+            self._service.operate(words)
+
+    def close(self) -> None:
+        service, self._service = self._service, None
+        if service is not None:
+            service.close()
+
+    def look(self) -> None:
+        """Emit the state if it has changed."""
+        state = None if self._service is None else self._service.state()
+        if state != self._shown:
+            self._shown = state
+            self.changed.emit(state)
+
+
+_PAUSE_S = 0.04
+"""Pause between evaluations, so that others get the job's lock."""
+
+
+class Evaluator:
+    """Evaluate the job after changes, once for simultaneous ones; ``failed`` gets exceptions."""
+
+    def __init__(
+        self,
+        evaluate: Callable[[], JobView],
+        tell: Callable[[JobView], None],
+        failed: Callable[[Exception], None],
+    ) -> None:
+        self._evaluate, self._tell, self._failed = evaluate, tell, failed
+        self._changed, self._stop = threading.Event(), threading.Event()
+        self._since: float | None = None
+        self._thread = threading.Thread(target=self._run, name="ocmm-evaluation", daemon=True)
+
+    def start(self) -> None:
+        if not self._thread.is_alive() and not self._stop.is_set():
+            self._thread.start()
+
+    def wake(self) -> None:
+        """Evaluate soon; returns at once."""
+        self._changed.set()
+
+    def busy_s(self) -> float:
+        """Return the duration of the current evaluation, s; zero if idle."""
+        since = self._since
+        return 0.0 if since is None else time.monotonic() - since
+
+    def close(self, limit_s: float) -> None:
+        """Stop after the current evaluation or the limit; idempotent."""
+        self._stop.set()
+        self._changed.set()
+        if self._thread.is_alive():
+            self._thread.join(max(limit_s, 0.0))
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            self._changed.wait()
+            self._changed.clear()
+            if self._stop.is_set():
+                return
+            self._since = time.monotonic()
+            try:
+                self._tell(self._evaluate())
+            except Exception as error:
+                # Otherwise the window would keep its outdated display.
+                if not self._stop.is_set():
+                    self._failed(error)
+            finally:
+                self._since = None
+            self._stop.wait(_PAUSE_S)
