@@ -11,10 +11,12 @@ slid into place, gives no number.
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import is_
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -37,13 +39,17 @@ from ocmm_core.geometry import Float, RigidTransform, unit
 from ocmm_core.inspection.evaluation._cache import EvaluationCache
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.evaluation._quarantine import (
+    SMALLEST_MM,
+    UsualScatter,
     commanding_among,
     is_examined,
-    scatters_of,
-    usual_scatter,
+    scatter_of,
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import MeasuredPoint, PartTemperature, reported_points
+from ocmm_core.tolerances.zones import Characteristic
+
+T = TypeVar("T")
 
 MAX_SLANT_DEG = 30.0
 """A point approached further off the direction of the plan is not compensated."""
@@ -100,6 +106,11 @@ class PlanFacts:
     """Geometry vectors (12,) of all features, by name."""
     constructions: Sequence[Construction]
     """Each after its inputs."""
+    names: tuple[str, ...]
+    single: tuple[str, ...]
+    """`names`, `single`: of the probed features, and of those that are single points."""
+    planes: Mapping[str, Set[str]]
+    """Names of a projected feature and of its plane, by its name."""
 
     @classmethod
     def of(cls, plan: Plan) -> PlanFacts:
@@ -108,6 +119,13 @@ class PlanFacts:
             plan.bound_alignment,
             nominal_geometries(plan.features, plan.constructions),
             in_order(plan.constructions),
+            tuple(item.name for item in plan.features),
+            tuple(item.name for item in plan.features if item.shape is Shape.POINT),
+            {
+                item.name: frozenset((item.name, item.projection))
+                for item in plan.features
+                if item.projection
+            },
         )
 
 
@@ -118,17 +136,73 @@ class Below:
     rests_on: Mapping[str, Sequence[str]]
     own: Mapping[str, Set[str]]
     """`rests_on`, `own`: All that it depends on, and those that it is about."""
+    asked: Mapping[str, Characteristic]
+    names: tuple[str, ...]
+    """`asked`, `names`: the characteristics by name, and their names in the order of the plan."""
+    reads: Mapping[str, Set[str]]
+    """As ``rests_on``, without order."""
 
     @classmethod
     def of(cls, plan: Plan) -> Below:
         bound, asked = plan.bound_alignment, plan.characteristics
+        rests_on = {item.name: plan.rests_on(item, bound) for item in asked}
         return cls(
-            {item.name: plan.rests_on(item, bound) for item in asked},
+            rests_on,
             {
                 item.name: frozenset(found for name in item.features for found in plan.probed(name))
                 for item in asked
             },
+            {item.name: item for item in asked},
+            tuple(rests_on),
+            {name: frozenset(below) for name, below in rests_on.items()},
         )
+
+
+@dataclass(frozen=True, slots=True)
+class Grouped(Generic[T]):
+    """Values of points by feature, tuples that stay the same objects while their feature does."""
+
+    points: Sequence[MeasuredPoint]
+    values: Sequence[T]
+    """`points`, `values`: of the job, in order."""
+    by_feature: Mapping[str, tuple[T, ...]]
+    owners: Mapping[int, str]
+    """Feature of each point, by its number."""
+
+    @classmethod
+    def of(
+        cls, points: Sequence[MeasuredPoint], values: Sequence[T], before: Grouped[T] | None
+    ) -> Grouped[T]:
+        """Return the values by feature; only those behind the first change are grouped anew."""
+        old = cls((), (), {}, {}) if before is None else before
+        first = min(_first_change(old.points, points), _first_change(old.values, values))
+        gone: Counter[str] = Counter(point.feature for point in old.points[first:])
+        new: defaultdict[str, list[T]] = defaultdict(list)
+        owners = dict(old.owners)
+        for point in old.points[first:]:
+            owners.pop(point.number, None)
+        for point, value in zip(points[first:], values[first:], strict=True):
+            new[point.feature].append(value)
+            owners[point.number] = point.feature
+        if len(owners) < len(points):
+            raise ValueError("two points have the same number")
+        found = dict(old.by_feature)
+        for name in gone.keys() | new.keys():
+            known = found.get(name, ())
+            own = (*known[: len(known) - gone[name]], *new[name])
+            if not own:
+                del found[name]
+            elif len(own) != len(known) or not all(map(is_, own, known)):
+                found[name] = own
+        return cls(points, values, found, owners)
+
+
+def _first_change(old: Sequence[object], new: Sequence[object]) -> int:
+    """Return the first index at which two sequences differ, or the length of the shorter one."""
+    return next(
+        (index for index, same in enumerate(map(is_, old, new)) if not same),
+        min(len(old), len(new)),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,20 +211,24 @@ class PointsByFeature:
 
     points: Mapping[str, tuple[MeasuredPoint, ...]]
     places: Mapping[str, tuple[int, ...]]
+    owners: Mapping[int, str]
+    """Feature of each index."""
 
     @classmethod
     def of(cls, points: Sequence[MeasuredPoint], places: Sequence[int]) -> PointsByFeature:
         """Return the points by feature; indices must be unique."""
-        if len(set(places)) < len(points):
+        owners = {place: point.feature for point, place in zip(points, places, strict=True)}
+        if len(owners) < len(points):
             raise ValueError("two points have the same number")
-        own: defaultdict[str, list[MeasuredPoint]] = defaultdict(list)
         numbers: defaultdict[str, list[int]] = defaultdict(list)
+        own: defaultdict[str, list[MeasuredPoint]] = defaultdict(list)
         for point, place in zip(points, places, strict=True):
             own[point.feature].append(point)
             numbers[point.feature].append(place)
         return cls(
             {name: tuple(found) for name, found in own.items()},
             {name: tuple(found) for name, found in numbers.items()},
+            owners,
         )
 
     def of_features(self, names: Sequence[str]) -> tuple[list[MeasuredPoint], list[int]]:
@@ -175,54 +253,77 @@ class FeatureGraph:
 
     def touched(self, points: Sequence[MeasuredPoint]) -> PointsByFeature:
         """Return stored points as reported, indexed by their numbers."""
-        part = self.options.climate.part
-        raw = PointsByFeature.of(points, [point.number for point in points])
+        cache, part = self.cache, self.options.climate.part
+        own = self.grouped("points", points, points)
+        raw = own.by_feature
         return PointsByFeature(
-            {name: self._reported(name, own, part) for name, own in raw.points.items()}, raw.places
+            cache.table("reported", (part,), (raw,), lambda name: self._reported(raw[name], part)),
+            cache.table("places", (), (raw,), lambda name: tuple(one.number for one in raw[name])),
+            own.owners,
         )
 
+    def grouped(self, key: str, points: Sequence[MeasuredPoint], values: Sequence[T]) -> Grouped[T]:
+        """Return values of the points by feature."""
+        points, values = tuple(points), tuple(values)
+        return self.cache.grown(("grouped", key), lambda before: Grouped.of(points, values, before))
+
     def _reported(
-        self, name: str, own: tuple[MeasuredPoint, ...], part: PartTemperature
+        self, own: tuple[MeasuredPoint, ...], part: PartTemperature
     ) -> tuple[MeasuredPoint, ...]:
-        return self.cache.known(
-            ("reported", name), (part, *own), lambda: tuple(reported_points(own, part))
-        )
+        return own if part.scale == 1.0 else tuple(reported_points(own, part))
 
     def features(self, touched: PointsByFeature) -> dict[str, ActualFeature | FitError]:
         """Return every feature of the plan, probed or constructed, or why it is unknown."""
-        actual = {item.name: self._fitted(item, touched) for item in self.plan.features}
+        facts, table = self.facts, self.cache.table
+        actual = dict(
+            table(
+                "feature", (self.plan,), (touched.points,),
+                lambda name: self._fitted(facts.by_name[name], touched),
+                names=facts.names, reads=facts.planes, below=(touched.points,),
+            )
+        )  # fmt: skip
         rule, known = self.plan.alignment, actual
         if rule is not None and any(name not in actual for name in rule.features):
             known = actual | self._constructed(actual, "of the frame")
         T_part_from_world = self.frame(known)
         if T_part_from_world is not None:
-            for item in self.plan.features:
-                if item.shape is Shape.POINT:
-                    actual[item.name] = self._compensated(item, touched, T_part_from_world)
-        for name, feature in actual.items():
-            if isinstance(feature, ActualFeature) and feature.fit.form > self.options.max_form:
-                actual[name] = self._scattered(name, feature)
+            actual |= table(
+                "point", (self.plan, T_part_from_world), (touched.points,),
+                lambda name: self._compensated(facts.by_name[name], touched, T_part_from_world),
+                names=facts.single,
+            )  # fmt: skip
+        found = actual
+        actual = dict(
+            table(
+                "checked", (self.plan, self.options), (found,),
+                lambda name: self._checked(name, found[name]), names=facts.names,
+            )
+        )  # fmt: skip
         # Projections onto a suspect plane are suspect.
-        for nominal in self.plan.features:
-            plane = actual.get(nominal.projection)
+        for name in facts.planes:
+            plane = actual.get(facts.by_name[name].projection)
             if isinstance(plane, FitError):
-                actual[nominal.name] = plane
+                actual[name] = plane
         return actual | self._constructed(actual, "constructed")
 
     def commanding(self, touched: PointsByFeature, actual: Found) -> dict[str, CommandingPoints]:
         """Return the points that command the fit of a probed feature, by its name."""
-        scatters = scatters_of(actual)
+        sizes = self.cache.table("scatter", (), (actual,), lambda name: scatter_of(actual[name]))
+        scatters = {name: size for name, size in sizes.items() if size is not None}
+        usual = UsualScatter(scatters)
         found: dict[str, CommandingPoints | None] = {}
-        for item in self.plan.features:
-            own, plane = touched.points.get(item.name), actual.get(item.projection)
-            if own is None or not is_examined(item, scatters, plane):
+        for name, own in touched.points.items():
+            if scatters.get(name, np.inf) <= SMALLEST_MM or name not in self.facts.by_name:
                 continue
-            usual = usual_scatter(item.name, scatters)
-            found[item.name] = self.cache.known(
-                ("commanding", item.name),
-                (item, plane, usual, *own),
-                partial(commanding_among, item, own, plane, usual),
-            )
+            item = self.facts.by_name[name]
+            plane = actual.get(item.projection)
+            if is_examined(item, scatters, plane):
+                step = usual.of(name)
+                found[name] = self.cache.known(
+                    ("commanding", name),
+                    (item, plane, step, *own),
+                    partial(commanding_among, item, own, plane, step),
+                )
         return {name: one for name, one in found.items() if one is not None}
 
     def frame(self, actual: Found) -> RigidTransform | None:
@@ -287,7 +388,9 @@ class FeatureGraph:
             lambda: constructed_features([item], below, self.facts.nominals)[item.name],
         )
 
-    def _scattered(self, name: str, feature: ActualFeature) -> FitError:
+    def _checked(self, name: str, feature: ActualFeature | FitError) -> ActualFeature | FitError:
+        if isinstance(feature, FitError) or feature.fit.form <= self.options.max_form:
+            return feature
         return self.cache.known(("scattered", name), (feature,), lambda: _scattered(feature))
 
 
