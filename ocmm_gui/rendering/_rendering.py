@@ -20,6 +20,7 @@ from ocmm_gui.rendering import _line_kernel, _raster_kernel
 from ocmm_gui.rendering._canvas import Canvas, Colours, Depths, FaceNumbers, Flags, Pixmap, Shades
 from ocmm_gui.rendering._line_kernel import (
     blend_polygon,
+    draw_discs,
     draw_lines,
     draw_outline,
     draw_segments,
@@ -282,6 +283,37 @@ def draw_bundles(canvas: Canvas, bundles: Sequence[Bundle], bias: float, hidden:
         np.array([bundle.half_px for bundle in bundles]),
         np.array([_number(bundle.colour) for bundle in bundles], dtype=np.int32),
         hidden, bias, canvas.depth, canvas.image,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Marks:
+    """Round marks in the order of painting, see `draw_discs`."""
+
+    places: Float
+    radii: Float
+    colours: FaceNumbers
+    rims: FaceNumbers
+
+    @classmethod
+    def of(cls, parts: Sequence[tuple[Float, float, str, str]]) -> Marks:
+        """Return marks of several styles: places (n, 3), radius, px, colour, and outline or ""."""
+        counts = [len(places) for places, *_ in parts]
+        return cls(
+            np.concatenate([np.empty((0, 3)), *(places for places, *_ in parts)]),
+            np.repeat(np.array([radius for _, radius, _, _ in parts]), counts),
+            np.repeat(np.array([_number(one) for _, _, one, _ in parts], np.int32), counts),
+            np.repeat(
+                np.array([_number(rim) if rim else -1 for *_, rim in parts], np.int32), counts
+            ),
+        )
+
+
+def draw_marks(canvas: Canvas, marks: Marks, rim_px: float, bias: float, hidden: float) -> None:
+    """Draw marks over a part, outlines ``rim_px`` wide; arguments as `draw_bundles`."""
+    draw_discs(
+        marks.places, marks.radii, marks.colours, marks.rims, 0.5 * rim_px, hidden, bias,
+        canvas.depth, canvas.image,
     )  # fmt: skip
 
 

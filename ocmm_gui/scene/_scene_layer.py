@@ -8,20 +8,27 @@ once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from operator import is_
 from time import perf_counter
 
 import numpy as np
-from PySide6.QtCore import QObject, QPointF, QRectF, QSize, QTimer, Signal
+from PySide6.QtCore import QObject, QPointF, QRectF, QTimer, Signal
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
 from ocmm_core.geometry import Float
-from ocmm_gui.rendering import Bundle, Canvas, RenderMode, blend_flat, draw_bundles
-from ocmm_gui.scene._part_scene import PartScene
-from ocmm_gui.scene._scene import Face, Item, Lines, Orbit
-from ocmm_gui.scene._scene_painter import Depth, ScenePainter
+from ocmm_gui.rendering import (
+    Bundle,
+    Canvas,
+    Marks,
+    RenderMode,
+    blend_flat,
+    draw_bundles,
+    draw_marks,
+)
+from ocmm_gui.scene._part_scene import StillScene
+from ocmm_gui.scene._scene import Dots, Face, Item, Lines
+from ocmm_gui.scene._scene_painter import RIM_PX, Depth, ScenePainter
 
 _SLICE_S = 0.012
 """One frame at a refresh rate of 80 Hz."""
@@ -36,52 +43,6 @@ _ITEM_PX = 3.0
 """Depth tolerance at the rim for lines and marks on the part seen at 70 degrees."""
 _THROUGH = 0.5
 """Opacity of items behind a transparent part."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class StillScene:
-    """Immutable scene; compared by identity."""
-
-    items: tuple[Item, ...]
-    orbit: Orbit
-    size: QSize
-    ratio: float
-    """`size`, `ratio`: picture, px of the window, and screen pixels per window pixel."""
-    background: str
-    part: PartScene | None = None
-    """Part that may hide items; None for none."""
-    below: StillScene | None = None
-    """Scene of the same view and part whose lines and marks are painted below and cached: its items
-    change less often. None for none."""
-
-    def is_seen_as(self, other: StillScene) -> bool:
-        """Return whether view, picture size and background are equal: labels depend on all."""
-        same = self.size == other.size and self.ratio == other.ratio
-        return same and self.orbit is other.orbit and self.background == other.background
-
-    def has_part_of(self, other: StillScene) -> bool:
-        """Return whether the part looks the same in both."""
-        return self.part is not None and self.part is other.part and self.is_seen_as(other)
-
-
-class SceneCache:
-    """Returns the same scene for unchanged inputs, for comparison by identity."""
-
-    def __init__(self) -> None:
-        self.scene: StillScene | None = None
-        self._made_of: tuple[object, ...] = ()
-
-    def made(
-        self, things: tuple[object, ...], values: tuple[object, ...], make: Callable[[], StillScene]
-    ) -> StillScene:
-        """Return the scene, remade if ``things`` (by identity) or ``values`` have changed."""
-        made_of = (*things, *values)
-        count = len(things)
-        same = len(made_of) == len(self._made_of) and all(map(is_, things, self._made_of[:count]))
-        if self.scene is None or not same or values != self._made_of[count:]:
-            self.scene = make()
-            self._made_of = made_of
-        return self.scene
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,9 +98,10 @@ class _Drawing:
         self.is_done = next(self._steps, True)
 
     def _paint(self) -> Iterator[bool]:
-        """Paint part, faces, what lies below, and the items; yield False after each slice."""
+        """Paint part, faces, lines, dots and other marks; yield False after each slice."""
         scene, canvas = self.scene, self.canvas
         if scene.part is None:
+            canvas.clear()
             self.image.fill(QColor(scene.background))
         elif not self._canvases.has_part(scene, canvas):
             part = scene.part.rendering(scene.orbit, scene.size, canvas, self._scale)
@@ -147,57 +109,40 @@ class _Drawing:
                 yield False
             self._canvases.keep_part(scene, canvas)
         self._is_seen = True
+        bias = 0.0
         if scene.part is not None:
             px_mm = 2.0 * scene.orbit.radius / min(canvas.width, canvas.height)
             bias = _ITEM_PX * px_mm + scene.part.slack_mm
             self._depth = Depth(canvas, self._scale, bias)
-        below = () if scene.below is None else scene.below.items
-        faces = [item for item in (*below, *scene.items) if isinstance(item, Face)]
-        if self._depth is None:
-            yield from self._paint_marks(faces, self.image)
-        else:
-            self._blend(faces, self._depth)
-        if scene.below is not None:
-            yield from self._paint_below(scene.below)
-        yield from self._paint_items(scene.items, canvas, self.image)
-
-    def _paint_below(self, below: StillScene) -> Iterator[bool]:
-        """Paint its lines and marks: the first time at once, then as a picture that is kept."""
-        canvases, canvas = self._canvases, self.canvas
-        lain = canvases.lain_over(below)
-        if lain is None and (self.is_moving or not canvases.is_repeated(below)):
-            yield from self._paint_items(below.items, canvas, self.image)
-            return
-        if lain is None:
-            lain = canvases.new_over(canvas)
-            image = _image_of(lain, self._scale, opaque=False)
-            yield from self._paint_items(below.items, lain, image)
-            canvases.keep_over(below, lain)
-        painter = QPainter(self.image)
-        painter.drawImage(QPointF(), _image_of(lain, self._scale, opaque=False))
-        painter.end()
-
-    def _paint_items(self, items: Sequence[Item], canvas: Canvas, image: QImage) -> Iterator[bool]:
-        """Paint lines, then marks and labels."""
-        items = [item for item in items if not isinstance(item, Face)]
-        if self._depth is not None:
-            self._draw_lines(items, canvas, self._depth)
-            items = [item for item in items if not isinstance(item, Lines)]
-        yield from self._paint_marks(items, image)
-
-    def _paint_marks(self, items: Sequence[Item], image: QImage) -> Iterator[bool]:
-        scene = self.scene
-        left = ScenePainter(
-            items, scene.orbit, self._box, self._font, scene.background,
-            depth=self._depth, ghost=self._hidden(),
-        )  # fmt: skip
-        done = False
-        while not done:
-            painter = QPainter(image)
-            done = left.paint(painter, self._until)
+        below = scene.below
+        items = scene.items if below is None else (*below.items, *scene.items)
+        self._blend([item for item in items if isinstance(item, Face)], bias)
+        dots = [] if below is None else [self._paint_below(below, bias)]
+        if perf_counter() > self._until:
+            yield False
+        self._draw_lines(scene.items, canvas, bias)
+        for marks in (*dots, self._marks(scene.items)):
+            draw_marks(canvas, marks, RIM_PX * self._scale, bias, self._hidden())
+        if rest := [item for item in items if not isinstance(item, Face | Lines | Dots)]:
+            painter = QPainter(self.image)
+            ScenePainter(
+                rest, scene.orbit, self._box, self._font, scene.background,
+                depth=self._depth, ghost=self._hidden(),
+            ).paint(painter)  # fmt: skip
             painter.end()
-            if not done or perf_counter() > self._until:
-                yield False
+
+    def _paint_below(self, below: StillScene, bias: float) -> Marks:
+        """Paint its lines, as a picture that is kept; return its dots."""
+        canvases = self._canvases
+        kept = canvases.lain_over(below)
+        if kept is None:
+            lain = canvases.new_over(self.canvas)
+            self._draw_lines(below.items, lain, bias)
+            kept = canvases.keep_over(below, lain, self._marks(below.items))
+        painter = QPainter(self.image)
+        painter.drawImage(QPointF(), _image_of(kept[0], self._scale, opaque=False))
+        painter.end()
+        return kept[1]
 
     def _pixels(self, places: Float) -> Float:
         size = self.scene.size
@@ -205,18 +150,38 @@ class _Drawing:
         pixels: Float = projection.apply(places) * np.array([self._scale, self._scale, 1.0])
         return pixels
 
-    def _blend(self, faces: Sequence[Face], depth: Depth) -> None:
-        for face in faces:
-            corners = self._pixels(face.corners)
-            blend_flat(self.canvas, corners, face.colour, face.alpha / 255.0, depth.bias)
+    def _blend(self, faces: Sequence[Face], bias: float) -> None:
+        corners = [self._pixels(face.corners) for face in faces]
+        # Translucent: the farthest first.
+        heights = [float(places[:, 2].mean()) for places in corners]
+        for k in np.argsort(heights, kind="stable"):
+            blend_flat(self.canvas, corners[k], faces[k].colour, faces[k].alpha / 255.0, bias)
 
-    def _draw_lines(self, items: Sequence[Item], canvas: Canvas, depth: Depth) -> None:
+    def _draw_lines(self, items: Sequence[Item], canvas: Canvas, bias: float) -> None:
+        lines = [item for item in items if isinstance(item, Lines) and len(item.segments)]
+        if not lines:
+            return
+        places = self._pixels(np.concatenate([item.segments for item in lines]))
+        ends = np.cumsum([len(item.segments) for item in lines])
         bundles = [
-            Bundle(self._pixels(item.segments), 0.5 * self._scale * item.width, item.colour)
-            for item in items
-            if isinstance(item, Lines) and len(item.segments)
+            Bundle(own, 0.5 * self._scale * item.width, item.colour)
+            for own, item in zip(np.split(places, ends[:-1]), lines, strict=True)
         ]
-        draw_bundles(canvas, bundles, depth.bias, self._hidden())
+        draw_bundles(canvas, bundles, bias, self._hidden())
+
+    def _marks(self, items: Sequence[Item]) -> Marks:
+        """Return the dots, each item's from far to near, in the order of the items."""
+        dots = [item for item in items if isinstance(item, Dots) and len(item.points)]
+        places = self._pixels(np.concatenate([np.empty((0, 3)), *(item.points for item in dots)]))
+        ends = np.cumsum([len(item.points) for item in dots])
+        own = np.split(places, ends[:-1]) if dots else []
+        return Marks.of(
+            [
+                (part[np.argsort(part[:, 2])], 0.5 * self._scale * item.size, item.colour,
+                 item.outline)
+                for part, item in zip(own, dots, strict=True)
+            ]
+        )  # fmt: skip
 
     def _hidden(self) -> float:
         """Return the opacity of items hidden by the part, 0 to 1."""
@@ -230,8 +195,7 @@ class _Canvases:
     def __init__(self) -> None:
         self._free: list[Canvas] = []
         self._part: tuple[StillScene, Canvas] | None = None
-        self._over: tuple[StillScene, Canvas] | None = None
-        self._below: StillScene | None = None
+        self._over: tuple[StillScene, Canvas, Marks] | None = None
 
     def keep_part(self, scene: StillScene, canvas: Canvas) -> None:
         """Cache a static part without the items drawn over it."""
@@ -255,14 +219,9 @@ class _Canvases:
         canvas.copy_from(kept[1])
         return True
 
-    def is_repeated(self, below: StillScene) -> bool:
-        """Return whether the scene below was the same the last time."""
-        before, self._below = self._below, below
-        return before is below
-
-    def lain_over(self, below: StillScene) -> Canvas | None:
-        """Return the cached lines and marks of the scene below; None without."""
-        return None if self._over is None or self._over[0] is not below else self._over[1]
+    def lain_over(self, below: StillScene) -> tuple[Canvas, Marks] | None:
+        """Return the cached lines and dots of the scene below; None without."""
+        return None if self._over is None or self._over[0] is not below else self._over[1:]
 
     def new_over(self, part: Canvas) -> Canvas:
         """Return a transparent picture with the depths of a part, in memory that is free."""
@@ -274,9 +233,10 @@ class _Canvases:
         over.image.fill(0)
         return over
 
-    def keep_over(self, below: StillScene, over: Canvas) -> None:
-        """Cache lines and marks of the scene below."""
-        self._over = (below, over)
+    def keep_over(self, below: StillScene, over: Canvas, marks: Marks) -> tuple[Canvas, Marks]:
+        """Cache lines and dots of the scene below, and return them."""
+        self._over = (below, over, marks)
+        return over, marks
 
     def take(self, width: int, height: int) -> Canvas:
         for canvas in self._free:

@@ -12,11 +12,15 @@ if no row changed, are the same object, so that readers notice at once what chan
 
 from __future__ import annotations
 
+from collections import Counter, defaultdict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import partial
+from operator import is_
 from types import MappingProxyType
 from typing import Generic, TypeVar, cast
+
+from ocmm_core.measuring import MeasuredPoint
 
 T = TypeVar("T")
 V = TypeVar("V")
@@ -182,6 +186,53 @@ class _Table:
             and len(self.sources) == n_sources
             and all(map(_is_equal, inputs, self.inputs))
         )
+
+
+@dataclass(frozen=True, slots=True)
+class Grouped(Generic[T]):
+    """Values of points by feature, tuples that stay the same objects while their feature does."""
+
+    points: Sequence[MeasuredPoint]
+    values: Sequence[T]
+    """`points`, `values`: of the job, in order."""
+    by_feature: Mapping[str, tuple[T, ...]]
+    owners: Mapping[int, str]
+    """Feature of each point, by its number."""
+
+    @classmethod
+    def of(
+        cls, points: Sequence[MeasuredPoint], values: Sequence[T], before: Grouped[T] | None
+    ) -> Grouped[T]:
+        """Return the values by feature; only those behind the first change are grouped anew."""
+        old = cls((), (), {}, {}) if before is None else before
+        first = min(_first_change(old.points, points), _first_change(old.values, values))
+        gone: Counter[str] = Counter(point.feature for point in old.points[first:])
+        new: defaultdict[str, list[T]] = defaultdict(list)
+        owners = dict(old.owners)
+        for point in old.points[first:]:
+            owners.pop(point.number, None)
+        for point, value in zip(points[first:], values[first:], strict=True):
+            new[point.feature].append(value)
+            owners[point.number] = point.feature
+        if len(owners) < len(points):
+            raise ValueError("two points have the same number")
+        found = dict(old.by_feature)
+        for name in gone.keys() | new.keys():
+            known = found.get(name, ())
+            own = (*known[: len(known) - gone[name]], *new[name])
+            if not own:
+                del found[name]
+            elif len(own) != len(known) or not all(map(is_, own, known)):
+                found[name] = own
+        return cls(points, values, found, owners)
+
+
+def _first_change(old: Sequence[object], new: Sequence[object]) -> int:
+    """Return the first index at which two sequences differ, or the length of the shorter one."""
+    return next(
+        (index for index, same in enumerate(map(is_, old, new)) if not same),
+        min(len(old), len(new)),
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,12 +11,11 @@ slid into place, gives no number.
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
-from operator import is_
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -36,7 +35,7 @@ from ocmm_core.features.measured import (
 )
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
-from ocmm_core.inspection.evaluation._cache import EvaluationCache
+from ocmm_core.inspection.evaluation._cache import EvaluationCache, Grouped
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.evaluation._quarantine import (
     SMALLEST_MM,
@@ -159,53 +158,6 @@ class Below:
 
 
 @dataclass(frozen=True, slots=True)
-class Grouped(Generic[T]):
-    """Values of points by feature, tuples that stay the same objects while their feature does."""
-
-    points: Sequence[MeasuredPoint]
-    values: Sequence[T]
-    """`points`, `values`: of the job, in order."""
-    by_feature: Mapping[str, tuple[T, ...]]
-    owners: Mapping[int, str]
-    """Feature of each point, by its number."""
-
-    @classmethod
-    def of(
-        cls, points: Sequence[MeasuredPoint], values: Sequence[T], before: Grouped[T] | None
-    ) -> Grouped[T]:
-        """Return the values by feature; only those behind the first change are grouped anew."""
-        old = cls((), (), {}, {}) if before is None else before
-        first = min(_first_change(old.points, points), _first_change(old.values, values))
-        gone: Counter[str] = Counter(point.feature for point in old.points[first:])
-        new: defaultdict[str, list[T]] = defaultdict(list)
-        owners = dict(old.owners)
-        for point in old.points[first:]:
-            owners.pop(point.number, None)
-        for point, value in zip(points[first:], values[first:], strict=True):
-            new[point.feature].append(value)
-            owners[point.number] = point.feature
-        if len(owners) < len(points):
-            raise ValueError("two points have the same number")
-        found = dict(old.by_feature)
-        for name in gone.keys() | new.keys():
-            known = found.get(name, ())
-            own = (*known[: len(known) - gone[name]], *new[name])
-            if not own:
-                del found[name]
-            elif len(own) != len(known) or not all(map(is_, own, known)):
-                found[name] = own
-        return cls(points, values, found, owners)
-
-
-def _first_change(old: Sequence[object], new: Sequence[object]) -> int:
-    """Return the first index at which two sequences differ, or the length of the shorter one."""
-    return next(
-        (index for index, same in enumerate(map(is_, old, new)) if not same),
-        min(len(old), len(new)),
-    )
-
-
-@dataclass(frozen=True, slots=True)
 class PointsByFeature:
     """Points of a job by feature, as reported, and their indices in rows of jacobians."""
 
@@ -278,7 +230,7 @@ class FeatureGraph:
         actual = dict(
             table(
                 "feature", (self.plan,), (touched.points,),
-                lambda name: self._fitted(facts.by_name[name], touched),
+                lambda name: self._fitted(name, touched),
                 names=facts.names, reads=facts.planes, below=(touched.points,),
             )
         )  # fmt: skip
@@ -289,14 +241,14 @@ class FeatureGraph:
         if T_part_from_world is not None:
             actual |= table(
                 "point", (self.plan, T_part_from_world), (touched.points,),
-                lambda name: self._compensated(facts.by_name[name], touched, T_part_from_world),
+                lambda name: self._compensated(name, touched, T_part_from_world),
                 names=facts.single,
             )  # fmt: skip
         found = actual
         actual = dict(
             table(
                 "checked", (self.plan, self.options), (found,),
-                lambda name: self._checked(name, found[name]), names=facts.names,
+                lambda name: _checked(found[name], self.options.max_form), names=facts.names,
             )
         )  # fmt: skip
         # Projections onto a suspect plane are suspect.
@@ -350,28 +302,19 @@ class FeatureGraph:
             ("alignment", choice), (bound,), lambda: replace(bound, choice=choice)
         )
 
-    def _fitted(
-        self, nominal: NominalFeature, touched: PointsByFeature
-    ) -> ActualFeature | FitError:
-        names = [name for name in (nominal.projection, nominal.name) if name]
+    def _fitted(self, name: str, touched: PointsByFeature) -> ActualFeature | FitError:
+        by_name = self.facts.by_name
+        names = [one for one in (by_name[name].projection, name) if one]
         points, places = touched.of_features(names)
-
-        def made() -> ActualFeature | FitError:
-            known = [self.facts.by_name[name] for name in names if name in self.facts.by_name]
-            return actual_features(known, points, places)[nominal.name]
-
-        # The plan is an input because it contains the plane of projection.
-        return self.cache.known(("feature", nominal.name), (self.plan, nominal, *points), made)
+        known = [by_name[one] for one in names if one in by_name]
+        return actual_features(known, points, places)[name]
 
     def _compensated(
-        self, nominal: NominalFeature, touched: PointsByFeature, T_part_from_world: RigidTransform
+        self, name: str, touched: PointsByFeature, T_part_from_world: RigidTransform
     ) -> ActualFeature | FitError:
-        points, places = touched.of_features([nominal.name])
-        return self.cache.known(
-            ("point", nominal.name),
-            (nominal, T_part_from_world, *points),
-            lambda: compensate_by_plan([nominal], points, T_part_from_world, places)[nominal.name],
-        )
+        points, places = touched.of_features([name])
+        nominal = self.facts.by_name[name]
+        return compensate_by_plan([nominal], points, T_part_from_world, places)[name]
 
     def _constructed(self, actual: Found, stage: str) -> dict[str, ActualFeature | FitError]:
         known: dict[str, ActualFeature | FitError] = dict(actual)
@@ -388,11 +331,6 @@ class FeatureGraph:
             lambda: constructed_features([item], below, self.facts.nominals)[item.name],
         )
 
-    def _checked(self, name: str, feature: ActualFeature | FitError) -> ActualFeature | FitError:
-        if isinstance(feature, FitError) or feature.fit.form <= self.options.max_form:
-            return feature
-        return self.cache.known(("scattered", name), (feature,), lambda: _scattered(feature))
-
 
 def part_frame_of(bound: BoundAlignment | None, actual: Found) -> RigidTransform | None:
     """Return the part frame; None while its datums are not measured, or without an alignment."""
@@ -402,7 +340,9 @@ def part_frame_of(bound: BoundAlignment | None, actual: Found) -> RigidTransform
         return None
 
 
-def _scattered(feature: ActualFeature) -> FitError:
+def _checked(feature: ActualFeature | FitError, max_form: float) -> ActualFeature | FitError:
+    if isinstance(feature, FitError) or feature.fit.form <= max_form:
+        return feature
     worst = feature.numbers[int(np.argmax(np.abs(feature.fit.residuals)))]
     return FitError(
         "session.form",

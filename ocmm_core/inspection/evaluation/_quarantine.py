@@ -56,29 +56,7 @@ def outliers(feature: ActualFeature) -> tuple[int, ...]:
     return tuple(feature.numbers[row] for row in rows)
 
 
-def commanding(
-    nominal: NominalFeature,
-    points: Sequence[MeasuredPoint],
-    actual: Mapping[str, ActualFeature | FitError],
-) -> CommandingPoints | None:
-    """Return the points of a probed feature that command its fit, or prevent it; or None.
-
-    ``actual``, all features: the plane it is projected onto, and the scatter to be expected.
-    """
-    scatters = scatters_of(actual)
-    plane = actual.get(nominal.projection)
-    if not is_examined(nominal, scatters, plane):
-        return None
-    return commanding_among(nominal, points, plane, UsualScatter(scatters).of(nominal.name))
-
-
 _Found = ActualFeature | FitError
-
-
-def scatters_of(actual: Mapping[str, _Found]) -> dict[str, float]:
-    """Return the rms of the residuals of probed features by name, mm."""
-    sizes = ((name, scatter_of(one)) for name, one in actual.items())
-    return {name: size for name, size in sizes if size is not None}
 
 
 def scatter_of(one: _Found) -> float | None:

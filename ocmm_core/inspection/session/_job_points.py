@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import copy
 import re
-from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -188,7 +187,7 @@ class JobPoints:
 
     def snapshot(self) -> JobPoints:
         """Return a copy for concurrent reading."""
-        self.all_deleted()
+        self.all_deleted()  # Once for all copies.
         twin = copy.copy(self)
         vars(twin).update(
             counting=list(self.counting),
@@ -202,8 +201,7 @@ class JobPoints:
         """Return those of the points that count, in order; errors of ``reference``."""
         if self._in_order is not None:
             return self._in_order
-        # Sensitivities depend only on the number: rows never change, nor do cameras and body of a
-        # session.
+        # They depend only on the number: rows, cameras and body never change in a session.
         new = [point for point in self.counting if point.number not in self._sensitivities]
         found = reference.sensitivities([(point.spots, point.reference_spots) for point in new])
         self._sensitivities |= {p.number: one for p, one in zip(new, found, strict=True)}
@@ -213,14 +211,10 @@ class JobPoints:
     @property
     def last_number(self) -> int:
         """Return the largest number of a point that counts; zero without any."""
-        # Numbers are given in the order of points.
         return self.counting[-1].number if self.counting else 0
 
     def count(self, feature: str) -> int:
         return sum(point.feature == feature for point in self.counting)
-
-    def counts(self) -> dict[str, int]:
-        return Counter(point.feature for point in self.counting)
 
     def of(self, feature: str) -> list[MeasuredPoint]:
         return [point for point in self.counting if point.feature == feature]
