@@ -27,7 +27,9 @@ _MARK_PX = 3.0
 _DETOUR = 0.4
 """Cost of one ring farther, relative to covering a mark."""
 
-_DETOURS = _DETOUR * np.repeat(np.arange(1 + len(_RINGS_PX)), (4, *(_TURN for _ in _RINGS_PX)))
+_DETOURS: Float = _DETOUR * np.repeat(
+    np.arange(1 + len(_RINGS_PX)), (4, *(_TURN for _ in _RINGS_PX))
+)
 _CELL_PX = 2.0
 """Marks are counted in cells of this size: a sum over any area is four of their running sums."""
 LEADER_PX = 14.0
@@ -196,7 +198,7 @@ class StandingLabels:
         self._size = QSizeF()
         self._shown: list[PlacedLabel] = []
         self._edges: Float = np.empty((0, 4))
-        self._pictures: dict[int, tuple[PlacedLabel, QPointF, QPixmap]] = {}
+        self._pictures: dict[int, tuple[PlacedLabel, tuple[QPointF, QPixmap] | None]] = {}
         self._look: tuple[object, ...] = ()
 
     def placed(
@@ -262,8 +264,15 @@ class StandingLabels:
                 continue
             known = self._pictures.get(id(one))
             if known is None or known[0] is not one:
-                known = self._pictures[id(one)] = (one, *_picture(one, font, halo, at, ratio))
-            painter.drawPixmap(known[1], known[2])
+                # A label of a moving view is painted once: its picture would take longer.
+                self._pictures[id(one)] = (one, None)
+                paint_label(painter, one, font, halo)
+                continue
+            picture = known[1]
+            if picture is None:
+                picture = _picture(one, font, halo, at, ratio)
+                self._pictures[id(one)] = (one, picture)
+            painter.drawPixmap(*picture)
 
 
 def _edges_of(labels: Sequence[PlacedLabel]) -> Float:

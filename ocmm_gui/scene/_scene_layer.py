@@ -17,15 +17,7 @@ from PySide6.QtCore import QObject, QPointF, QRectF, QTimer, Signal
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
 from ocmm_core.geometry import Float
-from ocmm_gui.rendering import (
-    Bundle,
-    Canvas,
-    Marks,
-    RenderMode,
-    blend_flat,
-    draw_bundles,
-    draw_marks,
-)
+from ocmm_gui.rendering import Canvas, RenderMode, Wires, blend_flat
 from ocmm_gui.scene._part_scene import StillScene
 from ocmm_gui.scene._scene import Dots, Face, Item, Lines
 from ocmm_gui.scene._scene_painter import RIM_PX, Depth, ScenePainter
@@ -117,12 +109,16 @@ class _Drawing:
         below = scene.below
         items = scene.items if below is None else (*below.items, *scene.items)
         self._blend([item for item in items if isinstance(item, Face)], bias)
-        dots = [] if below is None else [self._paint_below(below, bias)]
+        drawn = [self._canvases.wires(scene.items)]
+        style = (self._pixels, self._scale, bias, self._hidden())
+        if below is not None:
+            drawn.insert(0, self._canvases.wires(below.items))
+            self._lay_lines(below, drawn[0], bias)
         if perf_counter() > self._until:
             yield False
-        self._draw_lines(scene.items, canvas, bias)
-        for marks in (*dots, self._marks(scene.items)):
-            draw_marks(canvas, marks, RIM_PX * self._scale, bias, self._hidden())
+        drawn[-1].draw_lines(canvas, *style)
+        for wires in drawn:
+            wires.draw_dots(canvas, *style, RIM_PX)
         if rest := [item for item in items if not isinstance(item, Face | Lines | Dots)]:
             painter = QPainter(self.image)
             ScenePainter(
@@ -131,18 +127,16 @@ class _Drawing:
             ).paint(painter)  # fmt: skip
             painter.end()
 
-    def _paint_below(self, below: StillScene, bias: float) -> Marks:
-        """Paint its lines, as a picture that is kept; return its dots."""
-        canvases = self._canvases
-        kept = canvases.lain_over(below)
-        if kept is None:
-            lain = canvases.new_over(self.canvas)
-            self._draw_lines(below.items, lain, bias)
-            kept = canvases.keep_over(below, lain, self._marks(below.items))
+    def _lay_lines(self, below: StillScene, wires: Wires, bias: float) -> None:
+        """Paint the lines of the scene below from a picture that is kept."""
+        lain = self._canvases.lain_over(below)
+        if lain is None:
+            lain = self._canvases.new_over(self.canvas)
+            wires.draw_lines(lain, self._pixels, self._scale, bias, self._hidden())
+            self._canvases.keep_over(below, lain)
         painter = QPainter(self.image)
-        painter.drawImage(QPointF(), _image_of(kept[0], self._scale, opaque=False))
+        painter.drawImage(QPointF(), _image_of(lain, self._scale, opaque=False))
         painter.end()
-        return kept[1]
 
     def _pixels(self, places: Float) -> Float:
         size = self.scene.size
@@ -157,32 +151,6 @@ class _Drawing:
         for k in np.argsort(heights, kind="stable"):
             blend_flat(self.canvas, corners[k], faces[k].colour, faces[k].alpha / 255.0, bias)
 
-    def _draw_lines(self, items: Sequence[Item], canvas: Canvas, bias: float) -> None:
-        lines = [item for item in items if isinstance(item, Lines) and len(item.segments)]
-        if not lines:
-            return
-        places = self._pixels(np.concatenate([item.segments for item in lines]))
-        ends = np.cumsum([len(item.segments) for item in lines])
-        bundles = [
-            Bundle(own, 0.5 * self._scale * item.width, item.colour)
-            for own, item in zip(np.split(places, ends[:-1]), lines, strict=True)
-        ]
-        draw_bundles(canvas, bundles, bias, self._hidden())
-
-    def _marks(self, items: Sequence[Item]) -> Marks:
-        """Return the dots, each item's from far to near, in the order of the items."""
-        dots = [item for item in items if isinstance(item, Dots) and len(item.points)]
-        places = self._pixels(np.concatenate([np.empty((0, 3)), *(item.points for item in dots)]))
-        ends = np.cumsum([len(item.points) for item in dots])
-        own = np.split(places, ends[:-1]) if dots else []
-        return Marks.of(
-            [
-                (part[np.argsort(part[:, 2])], 0.5 * self._scale * item.size, item.colour,
-                 item.outline)
-                for part, item in zip(own, dots, strict=True)
-            ]
-        )  # fmt: skip
-
     def _hidden(self) -> float:
         """Return the opacity of items hidden by the part, 0 to 1."""
         part = self.scene.part
@@ -195,7 +163,21 @@ class _Canvases:
     def __init__(self) -> None:
         self._free: list[Canvas] = []
         self._part: tuple[StillScene, Canvas] | None = None
-        self._over: tuple[StillScene, Canvas, Marks] | None = None
+        self._over: tuple[StillScene, Canvas] | None = None
+        self._wires: list[tuple[tuple[Item, ...], Wires]] = []
+
+    def wires(self, items: tuple[Item, ...]) -> Wires:
+        """Return lines and dots as arrays; those of the last two scenes are kept."""
+        found = next((wires for known, wires in self._wires if known is items), None)
+        if found is None:
+            lines = [one for one in items if isinstance(one, Lines) and len(one.segments)]
+            dots = [one for one in items if isinstance(one, Dots) and len(one.points)]
+            found = Wires(
+                [(one.segments, one.width, one.colour) for one in lines],
+                [(one.points, one.size, one.colour, one.outline) for one in dots],
+            )
+        self._wires = [*(kept for kept in self._wires if kept[0] is not items), (items, found)][-2:]
+        return found
 
     def keep_part(self, scene: StillScene, canvas: Canvas) -> None:
         """Cache a static part without the items drawn over it."""
@@ -219,9 +201,9 @@ class _Canvases:
         canvas.copy_from(kept[1])
         return True
 
-    def lain_over(self, below: StillScene) -> tuple[Canvas, Marks] | None:
-        """Return the cached lines and dots of the scene below; None without."""
-        return None if self._over is None or self._over[0] is not below else self._over[1:]
+    def lain_over(self, below: StillScene) -> Canvas | None:
+        """Return the cached lines of the scene below; None without."""
+        return None if self._over is None or self._over[0] is not below else self._over[1]
 
     def new_over(self, part: Canvas) -> Canvas:
         """Return a transparent picture with the depths of a part, in memory that is free."""
@@ -233,10 +215,9 @@ class _Canvases:
         over.image.fill(0)
         return over
 
-    def keep_over(self, below: StillScene, over: Canvas, marks: Marks) -> tuple[Canvas, Marks]:
-        """Cache lines and dots of the scene below, and return them."""
-        self._over = (below, over, marks)
-        return over, marks
+    def keep_over(self, below: StillScene, over: Canvas) -> None:
+        """Cache the lines of the scene below."""
+        self._over = (below, over)
 
     def take(self, width: int, height: int) -> Canvas:
         for canvas in self._free:

@@ -95,6 +95,23 @@ class UsualScatter:
         return next((step for step in USUAL_MM if step >= middle), USUAL_MM[-1])
 
 
+def commanding(
+    nominal: NominalFeature,
+    points: Sequence[MeasuredPoint],
+    actual: Mapping[str, ActualFeature | FitError],
+) -> CommandingPoints | None:
+    """Return the points of a probed feature that command its fit, or prevent it; or None.
+
+    ``actual``, all features: the plane it is projected onto, and the scatter to be expected.
+    """
+    sizes = ((name, scatter_of(one)) for name, one in actual.items())
+    scatters = {name: size for name, size in sizes if size is not None}
+    plane = actual.get(nominal.projection)
+    if not is_examined(nominal, scatters, plane):
+        return None
+    return commanding_among(nominal, points, plane, UsualScatter(scatters).of(nominal.name))
+
+
 def commanding_among(
     nominal: NominalFeature, points: Sequence[MeasuredPoint], plane: _Found | None, usual: float
 ) -> CommandingPoints | None:
