@@ -27,8 +27,8 @@ _MARK_PX = 3.0
 _DETOUR = 0.4
 """Cost of one ring farther, relative to covering a mark."""
 
-_DETOURS: Float = _DETOUR * np.repeat(
-    np.arange(1 + len(_RINGS_PX)), (4, *(_TURN for _ in _RINGS_PX))
+_DETOURS: Float = np.repeat(
+    _DETOUR * np.arange(1.0 + len(_RINGS_PX)), (4, *(_TURN for _ in _RINGS_PX))
 )
 _CELL_PX = 2.0
 """Marks are counted in cells of this size: a sum over any area is four of their running sums."""

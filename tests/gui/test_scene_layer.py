@@ -15,9 +15,9 @@ from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobView, Target
 from ocmm_gui.app import make_application
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, text_font
-from ocmm_gui.scene import Orbit, _scene_layer, paint_scene
+from ocmm_gui.scene import Orbit, StillScene, _scene_layer, paint_scene
 from ocmm_gui.scene._scene import Dots, Lines, Tag
-from ocmm_gui.scene._scene_layer import SceneLayer, StillScene, painted_still
+from ocmm_gui.scene._scene_layer import SceneLayer, painted_still
 from ocmm_gui.views import job_items
 from ocmm_gui.views._contents import JobDrawing, target_items
 from tests.gui.long_job import make_long_job

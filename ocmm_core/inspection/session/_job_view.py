@@ -255,7 +255,8 @@ class _Seen:
         self._deleted = points.all_deleted()
         self._facts = facts = cache.known("seen", (plan,), lambda: _PlanViews.of(plan))
         # The pose of the part matters only to extended shapes.
-        self._places = dict.fromkeys(facts.extended, place and place.T_nominal_from_world)
+        there = None if place is None else place.T_nominal_from_world
+        self._places = dict.fromkeys(facts.extended, there)
         self._states = dict.fromkeys(facts.nominals, FeatureState.PENDING)
         self._states |= dict.fromkeys(progress.done, FeatureState.DONE)
         self._states |= dict.fromkeys(progress.skipped, FeatureState.SKIPPED)
