@@ -43,6 +43,7 @@ _RADIUS = 3.0
 _PITCH = 10.0
 _COLUMNS = 20
 _N_FRAMES = 500
+_STEP = 5000
 _OPENED_S, _MORE_S, _MEMORY_MB = 3.0, 0.020, 600.0
 
 
@@ -118,7 +119,10 @@ def write_large_job(
     head = make_head(plan=file, rig=RIG, probe=PROBE, operator="me", part=plan.part, serial="1")
     path = folder / "large.ocmm"
     with JobFile.create(path, head) as job:
-        job.change(append=large_points(plan))
+        made = large_points(plan)
+        # As the station does, in steps: one of all points would exceed the time of a read.
+        for start in range(0, len(made), _STEP):
+            job.change(append=made[start : start + _STEP])
     return file, path
 
 

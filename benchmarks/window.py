@@ -7,9 +7,9 @@ as the time allows.
 
 Run ``python -m benchmarks.window [SECONDS] [JOB] [--points N]``; the exit code is 1 if a limit is
 missed. JOB is a finished job file to be opened, of about 100 points; without it the third row is
-left out, unless the running job is a large one: with N points more, of spheres with 20 points each,
-it goes on with them, and it is such a job that is opened in the third row. Memory is what the
-process holds at the end of each row, and how much more than after its first third.
+left out, unless the running job is a large one: with N points more, of spheres with 20 points each
+(500 spheres at most), it goes on with them, and such a job is opened in the third row. Memory is
+what the process holds at the end of each row, and how much more than after its first third.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ POST_EVERY_S = 0.005
 MIN_FRAMES_PER_S = 30.0
 MAX_LATENCY_S = 0.050
 MAX_CLOSE_S = 2.0
-_POINTS_EACH = 20
+_POINTS_EACH, _MOST_SPHERES = 20, 500
 
 
 class Probe(QObject):
@@ -196,12 +196,16 @@ def held_mb() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
+def _spheres(points: int) -> int:
+    return min(points // _POINTS_EACH, _MOST_SPHERES)
+
+
 def begun(folder: Path, points: int) -> StationRequest:
     """Return the demonstration, or a large job that goes on with it."""
     demo = resource("plans", "demo.toml")
     if not points:
         return StationRequest(plan=demo, out=folder, speed=1.0, stay=True)
-    plan, job = write_large_job(folder, points, points // _POINTS_EACH, demo)
+    plan, job = write_large_job(folder, points, _spheres(points), demo)
     return StationRequest(plan=plan, out=folder, speed=1.0, stay=True, resume=job)
 
 
@@ -219,7 +223,7 @@ def main() -> int:
         if job is None and options.points:
             opened = Path(name) / "opened"
             opened.mkdir()
-            job = write_large_job(opened, options.points, options.points // _POINTS_EACH)[1]
+            job = write_large_job(opened, options.points, _spheres(options.points))[1]
         for view in ("desk", "far", *(() if job is None else ("report",))):
             folder = Path(name) / view
             folder.mkdir()

@@ -148,6 +148,9 @@ ocmm_core.calibration.pivot._kernel
     average_turned f3 f1 f2 f2
     fit_turns f2 f3 f3 f2 f1
 
+ocmm_gui.scene._labels
+    count_marks f2 f f f i2
+    place_among f f f f f2 f2 f1 f1 f2 i2 f f
 ocmm_gui.rendering._raster_kernel
     hides f2 j2 f1 f1 f
     project_mesh f2 f2 u2 f2 f1 f2 s2
@@ -155,6 +158,7 @@ ocmm_gui.rendering._raster_kernel
     raster f2 s2 j2 j1 u1 f j1 i i i i s2 f s2 j2 v2
 ocmm_gui.rendering._line_kernel
     blend_polygon f2 i f f s2 v2
+    draw_discs f2 f1 j1 j1 f f f s2 v2
     draw_lines f2 j1 i i f i f f f s2 v2
     draw_segments f2 j1 f1 j1 f f s2 v2
     draw_outline s2 i i f i f i v2

@@ -36,6 +36,7 @@ class FeatureList(QListWidget):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
         self.setUniformItemSizes(True)
+        self._rows: list[tuple[FeatureView, Verdict | None]] = []
         self._delegate = _Row(self)
         self.setItemDelegate(self._delegate)
         self.itemClicked.connect(lambda item: self.feature_chosen.emit(item.data(_ROLE).name))
@@ -45,15 +46,19 @@ class FeatureList(QListWidget):
         marked = job.shown if job.looked_at or not job.active else job.feature(job.active)
         while self.count() > len(job.features):
             self.takeItem(self.count() - 1)
-        for row, feature in enumerate(job.features):
-            item = self.item(row) if row < self.count() else None
-            if item is None:
-                item = QListWidgetItem(self)
+        before = self._rows[: self.count()]
+        self._rows = [(item, job.verdict_of(item.name).verdict) for item in job.features]
+        for row, (feature, verdict) in enumerate(self._rows):
+            # Reading an item takes microseconds: with thousands of features, a frame.
+            is_new = row >= len(before)
+            is_same = not is_new and before[row][0] is feature and before[row][1] is verdict
+            if is_same and feature is not marked:
+                continue
+            item = QListWidgetItem(self) if is_new else self.item(row)
             if feature is marked:
                 self.setCurrentItem(item)
                 self.scrollToItem(item)
-            verdict = job.verdict_of(feature.name).verdict
-            if item.data(_ROLE) is feature and item.data(_VERDICT) is verdict:
+            if is_same:
                 continue
             item.setData(_ROLE, feature)
             item.setData(_VERDICT, verdict)

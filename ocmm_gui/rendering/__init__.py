@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from ocmm_gui.rendering._field import ValueField, choose_side, value_field
     from ocmm_gui.rendering._mesh import RenderMesh, coarser, face_colours, mesh_of, with_closed
     from ocmm_gui.rendering._rendering import (
-        Bundle, RenderMode, RenderStyle, Rendering, blend_flat, draw_bundles, is_hidden,
+        RenderMode, RenderStyle, Rendering, Wires, blend_flat, is_hidden,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "NO_FACE", "Bundle", "Canvas", "Colours", "RenderMesh", "RenderMode", "RenderStyle",
-    "Rendering", "ValueField", "blend_flat", "choose_side", "coarser", "draw_bundles",
-    "face_colours", "is_hidden", "mesh_of", "value_field", "with_closed",
+    "NO_FACE", "Canvas", "Colours", "RenderMesh", "RenderMode", "RenderStyle", "Rendering",
+    "ValueField", "Wires", "blend_flat", "choose_side", "coarser", "face_colours", "is_hidden",
+    "mesh_of", "value_field", "with_closed",
 ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Compiled: lines, outlines and translucent polygons, as places in `_raster_kernel`."""
+"""Compiled: lines, discs, outlines and translucent polygons, as places in `_raster_kernel`."""
 
 from __future__ import annotations
 
@@ -92,6 +92,42 @@ def draw_segments(
             places, pairs, firsts[bundle], firsts[bundle + 1], half_px[bundle], colours[bundle],
             1.0, hidden, bias, depth, image,
         )  # fmt: skip
+
+
+@compiled()
+def draw_discs(
+    places: Float, radii: Float, colours: FaceNumbers, rims: FaceNumbers, half_px: float,
+    hidden: float, bias: float, depth: Depths, image: Pixmap,
+) -> None:  # fmt: skip
+    """Draw round marks in their order, antialiased, with opacity ``hidden`` behind the part.
+
+    `places`: (n, 3): centres. `radii`: (n,) px. `colours`, `rims`: (n,) of disc and outline, the
+    latter -1 for none. `half_px`: half the width of outlines.
+    """
+    height, width = depth.shape
+    for k in range(len(places)):
+        cx, cy = places[k, 0], places[k, 1]
+        reach = radii[k] + half_px + 0.5
+        if not (cx + reach > 0.0 and cy + reach > 0.0 and cx - reach < width
+                and cy - reach < height):  # fmt: skip
+            continue
+        share = 1.0
+        column, row = int(np.floor(cx)), int(np.floor(cy))
+        if 0 <= column < width and 0 <= row < height and places[k, 2] + bias < depth[row, column]:
+            share = hidden
+        if share <= 0.0:
+            continue
+        for y in range(int(max(cy - reach, 0.0)), int(min(cy + reach + 1.0, height))):
+            for x in range(int(max(cx - reach, 0.0)), int(min(cx + reach + 1.0, width))):
+                away = np.sqrt((x + 0.5 - cx) ** 2 + (y + 0.5 - cy) ** 2)
+                disc = min(max(radii[k] + 0.5 - away, 0.0), 1.0)
+                if disc > 0.0:
+                    _over(image, y, x, colours[k], disc * share)
+                if rims[k] >= 0:
+                    outer = min(max(radii[k] + half_px + 0.5 - away, 0.0), 1.0)
+                    inner = min(max(radii[k] - half_px + 0.5 - away, 0.0), 1.0)
+                    if outer > inner:
+                        _over(image, y, x, rims[k], (outer - inner) * share)
 
 
 @compiled()

@@ -7,7 +7,7 @@ to the switch interval (1 ms) a call, so one call waits once.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from time import perf_counter
@@ -20,6 +20,7 @@ from ocmm_gui.rendering import _line_kernel, _raster_kernel
 from ocmm_gui.rendering._canvas import Canvas, Colours, Depths, FaceNumbers, Flags, Pixmap, Shades
 from ocmm_gui.rendering._line_kernel import (
     blend_polygon,
+    draw_discs,
     draw_lines,
     draw_outline,
     draw_segments,
@@ -263,26 +264,55 @@ def blend_flat(canvas: Canvas, corners: Float, colour: str, share: float, bias: 
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bundle:
-    """Segments of one style: places (n, 2, 3) in a canvas, half width, px, and colour."""
+class Wires:
+    """Lines and round marks of many styles as arrays, made once and drawn in many views.
 
-    places: Float
-    half_px: float
-    colour: str
+    `lines`: segments (n, 2, 3), mm, width, px, and colour. `dots`: places (n, 3), mm, diameter, px,
+    colour, and that of the outline, or "".
+    """
 
+    def __init__(
+        self,
+        lines: Sequence[tuple[Float, float, str]],
+        dots: Sequence[tuple[Float, float, str, str]],
+    ) -> None:
+        nothing, counts = np.empty((0, 3)), [len(one[0]) for one in dots]
+        self._ends = np.concatenate([nothing, *(one[0].reshape(-1, 3) for one in lines)])
+        self._firsts = np.cumsum([0, *(len(one[0]) for one in lines)], dtype=np.int32)
+        self._half_px = np.array([0.5 * one[1] for one in lines])
+        self._colours = np.array([_number(one[2]) for one in lines], dtype=np.int32)
+        self._places = np.concatenate([nothing, *(one[0] for one in dots)])
+        self._style = np.repeat(np.arange(len(dots)), counts)
+        self._radii = np.array([0.5 * one[1] for one in dots])
+        self._fills = np.array([_number(one[2]) for one in dots], dtype=np.int32)
+        self._rims = np.array([_number(one[3]) if one[3] else -1 for one in dots], dtype=np.int32)
 
-def draw_bundles(canvas: Canvas, bundles: Sequence[Bundle], bias: float, hidden: float) -> None:
-    """Draw segments over a part; behind it with opacity ``hidden``; within ``bias`` mm in front."""
-    if not bundles:
-        return
-    draw_segments(
-        np.concatenate([bundle.places.reshape(-1, 3) for bundle in bundles]),
-        np.cumsum([0, *(len(bundle.places) for bundle in bundles)], dtype=np.int32),
-        np.array([bundle.half_px for bundle in bundles]),
-        np.array([_number(bundle.colour) for bundle in bundles], dtype=np.int32),
-        hidden, bias, canvas.depth, canvas.image,
-    )  # fmt: skip
+    def draw_lines(
+        self, canvas: Canvas, pixels: Callable[[Float], Float], scale: float, bias: float,
+        hidden: float,
+    ) -> None:  # fmt: skip
+        """Draw the lines over a part; behind it with opacity ``hidden``.
+
+        `pixels`: returns places in the canvas. `scale`: its pixels per pixel of a width. `bias`: mm
+        in front of the part at which they are still seen.
+        """
+        draw_segments(
+            pixels(self._ends), self._firsts, scale * self._half_px, self._colours, hidden, bias,
+            canvas.depth, canvas.image,
+        )  # fmt: skip
+
+    def draw_dots(
+        self, canvas: Canvas, pixels: Callable[[Float], Float], scale: float, bias: float,
+        hidden: float, rim_px: float,
+    ) -> None:  # fmt: skip
+        """Draw the marks of each style from far to near, as `draw_lines`."""
+        places = pixels(self._places)
+        order = np.lexsort((places[:, 2], self._style))
+        style = self._style[order]
+        draw_discs(
+            places[order], scale * self._radii[style], self._fills[style], self._rims[style],
+            0.5 * scale * rim_px, hidden, bias, canvas.depth, canvas.image,
+        )  # fmt: skip
 
 
 def is_hidden(mesh: RenderMesh, point: Float, toward: Float, least_mm: float) -> bool:

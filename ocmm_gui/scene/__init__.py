@@ -13,10 +13,11 @@ if TYPE_CHECKING:
     from ocmm_gui.scene._labels import StandingLabels
     from ocmm_gui.scene._orbit_view import OrbitView
     from ocmm_gui.scene._part_scene import (
-        MOVING_TRIANGLES, PartDrawing, PartScene, blended, edge_colour, part_colour,
+        MOVING_TRIANGLES, PartDrawing, PartScene, SceneCache, StillScene, blended, edge_colour,
+        part_colour,
     )  # fmt: skip
     from ocmm_gui.scene._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
-    from ocmm_gui.scene._scene_layer import SceneCache, SceneLayer, StillScene, painted_still
+    from ocmm_gui.scene._scene_layer import SceneLayer, painted_still
     from ocmm_gui.scene._scene_painter import ScenePainter, paint_scene
 else:
     __getattr__ = door(__name__)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPixmap
 
+from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_gui.scene._scene import Orbit, Tag
 
@@ -26,7 +27,9 @@ _MARK_PX = 3.0
 _DETOUR = 0.4
 """Cost of one ring farther, relative to covering a mark."""
 
-_DETOURS = _DETOUR * np.repeat(np.arange(1 + len(_RINGS_PX)), (4, *(_TURN for _ in _RINGS_PX)))
+_DETOURS: Float = np.repeat(
+    _DETOUR * np.arange(1.0 + len(_RINGS_PX)), (4, *(_TURN for _ in _RINGS_PX))
+)
 _CELL_PX = 2.0
 """Marks are counted in cells of this size: a sum over any area is four of their running sums."""
 LEADER_PX = 14.0
@@ -53,6 +56,61 @@ def _candidates() -> tuple[Float, Float]:
 _OFFSETS, _SHARES = _candidates()
 
 
+@compiled()
+def place_among(
+    x: float, y: float, wide: float, high: float, offsets: Float, shares: Float, detours: Float,
+    bounds: Float, walls: Float, sums: Int, cell: float, mark: float,
+) -> int:  # fmt: skip
+    """Return the candidate of the least cost for a label of a point, or -1.
+
+    `offsets`, `shares`, `detours`: (k, 2) px, (k, 2) of the size, and (k,) costs of the candidates.
+    `bounds`: (4,) edges, px, to stay inside. `walls`: (m, 4) edges of taken areas. `sums`: marks
+    left of and above each corner of cells of ``cell`` px; a covered one costs one, if nearer than
+    ``mark`` px.
+    """
+    best, least = -1, np.inf
+    rows, columns = sums.shape[0] - 1, sums.shape[1] - 1
+    for k in range(len(detours)):
+        if detours[k] >= least:
+            continue
+        left = x + offsets[k, 0] + shares[k, 0] * wide
+        top = y + offsets[k, 1] + shares[k, 1] * high
+        right, bottom = left + wide, top + high
+        if left < bounds[0] or top < bounds[1] or right > bounds[2] or bottom > bounds[3]:
+            continue
+        free = True
+        for m in range(len(walls)):
+            if (left < walls[m, 2] and right > walls[m, 0] and top < walls[m, 3]
+                    and bottom > walls[m, 1]):  # fmt: skip
+                free = False
+                break
+        if not free:
+            continue
+        x0 = int(min(max(np.rint((left - mark - bounds[0]) / cell), 0), columns))
+        x1 = int(min(max(np.rint((right + mark - bounds[0]) / cell), 0), columns))
+        y0 = int(min(max(np.rint((top - mark - bounds[1]) / cell), 0), rows))
+        y1 = int(min(max(np.rint((bottom + mark - bounds[1]) / cell), 0), rows))
+        cost = detours[k] + (sums[y1, x1] - sums[y0, x1] - sums[y1, x0] + sums[y0, x0])
+        if cost < least:
+            best, least = k, cost
+    return best
+
+
+@compiled()
+def count_marks(marks: Float, left: float, top: float, cell: float, sums: Int) -> None:
+    """Fill ``sums`` (rows + 1, columns + 1) with the marks (n, 2), px, left of and above."""
+    for k in range(len(marks)):
+        column = np.floor((marks[k, 0] - left) / cell)
+        row = np.floor((marks[k, 1] - top) / cell)
+        if 0 <= column < sums.shape[1] - 1 and 0 <= row < sums.shape[0] - 1:
+            sums[int(row) + 1, int(column) + 1] += 1
+    for row in range(1, sums.shape[0]):
+        line = 0
+        for column in range(1, sums.shape[1]):
+            line += sums[row, column]
+            sums[row, column] = sums[row - 1, column] + line
+
+
 class LabelPlaces:
     """Places of labels, px, one after the other: earlier ones have priority.
 
@@ -63,6 +121,7 @@ class LabelPlaces:
         self, bounds: QRectF, taken: Iterable[QRectF] = (), marks: Float | None = None
     ) -> None:
         self._bounds = bounds
+        self._edges = np.array(bounds.getCoords())
         self._walls = np.empty((16, 4))
         self._n_walls = 0
         for rect in taken:
@@ -75,25 +134,14 @@ class LabelPlaces:
         bounds = self._bounds
         if not bounds.contains(QPointF(x, y)):
             return None
-        corners = np.array([x, y]) + _OFFSETS + _SHARES * np.array([wide, high])
-        left, top = corners.T
-        right, bottom = left + wide, top + high
-        free = (left >= bounds.left()) & (top >= bounds.top())
-        free &= (right <= bounds.right()) & (bottom <= bounds.bottom())
-        wall = self._walls[: self._n_walls]
-        near = (wall[:, 0] < right.max()) & (wall[:, 2] > left.min())
-        near &= (wall[:, 1] < bottom.max()) & (wall[:, 3] > top.min())
-        wall = wall[near]
-        free &= _are_apart(left, top, right, bottom, wall)
-        if not free.any():
+        best = place_among(
+            x, y, wide, high, _OFFSETS, _SHARES, _DETOURS, self._edges,
+            self._walls[: self._n_walls], self._marks_in(bounds), _CELL_PX, _MARK_PX,
+        )  # fmt: skip
+        if best < 0:
             return None
-        cost = np.where(free, _DETOURS, np.inf)
-        if self._marks is not None:
-            if self._sums is None:
-                self._sums = _sums_of(self._marks, bounds)
-            cost += self._covered(self._sums, left, top, right, bottom)
-        best = int(np.argmin(cost))
-        rect = QRectF(float(left[best]), float(top[best]), wide, high)
+        left, top = np.array([x, y]) + _OFFSETS[best] + _SHARES[best] * np.array([wide, high])
+        rect = QRectF(float(left), float(top), wide, high)
         self._wall(rect.adjusted(-_GAP_PX, -_GAP_PX, _GAP_PX, _GAP_PX))
         return rect
 
@@ -113,18 +161,17 @@ class LabelPlaces:
         self._walls[self._n_walls] = rect.left(), rect.top(), rect.right(), rect.bottom()
         self._n_walls += 1
 
-    def _covered(self, sums: Int, left: Float, top: Float, right: Float, bottom: Float) -> Int:
-        """Return the number of marks covered by a label at each corner."""
-        x0, y0 = self._bounds.left(), self._bounds.top()
-        rows, columns = np.array(sums.shape)[:, None] - 1
-        low, high = np.clip(
-            np.rint((np.stack([left - _MARK_PX, right + _MARK_PX]) - x0) / _CELL_PX), 0, columns
-        ).astype(np.int64)
-        up, down = np.clip(
-            np.rint((np.stack([top - _MARK_PX, bottom + _MARK_PX]) - y0) / _CELL_PX), 0, rows
-        ).astype(np.int64)
-        covered: Int = sums[down, high] - sums[up, high] - sums[down, low] + sums[up, low]
-        return covered
+    def _marks_in(self, bounds: QRectF) -> Int:
+        """Return how many marks lie left of and above each corner of the cells."""
+        if self._sums is None:
+            marks = self._marks
+            shape = np.ceil(np.array([bounds.height(), bounds.width()]) / _CELL_PX).astype(int) + 1
+            self._sums = np.zeros(shape if marks is not None else (1, 1), dtype=np.int64)
+            if marks is not None:
+                count_marks(
+                    np.ascontiguousarray(marks), bounds.left(), bounds.top(), _CELL_PX, self._sums
+                )
+        return self._sums
 
 
 def _are_apart(
@@ -134,17 +181,6 @@ def _are_apart(
     over = (left[:, None] < walls[:, 2]) & (right[:, None] > walls[:, 0])
     over &= (top[:, None] < walls[:, 3]) & (bottom[:, None] > walls[:, 1])
     return np.array(~over.any(axis=1))
-
-
-def _sums_of(marks: Float, bounds: QRectF) -> Int:
-    """Return how many marks lie left of and above each corner of the cells."""
-    shape = np.ceil(np.array([bounds.height(), bounds.width()]) / _CELL_PX).astype(int)
-    cells = np.floor((marks - [bounds.left(), bounds.top()]) / _CELL_PX)[:, ::-1]
-    cells = cells[((cells >= 0) & (cells < shape)).all(axis=1)].astype(np.int64)
-    sums = np.zeros(shape + 1, dtype=np.int64)
-    np.add.at(sums, (cells[:, 0] + 1, cells[:, 1] + 1), 1)
-    np.cumsum(sums, axis=0, out=sums)
-    return np.cumsum(sums, axis=1, out=sums)
 
 
 _MOST_STANDING = 150
@@ -162,7 +198,7 @@ class StandingLabels:
         self._size = QSizeF()
         self._shown: list[PlacedLabel] = []
         self._edges: Float = np.empty((0, 4))
-        self._pictures: dict[int, tuple[PlacedLabel, QPointF, QPixmap]] = {}
+        self._pictures: dict[int, tuple[PlacedLabel, tuple[QPointF, QPixmap] | None]] = {}
         self._look: tuple[object, ...] = ()
 
     def placed(
@@ -228,8 +264,15 @@ class StandingLabels:
                 continue
             known = self._pictures.get(id(one))
             if known is None or known[0] is not one:
-                known = self._pictures[id(one)] = (one, *_picture(one, font, halo, at, ratio))
-            painter.drawPixmap(known[1], known[2])
+                # A label of a moving view is painted once: its picture would take longer.
+                self._pictures[id(one)] = (one, None)
+                paint_label(painter, one, font, halo)
+                continue
+            picture = known[1]
+            if picture is None:
+                picture = _picture(one, font, halo, at, ratio)
+                self._pictures[id(one)] = (one, picture)
+            painter.drawPixmap(*picture)
 
 
 def _edges_of(labels: Sequence[PlacedLabel]) -> Float:

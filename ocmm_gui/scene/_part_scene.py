@@ -1,12 +1,13 @@
-"""The part for 3-D views: mesh, coarser mesh for motion, and colours."""
+"""The part for 3-D views: mesh, coarser mesh for motion, and colours; scenes with it."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from operator import is_
 
 import numpy as np
 from PySide6.QtCore import QObject, QSize, Signal
@@ -27,7 +28,7 @@ from ocmm_gui.rendering import (
     mesh_of,
     with_closed,
 )
-from ocmm_gui.scene._scene import Orbit
+from ocmm_gui.scene._scene import Item, Orbit
 
 MOVING_TRIANGLES = 50_000
 """Maximum triangles painted during motion: some 10 ms."""
@@ -67,6 +68,52 @@ class PartScene:
         offset = ((place.translation - picture.target) @ picture.matrix + picture.middle) * pixels
         style = replace(self.style, half_px=self.style.half_px * scale)
         return Rendering(self.mesh, matrix, offset, canvas, style, self.colours)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StillScene:
+    """Immutable scene; compared by identity."""
+
+    items: tuple[Item, ...]
+    orbit: Orbit
+    size: QSize
+    ratio: float
+    """`size`, `ratio`: picture, px of the window, and screen pixels per window pixel."""
+    background: str
+    part: PartScene | None = None
+    """Part that may hide items; None for none."""
+    below: StillScene | None = None
+    """Scene of the same view and part whose lines and dots are cached: its items change less often.
+    Faces of both are painted first, then lines of both, then marks. None for none."""
+
+    def is_seen_as(self, other: StillScene) -> bool:
+        """Return whether view, picture size and background are equal: labels depend on all."""
+        same = self.size == other.size and self.ratio == other.ratio
+        return same and self.orbit is other.orbit and self.background == other.background
+
+    def has_part_of(self, other: StillScene) -> bool:
+        """Return whether the part looks the same in both."""
+        return self.part is not None and self.part is other.part and self.is_seen_as(other)
+
+
+class SceneCache:
+    """Returns the same scene for unchanged inputs, for comparison by identity."""
+
+    def __init__(self) -> None:
+        self.scene: StillScene | None = None
+        self._made_of: tuple[object, ...] = ()
+
+    def made(
+        self, things: tuple[object, ...], values: tuple[object, ...], make: Callable[[], StillScene]
+    ) -> StillScene:
+        """Return the scene, remade if ``things`` (by identity) or ``values`` have changed."""
+        made_of = (*things, *values)
+        count = len(things)
+        same = len(made_of) == len(self._made_of) and all(map(is_, things, self._made_of[:count]))
+        if self.scene is None or not same or values != self._made_of[count:]:
+            self.scene = make()
+            self._made_of = made_of
+        return self.scene
 
 
 class PartDrawing(QObject):

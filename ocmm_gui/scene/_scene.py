@@ -75,7 +75,9 @@ class ScreenProjection:
 
     def apply(self, points: Float) -> Float:
         """Return (..., 3): x and y, px from the upper left, and height over the target."""
-        projected: Float = (points - self.target) @ self.matrix + self.middle
+        # As one product: numpy multiplies a stack of pairs one by one.
+        flat = (points.reshape(-1, 3) - self.target) @ self.matrix + self.middle
+        projected: Float = flat.reshape(points.shape)
         return projected
 
 

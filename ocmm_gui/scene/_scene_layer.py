@@ -8,20 +8,19 @@ once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from operator import is_
 from time import perf_counter
 
 import numpy as np
-from PySide6.QtCore import QObject, QPointF, QRectF, QSize, QTimer, Signal
+from PySide6.QtCore import QObject, QPointF, QRectF, QTimer, Signal
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
 from ocmm_core.geometry import Float
-from ocmm_gui.rendering import Bundle, Canvas, RenderMode, blend_flat, draw_bundles
-from ocmm_gui.scene._part_scene import PartScene
-from ocmm_gui.scene._scene import Face, Item, Lines, Orbit
-from ocmm_gui.scene._scene_painter import Depth, ScenePainter
+from ocmm_gui.rendering import Canvas, RenderMode, Wires, blend_flat
+from ocmm_gui.scene._part_scene import StillScene
+from ocmm_gui.scene._scene import Dots, Face, Item, Lines
+from ocmm_gui.scene._scene_painter import RIM_PX, Depth, ScenePainter
 
 _SLICE_S = 0.012
 """One frame at a refresh rate of 80 Hz."""
@@ -36,52 +35,6 @@ _ITEM_PX = 3.0
 """Depth tolerance at the rim for lines and marks on the part seen at 70 degrees."""
 _THROUGH = 0.5
 """Opacity of items behind a transparent part."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class StillScene:
-    """Immutable scene; compared by identity."""
-
-    items: tuple[Item, ...]
-    orbit: Orbit
-    size: QSize
-    ratio: float
-    """`size`, `ratio`: picture, px of the window, and screen pixels per window pixel."""
-    background: str
-    part: PartScene | None = None
-    """Part that may hide items; None for none."""
-    below: StillScene | None = None
-    """Scene of the same view and part whose lines and marks are painted below and cached: its items
-    change less often. None for none."""
-
-    def is_seen_as(self, other: StillScene) -> bool:
-        """Return whether view, picture size and background are equal: labels depend on all."""
-        same = self.size == other.size and self.ratio == other.ratio
-        return same and self.orbit is other.orbit and self.background == other.background
-
-    def has_part_of(self, other: StillScene) -> bool:
-        """Return whether the part looks the same in both."""
-        return self.part is not None and self.part is other.part and self.is_seen_as(other)
-
-
-class SceneCache:
-    """Returns the same scene for unchanged inputs, for comparison by identity."""
-
-    def __init__(self) -> None:
-        self.scene: StillScene | None = None
-        self._made_of: tuple[object, ...] = ()
-
-    def made(
-        self, things: tuple[object, ...], values: tuple[object, ...], make: Callable[[], StillScene]
-    ) -> StillScene:
-        """Return the scene, remade if ``things`` (by identity) or ``values`` have changed."""
-        made_of = (*things, *values)
-        count = len(things)
-        same = len(made_of) == len(self._made_of) and all(map(is_, things, self._made_of[:count]))
-        if self.scene is None or not same or values != self._made_of[count:]:
-            self.scene = make()
-            self._made_of = made_of
-        return self.scene
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,9 +90,10 @@ class _Drawing:
         self.is_done = next(self._steps, True)
 
     def _paint(self) -> Iterator[bool]:
-        """Paint part, faces, what lies below, and the items; yield False after each slice."""
+        """Paint part, faces, lines, dots and other marks; yield False after each slice."""
         scene, canvas = self.scene, self.canvas
         if scene.part is None:
+            canvas.clear()
             self.image.fill(QColor(scene.background))
         elif not self._canvases.has_part(scene, canvas):
             part = scene.part.rendering(scene.orbit, scene.size, canvas, self._scale)
@@ -147,57 +101,42 @@ class _Drawing:
                 yield False
             self._canvases.keep_part(scene, canvas)
         self._is_seen = True
+        bias = 0.0
         if scene.part is not None:
             px_mm = 2.0 * scene.orbit.radius / min(canvas.width, canvas.height)
             bias = _ITEM_PX * px_mm + scene.part.slack_mm
             self._depth = Depth(canvas, self._scale, bias)
-        below = () if scene.below is None else scene.below.items
-        faces = [item for item in (*below, *scene.items) if isinstance(item, Face)]
-        if self._depth is None:
-            yield from self._paint_marks(faces, self.image)
-        else:
-            self._blend(faces, self._depth)
-        if scene.below is not None:
-            yield from self._paint_below(scene.below)
-        yield from self._paint_items(scene.items, canvas, self.image)
+        below = scene.below
+        items = scene.items if below is None else (*below.items, *scene.items)
+        self._blend([item for item in items if isinstance(item, Face)], bias)
+        drawn = [self._canvases.wires(scene.items)]
+        style = (self._pixels, self._scale, bias, self._hidden())
+        if below is not None:
+            drawn.insert(0, self._canvases.wires(below.items))
+            self._lay_lines(below, drawn[0], bias)
+        if perf_counter() > self._until:
+            yield False
+        drawn[-1].draw_lines(canvas, *style)
+        for wires in drawn:
+            wires.draw_dots(canvas, *style, RIM_PX)
+        if rest := [item for item in items if not isinstance(item, Face | Lines | Dots)]:
+            painter = QPainter(self.image)
+            ScenePainter(
+                rest, scene.orbit, self._box, self._font, scene.background,
+                depth=self._depth, ghost=self._hidden(),
+            ).paint(painter)  # fmt: skip
+            painter.end()
 
-    def _paint_below(self, below: StillScene) -> Iterator[bool]:
-        """Paint its lines and marks: the first time at once, then as a picture that is kept."""
-        canvases, canvas = self._canvases, self.canvas
-        lain = canvases.lain_over(below)
-        if lain is None and (self.is_moving or not canvases.is_repeated(below)):
-            yield from self._paint_items(below.items, canvas, self.image)
-            return
+    def _lay_lines(self, below: StillScene, wires: Wires, bias: float) -> None:
+        """Paint the lines of the scene below from a picture that is kept."""
+        lain = self._canvases.lain_over(below)
         if lain is None:
-            lain = canvases.new_over(canvas)
-            image = _image_of(lain, self._scale, opaque=False)
-            yield from self._paint_items(below.items, lain, image)
-            canvases.keep_over(below, lain)
+            lain = self._canvases.new_over(self.canvas)
+            wires.draw_lines(lain, self._pixels, self._scale, bias, self._hidden())
+            self._canvases.keep_over(below, lain)
         painter = QPainter(self.image)
         painter.drawImage(QPointF(), _image_of(lain, self._scale, opaque=False))
         painter.end()
-
-    def _paint_items(self, items: Sequence[Item], canvas: Canvas, image: QImage) -> Iterator[bool]:
-        """Paint lines, then marks and labels."""
-        items = [item for item in items if not isinstance(item, Face)]
-        if self._depth is not None:
-            self._draw_lines(items, canvas, self._depth)
-            items = [item for item in items if not isinstance(item, Lines)]
-        yield from self._paint_marks(items, image)
-
-    def _paint_marks(self, items: Sequence[Item], image: QImage) -> Iterator[bool]:
-        scene = self.scene
-        left = ScenePainter(
-            items, scene.orbit, self._box, self._font, scene.background,
-            depth=self._depth, ghost=self._hidden(),
-        )  # fmt: skip
-        done = False
-        while not done:
-            painter = QPainter(image)
-            done = left.paint(painter, self._until)
-            painter.end()
-            if not done or perf_counter() > self._until:
-                yield False
 
     def _pixels(self, places: Float) -> Float:
         size = self.scene.size
@@ -205,18 +144,12 @@ class _Drawing:
         pixels: Float = projection.apply(places) * np.array([self._scale, self._scale, 1.0])
         return pixels
 
-    def _blend(self, faces: Sequence[Face], depth: Depth) -> None:
-        for face in faces:
-            corners = self._pixels(face.corners)
-            blend_flat(self.canvas, corners, face.colour, face.alpha / 255.0, depth.bias)
-
-    def _draw_lines(self, items: Sequence[Item], canvas: Canvas, depth: Depth) -> None:
-        bundles = [
-            Bundle(self._pixels(item.segments), 0.5 * self._scale * item.width, item.colour)
-            for item in items
-            if isinstance(item, Lines) and len(item.segments)
-        ]
-        draw_bundles(canvas, bundles, depth.bias, self._hidden())
+    def _blend(self, faces: Sequence[Face], bias: float) -> None:
+        corners = [self._pixels(face.corners) for face in faces]
+        # Translucent: the farthest first.
+        heights = [float(places[:, 2].mean()) for places in corners]
+        for k in np.argsort(heights, kind="stable"):
+            blend_flat(self.canvas, corners[k], faces[k].colour, faces[k].alpha / 255.0, bias)
 
     def _hidden(self) -> float:
         """Return the opacity of items hidden by the part, 0 to 1."""
@@ -231,7 +164,20 @@ class _Canvases:
         self._free: list[Canvas] = []
         self._part: tuple[StillScene, Canvas] | None = None
         self._over: tuple[StillScene, Canvas] | None = None
-        self._below: StillScene | None = None
+        self._wires: list[tuple[tuple[Item, ...], Wires]] = []
+
+    def wires(self, items: tuple[Item, ...]) -> Wires:
+        """Return lines and dots as arrays; those of the last two scenes are kept."""
+        found = next((wires for known, wires in self._wires if known is items), None)
+        if found is None:
+            lines = [one for one in items if isinstance(one, Lines) and len(one.segments)]
+            dots = [one for one in items if isinstance(one, Dots) and len(one.points)]
+            found = Wires(
+                [(one.segments, one.width, one.colour) for one in lines],
+                [(one.points, one.size, one.colour, one.outline) for one in dots],
+            )
+        self._wires = [*(kept for kept in self._wires if kept[0] is not items), (items, found)][-2:]
+        return found
 
     def keep_part(self, scene: StillScene, canvas: Canvas) -> None:
         """Cache a static part without the items drawn over it."""
@@ -255,13 +201,8 @@ class _Canvases:
         canvas.copy_from(kept[1])
         return True
 
-    def is_repeated(self, below: StillScene) -> bool:
-        """Return whether the scene below was the same the last time."""
-        before, self._below = self._below, below
-        return before is below
-
     def lain_over(self, below: StillScene) -> Canvas | None:
-        """Return the cached lines and marks of the scene below; None without."""
+        """Return the cached lines of the scene below; None without."""
         return None if self._over is None or self._over[0] is not below else self._over[1]
 
     def new_over(self, part: Canvas) -> Canvas:
@@ -275,7 +216,7 @@ class _Canvases:
         return over
 
     def keep_over(self, below: StillScene, over: Canvas) -> None:
-        """Cache lines and marks of the scene below."""
+        """Cache the lines of the scene below."""
         self._over = (below, over)
 
     def take(self, width: int, height: int) -> Canvas:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections import deque
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
-from time import perf_counter
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
@@ -19,6 +16,8 @@ from ocmm_gui.scene._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
 
 _FEW_SEGMENTS, _SHORT_PX, _SAME_PX = 24, 2.0, 1e-6
 """Rings of small features have segments of less than a pixel, and each costs the same."""
+RIM_PX = 1.2
+"""Outline of a dot."""
 _PIECE_PX = 5.0
 _MOST_PIECES = 400
 """Visibility of lines is tested in pieces, at most this many."""
@@ -47,7 +46,7 @@ def paint_scene(
 
 
 class ScenePainter:
-    """Paint faces, then lines, dots and labels, at once or in slices.
+    """Paint faces, then lines, dots and labels.
 
     Faces and dots are painted from far to near. Labels do not overlap, and cover marks only without
     other room nearby; distant ones have a leader line. Earlier ones have priority. ``taken``:
@@ -80,35 +79,28 @@ class ScenePainter:
         faces = [item for item in items if isinstance(item, Face)]
         heights = [float(self._picture.apply(item.corners)[:, 2].mean()) for item in faces]
         marks = [item for item in items if isinstance(item, Dots | Diamonds)]
-        self._left: deque[Item] = deque(
-            (
-                *(faces[k] for k in np.argsort(heights, kind="stable")),
-                *(item for item in items if isinstance(item, Lines) and len(item.segments)),
-                *(item for item in marks if len(item.points)),
-            )
+        self._left: tuple[Item, ...] = (
+            *(faces[k] for k in np.argsort(heights, kind="stable")),
+            *(item for item in items if isinstance(item, Lines) and len(item.segments)),
+            *(item for item in marks if len(item.points)),
         )
-        self._tags = deque(item for item in items if isinstance(item, Tag))
+        self._tags = [item for item in items if isinstance(item, Tag)]
         self._standing = standing
         self._orbit = orbit
-        self._labels: LabelPlaces | None = None
         self._placed: list[PlacedLabel] = []
         self._stay: list[PlacedLabel] = []
 
-    def paint(self, painter: QPainter, until_s: float = math.inf) -> bool:
-        """Paint until a `time.perf_counter` time, one item at least; return whether finished."""
+    def paint(self, painter: QPainter) -> None:
+        """Paint all items, then labels."""
         painter.save()
         painter.setClipRect(self._box)
         painter.translate(self._box.topLeft())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        while self._left:
-            self._paint(painter, self._left.popleft())
-            if perf_counter() > until_s:
-                break
-        done = not self._left and self._place_tags(until_s)
-        if done:
-            self._paint_tags(painter)
+        for item in self._left:
+            self._paint(painter, item)
+        self._place_tags()
+        self._paint_tags(painter)
         painter.restore()
-        return done
 
     def _paint(self, painter: QPainter, item: Item) -> None:
         match item:
@@ -146,7 +138,7 @@ class ScenePainter:
 
     def _paint_dots(self, painter: QPainter, item: Dots, places: Float) -> None:
         seen = np.ones(len(places), bool) if self._depth is None else self._depth.in_sight(places)
-        outline = QPen(QColor(item.outline), 1.2) if item.outline else QPen(Qt.PenStyle.NoPen)
+        outline = QPen(QColor(item.outline), RIM_PX) if item.outline else QPen(Qt.PenStyle.NoPen)
         painter.setPen(outline)
         painter.setBrush(QColor(item.colour))
         radius = 0.5 * item.size
@@ -159,25 +151,18 @@ class ScenePainter:
             painter.drawEllipse(QPointF(*places[k, :2].tolist()), radius, radius)
             painter.setOpacity(1.0)
 
-    def _place_tags(self, until_s: float) -> bool:
-        """Place labels until a time, one at least; return whether all have been."""
+    def _place_tags(self) -> None:
         metrics = QFontMetricsF(self._font)
         standing = self._standing
+        anchors = self._projected(self._tags)
         still = self._projected(() if standing is None else standing.tags)
-        if self._labels is None:
-            bounds = QRectF(0.0, 0.0, self._box.width(), self._box.height())
-            marks = np.concatenate([self._projected(self._tags), still, *self._marks])
-            self._labels = LabelPlaces(bounds, self._taken, marks)
-        while self._tags:
-            tag = self._tags.popleft()
-            anchor = QPointF(*self._projected([tag])[0].tolist())
-            if (one := place_tag(tag, anchor, self._labels, metrics)) is not None:
+        bounds = QRectF(0.0, 0.0, self._box.width(), self._box.height())
+        labels = LabelPlaces(bounds, self._taken, np.concatenate([anchors, still, *self._marks]))
+        for tag, anchor in zip(self._tags, anchors.tolist(), strict=True):
+            if (one := place_tag(tag, QPointF(*anchor), labels, metrics)) is not None:
                 self._placed.append(one)
-            if perf_counter() > until_s and self._tags:
-                return False
         if standing is not None:
-            self._stay = standing.placed(self._labels, still, metrics, self._orbit, self._box)
-        return True
+            self._stay = standing.placed(labels, still, metrics, self._orbit, self._box)
 
     def _projected(self, tags: Collection[Tag]) -> Float:
         """Return the points of labels, (n, 2), px."""

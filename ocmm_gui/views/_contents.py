@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from operator import is_
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,9 +19,17 @@ from ocmm_core.inspection.evaluation import (
     Target,
     cue,
 )
-from ocmm_core.tolerances.decisions import NO_DEVIATIONS
+from ocmm_core.tolerances.decisions import NO_DEVIATIONS, Verdict
 from ocmm_core.tracking import ProbeBody
-from ocmm_gui.kit import Theme, led_name, reference_led_name, tr, verdict_colour
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    Theme,
+    led_name,
+    reference_led_name,
+    tr,
+    verdict_colour,
+)
 from ocmm_gui.scene import Dots, Face, Item, Lines, Tag
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._deviations import deviation_items, deviations_of
@@ -137,15 +145,10 @@ def job_items(job: JobView, theme: Theme) -> tuple[tuple[Item, ...], Float]:
     return JobDrawing().items(job, theme)
 
 
-@dataclass(frozen=True, slots=True)
-class _Look:
-    """Appearance of a feature: colours and highlighted points."""
-
-    theme: Theme
-    colour: str
-    chosen: int
-    has_last: bool
-
+_Look: TypeAlias = tuple[Verdict | None, int, bool]
+"""Verdict of a feature, the number of its chosen point or zero, and whether it has the last one."""
+_Kept: TypeAlias = tuple[FeatureView, _Look, tuple[Item, ...], Float]
+"""A feature, its look, its items, and its places (n, 3)."""
 
 _MOST_BUSY = 10
 """Features drawn apart from those at rest: those that changed last."""
@@ -155,7 +158,8 @@ class JobDrawing:
     """Points and features of a growing job; unchanged items are cached."""
 
     def __init__(self) -> None:
-        self._kept: dict[str, tuple[FeatureView, _Look, tuple[Item, ...], Float]] = {}
+        self._kept: dict[str, _Kept] = {}
+        self._theme = THEMES[DEFAULT_THEME]
         self._items: tuple[Item, ...] = ()
         self._busy: list[str] = []
         self.still: tuple[Item, ...] = ()
@@ -181,20 +185,19 @@ class JobDrawing:
         own_items: dict[str, tuple[Item, ...]] = {}
         touched = [feature for feature in job.features if feature.points]
         last = max((feature.points[-1].number for feature in touched), default=0)
+        if theme is not self._theme:
+            self._theme, self._kept = theme, {}
         # The active feature first: its label has priority.
         for feature in sorted(touched, key=lambda f: f.state is not FeatureState.ACTIVE):
-            active = feature.state is FeatureState.ACTIVE
             verdict = job.verdict_of(feature.name).verdict
-            look = _Look(
-                theme,
-                theme.accent if active else verdict_colour(theme, verdict),
-                chosen if chosen and any(p.number == chosen for p in feature.points) else 0,
-                feature.points[-1].number == last,
-            )
-            own, places = self._known(feature, look)
-            items += own
-            own_items[feature.name] = own
-            self._reach[feature.name] = places
+            marked = chosen if chosen and any(p.number == chosen for p in feature.points) else 0
+            look = (verdict, marked, feature.points[-1].number == last)
+            kept = self._kept.get(feature.name)
+            if kept is None or kept[0] is not feature or kept[1] != look:
+                kept = self._made(feature, look)
+            items += kept[2]
+            own_items[feature.name] = kept[2]
+            self._reach[feature.name] = kept[3]
         others = (*self._planned_items(job, theme), *self._whiskers(job, theme))
         items += others
         if not _are_same(items, self._items):
@@ -243,23 +246,27 @@ class JobDrawing:
             self._deviations = deviation_items(self.deviations, theme)
         return self._deviations
 
-    def _known(self, feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...], Float]:
-        kept = self._kept.get(feature.name)
-        if kept is None or kept[0] is not feature or kept[1] != look:
-            kept = self._kept[feature.name] = (feature, look, *_feature_items(feature, look))
-            others = [name for name in self._busy if name != feature.name]
-            self._busy = [*others, feature.name][-_MOST_BUSY:]
-        return kept[2:]
+    def _made(self, feature: FeatureView, look: _Look) -> _Kept:
+        kept = self._kept[feature.name] = (
+            feature, look, *_feature_items(feature, look, self._theme)
+        )  # fmt: skip
+        others = [name for name in self._busy if name != feature.name]
+        self._busy = [*others, feature.name][-_MOST_BUSY:]
+        return kept
 
 
 def _are_same(items: Sequence[Item], others: Sequence[Item]) -> bool:
     return len(items) == len(others) and all(map(is_, items, others))
 
 
-def _feature_items(feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...], Float]:
+def _feature_items(
+    feature: FeatureView, look: _Look, theme: Theme
+) -> tuple[tuple[Item, ...], Float]:
     """Return a feature with points, and the places (n, 3) that it covers."""
     items: list[Item] = []
-    active, theme, colour = feature.state is FeatureState.ACTIVE, look.theme, look.colour
+    verdict, chosen, has_last = look
+    active = feature.state is FeatureState.ACTIVE
+    colour = theme.accent if active else verdict_colour(theme, verdict)
     surface = np.stack([point.surface_world for point in feature.points])
     reach = surface
     if feature.fit is not None:
@@ -270,11 +277,11 @@ def _feature_items(feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...],
         items.append(Tag(feature.fit.point, feature.name, colour))
         # Segment ends are shared with neighbours, and a ring has 48 of them.
         reach = np.concatenate([surface, lines.reshape(-1, 3)[:: 4 if len(lines) > 40 else 1]])
-    items += _sides(feature, surface, theme, active=active, has_last=look.has_last)
+    items += _sides(feature, surface, theme, active=active, has_last=has_last)
     items.append(
         Dots(surface, theme.text if active else colour, 8.0 if active else 5.0, theme.panel)
     )
-    items += _marked_points(feature, theme, look.chosen)
+    items += _marked_points(feature, theme, chosen)
     return tuple(items), reach
 
 

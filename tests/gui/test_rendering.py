@@ -12,15 +12,14 @@ from ocmm_core.geometry import Float
 from ocmm_core.part_model import PartModel, model_from_bytes, model_to_bytes
 from ocmm_gui.rendering import (
     NO_FACE,
-    Bundle,
     Canvas,
     Rendering,
     RenderMesh,
     RenderMode,
     RenderStyle,
+    Wires,
     blend_flat,
     coarser,
-    draw_bundles,
     face_colours,
     is_hidden,
     mesh_of,
@@ -234,9 +233,11 @@ def test_lines_of_a_bundle_are_hidden_by_the_part_and_seen_beside_it() -> None:
     y, x = float(np.median(rows)) + 0.5, float(np.median(columns))
     far, near = -1e4, 1e4
     line = np.array([[[x - 8.0, y, far], [x + 8.0, y, far]]])
-    draw_bundles(canvas, [Bundle(line, 1.0, "#ff0000")], 0.1, 0.0)
+    wires = Wires([(line, 2.0, "#ff0000")], [])
+    wires.draw_lines(canvas, lambda places: places, 1.0, 0.1, 0.0)
     np.testing.assert_array_equal(canvas.image, before)
-    draw_bundles(canvas, [Bundle(line * [1, 1, 0] + [0, 0, near], 1.0, "#ff0000")], 0.1, 0.0)
+    wires = Wires([(line * [1, 1, 0] + [0, 0, near], 2.0, "#ff0000")], [])
+    wires.draw_lines(canvas, lambda places: places, 1.0, 0.1, 0.0)
     assert canvas.image[int(y), int(x)] == 0xFFFF0000
 
 

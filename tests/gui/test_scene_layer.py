@@ -10,13 +10,14 @@ from PySide6.QtCore import QRectF, QSize
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 from PySide6.QtWidgets import QApplication
 
+from ocmm_core.geometry import Float
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobView, Target
 from ocmm_gui.app import make_application
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, text_font
-from ocmm_gui.scene import Orbit, _scene_layer, paint_scene
-from ocmm_gui.scene._scene import Face, Lines, Tag
-from ocmm_gui.scene._scene_layer import SceneLayer, StillScene
+from ocmm_gui.scene import Orbit, StillScene, _scene_layer, paint_scene
+from ocmm_gui.scene._scene import Dots, Lines, Tag
+from ocmm_gui.scene._scene_layer import SceneLayer, painted_still
 from ocmm_gui.views import job_items
 from ocmm_gui.views._contents import JobDrawing, target_items
 from tests.gui.long_job import make_long_job
@@ -44,6 +45,10 @@ def scene_of(job: JobView, azimuth: float = 0.7) -> StillScene:
 
 
 def at_once(scene: StillScene, font: QFont) -> QImage:
+    return painted_still(scene, font).image
+
+
+def by_painter(scene: StillScene, font: QFont) -> QImage:
     image = QImage(SIZE, QImage.Format.Format_ARGB32_Premultiplied)
     image.fill(QColor(scene.background))
     painter = QPainter(image)
@@ -51,6 +56,43 @@ def at_once(scene: StillScene, font: QFont) -> QImage:
     paint_scene(painter, scene.items, scene.orbit, box, font, scene.background)
     painter.end()
     return image
+
+
+def channels(image: QImage) -> Float:
+    size = (image.height(), image.width(), 4)
+    return np.frombuffer(image.constBits(), np.uint8).reshape(size)[..., :3].astype(np.float64)
+
+
+def test_a_picture_by_loops_is_that_by_qpainter_but_for_rims(job: JobView) -> None:
+    scene, font = scene_of(job), text_font(12)
+    scene = replace(scene, items=tuple(i for i in scene.items if not isinstance(i, Tag)))
+    ours, theirs = (channels(made(scene, font)) for made in (at_once, by_painter))
+    drawn = np.abs(theirs - theirs[0, 0]).max(axis=2) > 16.0
+    off = np.abs(ours - theirs).max(axis=2)
+    # Coverage of a pixel is computed otherwise, and lines have round ends there.
+    assert drawn.sum() > 5000
+    assert off[drawn].mean() < 12.0
+    assert (off > 128.0).sum() < 0.01 * drawn.sum()
+
+
+def test_dots_lie_over_lines_also_of_features_that_changed_last(app: QApplication) -> None:
+    line = Lines(np.array([[[-50.0, 0.0, 0.0], [50.0, 0.0, 0.0]]]), "#ff0000", 3.0)
+    dot = Dots(np.zeros((1, 3)), "#00ff00", 12.0, "#0000ff")
+    orbit = Orbit(np.zeros(3), 0.7, 0.4, 60.0, np.array([0.0, 0.0, 1.0]))
+    below = StillScene((dot,), orbit, SIZE, 1.0, THEME.panel)
+    scene = replace(below, items=(line,), below=below)
+    layer = SceneLayer(app)
+    for _ in range(3):
+        # The third time the lines below are a kept picture.
+        scene = replace(scene, items=(*scene.items,))
+        while not layer.shows(scene):
+            layer.picture(scene, text_font(12))
+            app.processEvents()
+        image = layer.picture(scene, text_font(12)).image
+        places = orbit.project(np.array([[0.0, 0.0, 0.0], [25.0, 0.0, 0.0]]), *SIZE.toTuple())
+        seen = [image.pixelColor(int(x), int(y)) for x, y, _ in places]
+        assert seen == [QColor("#00ff00"), QColor("#ff0000")]
+    layer.deleteLater()
 
 
 def test_only_what_has_changed_is_made_again(job: JobView) -> None:
@@ -145,14 +187,7 @@ def test_a_scene_over_a_cached_one_is_the_picture_painted_at_once(
         for _ in range(10 * len(scene.items)):
             app.processEvents()
         assert layer.shows(over)
-        faces = [item for item in (*below.items, *over.items) if isinstance(item, Face)]
-        lines = [item for item in below.items if not isinstance(item, Face)]
-        wanted = at_once(replace(scene, items=tuple(faces)), font)
-        painter = QPainter(wanted)
-        for items in (lines, over.items):
-            own = [item for item in items if not isinstance(item, Face)]
-            paint_scene(painter, own, scene.orbit, QRectF(wanted.rect()), font, scene.background)
-        painter.end()
+        wanted = at_once(replace(scene, items=(*below.items, *over.items)), font)
         # Of 255: antialiased edges one over the other are rounded twice.
         assert far_off(layer.picture(over, font).image, wanted) <= 4
     layer.deleteLater()

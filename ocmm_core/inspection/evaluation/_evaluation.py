@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 from ocmm_core.alignment import AlignmentReport, BoundAlignment, doubt_of, preview_alignment
@@ -64,17 +63,28 @@ class JobResults:
     """Points that command the fit of a probed feature, by its name."""
     noise: DayCheck = field(default_factory=DayCheck)
     """Noise of the spots against the stated one; U is widened by it."""
+    _reads: Mapping[str, Set[str]] = field(default_factory=dict)
+    """As ``rests_on``, without order."""
 
-    def judged(self, status: JobStatus) -> tuple[CharacteristicResult, ...]:
-        """Return the results, suspect ones as not proven."""
+    def judged(
+        self, status: JobStatus, cache: EvaluationCache | None = None
+    ) -> tuple[CharacteristicResult, ...]:
+        """Return the results, suspect ones as not proven; ``cache`` as in `evaluate_job`."""
         doubtful = {name: f"{one.words} {REMOVE}" for name, one in self.commanding.items()}
         notes = doubtful | notes_on(self.points, status.held)
-        results = self.results
-        if notes:
-            results = tuple(with_doubt(item, self.rests_on[item.name], notes) for item in results)
-        if status.unproven:
-            results = tuple(not_proven(result, status.unproven) for result in results)
-        return results
+        if not notes and not status.unproven:
+            return self.results
+        results = {item.name: item for item in self.results}
+
+        def judged(name: str) -> CharacteristicResult:
+            result = with_doubt(results[name], self.rests_on[name], notes)
+            return not_proven(result, status.unproven) if status.unproven else result
+
+        rows = (cache or EvaluationCache()).table(
+            "judged", (status.unproven, self.rests_on), (results,), judged,
+            reads=self._reads, below=(notes,),
+        )  # fmt: skip
+        return tuple(rows.values())
 
 
 def evaluate_job(
@@ -101,16 +111,19 @@ def evaluate_job(
     for name, one in commanding.items():
         if isinstance(actual[name], FitError):
             actual[name] = FitError("session.commanded", one.words, REMOVE)
-    seen: defaultdict[str, list[TipSensitivity]] = defaultdict(list)
-    for point, sensitivity in zip(points, sensitivities, strict=True):
-        seen[point.feature].append(sensitivity)
+    seen = graph.grouped("sensitivities", points, sensitivities).by_feature
     results = ValueGraph(graph, rig, body).results(touched, seen, actual)
     progress = _Probed(graph.below, done, skipped, touched.points.keys(), actual)
-    judged = tuple(
-        progress.as_far(item, result)
-        for item, result in zip(plan.characteristics, results, strict=True)
-    )
-    return JobResults(touched.points, actual, judged, graph.below.rests_on, commanding, noise)
+    standing = dict.fromkeys(skipped, "skipped") | dict.fromkeys(done, "done")
+    judged = cache.table(
+        "as far", (plan,), (results,),
+        lambda name: progress.as_far(graph.below.asked[name], results[name]),
+        reads=graph.below.reads, below=(standing, touched.points, actual),
+    )  # fmt: skip
+    return JobResults(
+        touched.points, actual, tuple(judged.values()), graph.below.rests_on, commanding, noise,
+        graph.below.reads,
+    )  # fmt: skip
 
 
 def noise_of_job(

@@ -292,16 +292,17 @@ def _by_features(
         feature = actual.get(nominal.name)
         if not isinstance(feature, ActualFeature):
             continue
-        if nominal.shape.spec.located == "along":
+        spec = nominal.shape.spec
+        if spec.located == "along":
             normals.append((nominal_geometry(nominal), feature.fit.geometry))
-        elif nominal.shape.spec.centred:
-            plane = actual.get(nominal.projection)
+        elif spec.centred:
+            plane = actual.get(nominal.projection) if nominal.projection else None
             if isinstance(plane, ActualFeature):
                 # The depth of touches in a bore does not locate it.
                 up = plane.fit.direction
                 depth = float((feature.fit.point - plane.fit.point) @ up)
                 centres.append((np.array(nominal.point), feature.fit.point - depth * up))
-            elif nominal.shape.spec.located == "everywhere":
+            elif spec.located == "everywhere":
                 centres.append((np.array(nominal.point), feature.fit.point))
     there = np.array([there[3:6] for there, _ in normals]).reshape(-1, 3)
     here = np.array([here[3:6] for _, here in normals]).reshape(-1, 3)

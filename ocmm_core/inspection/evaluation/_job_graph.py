@@ -15,6 +15,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -34,16 +35,20 @@ from ocmm_core.features.measured import (
 )
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
-from ocmm_core.inspection.evaluation._cache import EvaluationCache
+from ocmm_core.inspection.evaluation._cache import EvaluationCache, Grouped
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.evaluation._quarantine import (
+    SMALLEST_MM,
+    UsualScatter,
     commanding_among,
     is_examined,
-    scatters_of,
-    usual_scatter,
+    scatter_of,
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import MeasuredPoint, PartTemperature, reported_points
+from ocmm_core.tolerances.zones import Characteristic
+
+T = TypeVar("T")
 
 MAX_SLANT_DEG = 30.0
 """A point approached further off the direction of the plan is not compensated."""
@@ -100,6 +105,11 @@ class PlanFacts:
     """Geometry vectors (12,) of all features, by name."""
     constructions: Sequence[Construction]
     """Each after its inputs."""
+    names: tuple[str, ...]
+    single: tuple[str, ...]
+    """`names`, `single`: of the probed features, and of those that are single points."""
+    planes: Mapping[str, Set[str]]
+    """Names of a projected feature and of its plane, by its name."""
 
     @classmethod
     def of(cls, plan: Plan) -> PlanFacts:
@@ -108,6 +118,13 @@ class PlanFacts:
             plan.bound_alignment,
             nominal_geometries(plan.features, plan.constructions),
             in_order(plan.constructions),
+            tuple(item.name for item in plan.features),
+            tuple(item.name for item in plan.features if item.shape is Shape.POINT),
+            {
+                item.name: frozenset((item.name, item.projection))
+                for item in plan.features
+                if item.projection
+            },
         )
 
 
@@ -118,16 +135,25 @@ class Below:
     rests_on: Mapping[str, Sequence[str]]
     own: Mapping[str, Set[str]]
     """`rests_on`, `own`: All that it depends on, and those that it is about."""
+    asked: Mapping[str, Characteristic]
+    names: tuple[str, ...]
+    """`asked`, `names`: the characteristics by name, and their names in the order of the plan."""
+    reads: Mapping[str, Set[str]]
+    """As ``rests_on``, without order."""
 
     @classmethod
     def of(cls, plan: Plan) -> Below:
         bound, asked = plan.bound_alignment, plan.characteristics
+        rests_on = {item.name: plan.rests_on(item, bound) for item in asked}
         return cls(
-            {item.name: plan.rests_on(item, bound) for item in asked},
+            rests_on,
             {
                 item.name: frozenset(found for name in item.features for found in plan.probed(name))
                 for item in asked
             },
+            {item.name: item for item in asked},
+            tuple(rests_on),
+            {name: frozenset(below) for name, below in rests_on.items()},
         )
 
 
@@ -137,20 +163,24 @@ class PointsByFeature:
 
     points: Mapping[str, tuple[MeasuredPoint, ...]]
     places: Mapping[str, tuple[int, ...]]
+    owners: Mapping[int, str]
+    """Feature of each index."""
 
     @classmethod
     def of(cls, points: Sequence[MeasuredPoint], places: Sequence[int]) -> PointsByFeature:
         """Return the points by feature; indices must be unique."""
-        if len(set(places)) < len(points):
+        owners = {place: point.feature for point, place in zip(points, places, strict=True)}
+        if len(owners) < len(points):
             raise ValueError("two points have the same number")
-        own: defaultdict[str, list[MeasuredPoint]] = defaultdict(list)
         numbers: defaultdict[str, list[int]] = defaultdict(list)
+        own: defaultdict[str, list[MeasuredPoint]] = defaultdict(list)
         for point, place in zip(points, places, strict=True):
             own[point.feature].append(point)
             numbers[point.feature].append(place)
         return cls(
             {name: tuple(found) for name, found in own.items()},
             {name: tuple(found) for name, found in numbers.items()},
+            owners,
         )
 
     def of_features(self, names: Sequence[str]) -> tuple[list[MeasuredPoint], list[int]]:
@@ -175,54 +205,77 @@ class FeatureGraph:
 
     def touched(self, points: Sequence[MeasuredPoint]) -> PointsByFeature:
         """Return stored points as reported, indexed by their numbers."""
-        part = self.options.climate.part
-        raw = PointsByFeature.of(points, [point.number for point in points])
+        cache, part = self.cache, self.options.climate.part
+        own = self.grouped("points", points, points)
+        raw = own.by_feature
         return PointsByFeature(
-            {name: self._reported(name, own, part) for name, own in raw.points.items()}, raw.places
+            cache.table("reported", (part,), (raw,), lambda name: self._reported(raw[name], part)),
+            cache.table("places", (), (raw,), lambda name: tuple(one.number for one in raw[name])),
+            own.owners,
         )
 
+    def grouped(self, key: str, points: Sequence[MeasuredPoint], values: Sequence[T]) -> Grouped[T]:
+        """Return values of the points by feature."""
+        points, values = tuple(points), tuple(values)
+        return self.cache.grown(("grouped", key), lambda before: Grouped.of(points, values, before))
+
     def _reported(
-        self, name: str, own: tuple[MeasuredPoint, ...], part: PartTemperature
+        self, own: tuple[MeasuredPoint, ...], part: PartTemperature
     ) -> tuple[MeasuredPoint, ...]:
-        return self.cache.known(
-            ("reported", name), (part, *own), lambda: tuple(reported_points(own, part))
-        )
+        return own if part.scale == 1.0 else tuple(reported_points(own, part))
 
     def features(self, touched: PointsByFeature) -> dict[str, ActualFeature | FitError]:
         """Return every feature of the plan, probed or constructed, or why it is unknown."""
-        actual = {item.name: self._fitted(item, touched) for item in self.plan.features}
+        facts, table = self.facts, self.cache.table
+        actual = dict(
+            table(
+                "feature", (self.plan,), (touched.points,),
+                lambda name: self._fitted(name, touched),
+                names=facts.names, reads=facts.planes, below=(touched.points,),
+            )
+        )  # fmt: skip
         rule, known = self.plan.alignment, actual
         if rule is not None and any(name not in actual for name in rule.features):
             known = actual | self._constructed(actual, "of the frame")
         T_part_from_world = self.frame(known)
         if T_part_from_world is not None:
-            for item in self.plan.features:
-                if item.shape is Shape.POINT:
-                    actual[item.name] = self._compensated(item, touched, T_part_from_world)
-        for name, feature in actual.items():
-            if isinstance(feature, ActualFeature) and feature.fit.form > self.options.max_form:
-                actual[name] = self._scattered(name, feature)
+            actual |= table(
+                "point", (self.plan, T_part_from_world), (touched.points,),
+                lambda name: self._compensated(name, touched, T_part_from_world),
+                names=facts.single,
+            )  # fmt: skip
+        found = actual
+        actual = dict(
+            table(
+                "checked", (self.plan, self.options), (found,),
+                lambda name: _checked(found[name], self.options.max_form), names=facts.names,
+            )
+        )  # fmt: skip
         # Projections onto a suspect plane are suspect.
-        for nominal in self.plan.features:
-            plane = actual.get(nominal.projection)
+        for name in facts.planes:
+            plane = actual.get(facts.by_name[name].projection)
             if isinstance(plane, FitError):
-                actual[nominal.name] = plane
+                actual[name] = plane
         return actual | self._constructed(actual, "constructed")
 
     def commanding(self, touched: PointsByFeature, actual: Found) -> dict[str, CommandingPoints]:
         """Return the points that command the fit of a probed feature, by its name."""
-        scatters = scatters_of(actual)
+        sizes = self.cache.table("scatter", (), (actual,), lambda name: scatter_of(actual[name]))
+        scatters = {name: size for name, size in sizes.items() if size is not None}
+        usual = UsualScatter(scatters)
         found: dict[str, CommandingPoints | None] = {}
-        for item in self.plan.features:
-            own, plane = touched.points.get(item.name), actual.get(item.projection)
-            if own is None or not is_examined(item, scatters, plane):
+        for name, own in touched.points.items():
+            if scatters.get(name, np.inf) <= SMALLEST_MM or name not in self.facts.by_name:
                 continue
-            usual = usual_scatter(item.name, scatters)
-            found[item.name] = self.cache.known(
-                ("commanding", item.name),
-                (item, plane, usual, *own),
-                partial(commanding_among, item, own, plane, usual),
-            )
+            item = self.facts.by_name[name]
+            plane = actual.get(item.projection)
+            if is_examined(item, scatters, plane):
+                step = usual.of(name)
+                found[name] = self.cache.known(
+                    ("commanding", name),
+                    (item, plane, step, *own),
+                    partial(commanding_among, item, own, plane, step),
+                )
         return {name: one for name, one in found.items() if one is not None}
 
     def frame(self, actual: Found) -> RigidTransform | None:
@@ -249,28 +302,19 @@ class FeatureGraph:
             ("alignment", choice), (bound,), lambda: replace(bound, choice=choice)
         )
 
-    def _fitted(
-        self, nominal: NominalFeature, touched: PointsByFeature
-    ) -> ActualFeature | FitError:
-        names = [name for name in (nominal.projection, nominal.name) if name]
+    def _fitted(self, name: str, touched: PointsByFeature) -> ActualFeature | FitError:
+        by_name = self.facts.by_name
+        names = [one for one in (by_name[name].projection, name) if one]
         points, places = touched.of_features(names)
-
-        def made() -> ActualFeature | FitError:
-            known = [self.facts.by_name[name] for name in names if name in self.facts.by_name]
-            return actual_features(known, points, places)[nominal.name]
-
-        # The plan is an input because it contains the plane of projection.
-        return self.cache.known(("feature", nominal.name), (self.plan, nominal, *points), made)
+        known = [by_name[one] for one in names if one in by_name]
+        return actual_features(known, points, places)[name]
 
     def _compensated(
-        self, nominal: NominalFeature, touched: PointsByFeature, T_part_from_world: RigidTransform
+        self, name: str, touched: PointsByFeature, T_part_from_world: RigidTransform
     ) -> ActualFeature | FitError:
-        points, places = touched.of_features([nominal.name])
-        return self.cache.known(
-            ("point", nominal.name),
-            (nominal, T_part_from_world, *points),
-            lambda: compensate_by_plan([nominal], points, T_part_from_world, places)[nominal.name],
-        )
+        points, places = touched.of_features([name])
+        nominal = self.facts.by_name[name]
+        return compensate_by_plan([nominal], points, T_part_from_world, places)[name]
 
     def _constructed(self, actual: Found, stage: str) -> dict[str, ActualFeature | FitError]:
         known: dict[str, ActualFeature | FitError] = dict(actual)
@@ -287,9 +331,6 @@ class FeatureGraph:
             lambda: constructed_features([item], below, self.facts.nominals)[item.name],
         )
 
-    def _scattered(self, name: str, feature: ActualFeature) -> FitError:
-        return self.cache.known(("scattered", name), (feature,), lambda: _scattered(feature))
-
 
 def part_frame_of(bound: BoundAlignment | None, actual: Found) -> RigidTransform | None:
     """Return the part frame; None while its datums are not measured, or without an alignment."""
@@ -299,7 +340,9 @@ def part_frame_of(bound: BoundAlignment | None, actual: Found) -> RigidTransform
         return None
 
 
-def _scattered(feature: ActualFeature) -> FitError:
+def _checked(feature: ActualFeature | FitError, max_form: float) -> ActualFeature | FitError:
+    if isinstance(feature, FitError) or feature.fit.form <= max_form:
+        return feature
     worst = feature.numbers[int(np.argmax(np.abs(feature.fit.residuals)))]
     return FitError(
         "session.form",

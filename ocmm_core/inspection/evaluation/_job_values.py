@@ -42,34 +42,42 @@ class ValueGraph:
         touched: PointsByFeature,
         sensitivities: Mapping[str, Sequence[TipSensitivity]],
         actual: Found,
-    ) -> tuple[CharacteristicResult, ...]:
-        """Return a result for every characteristic of the plan, in order.
+    ) -> Mapping[str, CharacteristicResult]:
+        """Return a result for every characteristic of the plan, by name.
 
         `touched`, `actual`: points and features by `FeatureGraph`. `sensitivities`: of each
         feature's points, in order.
         """
-        plan, alignment = self._graph.plan, self._graph.alignment(actual)
-        blocks = {name: self._factors(name, touched, own) for name, own in sensitivities.items()}
-        records = {name: self._record(name, feature, blocks) for name, feature in actual.items()}
-        owners = {place: name for name, own in touched.places.items() for place in own}
-        return tuple(self._value(item, alignment, records, owners) for item in plan.characteristics)
+        graph, table = self._graph, self._cache.table
+        plan, facts, alignment = graph.plan, graph.facts, graph.alignment(actual)
+        same = (self._rig, self._body, graph.options, facts.bound)
+        blocks = table(
+            "factors", same, (sensitivities, touched.points),
+            lambda name: self._factors(name, touched, sensitivities[name]),
+        )  # fmt: skip
+        records = table(
+            "record", (plan,), (actual, blocks),
+            lambda name: self._record(name, actual[name], blocks),
+            reads=facts.planes, below=(blocks,),
+        )  # fmt: skip
+        asked = graph.below.asked
+        return self._cache.watched_table(
+            "value", (plan, alignment), records,
+            lambda name, watch: self._value(asked[name], alignment, watch, touched.owners),
+            graph.below.names,
+        )  # fmt: skip
 
     def _factors(
         self, name: str, touched: PointsByFeature, sensitivities: Sequence[TipSensitivity]
     ) -> PointFactors:
         points, options, bound = touched.points[name], self._graph.options, self._graph.facts.bound
-
-        def made() -> PointFactors:
-            found = joint_factors(
-                points, sensitivities, self._rig, self._body, options.contact,
-                options.climate.part, doubt_of(bound), self._root,
-            )  # fmt: skip
-            places = np.array(touched.places[name], dtype=np.int64)
-            order = np.argsort(places)
-            return replace(found.kept(order), places=places[order])
-
-        inputs = (self._rig, self._body, options, bound, *points, *sensitivities)
-        return self._cache.known(("factors", name), inputs, made)
+        found = joint_factors(
+            points, sensitivities, self._rig, self._body, options.contact,
+            options.climate.part, doubt_of(bound), self._root,
+        )  # fmt: skip
+        places = np.array(touched.places[name], dtype=np.int64)
+        order = np.argsort(places)
+        return replace(found.kept(order), places=places[order])
 
     def _root(self, covariance: Float) -> Float:
         key = covariance.shape, covariance.tobytes()
@@ -85,13 +93,10 @@ class ValueGraph:
         found = [blocks[other] for other in (name, plane) if other in blocks]
         own = blocks.get(name)
 
-        def made() -> Record:
-            sample = None
-            if own is not None and not isinstance(feature, FitError):
-                sample = next(iter(form_samples({name: feature}, joined_factors(found))), None)
-            return Record(feature, own, sample)
-
-        return self._cache.known(("record", name), (feature, own, *found), made)
+        sample = None
+        if own is not None and not isinstance(feature, FitError):
+            sample = next(iter(form_samples({name: feature}, joined_factors(found))), None)
+        return Record(feature, own, sample)
 
     def _value(
         self,
@@ -100,8 +105,6 @@ class ValueGraph:
         records: Mapping[str, Record],
         owners: Mapping[int, str],
     ) -> CharacteristicResult:
-        inputs = (self._graph.plan, item, alignment)
-
         def kept(
             datums: tuple[str, ...],
             actual: Mapping[str, ActualFeature],
@@ -109,12 +112,9 @@ class ValueGraph:
         ) -> HeldFrame:
             return self._cache.watched(("datums", datums), (alignment,), actual, make)
 
-        def made(watch: Mapping[str, Record]) -> CharacteristicResult:
-            known = _Known(watch, owners)
-            frames = Frames(measured_of(known.actual), alignment, kept)
-            return evaluate_one(item, alignment, known, frames, self._graph.plan.rule)
-
-        return self._cache.watched(("value", item.name), inputs, records, made)
+        known = _Known(records, owners)
+        frames = Frames(measured_of(known.actual), alignment, kept)
+        return evaluate_one(item, alignment, known, frames, self._graph.plan.rule)
 
 
 class _Known:

@@ -9,6 +9,7 @@ results are unknown.
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
@@ -55,32 +56,14 @@ def outliers(feature: ActualFeature) -> tuple[int, ...]:
     return tuple(feature.numbers[row] for row in rows)
 
 
-def commanding(
-    nominal: NominalFeature,
-    points: Sequence[MeasuredPoint],
-    actual: Mapping[str, ActualFeature | FitError],
-) -> CommandingPoints | None:
-    """Return the points of a probed feature that command its fit, or prevent it; or None.
-
-    ``actual``, all features: the plane it is projected onto, and the scatter to be expected.
-    """
-    scatters = scatters_of(actual)
-    plane = actual.get(nominal.projection)
-    if not is_examined(nominal, scatters, plane):
-        return None
-    return commanding_among(nominal, points, plane, usual_scatter(nominal.name, scatters))
-
-
 _Found = ActualFeature | FitError
 
 
-def scatters_of(actual: Mapping[str, _Found]) -> dict[str, float]:
-    """Return the rms of the residuals of probed features by name, mm."""
-    return {
-        name: float(np.sqrt(np.mean(one.raw.residuals**2)))
-        for name, one in actual.items()
-        if isinstance(one, ActualFeature) and one.raw is not None
-    }
+def scatter_of(one: _Found) -> float | None:
+    """Return the rms of the residuals of a probed feature, mm; None if not fitted."""
+    if isinstance(one, FitError) or one.raw is None:
+        return None
+    return float(np.sqrt(np.mean(one.raw.residuals**2)))
 
 
 def is_examined(
@@ -93,11 +76,40 @@ def is_examined(
     return scatters.get(nominal.name, np.inf) > SMALLEST_MM
 
 
-def usual_scatter(name: str, scatters: Mapping[str, float]) -> float:
-    """Return one of `USUAL_MM`: the median of the other features, rounded up."""
-    others = [size for other, size in scatters.items() if other != name]
-    middle = float(np.median(others)) if others else 0.0
-    return next((step for step in USUAL_MM if step >= middle), USUAL_MM[-1])
+class UsualScatter:
+    """Scatter to be expected of each feature, by that of all."""
+
+    def __init__(self, scatters: Mapping[str, float]) -> None:
+        self._scatters, self._sorted = scatters, sorted(scatters.values())
+
+    def of(self, name: str) -> float:
+        """Return one of `USUAL_MM`: the median of the other features, rounded up."""
+        sizes, own = self._sorted, self._scatters.get(name)
+        # Without one's own: places from it on are one further.
+        skipped = len(sizes) if own is None else bisect_left(sizes, own)
+        count = len(sizes) - (own is not None)
+        if not count:
+            return USUAL_MM[0]
+        low, high = (k + (k >= skipped) for k in ((count - 1) // 2, count // 2))
+        middle = 0.5 * (sizes[low] + sizes[high])
+        return next((step for step in USUAL_MM if step >= middle), USUAL_MM[-1])
+
+
+def commanding(
+    nominal: NominalFeature,
+    points: Sequence[MeasuredPoint],
+    actual: Mapping[str, ActualFeature | FitError],
+) -> CommandingPoints | None:
+    """Return the points of a probed feature that command its fit, or prevent it; or None.
+
+    ``actual``, all features: the plane it is projected onto, and the scatter to be expected.
+    """
+    sizes = ((name, scatter_of(one)) for name, one in actual.items())
+    scatters = {name: size for name, size in sizes if size is not None}
+    plane = actual.get(nominal.projection)
+    if not is_examined(nominal, scatters, plane):
+        return None
+    return commanding_among(nominal, points, plane, UsualScatter(scatters).of(nominal.name))
 
 
 def commanding_among(

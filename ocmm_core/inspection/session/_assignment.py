@@ -146,8 +146,10 @@ def _angle(first: Float, second: Float) -> float:
 
 def _plane_normal(feature: NominalFeature, points: Sequence[MeasuredPoint]) -> Float | None:
     """Return the normal of a plane that has points, (3,), world; None if they do not fix it."""
+    if feature.shape is not Shape.PLANE:
+        return None
     own = [point for point in points if point.feature == feature.name]
-    if feature.shape is not Shape.PLANE or len(own) < _PLANE_POINTS:
+    if len(own) < _PLANE_POINTS:
         return None
     tips = np.array([point.tip_world for point in own])
     _, sizes, axes = np.linalg.svd(tips - tips.mean(axis=0))

@@ -181,9 +181,13 @@ class JobPoints:
         self.held = {hold_reason: held_back(events, hold_reason) for hold_reason in HoldReason}
         self._own: set[int] = set()
         self._sensitivities: dict[int, TipSensitivity] = {}
+        self._in_order: list[TipSensitivity] | None = None
+        self._deleted: dict[str, tuple[DeletedPoint, ...]] | None = None
+        """`_in_order`, `_deleted`: known answers of `sensitivities` and `all_deleted`."""
 
     def snapshot(self) -> JobPoints:
         """Return a copy for concurrent reading."""
+        self.all_deleted()  # Once for all copies.
         twin = copy.copy(self)
         vars(twin).update(
             counting=list(self.counting),
@@ -195,24 +199,22 @@ class JobPoints:
 
     def sensitivities(self, reference: ReferenceUse) -> list[TipSensitivity]:
         """Return those of the points that count, in order; errors of ``reference``."""
-        # Sensitivities depend only on the number: rows never change, nor do cameras and body of a
-        # session.
+        if self._in_order is not None:
+            return self._in_order
+        # They depend only on the number: rows, cameras and body never change in a session.
         new = [point for point in self.counting if point.number not in self._sensitivities]
         found = reference.sensitivities([(point.spots, point.reference_spots) for point in new])
         self._sensitivities |= {p.number: one for p, one in zip(new, found, strict=True)}
-        return [self._sensitivities[point.number] for point in self.counting]
+        self._in_order = [self._sensitivities[point.number] for point in self.counting]
+        return self._in_order
 
     @property
     def last_number(self) -> int:
         """Return the largest number of a point that counts; zero without any."""
-        return max((point.number for point in self.counting), default=0)
+        return self.counting[-1].number if self.counting else 0
 
     def count(self, feature: str) -> int:
         return sum(point.feature == feature for point in self.counting)
-
-    def counts(self) -> dict[str, int]:
-        names = [point.feature for point in self.counting]
-        return {name: names.count(name) for name in dict.fromkeys(names)}
 
     def of(self, feature: str) -> list[MeasuredPoint]:
         return [point for point in self.counting if point.feature == feature]
@@ -228,10 +230,13 @@ class JobPoints:
 
     def all_deleted(self) -> dict[str, tuple[DeletedPoint, ...]]:
         """Return by feature the deleted points that were not restored."""
+        if self._deleted is not None:
+            return self._deleted
         found: dict[str, tuple[DeletedPoint, ...]] = {}
         for number, item in sorted(self._out.items()):
             if number not in self._successor and item.reason != FLIPPED:
                 found[item.point.feature] = (*found.get(item.point.feature, ()), item)
+        self._deleted = found
         return found
 
     def all_taken_out(self) -> tuple[tuple[MeasuredPoint, str], ...]:
@@ -257,6 +262,8 @@ class JobPoints:
         self._job.change(append=[point], events=events)
         self._sensitivities[point.number] = sensitivity
         self._own.add(point.number)
+        if self._in_order is not None:
+            self._in_order.append(sensitivity)
         self.counting.append(point)
 
     def planned(self, annul: Collection[int], restore: Collection[int] = ()) -> Change:
@@ -288,6 +295,7 @@ class JobPoints:
         self._job.change(
             annul=annul, append=back, events=[*events, *told, *self._held_events(renamed)]
         )
+        self._forget_answers()
         for point in out:
             self.counting.remove(point)
             self._out[point.number] = DeletedPoint(point, annul[point.number])
@@ -308,6 +316,7 @@ class JobPoints:
         self._job.change(
             annul={old.number: reason}, append=[new], events=[*events, *self._held_events(renamed)]
         )
+        self._forget_answers()
         self.counting.remove(old)
         self._out[old.number] = DeletedPoint(old, reason)
         self.counting.append(new)
@@ -351,10 +360,12 @@ class JobPoints:
     def know(self, sensitivities: Mapping[int, TipSensitivity]) -> None:
         """Use sensitivities that were already computed from the raw observations, by number."""
         self._sensitivities |= sensitivities
+        self._forget_answers()
 
     def forget_sensitivities(self) -> None:
         """Discard sensitivities, so that they are recalculated."""
         self._sensitivities.clear()
+        self._forget_answers()
 
     def taken_out(self, number: int) -> MeasuredPoint:
         """Return a restorable point; MeasuringError if it is not."""
@@ -366,6 +377,9 @@ class JobPoints:
                 "Choose a deleted point of the feature.",
             )
         return item.point
+
+    def _forget_answers(self) -> None:
+        self._in_order = self._deleted = None
 
     def _held_events(self, renamed: Sequence[tuple[int, int]]) -> list[tuple[str, str]]:
         return [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -172,36 +172,33 @@ def view_of(
         progress.done, progress.skipped, cache,
     )  # fmt: skip
     status = JobStatus(held=notes_of(points.held), unproven=state.unproven)
-    results = found.judged(status)
+    results = found.judged(status, cache)
     place = cache.watched(
         "place", (plan, options), found.actual, lambda actual: _place(plan, options, actual)
     )
-    seen = _Seen(found, status, points, state, place, cache)
-    features = tuple(map(seen.feature, plan.features))
+    seen = _Seen(plan, found, status, points, state, place, cache)
+    features = seen.features()
     last = points.counting[-1].tip_world if points.counting else None
     targets: tuple[Target, ...] = ()
     if progress.active:
-        targets = targets_of(
-            plan, progress.active, points.of(progress.active), place, body.tip_radius, last
-        )
-        features = tuple(
-            replace(item, targets=targets) if item.name == progress.active else item
-            for item in features
-        )
+        own = points.of(progress.active)
+        targets = targets_of(plan, progress.active, own, place, body.tip_radius, last)
+        if targets:
+            active = replace(features[progress.active], targets=targets)
+            features = {**features, progress.active: active}
     placed_part = cache.known(
         "part", (state.part, place, rig), lambda: placed(state.part, place, rig)
     )
     planned = None
     if progress.active and not isinstance(found.actual[progress.active], ActualFeature):
         planned = planned_feature(
-            plan, progress.active, points.of(progress.active), place, placed_part, rig,
-            body.tip_radius,
-        )  # fmt: skip
+            plan, progress.active, own, place, placed_part, rig, body.tip_radius
+        )
     return JobView(
         job=state.job,
         part=plan.part,
         operator=state.header.operator,
-        features=features,
+        features=tuple(features.values()),
         active=progress.active,
         characteristics=results,
         refusal=state.refusal,
@@ -210,14 +207,16 @@ def view_of(
         unproven=state.unproven,
         room_doubt=state.room_doubt,
         room=environment_words(state.room, points.last_number),
-        held=tuple(p.number for p in points.counting if p.number in status.held),
+        held=tuple(p.number for p in points.counting if p.number in status.held)
+        if status.held
+        else (),
         temperature=options.climate.words,
         at_20_c=options.climate.part.compensated,
         header=state.header,
         probing=progress.probing,
         paused=state.paused,
         target=targets[0] if targets else None,
-        constructed=tuple(_made(plan, item.name, found, progress) for item in plan.constructions),
+        constructed=seen.constructed(),
         undo=state.undo,
         redo=state.redo,
         simulated=state.simulated,
@@ -238,10 +237,11 @@ def _place(
 
 
 class _Seen:
-    """Views of the probed features of a job."""
+    """Views of the features of a job."""
 
     def __init__(
         self,
+        plan: Plan,
         found: JobResults,
         status: JobStatus,
         points: JobPoints,
@@ -249,42 +249,101 @@ class _Seen:
         place: Whereabouts | None,
         cache: EvaluationCache,
     ) -> None:
-        self._found, self._state, self._place, self._cache = found, state, place, cache
+        self._plan, self._found, self._cache = plan, found, cache
+        self._methods, progress = state.methods, state.progress
         self._notes = notes_on(found.points, status.held)
         self._deleted = points.all_deleted()
-
-    def feature(self, nominal: NominalFeature) -> FeatureView:
-        name = nominal.name
-        actual, own = self._found.actual[name], self._found.points.get(name, ())
+        self._facts = facts = cache.known("seen", (plan,), lambda: _PlanViews.of(plan))
         # The pose of the part matters only to extended shapes.
-        extends = nominal.shape.spec.spread in ("line", "plane")
-        place = self._place.T_nominal_from_world if extends and self._place else None
-        commanding = self._found.commanding.get(name)
+        there = None if place is None else place.T_nominal_from_world
+        self._places = dict.fromkeys(facts.extended, there)
+        self._states = dict.fromkeys(facts.nominals, FeatureState.PENDING)
+        self._states |= dict.fromkeys(progress.done, FeatureState.DONE)
+        self._states |= dict.fromkeys(progress.skipped, FeatureState.SKIPPED)
+        if progress.active:
+            self._states[progress.active] = FeatureState.ACTIVE
+
+    def features(self) -> Mapping[str, FeatureView]:
+        """Return the probed features by name, in the order of the plan."""
+        found = self._found
+        return self._cache.table(
+            "features", (self._plan,),
+            (found.actual, found.points, found.commanding, self._places, self._notes,
+             self._deleted, self._states, self._methods),
+            self._feature, names=self._facts.names,
+        )  # fmt: skip
+
+    def constructed(self) -> tuple[FeatureView, ...]:
+        """Return the constructed features; each is done when all its inputs are."""
+        facts = self._facts
+        rows = self._cache.table(
+            "constructions", (self._plan,), (self._found.actual,), self._constructed,
+            names=tuple(facts.probed), reads=facts.probed, below=(self._states,),
+        )  # fmt: skip
+        return tuple(rows.values())
+
+    def _feature(self, name: str) -> FeatureView:
+        nominal, found = self._facts.nominals[name], self._found
+        actual, own = found.actual[name], found.points.get(name, ())
+        commanding = found.commanding.get(name)
         why = "" if commanding is None else f"{commanding.words} {REMOVE}"
-        note, deleted = self._notes.get(name, why), self._deleted.get(name, ())
-        state, method = _state(name, self._state.progress), self._state.methods[name]
+        fitted = actual if isinstance(actual, ActualFeature) else None
+        place = self._places.get(name)
+        return FeatureView(
+            name=name,
+            shape=nominal.shape,
+            needed=nominal.points,
+            state=self._states[name],
+            points=tuple(own),
+            fit=None if fitted is None else fitted.fit,
+            note=(why or actual.what)
+            if isinstance(actual, FitError)
+            else self._notes.get(name, why),
+            outliers=_flagged(fitted, commanding),
+            commanding=commanding,
+            deleted=self._deleted.get(name, ()),
+            coverage=None if fitted is None else coverage_of(nominal, fitted.fit, own, place),
+            text=nominal.text,
+            picture=nominal.picture,
+            compensation=self._methods[name],
+        )
 
-        def made() -> FeatureView:
-            fitted = actual if isinstance(actual, ActualFeature) else None
-            return FeatureView(
-                name=name,
-                shape=nominal.shape,
-                needed=nominal.points,
-                state=state,
-                points=tuple(own),
-                fit=None if fitted is None else fitted.fit,
-                note=(why or actual.what) if isinstance(actual, FitError) else note,
-                outliers=_flagged(fitted, commanding),
-                commanding=commanding,
-                deleted=deleted,
-                coverage=None if fitted is None else coverage_of(nominal, fitted.fit, own, place),
-                text=nominal.text,
-                picture=nominal.picture,
-                compensation=method,
-            )
+    def _constructed(self, name: str) -> FeatureView:
+        actual = self._found.actual[name]
+        fitted = actual if isinstance(actual, ActualFeature) else None
+        done = {self._states[below] for below in self._facts.probed[name]} <= {FeatureState.DONE}
+        return FeatureView(
+            name=name,
+            shape=self._plan.shapes[name],
+            needed=0,
+            state=FeatureState.DONE if done else FeatureState.PENDING,
+            points=(),
+            fit=None if fitted is None else fitted.fit,
+            note=actual.what if isinstance(actual, FitError) else "",
+        )
 
-        inputs = (nominal, actual, own, place, commanding, note, deleted, state, method)
-        return self._cache.known(("seen", name), inputs, made)
+
+@dataclass(frozen=True, slots=True)
+class _PlanViews:
+    """Quantities for views that follow from a plan alone."""
+
+    nominals: Mapping[str, NominalFeature]
+    names: tuple[str, ...]
+    extended: tuple[str, ...]
+    """`nominals`, `names`, `extended`: of the probed features; lines and planes."""
+    probed: Mapping[str, Set[str]]
+    """Probed features of each construction, by its name."""
+
+    @classmethod
+    def of(cls, plan: Plan) -> _PlanViews:
+        return cls(
+            {item.name: item for item in plan.features},
+            tuple(item.name for item in plan.features),
+            tuple(
+                item.name for item in plan.features if item.shape.spec.spread in ("line", "plane")
+            ),
+            {item.name: frozenset(plan.probed(item.name)) for item in plan.constructions},
+        )
 
 
 def _flagged(feature: ActualFeature | None, commanding: CommandingPoints | None) -> tuple[int, ...]:
@@ -292,27 +351,3 @@ def _flagged(feature: ActualFeature | None, commanding: CommandingPoints | None)
     if commanding is not None:
         return commanding.numbers
     return () if feature is None else outliers(feature)
-
-
-def _made(plan: Plan, name: str, found: JobResults, progress: Progress) -> FeatureView:
-    """Return a constructed feature; it is done when all its inputs are."""
-    actual = found.actual[name]
-    done = set(plan.probed(name)) <= progress.done
-    fit = actual.fit if isinstance(actual, ActualFeature) else None
-    return FeatureView(
-        name=name,
-        shape=plan.shapes[name],
-        needed=0,
-        state=FeatureState.DONE if done else FeatureState.PENDING,
-        points=(),
-        fit=fit,
-        note="" if isinstance(actual, ActualFeature) else actual.what,
-    )
-
-
-def _state(name: str, progress: Progress) -> FeatureState:
-    if name == progress.active:
-        return FeatureState.ACTIVE
-    if name in progress.skipped:
-        return FeatureState.SKIPPED
-    return FeatureState.DONE if name in progress.done else FeatureState.PENDING

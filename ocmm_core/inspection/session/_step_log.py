@@ -7,6 +7,7 @@ before the step or after it, and knows its undo steps.
 from __future__ import annotations
 
 import threading
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -147,7 +148,9 @@ class StepLog:
     def __init__(self, plan: Plan, job: JobFile) -> None:
         events = job.events()
         self.points = JobPoints(job)
-        self.progress = progress_of(plan, self.points.counts(), events)
+        self.progress = progress_of(
+            plan, Counter(point.feature for point in self.points.counting), events
+        )
         self._deeds = deeds_from(
             events,
             self.progress.names,
