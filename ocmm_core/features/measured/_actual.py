@@ -311,11 +311,10 @@ def touches_of(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoi
     own = [point for _, point in touched]
     minimum = MINIMUM_POINTS[nominal.shape]
     if len(own) < minimum:
-        raise FitError(
-            "feature.too_few_points",
-            f"{nominal.name} needs at least {minimum} points ({len(own)} taken).",
-            "Take the missing points.",
-        )
+        what = f"{nominal.name} needs at least {minimum} points ({len(own)} taken)."
+        if minimum == 1:
+            what = f"{nominal.name} has no points."
+        raise FitError("feature.too_few_points", what, "Take the missing points.")
     radii = np.array([point.tip_radius for point in own])
     if np.ptp(radii) > SAME_RADIUS:
         raise FitError(

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from operator import is_
 from types import MappingProxyType
-from typing import Generic, TypeVar, cast
+from typing import Any, Generic, TypeVar, cast
 
 from ocmm_core.measuring import MeasuredPoint
 
@@ -82,7 +82,7 @@ class EvaluationCache:
         if before is None or not before.has(inputs, len(sources)):
             rows = {name: make(name) for name in (own[0] if names is None else names)}
         else:
-            rows = cast("dict[str, T]", before.rows)
+            rows = before.rows
             count = len(own)
             changed = changed_names(before.sources[:count], own)
             moved = changed_names(before.sources[count:], below)
@@ -120,7 +120,7 @@ class EvaluationCache:
                 nodes[name] = self._watched((key, name), inputs, source, partial(make, name))
         rows = {name: cast("T", node.value) for name, node in nodes.items()}
         if before is not None and not changed_names((before.rows,), (rows,)):
-            rows = cast("dict[str, T]", before.rows)
+            rows = before.rows
         self._tables[key] = _Table(inputs, (source,), rows, nodes)
         return rows
 
@@ -177,7 +177,7 @@ class _Table:
 
     inputs: tuple[object, ...]
     sources: tuple[Mapping[str, object], ...]
-    rows: Mapping[str, object]
+    rows: dict[str, Any]
     nodes: Mapping[str, _Node] = field(default_factory=dict)
 
     def has(self, inputs: Sequence[object], n_sources: int) -> bool:

@@ -116,7 +116,7 @@ def evaluate_job(
     progress = _Probed(graph.below, done, skipped, touched.points.keys(), actual)
     standing = dict.fromkeys(skipped, "skipped") | dict.fromkeys(done, "done")
     judged = cache.table(
-        "as far", (plan,), (results,),
+        "as_far", (plan,), (results,),
         lambda name: progress.as_far(graph.below.asked[name], results[name]),
         reads=graph.below.reads, below=(standing, touched.points, actual),
     )  # fmt: skip
