@@ -98,7 +98,8 @@ TABLE = {
     "calibrate boards": (
         argument("patterns", ..., "Names of the pictures of each camera, in the order of the rig.",
                  metavar="'*-CAMERA.png'..."),
-        Option("board", ..., "Document of the calibration board."),
+        Option("board", ..., "Document of the calibration board; a template: "
+               "resources/artefacts/board.toml."),
         Option("corners", None, "Table of corners: filename x y level."),
         Option("pictures", None, "Folder of pictures; corners are found by OpenCV."),
         Option("valid_days", 365, ""),

@@ -96,6 +96,12 @@ def test_a_board_grows_with_the_temperature(tmp_path: Path) -> None:
     assert cold.scale_sigma > warm.scale_sigma
 
 
+def test_the_template_is_a_board_without_traceable_scale() -> None:
+    board = load_board(resource("artefacts", "board.toml"))
+    assert board.corners.shape == (88, 3)
+    assert not board.traceable
+
+
 @pytest.mark.parametrize(
     ("old", "new", "field"),
     [
