@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     from ocmm_boards._command import calibrate_boards
     from ocmm_boards._corners import BoardViews, read_corners
     from ocmm_boards._detection import detect_corners
+    from ocmm_boards._pictures import take_pictures
     from ocmm_boards._solution import BoardCalibration, calibrate_with_board
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
     "Board", "BoardCalibration", "BoardViews", "calibrate_boards", "calibrate_with_board",
-    "detect_corners", "load_board", "read_corners",
+    "detect_corners", "load_board", "read_corners", "take_pictures",
 ]  # fmt: skip

@@ -12,7 +12,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
-    from ocmm_genicam._feed import genicam_config
+    from ocmm_genicam._feed import genicam_config, require_cameras_of
+    from ocmm_genicam._grabber import Expected
     from ocmm_genicam._pixels import unpack
     from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
     from ocmm_genicam._source import GenicamSource
@@ -21,6 +22,6 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "CAMERAS", "AravisCameras", "GenicamConfig", "GenicamSource", "genicam_command",
-    "genicam_config", "genicam_description", "unpack",
+    "CAMERAS", "AravisCameras", "Expected", "GenicamConfig", "GenicamSource", "genicam_command",
+    "genicam_config", "genicam_description", "require_cameras_of", "unpack",
 ]  # fmt: skip

@@ -26,15 +26,15 @@ def genicam_config(rig: Rig, serials: tuple[str, ...], ring: FrameRing, name: st
 def genicam_feed(_request: StationRequest, _plan: Plan, rig: Rig, value: str) -> Feed:
     """Return the cameras named in a source; InputError if they are not those of the rig."""
     serials = tuple(part.strip() for part in value.split(","))
-    _check(rig, serials)
+    require_cameras_of(rig, serials)
     ring = FrameRing.create(len(rig.cameras))
     config = genicam_config(rig, serials, ring, f"GenICam {', '.join(serials)}")
     acquisition = ChildProcess(genicam_command(), config.to_json(), ring)
     return Feed(acquisition, ring, genicam_description(config), live=True)
 
 
-def _check(rig: Rig, serials: tuple[str, ...]) -> None:
-    """Refuse cameras that are not those of the rig, in its order."""
+def require_cameras_of(rig: Rig, serials: tuple[str, ...]) -> None:
+    """Raise InputError unless these are the cameras of the rig, in its order."""
     wanted = [str(one.serial) for one in rig.cameras]
     named = ["".join(filter(str.isdigit, serial)).lstrip("0") for serial in serials]
     if named != wanted:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.camera import SpotFinder
@@ -132,6 +133,9 @@ class Grabber:
         self.camera, self.account = camera, BufferAccount()
         self.frames: deque[Spots] = deque()
         """For the reader, who removes them from the left."""
+        self.kept: deque[tuple[int, NDArray[np.uint16]]] = deque()
+        """Time and counts (height, width) of images kept by `keep`."""
+        self._keeps = 0
         self.clock_state: ClockState | None = None
         self.failure: Exception | None = None
         self.heard_s = time.monotonic()
@@ -152,6 +156,17 @@ class Grabber:
     def start(self) -> None:
         self.heard_s = time.monotonic()
         self._thread.start()
+
+    def keep(self, count: int) -> None:
+        """Keep the next ``count`` images, and forget those before."""
+        self._keeps = 0
+        self.kept.clear()
+        self._keeps = count
+
+    @property
+    def full_scale(self) -> int:
+        """Return the counts from which pixels are overexposed."""
+        return self._pixels.full_scale
 
     def close(self) -> None:
         """Stop the thread and release the camera, unless it no longer answers.
@@ -207,6 +222,9 @@ class Grabber:
         account.delivered += 1
         account.lost += gap - 1
         counts = unpack(self._pixels, image.data, image.width, image.height)
+        if self._keeps > 0:
+            self._keeps -= 1
+            self.kept.append((image.time_ns, counts.copy()))
         block = self._finder.take(counts)
         flags = int(FrameFlag.SATURATED) if block.saturated[0] else 0
         # Read with each image: some frames late at most, and the ball rests for many.

@@ -7,6 +7,7 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock, SourceDescription
 from ocmm_core.errors import AcquisitionError
@@ -15,6 +16,7 @@ from ocmm_genicam._grabber import BufferAccount, Expected, Grabber, Spots, expos
 from ocmm_genicam._timing import MOST_SKEW_NS, CameraClock, require_bound, wait_until_bound
 
 _READ_S = 0.1
+_KEPT_IMAGES = 8
 _CLOCK_S = 2.5
 """Cameras need longer after power-up; the job is then opened again."""
 
@@ -86,6 +88,36 @@ class GenicamSource:
                 return self._cycle(joined)
         self._refuse_silence()
         return Cycle(CycleVerdict.LATE)
+
+    def pictures(self, within_s: float) -> list[NDArray[np.uint16]]:
+        """Return one image of each camera, (height, width), exposed at one time; full scale 65535.
+
+        AcquisitionError as `read`, or if the cameras make none together.
+        """
+        for one in self._grabbers:
+            one.keep(_KEPT_IMAGES)
+        deadline = time.monotonic() + within_s
+        while time.monotonic() < deadline:
+            self.read()
+            kept = [dict(one.kept) for one in self._grabbers]
+            for time_ns in reversed(kept[0]):
+                near = [
+                    min(images, key=lambda each: abs(each - time_ns), default=0) for images in kept
+                ]
+                if all(near) and max(near) - min(near) <= MOST_SKEW_NS:
+                    return [
+                        _scaled(images[each], one.full_scale)
+                        for images, each, one in zip(kept, near, self._grabbers, strict=True)
+                    ]
+            if all(len(images) >= _KEPT_IMAGES for images in kept):
+                for one in self._grabbers:
+                    one.keep(_KEPT_IMAGES)
+        raise AcquisitionError(
+            "genicam.no_picture",
+            f"The cameras made no picture at the same time within {within_s:.1f} s.",
+            "Set a lower frame rate in the rig, and jumbo frames (MTU 9000) on network card and "
+            "switch.",
+        )
 
     def close(self) -> None:
         """Release all cameras; idempotent."""
@@ -159,6 +191,13 @@ class GenicamSource:
                 "PTP aligns clocks, not exposures: trigger all cameras by one line, or by a signal "
                 "that each derives from PTP.",
             )
+
+
+def _scaled(counts: NDArray[np.uint16], full_scale: int) -> NDArray[np.uint16]:
+    scaled: NDArray[np.uint16] = np.minimum(
+        counts.astype(np.uint32) * 65535 // full_scale, 65535
+    ).astype(np.uint16)
+    return scaled
 
 
 def _require_alike(cameras: Sequence[Camera]) -> None:

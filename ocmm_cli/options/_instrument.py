@@ -106,6 +106,13 @@ TABLE = {
         Option("decision", None, "Accept the result, or keep the active one; if neither is given, "
                "a terminal asks and a script keeps it.", flags="--accept/--keep"),
     ),
+    "calibrate pictures": (
+        argument("folder", ..., "Folder for the pictures."),
+        Option("source", ..., "Cameras: genicam:SERIAL,SERIAL."),
+        Option("views", 40, "Number of views.", "placements"),
+        Option("every", 3.0, "Seconds from view to view.", "seconds-of-frames"),
+        Option("board", None, "Document of the board: tells the corners found in each picture."),
+    ),
     "calibrate": (
         Option("spot_columns", "", "Columns of the recorded spots, such as point,serial,u,v."),
         Option("spot_decimal", "", "Decimal sign of the recorded spots: point or comma."),

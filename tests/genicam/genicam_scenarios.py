@@ -7,17 +7,24 @@ an image is of.
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 
+from ocmm_boards import take_pictures
 from ocmm_core.acquisition.frames import FrameBlock, SourceDescription
+from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
 from ocmm_genicam import AravisCameras, GenicamSource
@@ -207,6 +214,44 @@ def _controlled(repeats: int) -> Any:
     return {"told": told, "wrong": rig.wrong, "frames": frames}
 
 
+def _pictures(repeats: int) -> Any:
+    """Take views with the command, then return how far the spots of each lie apart, px."""
+    text = resource("rigs", "recommended.toml").read_text(encoding="utf-8")
+    for old, new in (
+        ("frame_rate_hz = 8000", "frame_rate_hz = 100"),
+        ("206000", "1"),
+        ("width_px = 2048", f"width_px = {SIZE}"), ("height_px = 2048", f"height_px = {SIZE}"),
+        ("pitch = 0.012", "pitch = 0.096"), ("0_px = 1024.0", f"0_px = {SIZE / 2}"),
+        ("0_px = 1023.5", f"0_px = {SIZE / 2}"),
+    ):  # fmt: skip
+        text = text.replace(old, new)
+    rig = Rig(CONFIG, SECOND)
+    try:
+        with tempfile.TemporaryDirectory() as name, contextlib.redirect_stdout(io.StringIO()):
+            document, folder = Path(name) / "rig.toml", Path(name) / "views"
+            document.write_text(text, encoding="utf-8")
+            for _ in range(2):
+                take_pictures(
+                    folder=folder, source="genicam:101,102", rig=document, views=repeats, every=0.3,
+                    board=None,
+                )  # fmt: skip
+            files = sorted(folder.iterdir())
+            places = [_spot_in(one) for one in files]
+    finally:
+        rig.close()
+    apart = [float(np.linalg.norm(a - b)) for a, b in zip(places[::2], places[1::2], strict=True)]
+    away = [abs(float(np.linalg.norm(one - SIZE / 2)) - _RADIUS) for one in places]
+    return {"files": [one.name for one in files], "apart": apart, "away": max(away), "wrong": 0}
+
+
+def _spot_in(path: Path) -> np.ndarray:
+    picture = cv2.imread(str(path), cv2.IMREAD_UNCHANGED).astype(float)
+    light = np.clip(picture - 0.1 * picture.max(), 0.0, None)
+    v, u = np.indices(light.shape)
+    place: np.ndarray = np.array([(light * u).sum(), (light * v).sum()]) / light.sum()
+    return place
+
+
 def _nothing(_rig: Rig) -> None:
     pass
 
@@ -239,6 +284,7 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
                              replace(SECOND, ptp="Master"), opens=False),
     "no PTP": _sentence(_nothing, CONFIG, replace(SECOND, ptp=""), opens=False),
     "late exposures": _sentence(_first(late_ns=2_000_000), opens=False),
+    "pictures": _pictures,
     "absent": _sentence(lambda rig: rig.cameras.pop().close(), opens=False),
     "other size": _sentence(_nothing, CONFIG, replace(SECOND, width=128), opens=False),
     "colour": _sentence(_nothing, CONFIG, replace(SECOND, formats=("RGB8",)), opens=False),

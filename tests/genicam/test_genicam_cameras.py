@@ -55,6 +55,17 @@ def test_faulty_packets_give_no_wrong_frame_and_frames_come_again(fault: str) ->
 
 
 @pytest.mark.slow
+def test_pictures_of_a_view_are_of_one_moment() -> None:
+    """A spot that moves by 0.94 px from exposure to exposure is at one place in both pictures."""
+    result = played("pictures", 2)
+    assert result["files"] == [
+        f"{view:03d}-{one}.png" for view in (1, 2, 3, 4) for one in (101, 102)
+    ]
+    assert max(result["apart"]) < 0.1
+    assert result["away"] < 0.5
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "code"),
     [
