@@ -22,9 +22,7 @@ TABLE = {
         Option("source", ..., BUS_SOURCES),
         argument("address", ..., "Object, hexadecimal, e.g. 1018:04.", metavar="INDEX[:SUB]"),
     ),
-    "bus history": (
-        Option("clear", False, "Then clear them in the camera."),
-    ),
+    "bus history": (Option("clear", False, "Then clear them in the camera."),),
     "bus record": (
         argument("file", ..., "New file, .pcapng."),
         Option("seconds", 10.0, "How long.", "seconds-of-a-capture"),
@@ -42,19 +40,13 @@ TABLE = {
         Option("cameras", 0, "Number of cameras, if their start-up is not in the file.", "cameras"),
         Option("record", None, "Keep the frames in this file, for replay."),
     ),
-    "bus object read": (
-        Option("out", None, "Write the bytes to this file instead."),
-    ),
-    "bus object write": (
-        argument("value", ..., "Hexadecimal bytes in wire order, e.g. e803."),
-    ),
+    "bus object read": (Option("out", None, "Write the bytes to this file instead."),),
+    "bus object write": (argument("value", ..., "Hexadecimal bytes in wire order, e.g. e803."),),
     "bus black measure": (
         Option("frames", 256, "Exposures to average.", "frames"),
         Option("store", False, "Store it permanently."),
     ),
-    "bus intrinsics write": (
-        Option("note", "", "Text to store with them."),
-    ),
+    "bus intrinsics write": (Option("note", "", "Text to store with them."),),
     "camera describe": (
         argument("esi", ..., "ESI file of the maker.", metavar="ESI.xml"),
         Option("out", None, "New description, .toml."),
@@ -70,18 +62,10 @@ TABLE = {
         Option("cycle_ns", 1000000, "Bus cycle, ns.", "cycle"),
         Option("latency_ns", 0, "End of exposure to new inputs, ns.", "nanoseconds"),
     ),
-    "camera alias": (
-        argument("value", ..., "New station alias.", "alias"),
-    ),
-    "camera": (
-        Option("source", ..., BUS_SOURCES),
-    ),
-    "camera firmware": (
-        argument("file", ..., "Firmware, signed by the maker of the camera."),
-    ),
-    "camera identify": (
-        Option("seconds", 20, "Duration of blinking, s.", "seconds-of-a-lamp"),
-    ),
+    "camera alias": (argument("value", ..., "New station alias.", "alias"),),
+    "camera": (Option("source", ..., BUS_SOURCES),),
+    "camera firmware": (argument("file", ..., "Firmware, signed by the maker of the camera."),),
+    "camera identify": (Option("seconds", 20, "Duration of blinking, s.", "seconds-of-a-lamp"),),
     "camera conform": (
         argument("interface", ..., "Network interface with the camera, e.g. enp3s0; or "
                  "ethercat:virtual.", metavar="IFACE"),
@@ -104,14 +88,14 @@ TABLE = {
         Option("pictures", None, "Folder of pictures; corners are found by OpenCV."),
         Option("valid_days", 365, ""),
         Option("decision", None, "Accept the result, or keep the active one; if neither is given, "
-               "a terminal asks and a script keeps it.", flags="--accept/--keep"),
+               "on a terminal you are asked, a script keeps it.", flags="--accept/--keep"),
     ),
     "calibrate pictures": (
         argument("folder", ..., "Folder for the pictures."),
         Option("source", ..., "Cameras: genicam:SERIAL,SERIAL."),
         Option("views", 40, "Number of views.", "placements"),
         Option("every", 3.0, "Seconds from view to view.", "seconds-of-frames"),
-        Option("board", None, "Document of the board: tells the corners found in each picture."),
+        Option("board", None, "Document of the board; prints the corners in each picture."),
     ),
     "calibrate": (
         Option("spot_columns", "", "Columns of the recorded spots, such as point,serial,u,v."),
@@ -337,12 +321,8 @@ TABLE = {
         Option("who", DEFAULT_OPERATOR, "Name for the register."),
         Option("folder", None, "Of the register; default: that of this user."),
     ),
-    "artefact show, artefact remove": (
-        argument("name", ..., "Id of the artefact."),
-    ),
-    "artefact read": (
-        argument("name", ..., "Id of a thermometer; several with commas."),
-    ),
+    "artefact show, artefact remove": (argument("name", ..., "Id of the artefact."),),
+    "artefact read": (argument("name", ..., "Id of a thermometer; several with commas."),),
     "msa plan": (
         argument("file", ..., "Plan that is written."),
         Option("name", ..., "Of the study, and batch of its jobs."),
@@ -359,9 +339,7 @@ TABLE = {
         Option("out", ..., ""),
         Option("most", 10000, "Stop after this number.", "measurements"),
     ),
-    "msa report": (
-        Option("level", 0.25, "Interaction pooled above this p-value.", "level"),
-    ),
+    "msa report": (Option("level", 0.25, "Interaction pooled above this p-value.", "level"),),
     "msa type1": (
         Option("reference", ..., "Certified value, mm.", "reference"),
         Option("tolerance", None, "Its width; default: of the plan.", "reference"),

@@ -245,7 +245,7 @@ def _pictures(repeats: int) -> Any:
 
 
 def _spot_in(path: Path) -> np.ndarray:
-    picture = cv2.imread(str(path), cv2.IMREAD_UNCHANGED).astype(float)
+    picture = np.asarray(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), dtype=np.float64)
     light = np.clip(picture - 0.1 * picture.max(), 0.0, None)
     v, u = np.indices(light.shape)
     place: np.ndarray = np.array([(light * u).sum(), (light * v).sum()]) / light.sum()
