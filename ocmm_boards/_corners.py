@@ -136,7 +136,9 @@ def read_corners(
         for camera, (spots, weights) in views[name].items():
             uv[index, camera], levels[index, camera] = spots, weights
     said: tuple[str, ...] = ()
-    if strange:
+    if len(strange) == 1:
+        said = (f"{path}: 1 picture of no camera of this rig was left out: {strange[0]!r}.",)
+    elif strange:
         said = (
             f"{path}: {len(strange)} pictures of no camera of this rig were left out, "
             f"such as {strange[0]!r}.",

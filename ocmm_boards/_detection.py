@@ -11,6 +11,7 @@ import numpy as np
 from ocmm_boards._board import Board, BoardDocument
 from ocmm_boards._corners import BoardViews, view_patterns
 from ocmm_core.camera import CameraModel
+from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Pixels
 from ocmm_core.side_files import OversizeError, read_guarded
@@ -33,13 +34,7 @@ def detect_corners(
     find = _finder(opencv, document)
     expressions = view_patterns(patterns, cameras)
     found: dict[str, dict[int, Path]] = {}
-    try:
-        files = sorted(one for one in folder.iterdir() if one.suffix.lower() in _SUFFIXES)
-    except OSError as error:
-        raise InputError(
-            "boards.folder", f"{folder}: the folder cannot be read ({error.strerror}).",
-            "Give the folder with the pictures.",
-        ) from error  # fmt: skip
+    files = [one for one in files_of_folder(folder, "") if one.suffix.lower() in _SUFFIXES]
     for path in files:
         for camera, expression in enumerate(expressions):
             if match := expression.fullmatch(path.name):
@@ -96,7 +91,7 @@ def _opencv() -> Any:
         raise InputError(
             "boards.opencv",
             "Corners in pictures are found by OpenCV, which is not installed.",
-            "Run pip install 'ocmm[boards]', or give a table of corners (--corners).",
+            "Run ./run setup --boards or pip install 'ocmm[boards]', or give a table of corners.",
         ) from error
     return cv2
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ocmm_cli.terminal import encoder_for
 from ocmm_core.acquisition.frames import SourceDescription
 from ocmm_core.camera import Rig
-from ocmm_core.documents import write_new
+from ocmm_core.documents import files_of_folder, write_new
 from ocmm_core.errors import InputError, StorageError
 from ocmm_genicam import AravisCameras, Expected, GenicamSource, require_cameras_of
 
@@ -47,12 +47,12 @@ def next_view(folder: Path) -> int:
     """Return the number of the next view in a folder, and make it; StorageError if it cannot."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        names = [one.name for one in folder.iterdir()]
     except OSError as error:
         raise StorageError(
             "pictures.folder", f"{folder}: the folder cannot be used ({error.strerror}).",
             "Give another folder.",
         ) from error  # fmt: skip
+    names = [path.name for path in files_of_folder(folder, ".png")]
     return max((int(found[1]) for one in names if (found := _VIEW.fullmatch(one))), default=0) + 1
 
 

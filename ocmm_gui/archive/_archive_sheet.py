@@ -248,13 +248,13 @@ class ArchiveSheet(WorkSheet):
         self.say(
             tr(
                 "{title}: %n rows. {place}", "{title}: 1 row. {place}", len(answer.answer.rows)
-            ).format(title=answer.answer.title, place=answer.place)
+            ).format(title=kit.said(answer.answer.title), place=answer.place)
         )
         self.table.show_answer(answer.answer)
         trends = answer.answer.trends
         self.chart.setVisible(bool(trends))
         self.chart.show_trend(trends[0] if trends else None)
-        self.notes.setText(" ".join(answer.answer.notes[:_MOST_NOTES]))
+        self.notes.setText(kit.said(" ".join(answer.answer.notes[:_MOST_NOTES])))
         if self.table.rowCount():
             self.table.selectRow(0)
 

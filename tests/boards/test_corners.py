@@ -40,7 +40,7 @@ def test_levels_and_missing_corners(tmp_path: Path) -> None:
     assert read.seen[0, 0].tolist() == [True, True, False, False, *[True] * 5]
     assert not read.seen[0, 1].any()
     (said,) = read.left_out
-    assert "1 pictures of no camera" in said
+    assert "1 picture of no camera" in said
     assert "b.png" in said
 
 

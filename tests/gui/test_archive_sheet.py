@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from benchmarks.recall_scenes import TruePart, World, base_points
@@ -13,6 +14,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import Outcome
 from ocmm_core.inspection.recall import headline
 from ocmm_gui.archive import ArchiveSheet
+from ocmm_gui.kit import use_language
 from ocmm_shop.archive.outbox import ArchivePlace, Outbox
 from ocmm_shop.archive.questions import QUESTIONS
 from ocmm_shop.archive.stores import open_archive
@@ -71,6 +73,22 @@ def test_a_day_has_its_jobs_and_only_the_fields_it_takes(qtbot: QtBot, sheet: Ar
     assert not sheet.chart.isVisible()
     assert sheet.fields["first"].isVisible()
     assert not sheet.fields["part"].isVisible()
+
+
+@pytest.fixture
+def german(qapp: QApplication) -> Iterator[None]:
+    use_language(qapp, "de")
+    yield
+    use_language(qapp, "en")
+
+
+@pytest.mark.usefixtures("german")
+def test_notes_and_title_are_in_the_language_of_the_window(
+    qtbot: QtBot, sheet: ArchiveSheet
+) -> None:
+    ask(qtbot, sheet, "today", first=START.astimezone().date().isoformat())
+    assert "Fertige reale Werkstücke" in sheet.notes.text()
+    assert "Gemessen" in sheet.about()
 
 
 def test_what_is_missing_is_asked_for(qtbot: QtBot, sheet: ArchiveSheet) -> None:

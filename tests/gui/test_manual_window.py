@@ -67,10 +67,11 @@ def test_every_sheet_of_the_window_and_every_wizard_has_a_place() -> None:
     for path in _GUI.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.ClassDef):
-                bases = {
-                    getattr(base, "id", getattr(getattr(base, "value", None), "id", ""))
-                    for base in node.bases
-                }
+                # `Sheet`, `kit.Sheet` and `Sheet[T]`.
+                named = [
+                    base.value if isinstance(base, ast.Subscript) else base for base in node.bases
+                ]
+                bases = {getattr(base, "attr", getattr(base, "id", "")) for base in named}
                 if bases & set(_BASES) and node.name not in _BASES:
                     found.add(node.name)
     assert len(found) > 12

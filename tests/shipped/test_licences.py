@@ -14,6 +14,7 @@ import pytest
 
 from installer.licences import Licences, Stated, licences, surprise
 from installer.locks import (
+    BOARDS,
     DEVELOPMENT,
     DOCS,
     PACKAGE,
@@ -26,7 +27,7 @@ from installer.locks import (
 )
 
 _SHIPPED = read_lock(RUNTIME) | read_lock(STEP)
-_OTHERS = (SHOP, SENSORS, DEVELOPMENT, PACKAGE, DOCS)
+_OTHERS = (SHOP, SENSORS, BOARDS, DEVELOPMENT, PACKAGE, DOCS)
 _ALL = {name: pin for lock in _OTHERS for name, pin in read_lock(lock).items()} | _SHIPPED
 
 
