@@ -10,9 +10,10 @@ from scipy.special import chdtrc
 
 from ocmm_boards._board import Board
 from ocmm_core.calibration.bundle import BundleState, RobustMinimum
-from ocmm_core.calibration.cameras import FOCAL_SIGMA, OUTLIERS_REFUSED, lens_effect
+from ocmm_core.calibration.cameras import OUTLIERS_REFUSED, lens_effect
 from ocmm_core.calibration.records import Finding
-from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel, Rig
+from ocmm_core.calibration.relocation import judge_focal
+from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float
 
 WORST_SIGMA_PX = 0.5
@@ -134,8 +135,7 @@ def _spots(found: RobustMinimum, cameras: Sequence[CameraModel]) -> list[Finding
 
 
 def _lenses(state: BundleState, found: RobustMinimum, sigma_px: float) -> list[Finding]:
-    corners = np.einsum("nij,lj->nli", state.rotations, state.leds) + state.origins[:, None]
-    result = []
+    corners, result = state.leds_world, []
     for index, camera in enumerate(state.cameras):
         used = found.used[:, index]
         result += lens_effect(
@@ -182,23 +182,16 @@ def _views(found: RobustMinimum) -> list[Finding]:
 
 
 def _focal(cameras: Sequence[CameraModel], covariance: Float) -> list[Finding]:
-    result = []
-    for index, camera in enumerate(cameras):
-        focal = N_PARAMETERS * index + PARAMETERS.index("focal")
-        sigma = float(np.sqrt(covariance[focal, focal])) / camera.focal
-        if sigma > FOCAL_SIGMA:
-            result.append(
-                Finding(
-                    "calibration.focal_sigma",
-                    f"The focal length of camera '{camera.name}' is known only to {sigma:.1e} of "
-                    f"its value; the limit is {FOCAL_SIGMA:.0e}.",
-                    "Take more pictures of the board, tilted by 30 to 50 degrees in all "
-                    "directions.",
-                    refuses=True,
-                    forcible=True,
-                )
-            )
-    return result
+    return [
+        Finding(
+            "calibration.focal_sigma",
+            one.what,
+            "Take more pictures of the board, tilted by 30 to 50 degrees in all directions.",
+            refuses=True,
+            forcible=True,
+        )
+        for one in judge_focal(cameras, covariance)
+    ]
 
 
 def _scale(board: Board) -> list[Finding]:

@@ -123,8 +123,7 @@ def calibrate_with_board(
     covariance = covariance[of_cameras, of_cameras]
     at_world, errors_world = _evaluated(located, state.leds, held)
     findings = judge_solution(rig, board, state, covariance, whole.minimum, whole.sigma_px, alone)
-    corners_world = np.einsum("nij,lj->nli", state.rotations, state.leds) + state.origins[:, None]
-    common = corners_world[whole.minimum.used.sum(axis=1) >= 2]
+    common = state.leds_world[whole.minimum.used.sum(axis=1) >= 2]
     hull = _hull(common)
     chi2 = whole.minimum.minimum.cost
     found = Findings(

@@ -89,6 +89,12 @@ class BundleState:
     def columns(self) -> Columns:
         return Columns(len(self.cameras), len(self.leds), len(self.seats), len(self.lengths))
 
+    @property
+    def leds_world(self) -> Float:
+        """Return the LEDs in all frames, (n, L, 3), mm, world."""
+        placed: Float = np.einsum("nij,lj->nli", self.rotations, self.leds)
+        return placed + self.origins[:, None]
+
     def packed(self) -> Float:
         """Return the cameras in kernel form, (C, 24)."""
         return np.stack([LensCamera(camera).packed() for camera in self.cameras])

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._frame import (
         anchors_of, jacobian_of_world, motion_to_world,
     )  # fmt: skip
-    from ocmm_core.calibration.relocation._guards import judge_residuals
+    from ocmm_core.calibration.relocation._guards import judge_focal, judge_residuals
     from ocmm_core.calibration.relocation._problem import RelocationProblem, build
     from ocmm_core.calibration.relocation._procedure_relocation import RelocationProcedure
     from ocmm_core.calibration.relocation._relocation import relocate
@@ -33,5 +33,5 @@ __all__ = [
     "BAR", "BARS_WANTED", "LENGTH_LIMIT_MM", "POSES_WANTED", "BarDistance", "GeometryMode",
     "KeptByCameras", "KeptByPoints", "LensMode", "Observations", "ProbeFrames", "RelocationOptions",
     "RelocationProblem", "RelocationProcedure", "ShownBar", "World", "anchors_of", "build",
-    "jacobian_of_world", "judge_residuals", "motion_to_world", "relocate",
+    "jacobian_of_world", "judge_focal", "judge_residuals", "motion_to_world", "relocate",
 ]  # fmt: skip

@@ -258,8 +258,7 @@ def _tips(state: bundle.BundleState, found: bundle.RobustMinimum) -> Points3:
 
 def _targets(state: bundle.BundleState, found: bundle.RobustMinimum) -> Points3:
     """Return all LEDs of the probe seen by two cameras, (m, 3), mm, world."""
-    targets = np.einsum("nij,lj->nli", state.rotations, state.leds) + state.origins[:, None]
-    seen: Points3 = targets[np.count_nonzero(found.used, axis=1) >= 2]
+    seen: Points3 = state.leds_world[np.count_nonzero(found.used, axis=1) >= 2]
     return seen
 
 
