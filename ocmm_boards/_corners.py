@@ -28,6 +28,8 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, Pixels
 
 LEGENDS = (("filename", "x", "y", "level"), ("filename", "x", "y"))
+LEAST_CORNERS = 12
+"""Of one camera in a view, to determine the pose."""
 MOST_LEVEL = 10
 MOST_BYTES = 256 << 20
 _OUTSIDE_PX = 1.0
@@ -52,6 +54,14 @@ class BoardViews:
         """Return the mask of seen corners, (n, C, N)."""
         found: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = np.isfinite(self.uv[..., 0])
         return found
+
+    @property
+    def usable(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        """Return the pictures with enough corners for a pose, (n, C)."""
+        enough: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = (
+            self.seen.sum(axis=2) >= LEAST_CORNERS
+        )
+        return enough
 
     def chosen(self, indices: Int) -> BoardViews:
         """Return the views with these indices."""

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_boards._board import Board
-from ocmm_boards._corners import BoardViews
+from ocmm_boards._corners import LEAST_CORNERS, BoardViews
 from ocmm_boards._guards import FewViews, judge_solution, told_moved
-from ocmm_boards._starts import LEAST_CORNERS, placed, start_camera
+from ocmm_boards._starts import placed, start_camera
 from ocmm_core.calibration.bundle import (
     BundleData,
     BundleState,
@@ -141,7 +141,7 @@ def calibrate_with_board(
 
 
 def _require_views(rig: Rig, views: BoardViews) -> None:
-    good = views.seen.sum(axis=2) >= LEAST_CORNERS
+    good = views.usable
     for camera, count in zip(rig.cameras, good.sum(axis=0), strict=True):
         if count < FewViews.of_camera:
             raise CalibrationError(
@@ -161,7 +161,7 @@ def _require_views(rig: Rig, views: BoardViews) -> None:
 
 def _split(views: BoardViews) -> tuple[BoardViews, BoardViews]:
     """Return the views to calibrate by, and every fifth of those that two cameras see."""
-    common = np.flatnonzero((views.seen.sum(axis=2) >= LEAST_CORNERS).sum(axis=1) >= 2)
+    common = np.flatnonzero(views.usable.sum(axis=1) >= 2)
     held = common[2::5] if len(common) >= EVALUATION_FROM else common[:0]
     kept = np.setdiff1d(np.arange(len(views.names)), held)
     return views.chosen(kept.astype(np.int64)), views.chosen(held.astype(np.int64))
@@ -192,9 +192,7 @@ def _adjusted(
         origins=np.stack([boards[view].translation for view in chosen]),
         bar_rotations=np.zeros((0, 3, 3)), bar_origins=np.zeros((0, 3)),
     )  # fmt: skip
-    seen = np.isfinite(uv[..., 0]) & (
-        np.isfinite(uv[..., 0]).sum(axis=2, keepdims=True) >= LEAST_CORNERS
-    )
+    seen = views.seen[own] & views.usable[own][..., None]
     weights = seen * 0.5 ** views.levels[own]
     data = BundleData(
         uv=uv, weights=weights / START_SIGMA_PX, seats=np.full(n, -1, dtype=np.int64), waved=n,

@@ -16,8 +16,6 @@ from ocmm_core.camera import CameraModel, from_pixels
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3, RigidTransform, rigid_fit
 
-LEAST_CORNERS = 12
-"""Of one camera in a view, to determine the pose."""
 _FOCAL_RANGE = 2.0
 """A found focal length further from the nominal one is not trusted."""
 
@@ -30,11 +28,10 @@ def start_camera(
         nominal, k1=0.0, k2=0.0, p1=0.0, p2=0.0, T_camera_from_world=RigidTransform.identity()
     )
     maps = {}
-    for view in range(len(views.names)):
+    for view in np.flatnonzero(views.usable[:, index]).tolist():
         seen = views.seen[view, index]
-        if seen.sum() >= LEAST_CORNERS:
-            image = from_pixels(camera, views.uv[view, index, seen])
-            maps[view] = _homography(board.corners[seen, :2], image)
+        image = from_pixels(camera, views.uv[view, index, seen])
+        maps[view] = _homography(board.corners[seen, :2], image)
     focal = _focal(list(maps.values()), nominal.focal)
     camera = replace(camera, focal=focal)
     return camera, {view: _pose(one, focal) for view, one in maps.items()}
