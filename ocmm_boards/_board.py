@@ -30,12 +30,7 @@ from typing import Literal
 import numpy as np
 
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import (
-    ArtefactCertificate,
-    ArtefactHead,
-    ArtefactUse,
-    artefact_of,
-)
+from ocmm_core.calibration.records import Artefact, ArtefactCertificate, ArtefactHead, artefact_of
 from ocmm_core.documents import load_document
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Points3
@@ -79,13 +74,13 @@ class Board:
     """(3 N, 3 N), mm^2, of all coordinates."""
     scale_sigma: float
     """Relative standard uncertainty of all distances."""
-    use: ArtefactUse | None
-    """With its certificate; None without one."""
+    artefact: Artefact
+    """With its certificate, or with one of no number."""
 
     @property
     def traceable(self) -> bool:
         """Return whether its scale rests on a certificate."""
-        return self.use is not None
+        return self.document.certificate is not None
 
 
 def load_board(path: Path | str, temperature: Temperature | None = None) -> Board:
@@ -114,8 +109,7 @@ def load_board(path: Path | str, temperature: Temperature | None = None) -> Boar
         raise _wrong(path, "expanded", "State its uncertainty (k = 2); it is never zero.")
     corners *= length / diagonal
     covariance = _shape_covariance(document, corners, scale_sigma)
-    use = None if document.certificate is None else artefact.use
-    return Board(document, corners, covariance, scale_sigma, use)
+    return Board(document, corners, covariance, scale_sigma, artefact)
 
 
 def _shape_covariance(document: BoardDocument, corners: Points3, scale_sigma: float) -> Float:

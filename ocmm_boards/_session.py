@@ -60,7 +60,8 @@ def evaluated(
         method="boards", made=now, valid_days=valid_days, who=who, software=build_version(),
         temperature_c=None if temperature is None else temperature.celsius,
         sensor_temperatures_c=(), data_sha256=hash_of(views.uv),
-        artefacts=() if board.use is None else (board.use,), previous=store.active_hash or "",
+        artefacts=(board.artefact.use,) if board.traceable else (),
+        previous=store.active_hash or "",
     )  # fmt: skip
     return build_outcome(
         rig, found.found, how, None if running is None else rig_from_record(running)

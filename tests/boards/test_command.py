@@ -67,6 +67,17 @@ def test_a_certificate_makes_it_traceable(folder: Path, tmp_path: Path) -> None:
     assert [one.certificate for one in record.artefacts] == ["B-2026-7"]
 
 
+def test_an_expired_certificate_is_refused(folder: Path, tmp_path: Path) -> None:
+    board = board_in(tmp_path)
+    expired = CERTIFICATE.replace("2099", "2020")
+    board.write_text(board.read_text(encoding="utf-8") + expired, encoding="utf-8")
+    (tmp_path / "corners.vnl").write_bytes((folder / "corners.vnl").read_bytes())
+    done = _run(tmp_path, "--accept")
+    assert done.returncode == 2
+    assert "expired on 2020-12-31" in done.stderr
+    assert CalibrationStore(tmp_path / "calibrations" / "recommended").active() is None
+
+
 def test_without_a_decision_nothing_changes(folder: Path, tmp_path: Path) -> None:
     board_in(tmp_path)
     (tmp_path / "corners.vnl").write_bytes((folder / "corners.vnl").read_bytes())
