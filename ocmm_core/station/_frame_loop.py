@@ -8,13 +8,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
-from ocmm_core.acquisition.frames import (
-    AcquisitionState,
-    FrameBlock,
-    FrameRing,
-    RingHeaderField,
-    read_status,
-)
+from ocmm_core.acquisition import frames
 from ocmm_core.acquisition.recording import FrameHistory
 from ocmm_core.errors import OcmmError
 from ocmm_core.measuring import PointOptions, Touch, TouchCollector
@@ -33,7 +27,7 @@ RECORDING = "The recording"
 class FrameSink(Protocol):
     """Receives the raw frames, e.g. a recorder."""
 
-    def append(self, block: FrameBlock) -> None: ...
+    def append(self, block: frames.FrameBlock) -> None: ...
 
     def check_name(self) -> OcmmError | None:
         """Return why its file is not on the disk under its name; None if it is. Thread-safe."""
@@ -48,7 +42,7 @@ class FrameSink(Protocol):
 class Tracked:
     """A block of frames with its tracking result."""
 
-    block: FrameBlock
+    block: frames.FrameBlock
     track: TrackBlock
     touches: Sequence[Touch]
     collecting: bool
@@ -81,7 +75,7 @@ class FrameLoop:
 
     def __init__(
         self,
-        ring: FrameRing,
+        ring: frames.FrameRing,
         gear: Gear,
         tracking: TrackingOptions,
         point: PointOptions,
@@ -147,8 +141,8 @@ class FrameLoop:
     def _run(self) -> None:
         try:
             while not self._stop.is_set():
-                status = read_status(self._ring)
-                ended = status.state is AcquisitionState.STOPPED
+                status = frames.read_status(self._ring)
+                ended = status.state is frames.AcquisitionState.STOPPED
                 # Frames written before the source's end flag are read after it.
                 block = self._ring.read(_BATCH)
                 if block is not None:
@@ -166,7 +160,7 @@ class FrameLoop:
         finally:
             self._drained.set()
 
-    def _feed(self, block: FrameBlock) -> None:
+    def _feed(self, block: frames.FrameBlock) -> None:
         if self._history is not None:
             self._history.append(block)
         if self._recorder is not None:
@@ -178,7 +172,7 @@ class FrameLoop:
         track = self._pipeline.process(block)
         collector = self._collector
         if collector is None:
-            period_s = self._ring.word(RingHeaderField.FRAME_PERIOD_NS) * 1e-9
+            period_s = self._ring.word(frames.RingHeaderField.FRAME_PERIOD_NS) * 1e-9
             collector = self._collector = TouchCollector(period_s, self._point)
         if self._take.is_set():
             self._take.clear()
