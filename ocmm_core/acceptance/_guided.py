@@ -23,6 +23,7 @@ from ocmm_core.acceptance._result import (
     AcceptanceRecord,
     AcceptanceVerdict,
     JudgedValue,
+    PlannedPosition,
     QuantityResult,
     UsedArtefact,
 )
@@ -183,7 +184,11 @@ _ANEW = "The position is measured again: {hint}"
 
 
 class AcceptanceProcedure(guided.Procedure):
-    """A test to its verdict; thread-safe. `charted`: charts an interim check before it counts."""
+    """A test to its verdict; thread-safe.
+
+    `thermometer` is read when a temperature is due; None: the latest noted one counts. `charted`:
+    charts an interim check before it counts.
+    """
 
     kind = GuidedKind.ACCEPTANCE
     _outcome: AcceptanceOutcome | None
@@ -198,9 +203,10 @@ class AcceptanceProcedure(guided.Procedure):
         records: Path,
         temperature: Temperature,
         charted: Charted | None = None,
+        thermometer: Callable[[], Temperature] | None = None,
     ) -> None:
         super().__init__(session.log)
-        self._charted = charted
+        self._charted, self._thermometer = charted, thermometer
         self._session, self._rig, self._body, self._records = session, rig, body, records
         self._temperature = temperature
         self._temperature_utc: datetime | None = None
@@ -255,7 +261,7 @@ class AcceptanceProcedure(guided.Procedure):
         return self._at_rest
 
     def _read_at(self) -> datetime | None:
-        return self._temperature_utc
+        return None if self._thermometer is not None else self._temperature_utc
 
     # Frames and points.
 
@@ -283,7 +289,7 @@ class AcceptanceProcedure(guided.Procedure):
         assert self._ready is not None  # noqa: S101 - as Live.ready states
         average, tip, handle = self._ready
         if self._session.needs_temperature():
-            self._session.note_temperature(self._temperature, now)
+            self._session.note_temperature(self._room(), now)
         self._outdate()
         try:
             hint = self._session.take(
@@ -356,19 +362,20 @@ class AcceptanceProcedure(guided.Procedure):
             retests_left=test.retests_left,
         )  # fmt: skip
 
-    def retest(self, now: datetime) -> None:
-        """Start the permitted retest and return to measuring; CalibrationError if none is."""
+    def retest(self, now: datetime) -> tuple[PlannedPosition, ...]:
+        """Start the permitted retest, and return what is measured again; CalibrationError: none."""
         with self._lock:
-            self._session.retest(now)
+            positions = self._session.retest(now)
             self._test = self._session.view
             self._outdate()
             self._hint, self._step = "", _MEASURE
+            return positions
 
     def accept(self, now: datetime, reason: str) -> None:
         """Store the verdict, whatever it is; may be repeated after an interruption."""
         with self._lock:
             if not self._test.finished:
-                record = self._session.finish(now, self._temperature, reason)
+                record = self._session.finish(now, self._room(), reason)
                 self._test = self._session.view
             else:
                 record = self._session.record()
@@ -385,6 +392,11 @@ class AcceptanceProcedure(guided.Procedure):
         with self._lock:
             self._session.abandon(now, reason)
             self._test = self._session.view
+
+    def _room(self) -> Temperature:
+        if self._thermometer is not None:
+            self._temperature = self._thermometer()
+        return self._temperature
 
     def _averager(self) -> guided.ProbeSpotAverager:
         return guided.ProbeSpotAverager(
