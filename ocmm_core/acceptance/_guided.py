@@ -17,13 +17,12 @@ from typing import TypeAlias
 import numpy as np
 
 from ocmm_core.acceptance._interim import InterimChart, InterimWord
-from ocmm_core.acceptance._kinds import quantities_of
+from ocmm_core.acceptance._kinds import Retest, quantities_of
 from ocmm_core.acceptance._recompute import save_record
 from ocmm_core.acceptance._result import (
     AcceptanceRecord,
     AcceptanceVerdict,
     JudgedValue,
-    PlannedPosition,
     QuantityResult,
     UsedArtefact,
 )
@@ -206,7 +205,8 @@ class AcceptanceProcedure(guided.Procedure):
         thermometer: Callable[[], Temperature] | None = None,
     ) -> None:
         super().__init__(session.log)
-        self._charted, self._thermometer = charted, thermometer
+        self._charted, self._has_thermometer = charted, thermometer is not None
+        self._room = thermometer or (lambda: self._temperature)
         self._session, self._rig, self._body, self._records = session, rig, body, records
         self._temperature = temperature
         self._temperature_utc: datetime | None = None
@@ -261,7 +261,7 @@ class AcceptanceProcedure(guided.Procedure):
         return self._at_rest
 
     def _read_at(self) -> datetime | None:
-        return None if self._thermometer is not None else self._temperature_utc
+        return None if self._has_thermometer else self._temperature_utc
 
     # Frames and points.
 
@@ -362,7 +362,7 @@ class AcceptanceProcedure(guided.Procedure):
             retests_left=test.retests_left,
         )  # fmt: skip
 
-    def retest(self, now: datetime) -> tuple[PlannedPosition, ...]:
+    def retest(self, now: datetime) -> Retest:
         """Start the permitted retest, and return what is measured again; CalibrationError: none."""
         with self._lock:
             positions = self._session.retest(now)
@@ -392,11 +392,6 @@ class AcceptanceProcedure(guided.Procedure):
         with self._lock:
             self._session.abandon(now, reason)
             self._test = self._session.view
-
-    def _room(self) -> Temperature:
-        if self._thermometer is not None:
-            self._temperature = self._thermometer()
-        return self._temperature
 
     def _averager(self) -> guided.ProbeSpotAverager:
         return guided.ProbeSpotAverager(

@@ -3,7 +3,7 @@
 In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
 notices.
 
-Start with `_texts` (translation), `_language`, `_numbers` (numbers, lengths, dates), `_theme`
+Start with `_texts` (translation, languages), `_numbers` (numbers, lengths, dates), `_theme`
 (three themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome,
 painted widgets), `_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons),
 `_sheet` (pages closed by Esc), `_parts`, `_layouts`, `_narrow` (fitted texts), `_panels` (non-modal
@@ -15,7 +15,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.kit._actions import ACTIONS, FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, ActionInfo, Mode
-    from ocmm_gui.kit._language import (
+    from ocmm_gui.kit._texts import (
         LANGUAGES, chosen_language, language_file, language_in_use, use_language,
     )  # fmt: skip
     from ocmm_gui.kit._layouts import dressed, fill, hbox, vbox

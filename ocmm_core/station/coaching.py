@@ -1,4 +1,9 @@
-"""Thread of the coach: samples, computes, and reports changes; its input and output."""
+"""Coach of a running station: samples a few times a second, and reports changes only.
+
+In: the latest pose of the probe and its visible LEDs. Out: the ellipsoid of the ball, a steady
+hint, or while the probe is lost one remedy with a picture, as a signal of changes.
+`ocmm_core.coach` defines hints; it must not know a screen, nor the other packages of a station.
+"""
 
 from __future__ import annotations
 
@@ -25,6 +30,8 @@ _ALIKE_RAD = float(np.radians(6.0))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LastPose:
+    """Latest pose of the probe, and its visible LEDs."""
+
     rotation: Float
     tip_rig: Float
     """`rotation`, `tip_rig`: (3, 3) and (3,), mm, frame of the rig."""
@@ -131,9 +138,11 @@ class CoachWatch:
 
     @property
     def shown(self) -> CoachView:
+        """Return the last reported view."""
         return self._shown
 
     def start(self) -> None:
+        """Start the thread."""
         self._thread.start()
 
     def close(self, timeout_s: float) -> bool:
