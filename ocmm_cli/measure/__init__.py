@@ -16,10 +16,9 @@ if TYPE_CHECKING:
     from ocmm_cli.measure._compare import compare_command
     from ocmm_cli.measure._environment import environment_command
     from ocmm_cli.measure._headless import (
-        exit_code, missing_sentences, print_explanations, print_states, print_table, print_verdict,
-        run_job,
+        await_part, exit_code, missing_sentences, print_explanations, print_states, print_table,
+        print_verdict, run_job,
     )  # fmt: skip
-    from ocmm_cli.measure._headless import await_part
     from ocmm_cli.measure._plan import plan_app
     from ocmm_cli.measure._recall import recall_archived, recall_command
     from ocmm_cli.measure._recording import record_source

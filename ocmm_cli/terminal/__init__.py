@@ -13,9 +13,8 @@ if TYPE_CHECKING:
         DeferredInterrupt, PlainConsole, heads, language, lead, make_console, print_notes,
         print_table_account, progress_line, say, say_later, say_word, shown, told,
     )  # fmt: skip
-    from ocmm_cli.terminal._svg import encoder_for
     from ocmm_cli.terminal._svg import (
-        bending, histogram, label, nice_limit, page, points_in_space, tip_map,
+        bending, encoder_for, histogram, label, nice_limit, page, points_in_space, tip_map,
     )  # fmt: skip
     from ocmm_cli.terminal._table import print_grid
 else:

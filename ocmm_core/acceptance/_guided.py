@@ -206,9 +206,9 @@ class AcceptanceProcedure(guided.Procedure):
     ) -> None:
         super().__init__(session.log)
         self._charted, self._has_thermometer = charted, thermometer is not None
-        self._room = thermometer or (lambda: self._temperature)
         self._session, self._rig, self._body, self._records = session, rig, body, records
         self._temperature = temperature
+        self._room = thermometer or (lambda: self._temperature)
         self._temperature_utc: datetime | None = None
         self._axis = guided.handle_axis(body)
         self._probe = self._averager()

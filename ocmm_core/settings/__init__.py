@@ -15,7 +15,7 @@ first at start.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile
+    from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile, toml_text
     from ocmm_core.settings._recent import RecentPlaces, is_shipped
     from ocmm_core.settings._settings import (
         SETTINGS_NAME, LoadedSettings, SettingOrigin, Settings, SettingsStore, released_plans_only,
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
         DEFAULT_SOURCE, RECOMMENDED_RIG, SECTIONS, SETTINGS, STANDARD_PROBE, Applies, Kind, Scope,
         SettingSpec, Value, spec_of,
     )  # fmt: skip
-    from ocmm_core.settings._file import toml_text
     from ocmm_core.settings._values import text_of, value_of_text
 else:
     __getattr__ = door(__name__)

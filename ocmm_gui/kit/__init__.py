@@ -15,9 +15,6 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.kit._actions import ACTIONS, FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, ActionInfo, Mode
-    from ocmm_gui.kit._texts import (
-        LANGUAGES, chosen_language, language_file, language_in_use, use_language,
-    )  # fmt: skip
     from ocmm_gui.kit._layouts import dressed, fill, hbox, vbox
     from ocmm_gui.kit._marks import (
         SCENE_LEAST, SCENE_SIZE, Mark, PaintedWidget, feature_mark, ink, mark_colour, paint_mark,
@@ -53,7 +50,8 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._table_import import TableImport
     from ocmm_gui.kit._texts import (
-        PlainLabel, later, literal, said, said_word, tr, tr_all, with_unit,
+        LANGUAGES, PlainLabel, chosen_language, language_file, language_in_use, later, literal,
+        said, said_word, tr, tr_all, use_language, with_unit,
     )  # fmt: skip
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT, DEFAULT_THEME, THEMES, WRAPPED, Theme, Themed, ThemedWidget, apply_theme,

@@ -29,11 +29,6 @@ if TYPE_CHECKING:
         CameraMode, CameraStatus, Control, DataType, Pdo, Window, decode_spots, encode_frames,
         require_raw,
     )  # fmt: skip
-    from ocmm_core.fieldbus.device._profile_objects import (
-        DATA_BYTES,
-        MESSAGE_BYTES,
-        DiagnosisMessage,
-    )
     from ocmm_core.fieldbus.device._esi import (
         CLOCK_MODES, CONTROLLERS, DC_ACTIVATE, DEVICE_GROUP, ESI_FILE, MAILBOX_REPEATS, MEMORY_END,
         PHYSICAL_PORTS, SII_BYTES, SII_CONFIGURATION, SYNC_PULSE_NS, ClockMode, esi_document,
@@ -49,9 +44,9 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.fieldbus.device._object_entries import Access, DictionaryObject, ObjectEntry
     from ocmm_core.fieldbus.device._profile_objects import (
-        BLACK_IMAGE, CALIBRATION, CHUNK_BYTES, CONFIGURATION, COUNTERS, IDENTIFY, INFORMATION,
-        MAX_BLACK_FRAMES, NOTE_BYTES, SNAPSHOT, VERSIONS, WINDOWS, BlackCommand, BlackImage,
-        SnapshotCommand, Work,
+        BLACK_IMAGE, CALIBRATION, CHUNK_BYTES, CONFIGURATION, COUNTERS, DATA_BYTES, IDENTIFY,
+        INFORMATION, MAX_BLACK_FRAMES, MESSAGE_BYTES, NOTE_BYTES, SNAPSHOT, VERSIONS, WINDOWS,
+        BlackCommand, BlackImage, DiagnosisMessage, SnapshotCommand, Work,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)

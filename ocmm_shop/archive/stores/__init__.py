@@ -17,10 +17,10 @@ if TYPE_CHECKING:
         CLOCK_TELL_S, HEADS, MALFORMED, Acknowledgement, Archive, ArchivedDocument, Cell, Receipt,
         Row, Table, stations_by_key, verifies,
     )  # fmt: skip
-    from ocmm_shop.archive.stores._sqlite import default_archive, open_archive
     from ocmm_shop.archive.stores._reader import time_of
     from ocmm_shop.archive.stores._roles import ROLES, give_roles, role_statements, roles_sql
     from ocmm_shop.archive.stores._schema import VERSION, VIEW_NAMES
+    from ocmm_shop.archive.stores._sqlite import default_archive, open_archive
     from ocmm_shop.archive.stores._store import SqlArchive
 else:
     __getattr__ = door(__name__)
