@@ -26,8 +26,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ocmm_gui.kit._language import LANGUAGES, language_in_use
 from ocmm_gui.kit._marks import Mark, PaintedWidget, ink, paint_mark
-from ocmm_gui.kit._texts import LANGUAGES, language_in_use
 from ocmm_gui.kit._theme import digit_font, fitted, text_font
 
 LEAST = 0.7
