@@ -10,19 +10,10 @@ import sys
 from typing import NoReturn, TextIO
 
 from ocmm_cli.terminal import say
+from ocmm_core import failure
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import InputError, InternalError, OcmmError, StorageError
-from ocmm_core.failure import (
-    AGAIN,
-    EXIT_INTERNAL,
-    INTERRUPTED,
-    REOPEN,
-    ThreadNet,
-    contained,
-    hold_standard_streams,
-    silence,
-)
 from ocmm_core.host import HOST
 from ocmm_core.side_files import distrust_working_folder
 
@@ -39,7 +30,7 @@ _MEASURING = ("measure", "demo")
 
 def main() -> None:
     """Run the command line; every fault becomes a sentence and its remedy."""
-    hold_standard_streams()
+    failure.hold_standard_streams()
     try:
         _main()
     except SystemExit as end:
@@ -51,12 +42,12 @@ def main() -> None:
 
 def _main() -> None:
     piped = _is_piped()
-    with ThreadNet(_tell) as threads:
+    with failure.ThreadNet(_tell) as threads:
         try:
             _run()
         except SystemExit as end:
             if threads.caught:
-                sys.exit(EXIT_INTERNAL)
+                sys.exit(failure.EXIT_INTERNAL)
             cause = end.__context__
             stop = getattr(cause, "__cause__", None)
             if isinstance(stop, KeyboardInterrupt):
@@ -69,11 +60,11 @@ def _main() -> None:
             raise
         except KeyboardInterrupt as stop:
             _tell_stopped(stop)
-            sys.exit(INTERRUPTED)
+            sys.exit(failure.INTERRUPTED)
         except Exception as error:
             _give_up(error, piped=piped)
         if threads.caught:
-            sys.exit(EXIT_INTERNAL)
+            sys.exit(failure.EXIT_INTERNAL)
 
 
 def _run() -> None:
@@ -103,7 +94,7 @@ def _is_crash(error: Exception) -> bool:
 def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
     if isinstance(error, BrokenPipeError) and piped and _is_unread():
         # Nothing failed; suppress the complaint about the unwritten buffer at exit.
-        silence(sys.stdout)
+        failure.silence(sys.stdout)
         sys.exit(NOBODY_READS)
     if isinstance(error, OSError) and error.errno in _FULL and error.filename is None:
         fault = _fault_of(sys.stdout, b"\n") or _fault_of(sys.stderr, b"\n")
@@ -118,23 +109,25 @@ def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
             "Install the whole program, or use another source or command.",
         )
     job = _measures()
-    told = contained(error, "The command", _SAFE if job else "", REOPEN if job else AGAIN)
+    told = failure.contained(
+        error, "The command", _SAFE if job else "", failure.REOPEN if job else failure.AGAIN
+    )
     _tell(told)
-    sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else COULD_NOT_MEASURE)
+    sys.exit(failure.EXIT_INTERNAL if isinstance(told, InternalError) else COULD_NOT_MEASURE)
 
 
 def _written(code: int) -> int:
     """Return the exit code after flushing the output, or that of a failed flush."""
     fault = _fault_of(sys.stdout)
     if fault is not None:
-        silence(sys.stdout)
+        failure.silence(sys.stdout)
         if isinstance(fault, BrokenPipeError):
             code = code or NOBODY_READS
         else:
             code = max(code, COULD_NOT_MEASURE)
             _tell(_unwritten(fault))
     if _fault_of(sys.stderr) is not None:
-        silence(sys.stderr)
+        failure.silence(sys.stderr)
     return code
 
 

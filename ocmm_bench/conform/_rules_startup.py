@@ -8,29 +8,7 @@ from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._mail_line import BOOT, ERROR, INIT, MS, NAMES, OP, PREOP, SAFEOP
 from ocmm_bench.conform._sdo_talk import COE, mailbox
-from ocmm_core.fieldbus.device import (
-    CLOCK_MODES,
-    CONFIGURATION,
-    CONTROLLERS,
-    DEVICE_GROUP,
-    DEVICE_NAME,
-    INFORMATION,
-    INPUT_PDOS,
-    MAILBOX_BYTES,
-    MAILBOX_IN_START,
-    MAILBOX_OUT_START,
-    MAILBOX_REPEATS,
-    MEMORY_END,
-    OUTPUT_PDO,
-    PHYSICAL_PORTS,
-    PRODUCT_CODE,
-    REVISION,
-    SII_BYTES,
-    SYNC_MANAGERS,
-    VENDOR_ID,
-    WINDOWS,
-    Pdo,
-)
+from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.wire import read_words, write_word
 
 _EEPROM = "EEPROM and controller"
@@ -49,7 +27,7 @@ def configuration(bench: Bench, see: RuleFindings) -> None:
     see.equal("The check sum in word 0x07", head[14], check_sum(head[:14]))
     see.equal("The high byte of word 0x07", head[15], 0)
     words = struct.unpack("<7H", head[:14])
-    known = [struct.unpack("<7H", each.content) for each in CONTROLLERS]
+    known = [struct.unpack("<7H", each.content) for each in device.CONTROLLERS]
     see.expect(
         any(words[:3] == each[:3] for each in known),
         f"Words 0 to 2 are {words[0]:#06x}, {words[1]:#06x}, {words[2]:#06x}: no row of the table.",
@@ -65,9 +43,9 @@ def configuration(bench: Bench, see: RuleFindings) -> None:
 def identity(bench: Bench, see: RuleFindings) -> None:
     """Check the identity words."""
     vendor, product, revision, serial = struct.unpack_from("<IIII", bench.eeprom(), 16)
-    see.equal("The vendor (word 0x08)", vendor, VENDOR_ID)
-    see.equal("The product (word 0x0A)", product, PRODUCT_CODE)
-    see.equal("The revision (word 0x0C)", revision, REVISION)
+    see.equal("The vendor (word 0x08)", vendor, device.VENDOR_ID)
+    see.equal("The product (word 0x0A)", product, device.PRODUCT_CODE)
+    see.equal("The revision (word 0x0C)", revision, device.REVISION)
     see.expect(serial not in (0, 0xFFFFFFFF), f"The serial number (word 0x0E) is {serial:#x}.")
     see.equal("Words 0x10 to 0x13", bench.eeprom()[32:40], bytes(8))
 
@@ -75,14 +53,19 @@ def identity(bench: Bench, see: RuleFindings) -> None:
 def mailboxes(bench: Bench, see: RuleFindings) -> None:
     """Check the EEPROM's mailboxes, protocols and size."""
     eeprom = bench.eeprom()
-    boxes = (MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES)
+    boxes = (
+        device.MAILBOX_OUT_START,
+        device.MAILBOX_BYTES,
+        device.MAILBOX_IN_START,
+        device.MAILBOX_BYTES,
+    )
     see.equal(
         "The mailboxes in BOOT (words 0x14 to 0x17)", struct.unpack_from("<4H", eeprom, 40), boxes
     )
     see.equal("The mailboxes (words 0x18 to 0x1B)", struct.unpack_from("<4H", eeprom, 48), boxes)
     see.equal("The protocols (word 0x1C)", struct.unpack_from("<H", eeprom, 56)[0], _PROTOCOLS)
     size, version = struct.unpack_from("<HH", eeprom, 0x7C)
-    see.equal("The size (word 0x3E)", size, SII_BYTES * 8 // 1024 - 1)
+    see.equal("The size (word 0x3E)", size, device.SII_BYTES * 8 // 1024 - 1)
     see.equal("The version (word 0x3F)", version, 1)
 
 
@@ -102,7 +85,7 @@ def categories(bench: Bench, see: RuleFindings) -> None:
         (30, 1),
         (40, 1),
         (41, 1),
-        (50, len(INPUT_PDOS)),
+        (50, len(device.INPUT_PDOS)),
         (51, 1),
         (60, 1),
     ):
@@ -113,22 +96,24 @@ def categories(bench: Bench, see: RuleFindings) -> None:
     texts = _texts(found[10][0])
     general = found[30][0]
     see.need(len(general) >= 18, f"Category general has {len(general)} bytes.")
-    see.equal("The group", _text(texts, general[0]), DEVICE_GROUP)
+    see.equal("The group", _text(texts, general[0]), device.DEVICE_GROUP)
     see.equal("The group, once more (byte 14)", general[14], general[0])
-    see.equal("The order number", _text(texts, general[2]), DEVICE_NAME)
-    see.equal("The name", _text(texts, general[3]), DEVICE_NAME)
+    see.equal("The order number", _text(texts, general[2]), device.DEVICE_NAME)
+    see.equal("The name", _text(texts, general[3]), device.DEVICE_NAME)
     see.equal("Details of CoE", general[5], _COE_DETAILS)
     see.equal("FoE", general[6], 1)
-    see.equal("The flags", general[11], MAILBOX_REPEATS)
-    see.equal("The ports", struct.unpack_from("<H", general, 16)[0], PHYSICAL_PORTS)
+    see.equal("The flags", general[11], device.MAILBOX_REPEATS)
+    see.equal("The ports", struct.unpack_from("<H", general, 16)[0], device.PHYSICAL_PORTS)
     see.equal("Category FMMU", found[40][0][:2], bytes([1, 2]))
-    managers = b"".join(struct.pack("<HHBBBB", *each) for each in SYNC_MANAGERS)
+    managers = b"".join(struct.pack("<HHBBBB", *each) for each in device.SYNC_MANAGERS)
     see.equal("Category sync managers", found[41][0], managers)
-    for pdo, content in zip((*INPUT_PDOS, OUTPUT_PDO), (*found[50], *found[51]), strict=True):
+    for pdo, content in zip(
+        (*device.INPUT_PDOS, device.OUTPUT_PDO), (*found[50], *found[51]), strict=True
+    ):
         _mapping(see, pdo, content, texts)
     clock = found[60][0]
-    see.equal("The bytes of category clock", len(clock), _CLOCK_BYTES * len(CLOCK_MODES))
-    for number, mode in enumerate(CLOCK_MODES):
+    see.equal("The bytes of category clock", len(clock), _CLOCK_BYTES * len(device.CLOCK_MODES))
+    for number, mode in enumerate(device.CLOCK_MODES):
         *times, factor1, activate, factor0, name, text = struct.unpack_from(
             "<IIIhHhBB", clock, _CLOCK_BYTES * number
         )
@@ -149,10 +134,13 @@ def registers(bench: Bench, see: RuleFindings) -> None:
         "<BBHBBBBH", bench.get(0x0000, 10)
     )
     see.expect(fmmus >= 2, f"The controller has {fmmus} FMMUs, must have 2.")
-    see.expect(managers >= len(SYNC_MANAGERS), f"The controller has {managers} sync managers.")
     see.expect(
-        _MEMORY + ram * _KB >= MEMORY_END,
-        f"The controller has {ram} kB of memory (0x0006), which must reach to {MEMORY_END:#06x}.",
+        managers >= len(device.SYNC_MANAGERS), f"The controller has {managers} sync managers."
+    )
+    see.expect(
+        _MEMORY + ram * _KB >= device.MEMORY_END,
+        f"The controller has {ram} kB of memory (0x0006), which must reach to "
+        f"{device.MEMORY_END:#06x}.",
     )
     see.expect(bool(features & 0x04), "The controller has no distributed clock (0x0008).")
     see.expect(bool(features & 0x08), "The clock of the controller has no 64 bits (0x0008).")
@@ -184,10 +172,10 @@ def check_sum(content: bytes) -> int:
     return crc
 
 
-def _mapping(see: RuleFindings, pdo: Pdo, content: bytes, texts: list[str]) -> None:
+def _mapping(see: RuleFindings, pdo: device.Pdo, content: bytes, texts: list[str]) -> None:
     index, count, manager, _sync, name, flags = struct.unpack_from("<HBBBBH", content)
     see.equal(f"A PDO of the category ({pdo.name})", index, pdo.index)
-    see.equal(f"The sync manager of {pdo.name}", manager, 2 if pdo is OUTPUT_PDO else 3)
+    see.equal(f"The sync manager of {pdo.name}", manager, 2 if pdo is device.OUTPUT_PDO else 3)
     see.equal(f"The name of {pdo.name}", _text(texts, name), pdo.name)
     see.equal(f"The flags of {pdo.name}", flags, _PDO_FLAGS)
     if not see.equal(f"The entries of {pdo.name}", count, len(pdo.entries)):
@@ -282,7 +270,9 @@ def missing_managers(bench: Bench, see: RuleFindings) -> None:
         see.equal(f"The code of PREOP without sync manager {number}", status.code, _NO_MAILBOX)
     bench.go(INIT)
     bench.prepare(PREOP)
-    bench.set_manager(1, MAILBOX_IN_START, MAILBOX_BYTES // 2, SYNC_MANAGERS[1][2], 1)
+    bench.set_manager(
+        1, device.MAILBOX_IN_START, device.MAILBOX_BYTES // 2, device.SYNC_MANAGERS[1][2], 1
+    )
     status = bench.ask_state(PREOP, settle_s=0.0)
     _refused(see, "PREOP with a mailbox of half the size", status.state, INIT)
     see.equal("The code of PREOP with a mailbox of half the size", status.code, _NO_MAILBOX)
@@ -295,7 +285,7 @@ def missing_managers(bench: Bench, see: RuleFindings) -> None:
     for number, code in ((2, _NO_OUTPUTS), (3, _NO_INPUTS)):
         bench.again(PREOP)
         bench.prepare(SAFEOP)
-        start, size, control = SYNC_MANAGERS[number][:3]
+        start, size, control = device.SYNC_MANAGERS[number][:3]
         bench.set_manager(number, start, size + 2, control, 1)
         status = bench.ask_state(SAFEOP, settle_s=0.0)
         _refused(see, f"SAFEOP with sync manager {number} too long", status.state, PREOP)
@@ -318,15 +308,15 @@ def clock_too_fast(bench: Bench, see: RuleFindings) -> None:
 def contradictions(bench: Bench, see: RuleFindings) -> None:
     """Start with contradictory configurations."""
     bench.again(PREOP)
-    width = bench.mail.count(INFORMATION, 2)
-    period = bench.mail.value(CONFIGURATION, 1)
-    before = {(CONFIGURATION, 2): bench.mail.value(CONFIGURATION, 2)}
-    before |= {(WINDOWS, sub): bench.mail.value(WINDOWS, sub) for sub in range(1, 5)}
+    width = bench.mail.count(device.INFORMATION, 2)
+    period = bench.mail.value(device.CONFIGURATION, 1)
+    before = {(device.CONFIGURATION, 2): bench.mail.value(device.CONFIGURATION, 2)}
+    before |= {(device.WINDOWS, sub): bench.mail.value(device.WINDOWS, sub) for sub in range(1, 5)}
     off = {1: width - 10, 2: 0, 3: 20, 4: 20}
     changes = (
-        ("an exposure as long as the period", {(CONFIGURATION, 2): period}),
+        ("an exposure as long as the period", {(device.CONFIGURATION, 2): period}),
         ("a window that is not on the sensor",
-         {(WINDOWS, sub): struct.pack("<H", value) for sub, value in off.items()}),
+         {(device.WINDOWS, sub): struct.pack("<H", value) for sub, value in off.items()}),
     )  # fmt: skip
     for what, change in changes:
         for (index, sub), value in change.items():

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -16,40 +15,68 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ocmm_core.acceptance import AcceptanceRecord, InterimChart
+    from ocmm_core.composition import AcceptanceSite
 
 
 _STYLES = {"PASS": "green", "FAIL": "red"}
 
 
-def interim(
-    *, artefact: list[str] | None, procedure: str, source: str, rig: Path, probe: Path,
-    calibrations: Path | None, probes: Path | None, tip: str | None, temperature: float | None,
-    temperature_u: str, who: str, seed: int, speed: float, folder: Path | None, force: bool,
-) -> None:  # fmt: skip
+@dataclass(frozen=True, slots=True)
+class TestSetup:
+    """Options that determine the stage of a test."""
+
+    __test__ = False
+
+    procedure: str
+    artefact: list[str] | None
+    source: str
+    rig: Path
+    probe: Path
+    calibrations: Path | None
+    probes: Path | None
+    tip: str | None
+    seed: int
+
+    def site(self) -> AcceptanceSite:
+        """Return the stage of the test; InputError as `open_test_site`."""
+        from ocmm_core.composition import open_test_site
+
+        return open_test_site(
+            self.procedure, self.artefact or [], self.source, self.rig, self.probe,
+            self.calibrations, self.probes, self.tip, self.seed,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class RunSetup(TestSetup):
+    """Options of a test that is run."""
+
+    temperature: float | None
+    temperature_u: str
+    who: str
+    speed: float
+    folder: Path | None
+    force: bool
+
+
+def interim(*, setup: RunSetup) -> None:
     """Check the system in 90 seconds: two spheres on a bar, at start of shift or after a knock.
 
     A check that is out is repeated at once. Out again: the points since the last good check are
     held back in every job until a verification passes. Ends with 1 then.
     """
     from ocmm_cli.acceptance._run import room_temperature, run_test
-    from ocmm_core.acceptance import InterimHistory, InterimWord, RoomAir, note_check, save_record
-    from ocmm_core.composition import open_test_site, tests_folder
+    from ocmm_core.acceptance import InterimHistory, InterimWord, note_check, save_record
+    from ocmm_core.composition import StatedConditions, tests_folder
 
-    console = make_console()
-    site = open_test_site(
-        procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
-    )
-    base = tests_folder(folder, site)
-    warm = partial(room_temperature, site, temperature, temperature_u)
+    console, site = make_console(), setup.site()
+    base = tests_folder(setup.folder, site)
     history = InterimHistory(base)
     if history.doubt:
         console.print(say(history.doubt), style="yellow")
     for attempt in range(2):
-        record = run_test(
-            replace(site, seed=seed + attempt), base, console, temperature=warm, who=who,
-            place="", customer="", condition="as found", air=RoomAir(), retest=False,
-            new=True, speed=speed, record=None, force=force,
-        )  # fmt: skip
+        given = StatedConditions(who=setup.who, temperature=room_temperature(site, setup))
+        record = run_test(replace(site, seed=setup.seed + attempt), base, console, given, setup)
         _print_record(console, record)
         save_record(base / "records", record)
         chart = note_check(history, record, site.cameras.store, datetime.now(UTC))
@@ -97,18 +124,11 @@ def list_command() -> None:
 
 
 @acceptance_app.command()
-def plan(
-    *, procedure: str, artefact: list[str] | None, source: str, rig: Path, probe: Path,
-    calibrations: Path | None, probes: Path | None, tip: str | None, seed: int,
-) -> None:  # fmt: skip
+def plan(*, setup: TestSetup) -> None:
     """Print where artefacts go and how many points are taken, in the order that the seed draws."""
     from ocmm_core.acceptance import plan_of
-    from ocmm_core.composition import open_test_site
 
-    console = make_console()
-    site = open_test_site(
-        procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
-    )
+    console, site = make_console(), setup.site()
     positions, notes = plan_of(site.stage)
     console.print(
         f"{say_word(site.stage.procedure.title)}, {say(site.stage.procedure.wording)}",
@@ -127,28 +147,22 @@ def plan(
 
 @acceptance_app.command()
 def run(
-    *, procedure: str, artefact: list[str] | None, source: str, rig: Path, probe: Path,
-    calibrations: Path | None, probes: Path | None, tip: str | None, temperature: float | None,
-    temperature_u: str, who: str, place: str, humidity: str, pressure: str, customer: str,
-    condition: Literal["as found", "after adjustment"], retest: bool, new: bool, seed: int,
-    speed: float, record: Path | None, folder: Path | None, force: bool,
+    *, setup: RunSetup, place: str, humidity: str, pressure: str, customer: str,
+    condition: Literal["as found", "after adjustment"], retest: bool, new: bool,
+    record: Path | None,
 ) -> None:  # fmt: skip
     """Run a test, or continue it: points are taken as soon as the ball rests where it should."""
     from ocmm_cli.acceptance._run import room_temperature, run_test
     from ocmm_core.acceptance import RoomAir, save_record
-    from ocmm_core.composition import open_test_site, tests_folder
+    from ocmm_core.composition import StatedConditions, tests_folder
 
-    console = make_console()
-    site = open_test_site(
-        procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
-    )
-    base = tests_folder(folder, site)
-    warm = partial(room_temperature, site, temperature, temperature_u)
-    found = run_test(
-        site, base, console, temperature=warm, who=who, place=place, customer=customer,
-        air=RoomAir.read(humidity, pressure),
-        condition=condition, retest=retest, new=new, speed=speed, record=record, force=force,
+    console, site = make_console(), setup.site()
+    base = tests_folder(setup.folder, site)
+    given = StatedConditions(
+        who=setup.who, place=place, customer=customer, condition=condition,
+        temperature=room_temperature(site, setup), air=RoomAir.read(humidity, pressure),
     )  # fmt: skip
+    found = run_test(site, base, console, given, setup, retest=retest, new=new, record=record)
     _print_record(console, found)
     console.print(f"{lead('Record   ')}{save_record(base / 'records', found)}")
     _exit(found)

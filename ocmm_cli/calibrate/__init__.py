@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from ocmm_cli.calibrate._calibrate import calibrate_app
     from ocmm_cli.calibrate._probe import mount_tip, probe_command, probe_history, probe_status
     from ocmm_cli.calibrate._report import print_calibration, print_status
-    from ocmm_cli.calibrate._run import is_yes, open_site, take_relocation_shots
+    from ocmm_cli.calibrate._run import (
+        is_yes, open_site, record_observations, take_relocation_shots,
+    )  # fmt: skip
     from ocmm_cli.calibrate._tip import check_tip_command, tip_command
     from ocmm_cli.calibrate._write_cameras import write_cameras
 else:
@@ -23,6 +25,6 @@ else:
 
 __all__ = [
     "calibrate_app", "check_tip_command", "is_yes", "mount_tip", "open_site", "print_calibration",
-    "print_status", "probe_command", "probe_history", "probe_status", "take_relocation_shots",
-    "tip_command", "write_cameras",
+    "print_status", "probe_command", "probe_history", "probe_status", "record_observations",
+    "take_relocation_shots", "tip_command", "write_cameras",
 ]  # fmt: skip

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from ocmm_cli.calibrate._setup import CameraSetup
+from ocmm_cli.calibrate._setup import CameraSetup, ProbeChoice
 from ocmm_cli.terminal import make_console, print_table_account
 from ocmm_core.calibration.verification import Limits
 from ocmm_core.composition import STANDARD_PROBE
@@ -84,8 +84,8 @@ def relocate(
     *, bar: Path, shots: Path | None, spot: TableOptions,
     world: Literal["cameras", "points", "set"], control: Path | None, layout: TableOptions,
     lens: Literal["fixed", "prior", "free"], geometry: Literal["known", "uncertain", "unknown"],
-    poses: int, placements: int, limit: float, seats: bool, probe: Path, probes: Path | None,
-    tip: str | None, overrule: str, setup: CameraSetup,
+    poses: int, placements: int, limit: float, seats: bool, choice: ProbeChoice, overrule: str,
+    setup: CameraSetup,
 ) -> None:  # fmt: skip
     """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar.
 
@@ -99,7 +99,7 @@ def relocate(
     from ocmm_core.calibration.relocation import RelocationProcedure
 
     console, site = make_console(), run.open_site(setup.rig, setup.calibrations)
-    body, artefact = steps.body_in_use_of(setup.source, probe, probes, tip), load_bar(bar)
+    body, artefact = steps.body_in_use_of(setup.source, choice), load_bar(bar)
     known = None
     if control is not None:
         read = read_reference_points(control, layout)
@@ -132,16 +132,14 @@ def relocate(
                 virtual, site.design, procedure.view, procedure.bar, procedure.control
             )
 
-        steps.collect_from(procedure, site, setup, probe, scenes, console, setup.move)
+        steps.collect_from(procedure, site, setup, choice.probe, scenes, console, setup.move)
     steps.conclude(procedure, site, setup, overrule, "relocated", console)
 
 
 @calibrate_app.command()
 def verify(
     *, bar: Path, sphere: list[Path] | None, two_places: bool, excuse: list[str] | None,
-    shots: Path | None, spot: TableOptions, constant: float,
-    per_length: float, largest: float, diameter: float, form: float,
-    rule: Literal["guarded", "simple"], probe: Path, probes: Path | None, tip: str | None,
+    shots: Path | None, spot: TableOptions, limits: Limits, choice: ProbeChoice,
     setup: CameraSetup,
 ) -> None:  # fmt: skip
     """Verify the calibration in force with a bar along seven lines, and with spheres.
@@ -156,15 +154,14 @@ def verify(
     from ocmm_core.calibration.verification import VerificationProcedure
 
     console, site = make_console(), run.open_site(setup.rig, setup.calibrations)
-    body, artefact = steps.body_in_use_of(setup.source, probe, probes, tip), load_bar(bar)
+    body, artefact = steps.body_in_use_of(setup.source, choice), load_bar(bar)
     spheres = tuple(load_sphere(path) for path in sphere or ())
     procedure = run.opened(
         site, setup, console, VerificationProcedure.kind,
         lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
         lambda warm, now: VerificationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, now,
-            who=setup.who, temperature=warm, spheres=spheres, two_places=two_places,
-            limits=Limits(constant, per_length, largest, diameter, rule, form),
+            who=setup.who, temperature=warm, spheres=spheres, two_places=two_places, limits=limits,
         ),
     )  # fmt: skip
     for one in excuse or ():
@@ -185,7 +182,7 @@ def verify(
                 virtual, site.rig, procedure.view, procedure.bar, procedure.spheres
             )
 
-        steps.collect_from(procedure, site, setup, probe, scenes, console, setup.move)
+        steps.collect_from(procedure, site, setup, choice.probe, scenes, console, setup.move)
     procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:
@@ -198,8 +195,8 @@ def verify(
 
 @calibrate_app.command()
 def sensors(
-    *, seconds: float, source: str, rig: Path, probe: Path, probes: Path | None, tip: str | None,
-    calibrations: Path | None, seed: int, move: int | None, speed: float, force: bool,
+    *, seconds: float, source: str, rig: Path, choice: ProbeChoice, calibrations: Path | None,
+    seed: int, move: int | None, speed: float, force: bool,
 ) -> None:  # fmt: skip
     """Learn the pattern of the sensors, so that a pushed camera is noticed sooner.
 
@@ -212,14 +209,16 @@ def sensors(
     from ocmm_core.composition import Origin, origin_of
 
     console, site = make_console(), open_site(rig, calibrations)
-    body = body_in_use_of(source, probe, probes, tip)
+    body = body_in_use_of(source, choice)
     calibration = require_usable(site, now())
     if origin_of(source) is Origin.VIRTUAL:
         from ocmm_sim.calibration_scenes import WAY_S, FreeMotionScene
         from ocmm_sim.sources import VirtualSite
 
         scenes = (FreeMotionScene(ways=round(seconds / WAY_S), seed=seed),)
-        feed = virtual_feed(VirtualSite(rig, probe, seed, move).script(scenes), source, speed)
+        feed = virtual_feed(
+            VirtualSite(rig, choice.probe, seed, move).script(scenes), source, speed
+        )
     else:
         feed = real_feed(rig, site.design, source, force=force)
     learn(site, body, wave(site, body, feed, seconds, console), calibration, console)

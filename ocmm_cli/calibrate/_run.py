@@ -17,7 +17,7 @@ from ocmm_cli.calibrate._setup import Setup
 from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_later
 from ocmm_core import composition
 from ocmm_core.acceptance import read_temperature
-from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
+from ocmm_core.acquisition.frames import AcquisitionState, FrameBlock, StopReason, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.guided import sessions
@@ -135,71 +135,45 @@ def collect(
     console: Console,
     recorder: FrameRecorder | None = None,
 ) -> None:
-    """Record available observations, and enter the next step as soon as its gate opens.
+    """Record from a source as `record_observations`, and end it.
 
-    Ctrl-C is obeyed between two blocks.
-
-    ``frames``: length of the script, None without end; ``recorder`` also receives all frames and is
-    closed; its failure is printed, and the calibration continues. CalibrationError if the source
-    ended before the last step; the session keeps the observations so far.
+    ``recorder`` also receives all frames and is closed; its failure is printed, and the calibration
+    continues. CalibrationError if the source ended before the last step; the session keeps the
+    observations so far.
     """
     console.print(f"{lead('Source   ')}{feed.description.name}", highlight=True)
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    last = len(procedure.base.steps) - 1
-    seen = 0
-    warmth_at = 0.0
     interrupt = DeferredInterrupt(
         f"{say('All observations are stored.')} "
         + say("Start the command again: it continues this session.")
     )
+    kept = recorder
+
+    def keep(block: FrameBlock) -> None:
+        nonlocal kept
+        try:
+            if kept is not None:
+                kept.append(block)
+        except AcquisitionError as error:
+            kept = None
+            console.print(
+                f"{say(error.what)} {say('Calibration continues.')} {say(error.remedy)}",
+                highlight=True,
+            )
+
+    def words(view: guided.ProcedureView) -> str:
+        title, hint = say(view.step.title), view.live.hint
+        return f"{title}: {say(hint)}" if hint else title
+
     try:
-        with Progress(*columns, console=console, transient=True) as progress:
-            task = progress.add_task("", total=None)
-            feed.acquisition.start()
-            while pass_open_gates(procedure) < last and not interrupt.check():
-                stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
-                block = feed.ring.read(_BATCH)
-                if time.monotonic() >= warmth_at:
-                    warmth_at = time.monotonic() + _WARMTH_S
-                    _record_temperature(procedure, feed)
-                if block is not None:
-                    if recorder is not None:
-                        try:
-                            recorder.append(block)
-                        except AcquisitionError as error:
-                            recorder = None
-                            console.print(
-                                f"{say(error.what)} {say('Calibration continues.')} "
-                                f"{say(error.remedy)}",
-                                highlight=True,
-                            )
-                    procedure.watch(block)
-                    seen += len(block)
-                    if procedure.base.live.ready:
-                        procedure.take(now())
-                        retake_misplaced(procedure, console)
-                    view = procedure.base
-                    step, hint = view.step, view.live.hint
-                    said = f"{say(step.title)}: {say(hint)}" if hint else say(step.title)
-                    progress.update(
-                        task, description=said, completed=step.done, total=step.wanted or None
-                    )
-                elif stopped or (frames is not None and seen >= frames):
-                    break
-                else:
-                    time.sleep(_IDLE_S)
+        feed.acquisition.start()
+        record_observations(procedure, feed, frames, console, interrupt, keep, words)
     finally:
         status = feed.end()
         if recorder is not None:
             recorder.close()
         interrupt.close()
-    if procedure.base.current < last:
-        view = procedure.base
+    view = procedure.base
+    if view.current < len(view.steps) - 1:
         hint = view.live.hint
         why = view.step.gate.reason
         if hint:
@@ -216,6 +190,56 @@ def collect(
             f"{view.step.title}: the source ended. {why}",
             "Start the command again: it continues this session.",
         )
+
+
+def record_observations(
+    procedure: guided.Procedure,
+    feed: composition.Feed,
+    frames: int | None,
+    console: Console,
+    interrupt: DeferredInterrupt,
+    keep: Callable[[FrameBlock], None],
+    words: Callable[[guided.ProcedureView], str],
+) -> None:
+    """Record available observations of a started source; enter each step whose gate opens.
+
+    Ends at the last step or with the source; ``frames``: length of its script, None without end.
+    Ctrl-C is obeyed between two blocks. ``keep`` receives all frames before they are evaluated,
+    ``words`` returns the text of the progress bar.
+    """
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    last = len(procedure.base.steps) - 1
+    seen = 0
+    warmth_at = 0.0
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("", total=None)
+        while pass_open_gates(procedure) < last and not interrupt.check():
+            stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
+            block = feed.ring.read(_BATCH)
+            if time.monotonic() >= warmth_at:
+                warmth_at = time.monotonic() + _WARMTH_S
+                _record_temperature(procedure, feed)
+            if block is not None:
+                keep(block)
+                procedure.watch(block)
+                seen += len(block)
+                if procedure.base.live.ready:
+                    procedure.take(now())
+                    retake_misplaced(procedure, console)
+                view = procedure.base
+                progress.update(
+                    task, description=words(view), completed=view.step.done,
+                    total=view.step.wanted or None,
+                )  # fmt: skip
+            elif stopped or (frames is not None and seen >= frames):
+                break
+            else:
+                time.sleep(_IDLE_S)
 
 
 def retake_misplaced(procedure: guided.Procedure, console: Console) -> None:

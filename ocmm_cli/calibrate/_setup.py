@@ -25,6 +25,15 @@ class Setup:
 
 
 @dataclass(frozen=True, slots=True)
+class ProbeChoice:
+    """Options that choose a probe with its records."""
+
+    probe: Path
+    probes: Path | None
+    tip: str | None
+
+
+@dataclass(frozen=True, slots=True)
 class CameraSetup(Setup):
     """Options of procedures about the cameras."""
 

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from ocmm_cli.calibrate import _run as run
 from ocmm_cli.calibrate._report import print_calibration, print_status
-from ocmm_cli.calibrate._setup import ProbeSetup, Setup
+from ocmm_cli.calibrate._setup import ProbeChoice, ProbeSetup, Setup
 from ocmm_cli.calibrate._write_cameras import write_accepted
 from ocmm_cli.terminal import lead, make_console, say, say_word, told
 from ocmm_core.calibration import records
@@ -189,14 +189,14 @@ def conclude(
         write_accepted(record, setup.source, setup.rig, console, force=setup.force)
 
 
-def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | None) -> ProbeBody:
+def body_in_use_of(source: str, choice: ProbeChoice) -> ProbeBody:
     """Return the probe by the records of its tip, or by its document if there are none.
 
     CalibrationError if records, or files they need, are damaged, or a named tip has none.
     """
-    in_use = choose_probe(source, probe, probes, tip, uncalibrated=False)
+    in_use = choose_probe(source, choice.probe, choice.probes, choice.tip, uncalibrated=False)
     if in_use.fault is not None and (
-        tip is not None or in_use.fault[0] is not records.CalibrationStatus.NONE
+        choice.tip is not None or in_use.fault[0] is not records.CalibrationStatus.NONE
     ):
         records.require_records(in_use)
     if in_use.records is not None:

@@ -2,10 +2,9 @@
 
 In: a plan and a source, or job files. Out: job files, reports, tables, an exit code.
 
-Read `_headless` (a whole job without a window), `_measure_parts` (a
-batch), `_plan` (check, new, import) with `_offers`, `_align`, `_report`, `_compare`,
-`_recall`, `_environment` (ambient conditions), `_certificate` (certificates of the machine), and
-`_recording` (raw frames).
+Read `_headless` (a whole job without a window, parts of a batch), `_plan` (check, new, import) with
+`_offers`, `_align`, `_report`, `_compare`, `_recall`, `_environment` (ambient conditions),
+`_certificate` (certificates of the machine), and `_recording` (raw frames).
 It computes nothing: jobs are run by `station` and opened by `inspection.archive`.
 """
 
@@ -17,10 +16,9 @@ if TYPE_CHECKING:
     from ocmm_cli.measure._compare import compare_command
     from ocmm_cli.measure._environment import environment_command
     from ocmm_cli.measure._headless import (
-        exit_code, missing_sentences, print_explanations, print_states, print_table, print_verdict,
-        run_job,
+        await_part, exit_code, missing_sentences, print_explanations, print_states, print_table,
+        print_verdict, run_job,
     )  # fmt: skip
-    from ocmm_cli.measure._measure_parts import await_part
     from ocmm_cli.measure._plan import plan_app
     from ocmm_cli.measure._recall import recall_archived, recall_command
     from ocmm_cli.measure._recording import record_source

@@ -2,9 +2,8 @@
 
 In: commands as typed functions. Out: the same with names, texts, defaults and ranges of options.
 
-Read `_describe` (how a command gets its options), `_shared` (options of several groups; those of
-settings and of the window are in `ocmm_core.options`), then the tables `_jobs` and
-`_instrument`.
+Read `_describe` (options of several groups, and how a command gets its options; those of settings
+and of the window are in `ocmm_core.options`), then the tables `_jobs` and `_instrument`.
 An option that is not in the table is refused when its command is built, with KeyError.
 """
 

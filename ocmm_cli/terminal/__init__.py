@@ -2,8 +2,8 @@
 
 In: texts, tables, arrays of pixels, points. Out: text for terminals and pipes, PNG, PGM, SVG.
 
-Read `_console` (language, printing, Ctrl-C), `_table` (tables for any width), then `_pictures` (16
-bit images) and `_svg` (small plots without a plotting library). It must not know any command.
+Read `_console` (language, printing, Ctrl-C), `_table` (tables for any width), then `_svg` (small
+plots without a plotting library, and 16 bit images). It must not know any command.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -13,9 +13,8 @@ if TYPE_CHECKING:
         DeferredInterrupt, PlainConsole, heads, language, lead, make_console, print_notes,
         print_table_account, progress_line, say, say_later, say_word, shown, told,
     )  # fmt: skip
-    from ocmm_cli.terminal._pictures import encoder_for
     from ocmm_cli.terminal._svg import (
-        bending, histogram, label, nice_limit, page, points_in_space, tip_map,
+        bending, encoder_for, histogram, label, nice_limit, page, points_in_space, tip_map,
     )  # fmt: skip
     from ocmm_cli.terminal._table import print_grid
 else:

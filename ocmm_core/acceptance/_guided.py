@@ -17,7 +17,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ocmm_core.acceptance._interim import InterimChart, InterimWord
-from ocmm_core.acceptance._kinds import quantities_of
+from ocmm_core.acceptance._kinds import Retest, quantities_of
 from ocmm_core.acceptance._recompute import save_record
 from ocmm_core.acceptance._result import (
     AcceptanceRecord,
@@ -183,7 +183,11 @@ _ANEW = "The position is measured again: {hint}"
 
 
 class AcceptanceProcedure(guided.Procedure):
-    """A test to its verdict; thread-safe. `charted`: charts an interim check before it counts."""
+    """A test to its verdict; thread-safe.
+
+    `thermometer` is read when a temperature is due; None: the latest noted one counts. `charted`:
+    charts an interim check before it counts.
+    """
 
     kind = GuidedKind.ACCEPTANCE
     _outcome: AcceptanceOutcome | None
@@ -198,11 +202,13 @@ class AcceptanceProcedure(guided.Procedure):
         records: Path,
         temperature: Temperature,
         charted: Charted | None = None,
+        thermometer: Callable[[], Temperature] | None = None,
     ) -> None:
         super().__init__(session.log)
-        self._charted = charted
+        self._charted, self._has_thermometer = charted, thermometer is not None
         self._session, self._rig, self._body, self._records = session, rig, body, records
         self._temperature = temperature
+        self._room = thermometer or (lambda: self._temperature)
         self._temperature_utc: datetime | None = None
         self._axis = guided.handle_axis(body)
         self._probe = self._averager()
@@ -255,7 +261,7 @@ class AcceptanceProcedure(guided.Procedure):
         return self._at_rest
 
     def _read_at(self) -> datetime | None:
-        return self._temperature_utc
+        return None if self._has_thermometer else self._temperature_utc
 
     # Frames and points.
 
@@ -283,7 +289,7 @@ class AcceptanceProcedure(guided.Procedure):
         assert self._ready is not None  # noqa: S101 - as Live.ready states
         average, tip, handle = self._ready
         if self._session.needs_temperature():
-            self._session.note_temperature(self._temperature, now)
+            self._session.note_temperature(self._room(), now)
         self._outdate()
         try:
             hint = self._session.take(
@@ -356,19 +362,20 @@ class AcceptanceProcedure(guided.Procedure):
             retests_left=test.retests_left,
         )  # fmt: skip
 
-    def retest(self, now: datetime) -> None:
-        """Start the permitted retest and return to measuring; CalibrationError if none is."""
+    def retest(self, now: datetime) -> Retest:
+        """Start the permitted retest, and return what is measured again; CalibrationError: none."""
         with self._lock:
-            self._session.retest(now)
+            positions = self._session.retest(now)
             self._test = self._session.view
             self._outdate()
             self._hint, self._step = "", _MEASURE
+            return positions
 
     def accept(self, now: datetime, reason: str) -> None:
         """Store the verdict, whatever it is; may be repeated after an interruption."""
         with self._lock:
             if not self._test.finished:
-                record = self._session.finish(now, self._temperature, reason)
+                record = self._session.finish(now, self._room(), reason)
                 self._test = self._session.view
             else:
                 record = self._session.record()

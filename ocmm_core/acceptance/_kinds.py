@@ -11,22 +11,9 @@ import numpy as np
 
 from ocmm_core.acceptance import _evaluating as evaluate
 from ocmm_core.acceptance import _planning as plan
+from ocmm_core.acceptance import _procedure as procedure
 from ocmm_core.acceptance import _result as result
 from ocmm_core.acceptance._placement import missing_corners, missing_octants
-from ocmm_core.acceptance._procedure import (
-    BallTest,
-    DiameterTest,
-    E0BlockTest,
-    E0Test,
-    InterimTest,
-    LengthTest,
-    LocationTest,
-    LongStylusTest,
-    PlateTest,
-    SpatTest,
-    SphereTest,
-    VolumetricTest,
-)
 from ocmm_core.acceptance._situation import Situation, Stage, worst_of
 from ocmm_core.errors import CalibrationError, InputError
 
@@ -84,7 +71,7 @@ def _line(at: Situation) -> Retest:
 def _sets(at: Situation) -> Retest:
     """Repeat sets of which one of three values is outside (ISO 10360-2)."""
     numbers = at.stage.procedure.test
-    if not isinstance(numbers, E0Test):
+    if not isinstance(numbers, procedure.E0Test):
         raise _refused("it is another kind of test")
     outside: dict[str, int] = {}
     for one in values_of(at):
@@ -134,39 +121,41 @@ def _refused(why: str) -> CalibrationError:
 
 
 KINDS: dict[type[msgspec.Struct], TestKind] = {
-    LengthTest: TestKind(
+    procedure.LengthTest: TestKind(
         ("bar",), ("E",), plan.plan_length, evaluate.length_values, _line, missing_corners
     ),
-    SphereTest: TestKind(
+    procedure.SphereTest: TestKind(
         ("sphere",), ("P_Form", "P_Size"), plan.plan_sphere, evaluate.sphere_results, _whole
     ),
-    LocationTest: TestKind(
+    procedure.LocationTest: TestKind(
         ("sphere",), ("L_Dia",), plan.plan_location, evaluate.location_results, _whole
     ),
-    E0Test: TestKind(("bar",), ("E", "R0"), plan.plan_e0, evaluate.e0_values, _sets),
-    E0BlockTest: TestKind(
+    procedure.E0Test: TestKind(("bar",), ("E", "R0"), plan.plan_e0, evaluate.e0_values, _sets),
+    procedure.E0BlockTest: TestKind(
         ("bar", "gauge block"), ("E", "R0"), plan.plan_e0_blocks, evaluate.e0_values, _sets
     ),
-    LongStylusTest: TestKind(
+    procedure.LongStylusTest: TestKind(
         ("bar",), ("E_L", "R0"), plan.plan_long_stylus, evaluate.e0_values, _sets
     ),
-    SpatTest: TestKind((), ("SPAT_max", "SPAT_2s"), plan.plan_spat, evaluate.spat_results, _whole),
-    VolumetricTest: TestKind(
+    procedure.SpatTest: TestKind(
+        (), ("SPAT_max", "SPAT_2s"), plan.plan_spat, evaluate.spat_results, _whole
+    ),
+    procedure.VolumetricTest: TestKind(
         ("bar",), ("V_max", "V_range", "V_2RMS"), plan.plan_volumetric,
         evaluate.volumetric_results, _whole, missing_octants,
     ),
-    DiameterTest: TestKind(
+    procedure.DiameterTest: TestKind(
         ("sphere",), ("D_eff",), plan.plan_diameter, evaluate.diameter_results, _whole
     ),
-    PlateTest: TestKind(
+    procedure.PlateTest: TestKind(
         ("plate",), ("Thickness", "Coplanarity"), plan.plan_plate, evaluate.plate_results, _whole,
         shuffled=False,
     ),
-    BallTest: TestKind(
+    procedure.BallTest: TestKind(
         ("sphere",), ("P_Size", "P_Form", "L_Dia"), plan.plan_ball, evaluate.ball_results, _whole,
         shuffled=False,
     ),
-    InterimTest: TestKind(
+    procedure.InterimTest: TestKind(
         ("dumbbell",), ("Interim_L", "Interim_D"), plan.plan_interim, evaluate.interim_results,
         _whole, shuffled=False,
     ),

@@ -16,7 +16,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.composition._acceptance_bench import (
-        VIRTUAL_ROOM, AcceptanceBench, StatedConditions, TestsMade,
+        VIRTUAL_ROOM, AcceptanceBench, StatedConditions, TestsMade, start_test,
     )  # fmt: skip
     from ocmm_core.composition._acceptance_site import (
         AcceptanceSite, default_test_folder, earlier_use, instrument_of, named_artefact,
@@ -58,5 +58,5 @@ __all__ = [
     "identities", "instrument_of", "late", "make_feed", "measured_checks", "named_artefact",
     "names_in_words", "open_test_site", "origin_of", "rate_of", "recorded_feed",
     "request_of_settings", "require_recorded", "require_scenes", "source_help", "source_of",
-    "sources", "station_state", "stream_options", "tests_folder", "virtual_names",
+    "sources", "start_test", "station_state", "stream_options", "tests_folder", "virtual_names",
 ]  # fmt: skip

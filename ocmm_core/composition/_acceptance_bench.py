@@ -22,6 +22,7 @@ from ocmm_core.acceptance import (
     ArtefactEntry,
     ArtefactOffer,
     ArtefactRegister,
+    EarlierUse,
     FinishedTest,
     InstrumentState,
     InterimChart,
@@ -63,6 +64,19 @@ class StatedConditions:
     """`who`, `place`, `customer`, `condition`: see `AcceptanceRecord`."""
     temperature: Temperature = VIRTUAL_ROOM
     air: RoomAir = field(default_factory=RoomAir)
+
+
+def start_test(
+    tests: Path, stage: Stage, procedure_sha256: str, given: StatedConditions, now: datetime,
+    earlier: EarlierUse,
+) -> AcceptanceSession:  # fmt: skip
+    """Start a test in a folder of tests; raise OcmmError as `AcceptanceSession.begin`."""
+    name = f"{stage.procedure.id}-{now.strftime('%Y%m%dT%H%M%S.%f')}.chain"
+    return AcceptanceSession.begin(
+        tests / SESSIONS / name, stage, procedure_sha256, now, temperature=given.temperature,
+        who=given.who.strip(), place=given.place.strip(), customer=given.customer.strip(),
+        condition=given.condition, earlier=earlier, air=given.air,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,13 +193,7 @@ class AcceptanceBench:
         stage = self.stage(offer, artefacts, now)
         if seed is not None:
             stage = Stage(stage.procedure, stage.instrument, stage.artefacts, seed)
-        name = f"{offer.procedure.id}-{now.strftime('%Y%m%dT%H%M%S.%f')}.chain"
-        session = AcceptanceSession.begin(
-            self.tests() / SESSIONS / name, stage, offer.sha256, now,
-            temperature=given.temperature, who=given.who.strip(), place=given.place.strip(),
-            customer=given.customer.strip(), condition=given.condition,
-            earlier=earlier, air=given.air,
-        )  # fmt: skip
+        session = start_test(self.tests(), stage, offer.sha256, given, now, earlier)
         return self._procedure(session, given.temperature)
 
     def resume(self, path: Path, temperature: Temperature) -> AcceptanceProcedure:

@@ -8,16 +8,12 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+from ocmm_core import tracking
 from ocmm_core.acceptance import thermometer_log
 from ocmm_core.acquisition.frames import SourceDescription
 from ocmm_core.acquisition.recording import FrameHistory, FrameRecorder
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
-from ocmm_core.composition._calibration_choice import (
-    checked_for_replay,
-    checked_probe_for_replay,
-    choose_calibration,
-    choose_probe,
-)
+from ocmm_core.composition import _calibration_choice as calibration_choice
 from ocmm_core.composition._climate import climate_in_use
 from ocmm_core.composition._feeds import Remaining, ScriptedRig, StationRequest, written_folders
 from ocmm_core.composition._sources import make_feed
@@ -41,13 +37,6 @@ from ocmm_core.measuring import PointOptions
 from ocmm_core.settings import released_plans_only
 from ocmm_core.station import MeasuringStation, StationOptions, free_path, give_back
 from ocmm_core.storage import NAMED, JobFile, make_head
-from ocmm_core.tracking import (
-    ProbeBody,
-    ReferenceBody,
-    TrackingOptions,
-    check_together,
-    load_reference,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +91,10 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     except BaseException:
         feed.ring.close()
         raise
-    calibration = checked_for_replay(calibration, feed.recorded)
-    probe = checked_probe_for_replay(replace(probe, body=climate.body), feed.recorded)
+    calibration = calibration_choice.checked_for_replay(calibration, feed.recorded)
+    probe = calibration_choice.checked_probe_for_replay(
+        replace(probe, body=climate.body), feed.recorded
+    )
     # Features of later plans that the virtual part lacks cannot be touched.
     operator = feed.operator
     there = operator.features if operator is not None else frozenset[str]()
@@ -136,7 +127,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
                     reference=reference,
                     near=near,
                 ),
-                tracking=TrackingOptions(method=request.method),
+                tracking=tracking.TrackingOptions(method=request.method),
                 live_source=feed.live,
                 intent=operator.intent if operator is not None and not request.idle else None,
                 follow=(
@@ -215,14 +206,14 @@ def _new_job(
 
 def calibration_of(request: StationRequest) -> CalibrationInUse:
     """Return the calibration of a request; raise InputError as `choose_calibration`."""
-    return choose_calibration(
+    return calibration_choice.choose_calibration(
         request.source, request.rig, request.calibrations, uncalibrated=request.uncalibrated
     )
 
 
 def probe_of(request: StationRequest) -> ProbeInUse:
     """Return the probe of a request; raise InputError as `choose_probe`."""
-    return choose_probe(
+    return calibration_choice.choose_probe(
         request.source,
         request.probe,
         request.probes,
@@ -231,17 +222,19 @@ def probe_of(request: StationRequest) -> ProbeInUse:
     )
 
 
-def reference_of(request: StationRequest, probe: ProbeBody) -> ReferenceBody | None:
+def reference_of(
+    request: StationRequest, probe: tracking.ProbeBody
+) -> tracking.ReferenceBody | None:
     """Return the reference body, or None; InputError if invalid or indistinguishable."""
     if request.reference is None:
         return None
-    reference = load_reference(request.reference)
-    check_together(probe, reference)
+    reference = tracking.load_reference(request.reference)
+    tracking.check_together(probe, reference)
     return reference
 
 
 def _check_slots(
-    probe: ProbeBody, reference: ReferenceBody | None, source: SourceDescription
+    probe: tracking.ProbeBody, reference: tracking.ReferenceBody | None, source: SourceDescription
 ) -> None:
     """Refuse more LEDs than the cameras of a source track."""
     count = probe.n_leds + (reference.n_leds if reference is not None else 0)

@@ -18,17 +18,8 @@ from typing import NoReturn
 
 import msgspec
 
+from ocmm_core import doctor
 from ocmm_core.acquisition.bus_process import BUS_PRIORITY, CAMERA_PRIORITY, take_priority
-from ocmm_core.doctor import (
-    PERIOD_NS,
-    CheckSpec,
-    LoopTimes,
-    NotAskedError,
-    answer_of,
-    judge_loop,
-    part,
-    wake_check,
-)
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus import wire
 
@@ -42,23 +33,27 @@ _CAMERAS_BYTES = 1072
 _LAST_WAIT_NS = 200_000_000
 
 
-def measured_checks(seconds: float) -> tuple[CheckSpec, ...]:
+def measured_checks(seconds: float) -> tuple[doctor.CheckSpec, ...]:
     """Return the checks that measure for `seconds`, the bus `LONGEST_LOOP_S` at most; 0: none."""
 
-    def loop() -> LoopTimes:
+    def loop() -> doctor.LoopTimes:
         if seconds <= 0.0:
-            raise NotAskedError("Not measured.", "Measure it: --seconds 60")
+            raise doctor.NotAskedError("Not measured.", "Measure it: --seconds 60")
         length = min(seconds, LONGEST_LOOP_S)
         try:
             inside = wire.namespace_command()
         except OcmmError as error:
-            raise NotAskedError(error.what, "Measure it as root.") from error
-        return answer_of([*inside, sys.executable, "-m", _MODULE, str(length)], length, LoopTimes)
+            raise doctor.NotAskedError(error.what, "Measure it as root.") from error
+        return doctor.answer_of(
+            [*inside, sys.executable, "-m", _MODULE, str(length)], length, doctor.LoopTimes
+        )
 
     about = "at most 0.05 % of the frames are not answered in their cycle"
     return (
-        wake_check(seconds),
-        CheckSpec("loop", "Bus on a virtual cable", about, lambda computer: judge_loop(loop())),
+        doctor.wake_check(seconds),
+        doctor.CheckSpec(
+            "loop", "Bus on a virtual cable", about, lambda computer: doctor.judge_loop(loop())
+        ),
     )
 
 
@@ -72,7 +67,7 @@ def main() -> None:
     sys.stdout.write(msgspec.json.encode(times).decode())
 
 
-def _measure(seconds: float) -> LoopTimes:
+def _measure(seconds: float) -> doctor.LoopTimes:
     wire.make_link(wire.HOST_INTERFACE, wire.CAMERA_INTERFACE)
     with _end(wire.HOST_INTERFACE) as near, _end(wire.CAMERA_INTERFACE) as far:
         # The mirror process ends when this process ends and its pipe closes.
@@ -82,7 +77,7 @@ def _measure(seconds: float) -> LoopTimes:
             os.close(held)
             _reflect(far, ends)
         try:
-            return _cycle(near, max(1, round(seconds * 1e9 / PERIOD_NS)))
+            return _cycle(near, max(1, round(seconds * 1e9 / doctor.PERIOD_NS)))
         finally:
             os.close(held)
             os.waitpid(mirror, 0)
@@ -106,31 +101,31 @@ def _reflect(far: socket.socket, ends: int) -> NoReturn:
         os._exit(0)
 
 
-def _cycle(near: socket.socket, count: int) -> LoopTimes:
+def _cycle(near: socket.socket, count: int) -> doctor.LoopTimes:
     real_time = take_priority(BUS_PRIORITY) is None
     clock = wire.HostTime()
     sent, came = [0] * count, [0] * count
     rest = bytes(_CAMERAS_BYTES - _NUMBER.size)
     gc.disable()
-    deadline = clock.now_ns() + PERIOD_NS
+    deadline = clock.now_ns() + doctor.PERIOD_NS
     for number in range(count):
         clock.wait_until(deadline)
         sent[number] = clock.now_ns()
         # A late cycle keeps its whole millisecond: only the transit of the frame is measured.
-        deadline = max(deadline, sent[number] - PERIOD_NS) + PERIOD_NS
+        deadline = max(deadline, sent[number] - doctor.PERIOD_NS) + doctor.PERIOD_NS
         near.send(_HEAD + _NUMBER.pack(number) + rest)
-        _await(near, clock, came, number, sent[number] + PERIOD_NS)
+        _await(near, clock, came, number, sent[number] + doctor.PERIOD_NS)
     for number in range(count):
         if not came[number]:
             _await(near, clock, came, number, clock.now_ns() + _LAST_WAIT_NS)
     gc.enable()
     ways = sorted(there - begin for begin, there in zip(sent, came, strict=True) if there)
     if not ways:
-        raise NotAskedError("No frame came back.")
-    return LoopTimes(
-        cycles=count, lost=count - len(ways), late=sum(one > PERIOD_NS for one in ways),
-        p50_us=part(ways, 0.5), p999_us=part(ways, 0.999), max_us=part(ways, 1.0),
-        real_time=real_time,
+        raise doctor.NotAskedError("No frame came back.")
+    return doctor.LoopTimes(
+        cycles=count, lost=count - len(ways), late=sum(one > doctor.PERIOD_NS for one in ways),
+        p50_us=doctor.part(ways, 0.5), p999_us=doctor.part(ways, 0.999),
+        max_us=doctor.part(ways, 1.0), real_time=real_time,
     )  # fmt: skip
 
 

@@ -4,8 +4,8 @@ In: settings documents (`ocmm.settings/1`, TOML) of the station and of the user.
 Out: a complete set of settings, the origin of each, and notes about ignored entries.
 
 Read `_specs` (table of all settings), `_values` (one value, from a file or typed), `_file` (a
-document: tolerant reading, changes under a lock), `_settings` (documents and command line
-together), `_recent` (recent places), `_toml` (writing).
+document: tolerant reading, changes under a lock, its TOML text), `_settings` (documents and
+command line together), `_recent` (recent places).
 `_settings_seal` signs the settings that change a verdict.
 The window and `ocmm settings` use it. Commands that measure read one rule alone: released plans
 only (decision 74). It must not know a screen nor load a numerical library: the window reads it
@@ -15,7 +15,7 @@ first at start.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile
+    from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile, toml_text
     from ocmm_core.settings._recent import RecentPlaces, is_shipped
     from ocmm_core.settings._settings import (
         SETTINGS_NAME, LoadedSettings, SettingOrigin, Settings, SettingsStore, released_plans_only,
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
         DEFAULT_SOURCE, RECOMMENDED_RIG, SECTIONS, SETTINGS, STANDARD_PROBE, Applies, Kind, Scope,
         SettingSpec, Value, spec_of,
     )  # fmt: skip
-    from ocmm_core.settings._toml import toml_text
     from ocmm_core.settings._values import text_of, value_of_text
 else:
     __getattr__ = door(__name__)

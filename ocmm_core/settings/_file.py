@@ -1,4 +1,4 @@
-"""One settings document: tolerant reading, safe changes.
+"""One settings document: tolerant reading, safe changes, its text.
 
 Unusable documents are ignored with a note and kept. The first change renames a damaged or foreign
 one; documents of later versions are never written. Unusable values are ignored one by one, and
@@ -8,11 +8,16 @@ unknown ones are kept: a newer program may have written them.
 from __future__ import annotations
 
 import contextlib
+import json
+import math
 import os
+import re
 import time
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from datetime import date, datetime
+from datetime import time as time_of_day
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,11 +35,11 @@ from ocmm_core.settings._settings_seal import (
     was_sealed,
 )
 from ocmm_core.settings._specs import SETTINGS, Value, spec_of
-from ocmm_core.settings._toml import toml_text
 from ocmm_core.settings._values import checked, plain
 
 if TYPE_CHECKING:
     from ocmm_core.seals import SealState
+
 
 SETTINGS_SCHEMA = "ocmm.settings/1"
 _FAMILY = "ocmm.settings/"
@@ -321,3 +326,48 @@ def _held(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(descriptor)
+
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def toml_text(data: Mapping[str, Any]) -> str:
+    """Return the TOML text of a document, tables last; TypeError for types that TOML lacks."""
+    lines = [
+        f"{_key(key)} = {_value(value)}"
+        for key, value in data.items()
+        if not isinstance(value, Mapping)
+    ]
+    for key, value in data.items():
+        if isinstance(value, Mapping):
+            lines += ["", f"[{_key(key)}]"]
+            lines += [f"{_key(name)} = {_value(item)}" for name, item in value.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _key(key: str) -> str:
+    return key if _BARE.fullmatch(key) else _string(key)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return repr(value) if math.isfinite(value) else str(value)
+    if isinstance(value, str):
+        return _string(value)
+    if isinstance(value, datetime | date | time_of_day):
+        return value.isoformat()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_value(item) for item in value)}]"
+    if isinstance(value, Mapping):
+        inner = ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items())
+        return f"{{ {inner} }}" if inner else "{}"
+    raise TypeError(f"TOML has no {type(value).__name__}")
+
+
+def _string(text: str) -> str:
+    # A JSON string is a TOML basic string, except for the control character DEL.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")

@@ -7,7 +7,7 @@ Read `_station` first: it joins, starts and stops the services. These are ``job`
 of an inspector), ``jobs`` (`_job_change`: the next part, another plan), ``looks`` (live values,
 bus), ``instruments`` (calibration and probe), ``maintenance``, ``reports``, ``events`` (signals)
 and ``faults`` (permanent until restart). `_frame_loop` is the thread from ring to touches,
-`_touches` the step after it, `_live` the current state of the machine. The watches:
+and the step after it, `_live` the current state of the machine. The watches:
 `_calibration_watch`, `_probe_watch`, `_bus_watch`. Package `stream` serves other programs,
 `_service` starts servers of other packages. Numbers come from lower packages. It must not know a
 screen.

@@ -1,25 +1,25 @@
-"""Reconstruction thread: frames from the ring, tracked, with their touches."""
+"""Reconstruction thread: frames from the ring, tracked, with their touches, to durable points."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
-from ocmm_core.acquisition.frames import (
-    AcquisitionState,
-    FrameBlock,
-    FrameRing,
-    RingHeaderField,
-    read_status,
-)
+from ocmm_core.acquisition import frames
 from ocmm_core.acquisition.recording import FrameHistory
 from ocmm_core.errors import OcmmError
-from ocmm_core.measuring import PointOptions, Touch, TouchCollector
-from ocmm_core.station._faults import StationFaults
-from ocmm_core.station._open_job import Gear
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.measuring import PointOptions, Refusal, Touch, TouchCollector
+from ocmm_core.station._faults import StationEvents, StationFaults
+from ocmm_core.station._instruments import Instruments
+from ocmm_core.station._live import LiveState
+from ocmm_core.station._maintenance import StationMaintenance
+from ocmm_core.station._name_watch import JOB
+from ocmm_core.station._open_job import CurrentJob, Gear
+from ocmm_core.station.stream import ButtonWatch
 from ocmm_core.tracking import ReferenceHome, TrackBlock, TrackingOptions, TrackingPipeline
 
 _BATCH = 800
@@ -33,7 +33,7 @@ RECORDING = "The recording"
 class FrameSink(Protocol):
     """Receives the raw frames, e.g. a recorder."""
 
-    def append(self, block: FrameBlock) -> None: ...
+    def append(self, block: frames.FrameBlock) -> None: ...
 
     def check_name(self) -> OcmmError | None:
         """Return why its file is not on the disk under its name; None if it is. Thread-safe."""
@@ -48,7 +48,7 @@ class FrameSink(Protocol):
 class Tracked:
     """A block of frames with its tracking result."""
 
-    block: FrameBlock
+    block: frames.FrameBlock
     track: TrackBlock
     touches: Sequence[Touch]
     collecting: bool
@@ -81,7 +81,7 @@ class FrameLoop:
 
     def __init__(
         self,
-        ring: FrameRing,
+        ring: frames.FrameRing,
         gear: Gear,
         tracking: TrackingOptions,
         point: PointOptions,
@@ -147,8 +147,8 @@ class FrameLoop:
     def _run(self) -> None:
         try:
             while not self._stop.is_set():
-                status = read_status(self._ring)
-                ended = status.state is AcquisitionState.STOPPED
+                status = frames.read_status(self._ring)
+                ended = status.state is frames.AcquisitionState.STOPPED
                 # Frames written before the source's end flag are read after it.
                 block = self._ring.read(_BATCH)
                 if block is not None:
@@ -166,7 +166,7 @@ class FrameLoop:
         finally:
             self._drained.set()
 
-    def _feed(self, block: FrameBlock) -> None:
+    def _feed(self, block: frames.FrameBlock) -> None:
         if self._history is not None:
             self._history.append(block)
         if self._recorder is not None:
@@ -178,7 +178,7 @@ class FrameLoop:
         track = self._pipeline.process(block)
         collector = self._collector
         if collector is None:
-            period_s = self._ring.word(RingHeaderField.FRAME_PERIOD_NS) * 1e-9
+            period_s = self._ring.word(frames.RingHeaderField.FRAME_PERIOD_NS) * 1e-9
             collector = self._collector = TouchCollector(period_s, self._point)
         if self._take.is_set():
             self._take.clear()
@@ -186,3 +186,101 @@ class FrameLoop:
         collector.pulled = self._step.awaits_pull
         touches = collector.feed(track)
         self._step.measure(Tracked(block, track, touches, collector.collecting, self._pipeline))
+
+
+Intent = Callable[[int], str | None]
+"""Returns the intended feature of a touch that ends at an exposure; None: the active one."""
+
+
+class TouchTaker:
+    """Make points of touches; a `MeasureStep`.
+
+    `live`: State of the latest frames. `maintenance`: Its procedures receive the frames instead of
+    the job. `faults`, `events`: Receive the results of touches. `intent`, `follow`: Of a scripted
+    operator, see `StationOptions`; None if the session decides.
+    """
+
+    def __init__(
+        self,
+        current: CurrentJob,
+        live: LiveState,
+        instruments: Instruments,
+        maintenance: StationMaintenance,
+        faults: StationFaults,
+        events: StationEvents,
+        intent: Intent | None,
+        follow: Callable[[int], None] | None = None,
+    ) -> None:
+        self._current, self._live = current, live
+        self._instruments, self._maintenance = instruments, maintenance
+        self._faults, self._events = faults, events
+        self._intent, self._follow = intent, follow
+        self._button = ButtonWatch()
+
+    @property
+    def awaits_pull(self) -> bool:
+        """Return whether the ball is followed during its retract after a touch."""
+        return self._current.now.session.awaits_pull
+
+    def measure(self, tracked: Tracked) -> None:
+        """Measure a block of frames; on the reconstruction thread."""
+        block, track, pipeline = tracked.block, tracked.track, tracked.pipeline
+        for change in self._button.feed(block):
+            self._events.emit(self._events.button, change)
+        session = self._current.now.session
+        if pipeline.home is not None and session.reference_home is None:
+            # Durable before the first dependent point.
+            session.keep_reference(pipeline.home)
+        self._live.feed(block, track, pipeline, collecting=tracked.collecting)
+        self._instruments.watch_probe(block)
+        if self._maintenance.takes(block):
+            return
+        self._instruments.watch_cameras(track)
+        if tracked.touches:
+            self._judge(tracked, session)
+        if self._follow is not None and not tracked.collecting:
+            self._follow(int(block.counter[-1]))
+
+    def _judge(self, tracked: Tracked, session: InspectionSession) -> None:
+        code, blocker = self._instruments.blocking_reason()
+        for touch in tracked.touches:
+            if blocker is None:
+                self._take(touch)
+                continue
+            time_s = float(tracked.block.time_ns[-1]) * 1e-9
+            refusal = Refusal(code, blocker.what, blocker.remedy, time_s)
+            try:
+                refuse(session, refusal, self._events)
+            except OcmmError as error:
+                # A full disk cannot log it either; measuring resumes once it is cleared.
+                self._faults.tell(error)
+
+    def _take(self, touch: Touch) -> None:
+        job, events = self._current.now, self._events
+        feature = self._intent(touch.first_frame) if self._intent is not None else None
+        try:
+            # A service names its interface only while running, which it is before the first point.
+            job.session.conditions.note_origin(simulated=self._instruments.simulated)
+            outcome = job.session.touches.take(touch, feature)
+        except OcmmError as error:
+            # A point that is not durable does not count. Measuring continues, unless the file is
+            # lost.
+            lost = job.file.given_up
+            if lost is None:
+                self._faults.tell(error)
+            else:
+                self._faults.fail(lost, JOB)
+            return
+        if isinstance(outcome, Refusal):
+            events.emit(events.point_refused, outcome)
+        else:
+            job.probe.used()
+            events.emit(events.point_taken, outcome)
+        events.emit(events.changed)
+
+
+def refuse(session: InspectionSession, refusal: Refusal, events: StationEvents) -> None:
+    """Store and report that a touch gave no point."""
+    session.touches.refuse(refusal)
+    events.emit(events.point_refused, refusal)
+    events.emit(events.changed)

@@ -23,11 +23,10 @@ from ocmm_core.named_file import FileIdentity
 from ocmm_core.names import file_stem
 from ocmm_core.seals import NO_RELEASE, ReleaseState
 from ocmm_core.station._faults import StationEvents, StationFaults
-from ocmm_core.station._frame_loop import FrameLoop
+from ocmm_core.station._frame_loop import FrameLoop, refuse
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._looks import Looks
 from ocmm_core.station._open_job import CurrentJob, OpenJob
-from ocmm_core.station._touches import refuse
 from ocmm_core.storage import NAMED, JobFile, JobHead, JobStep, now_utc
 
 _EVALUATION = "The evaluation"

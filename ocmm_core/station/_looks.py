@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-from ocmm_core.acquisition.frames import (
-    AcquisitionState,
-    AcquisitionStatus,
-    FrameRing,
-    StopReason,
-    read_status,
-)
+from ocmm_core.acquisition import frames
 from ocmm_core.calibration.records import Blocker
 from ocmm_core.fieldbus.report import BusReport
 from ocmm_core.inspection.evaluation import LiveView
@@ -19,8 +13,8 @@ from ocmm_core.station._live import LiveState
 from ocmm_core.station._maintenance import StationMaintenance
 from ocmm_core.station.coaching import ProbeNow
 
-_UNKNOWN = AcquisitionStatus(
-    AcquisitionState.STOPPED, StopReason.FAILED, "", 0, 0, 0, 0, 0, 0, 0, 0
+_UNKNOWN = frames.AcquisitionStatus(
+    frames.AcquisitionState.STOPPED, frames.StopReason.FAILED, "", 0, 0, 0, 0, 0, 0, 0, 0
 )
 
 
@@ -33,7 +27,7 @@ class Looks:
 
     def __init__(
         self,
-        ring: FrameRing,
+        ring: frames.FrameRing,
         live: LiveState,
         bus: BusWatch | None,
         instruments: Instruments,
@@ -42,11 +36,13 @@ class Looks:
     ) -> None:
         self._ring, self._live, self._bus = ring, live, bus
         self._instruments, self._maintenance, self._faults = instruments, maintenance, faults
-        self._last_status: AcquisitionStatus | None = None
+        self._last_status: frames.AcquisitionStatus | None = None
 
-    def acquisition(self) -> AcquisitionStatus:
+    def acquisition(self) -> frames.AcquisitionStatus:
         """Return the counters of the acquisition; after `close`, those at the end."""
-        return self._last_status if self._last_status is not None else read_status(self._ring)
+        return (
+            self._last_status if self._last_status is not None else frames.read_status(self._ring)
+        )
 
     def live(self) -> LiveView:
         status = _UNKNOWN
@@ -70,7 +66,7 @@ class Looks:
             return None
         status = self.acquisition()
         ended = ""
-        if status.state is AcquisitionState.STOPPED:
+        if status.state is frames.AcquisitionState.STOPPED:
             ended = status.message or "Acquisition ended."
         return self._bus.view(ended)
 

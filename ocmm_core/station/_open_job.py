@@ -13,20 +13,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from ocmm_core.calibration.monitor import (
-    CalibrationMonitor,
-    ChangeCause,
-    DriftReport,
-    load_baseline,
-)
-from ocmm_core.calibration.records import (
-    Blocker,
-    CalibrationInUse,
-    CalibrationStatus,
-    CalibrationView,
-    ProbeInUse,
-    record_hash,
-)
+from ocmm_core.calibration import monitor, records
 from ocmm_core.camera import Rig
 from ocmm_core.fieldbus.described import refuse_unproven
 from ocmm_core.inspection.archive import first_taken, is_known, settle_cameras
@@ -42,10 +29,10 @@ from ocmm_core.tracking import ProbeBody, ReferenceBody, TrackBlock
 WHO = "monitor"
 """Author of suspicions in the history."""
 
-_USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
+_USABLE = (records.CalibrationStatus.VALID, records.CalibrationStatus.DUE)
 _REMEDIES = {
-    ChangeCause.PROBE: "Check the probe and calibrate it, then start a new job.",
-    ChangeCause.COMMON: "Align the part again.",
+    monitor.ChangeCause.PROBE: "Check the probe and calibrate it, then start a new job.",
+    monitor.ChangeCause.COMMON: "Align the part again.",
 }
 _REMEDY = "Fasten the cameras and verify the calibration; if that fails, calibrate again."
 
@@ -59,7 +46,7 @@ class ChangeWatch:
 
     def __init__(
         self,
-        in_use: CalibrationInUse,
+        in_use: records.CalibrationInUse,
         body: ProbeBody,
         session: InspectionSession,
         job: JobFile,
@@ -73,19 +60,19 @@ class ChangeWatch:
         self._clock = clock
         self._baseline = None
         if in_use.record is not None and in_use.store is not None:
-            self._baseline = load_baseline(
-                in_use.store.folder, record_hash(in_use.record), body.identity
+            self._baseline = monitor.load_baseline(
+                in_use.store.folder, records.record_hash(in_use.record), body.identity
             )
         self._monitor = self._new_monitor()
-        self._doubt: Blocker | None = None
+        self._doubt: records.Blocker | None = None
         self._stored = False
 
     @property
-    def doubt(self) -> Blocker | None:
+    def doubt(self) -> records.Blocker | None:
         """Return the change and its remedy, or None; thread-safe."""
         return self._doubt
 
-    def feed(self, track: TrackBlock, view: CalibrationView) -> bool:
+    def feed(self, track: TrackBlock, view: records.CalibrationView) -> bool:
         """Process tracked frames; return whether the suspicion changed.
 
         `track`: consecutive frames. `view`: current state of the calibration. Raises OcmmError if
@@ -116,14 +103,16 @@ class ChangeWatch:
             return False
         return settle_cameras(self._session, self._job, store, used)
 
-    def _raise(self, alarm: DriftReport, now_ns: int, view: CalibrationView) -> None:
-        self._doubt = Blocker(alarm.what, _REMEDIES.get(alarm.cause, _REMEDY))
+    def _raise(
+        self, alarm: monitor.DriftReport, now_ns: int, view: records.CalibrationView
+    ) -> None:
+        self._doubt = records.Blocker(alarm.what, _REMEDIES.get(alarm.cause, _REMEDY))
         since_s = None if alarm.since_ns is None else alarm.since_ns * 1e-9
         try:
             self._session.held.hold_back(since_s, alarm.what)
         finally:
             store = self._in_use.store
-            of_cameras = alarm.cause in (ChangeCause.CAMERA, ChangeCause.UNKNOWN)
+            of_cameras = alarm.cause in (monitor.ChangeCause.CAMERA, monitor.ChangeCause.UNKNOWN)
             if store is not None and of_cameras and view.word in _USABLE:
                 now = self._clock()
                 # Never found good in this run: the change may be earlier.
@@ -147,7 +136,7 @@ class ChangeWatch:
         ]
         return max([now - timedelta(seconds=now_s - since_s), *before])
 
-    def _cleared(self, view: CalibrationView) -> bool:
+    def _cleared(self, view: records.CalibrationView) -> bool:
         """Release the points once a verification has lifted the stored suspicion."""
         if not self._stored or view.word not in _USABLE:
             return False
@@ -156,18 +145,18 @@ class ChangeWatch:
         self._monitor = self._new_monitor()
         return True
 
-    def _new_monitor(self) -> CalibrationMonitor:
+    def _new_monitor(self) -> monitor.CalibrationMonitor:
         record = self._in_use.record
         maps = record.residual_maps if record is not None else ()
-        return CalibrationMonitor(self._in_use.rig, self._body, maps, self._baseline)
+        return monitor.CalibrationMonitor(self._in_use.rig, self._body, maps, self._baseline)
 
 
 @dataclass(frozen=True, slots=True)
 class Gear:
     """Equipment of every job of a station."""
 
-    calibration: CalibrationInUse
-    probe: ProbeInUse
+    calibration: records.CalibrationInUse
+    probe: records.ProbeInUse
     """`calibration`, `probe`: Of the cameras, and of the mounted tip."""
     reference: ReferenceBody | None = None
     """Reference body of all coordinates; None without one."""

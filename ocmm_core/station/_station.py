@@ -28,7 +28,7 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.station._bus_watch import BusWatch
 from ocmm_core.station._calibration_watch import CalibrationWatch
 from ocmm_core.station._faults import StationEvents, StationFaults
-from ocmm_core.station._frame_loop import RECORDING, FrameLoop, FrameSink
+from ocmm_core.station._frame_loop import RECORDING, FrameLoop, FrameSink, Intent, TouchTaker
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._job import Reports, StationJob
 from ocmm_core.station._job_change import JobChange
@@ -38,7 +38,6 @@ from ocmm_core.station._maintenance import StationMaintenance
 from ocmm_core.station._name_watch import HISTORY, JOB, PROBE, NameWatch, RoomWatch
 from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse, open_job
 from ocmm_core.station._probe_watch import PAUSE
-from ocmm_core.station._touches import Intent, TouchTaker
 from ocmm_core.station.coaching import CoachWatch
 from ocmm_core.station.stream import StreamOptions, StreamServer
 from ocmm_core.storage import JobFile

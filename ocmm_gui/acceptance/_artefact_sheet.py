@@ -17,28 +17,9 @@ from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import artefact_fields, read_dcc, trusted_signers
 from ocmm_core.failure import contained
 from ocmm_core.seals import KeyFolder
+from ocmm_gui import kit
 from ocmm_gui.acceptance._start_page import kind_word
-from ocmm_gui.kit import (
-    ActionInfo,
-    AnswerPanel,
-    ChoiceBox,
-    FormField,
-    NumberTable,
-    PathPanel,
-    Theme,
-    Themed,
-    caption,
-    day_words,
-    fill,
-    form_field,
-    later,
-    localised,
-    numbers_in_use,
-    sentence_label,
-    text_font,
-    tr,
-    tr_all,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.work import Teller, Worker, WorkSheet
 
 _FIELDS = (
@@ -67,31 +48,31 @@ class ArtefactForm(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Artefact"))
-        self.kind = ChoiceBox(
+        self.kind = kit.ChoiceBox(
             tr("Kind"), tr("What the artefact is"), [kind_word(one) for one in ARTEFACT_KINDS]
         )
-        self.fields: dict[str, FormField] = {}
+        self.fields: dict[str, kit.FormField] = {}
         self._read: dict[str, str] = {}
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(10)
         grid.setVerticalSpacing(4)
-        grid.addWidget(caption(tr("Kind"), self.kind), 0, 0)
+        grid.addWidget(kit.caption(tr("Kind"), self.kind), 0, 0)
         grid.addWidget(self.kind, 0, 1)
         for index, (key, label, tip) in enumerate(_FIELDS, start=1):
-            field = form_field(tr(label), tr(tip))
+            field = kit.form_field(tr(label), tr(tip))
             field.setObjectName(key)
             field.setAccessibleDescription(tr(tip))
             self.fields[key] = field
             column, row = divmod(index, _IN_COLUMN)
-            grid.addWidget(caption(tr(label), field), row, 2 * column)
+            grid.addWidget(kit.caption(tr(label), field), row, 2 * column)
             grid.addWidget(field, row, 2 * column + 1)
 
     def texts(self) -> dict[str, str]:
         """Return the field texts; changed certificate data counts as typed."""
         found = {key: field.text().strip() for key, field in self.fields.items()}
         found["kind"] = ARTEFACT_KINDS[self.kind.currentIndex()]
-        read = {key: localised(text) if key in _NUMBERS else text
+        read = {key: kit.localised(text) if key in _NUMBERS else text
                 for key, text in self._read.items()}  # fmt: skip
         same = bool(read) and all(found[key] == read.get(key) for key in _CERTIFIED)
         found["source"] = self._read["source"] if same else "typed"
@@ -103,7 +84,7 @@ class ArtefactForm(QWidget):
         self._read = dict(fields)
         for key, field in self.fields.items():
             if key in fields:
-                field.setText(localised(fields[key]) if key in _NUMBERS else fields[key])
+                field.setText(kit.localised(fields[key]) if key in _NUMBERS else fields[key])
         if "kind" in fields:
             self.kind.setCurrentIndex(ARTEFACT_KINDS.index(fields["kind"]))
         self.fields["id" if not self.fields["id"].text() else "due_utc"].setFocus()
@@ -118,7 +99,7 @@ class ArtefactForm(QWidget):
             elif key == "due_utc":
                 value = entry.due_utc[:10]
             text = value if isinstance(value, str) else repr(value)
-            field.setText(localised(text) if key in _NUMBERS else text)
+            field.setText(kit.localised(text) if key in _NUMBERS else text)
         self.kind.setCurrentIndex(ARTEFACT_KINDS.index(entry.kind))
 
     def clear(self) -> None:
@@ -133,13 +114,13 @@ _Register = tuple[tuple[ArtefactEntry, ...], dict[str, tuple[tuple[str, str], ..
 """Entries, and for each the refusing procedures with reasons."""
 
 _KEYS = (
-    ActionInfo("new", later("New"), later("Empty the fields"), ("F6",)),
-    ActionInfo("dcc", later("Read DCC"), later("Fill in from a digital certificate"), ("F7",)),
-    ActionInfo("store", later("Store"), later("Add to the register"), ("F8",)),
-    ActionInfo("edit", later("Renew"), later("Fill in the selected one, for a new certificate"),
+    kit.ActionInfo("new", later("New"), later("Empty the fields"), ("F6",)),
+    kit.ActionInfo("dcc", later("Read DCC"), later("Fill in from a digital certificate"), ("F7",)),
+    kit.ActionInfo("store", later("Store"), later("Add to the register"), ("F8",)),
+    kit.ActionInfo("edit", later("Renew"), later("Fill in the selected one, for a new certificate"),
                ("F10",)),
-    ActionInfo("remove", later("Remove"), later("Take the selected one out"), ("Ctrl+Del",)),
-    ActionInfo("stop", later("Stop"), later("Stop reading"), ("F9",)),
+    kit.ActionInfo("remove", later("Remove"), later("Take the selected one out"), ("Ctrl+Del",)),
+    kit.ActionInfo("stop", later("Stop"), later("Stop reading"), ("F9",)),
 )  # fmt: skip
 _COLUMNS = (
     (later("Id"), later("What tests call it")),
@@ -166,7 +147,7 @@ class _Reading:
         return artefact_fields(dcc, self.kind, quantity=self.quantity)
 
 
-class ArtefactSheet(Themed, WorkSheet):
+class ArtefactSheet(kit.Themed, WorkSheet):
     """A table above, the fields of a new or renewed artefact below."""
 
     def __init__(
@@ -183,23 +164,23 @@ class ArtefactSheet(Themed, WorkSheet):
         self._register = Worker("ocmm-artefacts", self)
         self._asked = 0
         self._doing = 0
-        self.table = NumberTable(
-            tr("Register of artefacts"), tr_all(_COLUMNS), whole=False, font=text_font(14)
+        self.table = kit.NumberTable(
+            tr("Register of artefacts"), kit.tr_all(_COLUMNS), whole=False, font=kit.text_font(14)
         )
         self.table.setWordWrap(False)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(6, QHeaderView.ResizeMode.Stretch)
         self.table.itemSelectionChanged.connect(self._show_reasons)
-        self.reasons = sentence_label(tr("Why the selected artefact is refused"), 14)
+        self.reasons = kit.sentence_label(tr("Why the selected artefact is refused"), 14)
         self.form = ArtefactForm()
-        self.file = PathPanel(
+        self.file = kit.PathPanel(
             tr("Read the certificate from the file"), tr("File of the DCC"), tr("Read")
         )
         self.file.given.connect(self.read)
-        self.sure = AnswerPanel(tr("Remove the artefact"), tr("Remove"))
+        self.sure = kit.AnswerPanel(tr("Remove the artefact"), tr("Remove"))
         self.sure.agreed.connect(self._remove)
-        fill(
+        kit.fill(
             self.body, self.file, self.sure, self.working, (self.table, 1), self.reasons, self.form
         )
         self.use_keys(
@@ -242,7 +223,9 @@ class ArtefactSheet(Themed, WorkSheet):
 
     def store(self) -> None:
         """Add the entry; an existing id gets the newer certificate."""
-        entry = self.attempt(lambda: typed_entry(self.form.texts(), comma=numbers_in_use().comma))
+        entry = self.attempt(
+            lambda: typed_entry(self.form.texts(), comma=kit.numbers_in_use().comma)
+        )
         if entry is None:
             return
         who, now = self._who(), self._clock()
@@ -259,7 +242,7 @@ class ArtefactSheet(Themed, WorkSheet):
 
         def done(_none: None) -> None:
             self.told.emit(
-                tr("Stored: {id}, due {due}.").format(id=entry.id, due=day_words(entry.due_utc))
+                tr("Stored: {id}, due {due}.").format(id=entry.id, due=kit.day_words(entry.due_utc))
             )
             # Text typed meanwhile belongs to another artefact.
             if self.form.texts()["id"].strip() == entry.id:
@@ -279,7 +262,7 @@ class ArtefactSheet(Themed, WorkSheet):
         if entry is not None:
             self.sure.ask(tr("Remove {id} from the register?").format(id=entry.id))
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self._show_reasons()
 
@@ -324,8 +307,9 @@ class ArtefactSheet(Themed, WorkSheet):
             self.table.show_words(
                 row,
                 (
-                    one.id, kind_word(one.kind), one.serial, localised(f"{1e3 * one.expanded:.2f}"),
-                    f"{one.certificate}, {one.laboratory}", day_words(one.due_utc),
+                    one.id, kind_word(one.kind), one.serial,
+                    kit.localised(f"{1e3 * one.expanded:.2f}"),
+                    f"{one.certificate}, {one.laboratory}", kit.day_words(one.due_utc),
                     f"▲ {words}" if refused else words,
                 ),
             )  # fmt: skip

@@ -11,13 +11,7 @@ import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout
 
-from ocmm_core.acceptance import (
-    AcceptanceOutcome,
-    AcceptanceVerdict,
-    GuidedAcceptanceView,
-    JudgedValue,
-    worst_value,
-)
+from ocmm_core import acceptance
 from ocmm_core.calibration.records import Check, Finding
 from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
@@ -30,7 +24,7 @@ from ocmm_gui.kit import later, tr
 from ocmm_gui.wizards.pages import CollectPage, ResultFrame, ResultVerdict, StepSnapshot, bars
 
 
-def checks_of(values: Sequence[JudgedValue]) -> tuple[Check, ...]:
+def checks_of(values: Sequence[acceptance.JudgedValue]) -> tuple[Check, ...]:
     """Return values as checks; a chart groups them by the text before the comma."""
     return tuple(
         Check(
@@ -82,7 +76,7 @@ class MeasurePage(kit.Themed, CollectPage):
 
     def show_seen(self, seen: StepSnapshot) -> None:
         super().show_seen(seen)
-        view = seen.view_as(GuidedAcceptanceView)
+        view = seen.view_as(acceptance.GuidedAcceptanceView)
         if not self.temperature.hasFocus():
             text = kit.localised(f"{view.temperature_c:g}")
             if self.temperature.text() != text:
@@ -96,7 +90,7 @@ class MeasurePage(kit.Themed, CollectPage):
         self.hint.setText(f"▲ {kit.said(view.hint)}" if view.hint else "")
         self._paint()
 
-    def _show_position(self, view: GuidedAcceptanceView) -> None:
+    def _show_position(self, view: acceptance.GuidedAcceptanceView) -> None:
         test = view.test
         if test.current < 0:
             self.picture.show_contents(bars(planned_places(test), None), tr("all points taken"))
@@ -117,14 +111,16 @@ class MeasurePage(kit.Themed, CollectPage):
         held = "" if used is None or not used.supports else f"\n{used.supports}"
         self.place.setText(f"{text}\n{what}{held}")
 
-    def _show_errors(self, values: Sequence[JudgedValue], latest: Sequence[JudgedValue]) -> None:
+    def _show_errors(
+        self, values: Sequence[acceptance.JudgedValue], latest: Sequence[acceptance.JudgedValue]
+    ) -> None:
         self.errors.setVisible(bool(values))
         if not values or not latest:
             self.last.setText(tr("No errors yet: they follow when a position is complete."))
             self._beyond = False
             return
-        self.chart.show_checks(checks_of(values), worst_value(values))
-        worst = checks_of(latest)[worst_value(latest)]
+        self.chart.show_checks(checks_of(values), acceptance.worst_value(values))
+        worst = checks_of(latest)[acceptance.worst_value(latest)]
         self._beyond = abs(worst.error_mm) > worst.limit_mm
         last = tr("Last: {errors}\n{name}")
         self.last.setText(last.format(errors=check_words(worst), name=worst.name))
@@ -167,11 +163,11 @@ def _one(widget: ErrorChart) -> QVBoxLayout:
 
 
 _MARKS = {
-    AcceptanceVerdict.PASS: kit.Mark.GOOD,
-    AcceptanceVerdict.FAIL: kit.Mark.BAD,
-    AcceptanceVerdict.LEANING_IN: kit.Mark.DOUBT,
-    AcceptanceVerdict.LEANING_OUT: kit.Mark.DOUBT,
-    AcceptanceVerdict.VOID: kit.Mark.DOUBT,
+    acceptance.AcceptanceVerdict.PASS: kit.Mark.GOOD,
+    acceptance.AcceptanceVerdict.FAIL: kit.Mark.BAD,
+    acceptance.AcceptanceVerdict.LEANING_IN: kit.Mark.DOUBT,
+    acceptance.AcceptanceVerdict.LEANING_OUT: kit.Mark.DOUBT,
+    acceptance.AcceptanceVerdict.VOID: kit.Mark.DOUBT,
 }
 _COLUMNS = (
     (later("Quantity"), later("What is tested")),
@@ -226,7 +222,7 @@ class AcceptanceVerdictPage(ResultFrame):
     def allows(self, key: str) -> bool:
         """Return whether the procedure permits another retest."""
         outcome = self._shown
-        left = outcome.retests_left if isinstance(outcome, AcceptanceOutcome) else 0
+        left = outcome.retests_left if isinstance(outcome, acceptance.AcceptanceOutcome) else 0
         return key != "repeat" or left > 0
 
     def show_seen(self, seen: StepSnapshot) -> None:
@@ -241,18 +237,18 @@ class AcceptanceVerdictPage(ResultFrame):
 
     def judge(self, outcome: object) -> ResultVerdict:
         """Return the verdict."""
-        if not isinstance(outcome, AcceptanceOutcome):
+        if not isinstance(outcome, acceptance.AcceptanceOutcome):
             return ResultVerdict("", kit.Mark.OPEN, "")
         return ResultVerdict(
             kit.said_word(outcome.word), _MARKS[outcome.verdict], kit.said(outcome.sentence)
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        if not isinstance(outcome, AcceptanceOutcome) or self._seen is None:
+        if not isinstance(outcome, acceptance.AcceptanceOutcome) or self._seen is None:
             return (), ()
-        values, stage = outcome.values, self._seen.view_as(GuidedAcceptanceView).stage
+        values, stage = outcome.values, self._seen.view_as(acceptance.GuidedAcceptanceView).stage
         if values:
-            self.chart.show_checks(checks_of(values), worst_value(values))
+            self.chart.show_checks(checks_of(values), acceptance.worst_value(values))
         self.values.show_rows([_row(one) for one in values])
         if outcome.chart is not None:
             self.interim.show_chart(outcome.chart)
@@ -279,14 +275,14 @@ class AcceptanceVerdictPage(ResultFrame):
         return facts, ()
 
     def _file(self) -> Path | None:
-        return self._shown.file if isinstance(self._shown, AcceptanceOutcome) else None
+        return self._shown.file if isinstance(self._shown, acceptance.AcceptanceOutcome) else None
 
     def _want_paper(self) -> None:
         if self._file() is not None:
             self.paper_wanted.emit(self._file())
 
     def _show_source(self, seen: StepSnapshot) -> None:
-        instrument = seen.view_as(GuidedAcceptanceView).stage.instrument
+        instrument = seen.view_as(acceptance.GuidedAcceptanceView).stage.instrument
         known = ", ".join(map(kit.said, instrument.states))
         if instrument.simulated and not instrument.unproven:
             known = tr("SIMULATED: virtual rig and artefact")
@@ -295,7 +291,7 @@ class AcceptanceVerdictPage(ResultFrame):
         self._simulated.setVisible(bool(known))
 
 
-def _row(one: JudgedValue) -> tuple[str, ...]:
+def _row(one: acceptance.JudgedValue) -> tuple[str, ...]:
     superseded = tr(" (repeated)") if one.superseded else ""
     return (
         kit.said_word(one.quantity), f"{kit.said(one.position)}, {kit.said(one.name)}{superseded}",

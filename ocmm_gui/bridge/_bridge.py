@@ -24,15 +24,7 @@ from ocmm_core.inspection.evaluation import JobHeader, JobView, withdrawn
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.station import MeasuringStation
 from ocmm_core.station.coaching import CoachView
-from ocmm_gui.bridge._threads import (
-    ChoiceCommands,
-    CommandQueue,
-    Evaluator,
-    JobCommands,
-    ResultCommands,
-    ServingCommands,
-    ShownJob,
-)
+from ocmm_gui.bridge import _threads as threads
 
 _CAN_BE_READ = ("job.locked", "job.not_sealed", "job.not_writable")
 
@@ -47,7 +39,9 @@ class JobChangeCommands(QObject):
     job_begun = Signal()
     """Another job has started; its first `job_changed` follows its evaluation."""
 
-    def __init__(self, station: MeasuringStation, queue: CommandQueue, parent: QObject) -> None:
+    def __init__(
+        self, station: MeasuringStation, queue: threads.CommandQueue, parent: QObject
+    ) -> None:
         super().__init__(parent)
         self._jobs, self._job, self._queue = station.jobs, station.job, queue
 
@@ -115,7 +109,9 @@ class MaintenanceCommands(QObject):
     _written_elsewhere = Signal()
     _failed_elsewhere = Signal(object)
 
-    def __init__(self, station: MeasuringStation, queue: CommandQueue, parent: QObject) -> None:
+    def __init__(
+        self, station: MeasuringStation, queue: threads.CommandQueue, parent: QObject
+    ) -> None:
         super().__init__(parent)
         self._maintenance, self._queue = station.maintenance, queue
         self._writing: threading.Thread | None = None
@@ -196,16 +192,16 @@ class StationBridge(QObject):
         super().__init__(parent)
         self.station = station
         self._plan, self._evaluates = station.job.plan, False
-        self.shown = ShownJob(station.job.view())
-        self._queue = CommandQueue(station, self.shown, self.failed.emit, self)
-        self.job = JobCommands(self._queue, self.shown)
-        self.choice = ChoiceCommands(self._queue, self.shown)
+        self.shown = threads.ShownJob(station.job.view())
+        self._queue = threads.CommandQueue(station, self.shown, self.failed.emit, self)
+        self.job = threads.JobCommands(self._queue, self.shown)
+        self.choice = threads.ChoiceCommands(self._queue, self.shown)
         """Selection of features, and deletion of points."""
-        self.results = ResultCommands(station, self._queue)
+        self.results = threads.ResultCommands(station, self._queue)
         """Results: recompute, accept, report."""
         self.jobs = JobChangeCommands(station, self._queue, self)
         self.maintenance = MaintenanceCommands(station, self._queue, self)
-        self.serving = ServingCommands(station, self._queue, self)
+        self.serving = threads.ServingCommands(station, self._queue, self)
         self.maintenance.failed.connect(self.failed)
         queued = Qt.ConnectionType.QueuedConnection
         self._changed_elsewhere.connect(self._show_job, queued)
@@ -214,7 +210,7 @@ class StationBridge(QObject):
         self._failures = deque[OcmmError]()
         self._coach_elsewhere.connect(self.coach_changed, queued)
         # Fits and uncertainties must delay neither the window nor the tracking thread.
-        self._evaluator = Evaluator(
+        self._evaluator = threads.Evaluator(
             station.job.view, self._changed_elsewhere.emit, self._on_not_evaluated
         )
         # Before listeners that may fail: later ones would not be called.

@@ -10,60 +10,46 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
 
+from ocmm_gui import kit
 from ocmm_gui.home._start_lists import JobCards
-from ocmm_gui.kit import (
-    ActionInfo,
-    PlainLabel,
-    day_words,
-    hbox,
-    key_words,
-    later,
-    literal,
-    make_button,
-    panel,
-    said,
-    said_word,
-    sentence_label,
-    text_font,
-    tr,
-    use_role,
-    vbox,
-)
+from ocmm_gui.kit import later, tr
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StateLine, StationState
     from ocmm_core.inspection.archive import LastJob
 
 START_ACTIONS = (
-    ActionInfo("new", later("New job"), later("Choose a plan and measure a part"), ("F2",)),
-    ActionInfo("continue", later("Continue"), later("Go on with the selected job"), ("F7",)),
-    ActionInfo("open", later("Open"), later("Look at a job, or measure by a plan file"), ("F3",)),
-    ActionInfo("plans", later("Plans"), later("Create or edit a plan"), ("F4",)),
-    ActionInfo(
+    kit.ActionInfo("new", later("New job"), later("Choose a plan and measure a part"), ("F2",)),
+    kit.ActionInfo("continue", later("Continue"), later("Go on with the selected job"), ("F7",)),
+    kit.ActionInfo("open", later("Open"), later("Look at a job, or measure by a plan file"),
+                   ("F3",)),
+    kit.ActionInfo("plans", later("Plans"), later("Create or edit a plan"), ("F4",)),
+    kit.ActionInfo(
         "calibrate", later("Calibrate"), later("Cameras, probe and tip: state and procedures"),
         ("M",),
     ),
-    ActionInfo(
+    kit.ActionInfo(
         "archive", later("Archive"),
         later("What was measured where, when, by whom and with what; trends over stations"),
         ("F8",),
     ),
-    ActionInfo(
+    kit.ActionInfo(
         "demo", later("Demo"),
         later("SIMULATED: a robot hand measures a virtual part; take over and try"), ("F9",),
     ),
-    ActionInfo(
+    kit.ActionInfo(
         "settings", later("Settings"),
         later("Cameras, probe, folders, temperatures, language, units, sounds, keys"),
         ("Ctrl+,",),
     ),
-    ActionInfo(
+    kit.ActionInfo(
         "manual", later("Manual"), later("Read about this page, and search the manual"), ("F1",),
     ),
-    ActionInfo("about", later("About"), later("Version, licences and folders of OCMM"), ("F10",)),
-    ActionInfo("theme", later("Theme"), later("Switch between dark, light and high contrast"),
-               ("T",)),
-    ActionInfo("quit", later("Quit"), later("Close OCMM"), ("Ctrl+Q",)),
+    kit.ActionInfo("about", later("About"), later("Version, licences and folders of OCMM"),
+                   ("F10",)),
+    kit.ActionInfo("theme", later("Theme"), later("Switch between dark, light and high contrast"),
+                   ("T",)),
+    kit.ActionInfo("quit", later("Quit"), later("Close OCMM"), ("Ctrl+Q",)),
 )  # fmt: skip
 _SMALL = ("archive", "manual", "about", "theme", "quit")
 _ONE_ROW = ("settings", "about")
@@ -81,13 +67,13 @@ class StartPage(QWidget):
         self.setAccessibleName(tr("Start page"))
         self.keys: dict[str, QAction] = {}
         self._simulated = False
-        title = PlainLabel("OCMM")
-        title.setFont(text_font(34, bold=True))
-        self.hint = sentence_label(tr("What to do first"), 17)
+        title = kit.PlainLabel("OCMM")
+        title.setFont(kit.text_font(34, bold=True))
+        self.hint = kit.sentence_label(tr("What to do first"), 17)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        buttons = vbox(spacing=8)
-        row = hbox(spacing=8)
-        small = hbox(spacing=4)
+        buttons = kit.vbox(spacing=8)
+        row = kit.hbox(spacing=8)
+        small = kit.hbox(spacing=4)
         for info in START_ACTIONS:
             button = self._button(info, calls[info.key])
             if info.key in _ONE_ROW:
@@ -105,14 +91,14 @@ class StartPage(QWidget):
         self.state.setColumnStretch(1, 1)
         self.state_words: list[QLabel] = []
         self._tell_state(tr("Reading the records of cameras and tip"))
-        self.hand_over = sentence_label(tr("Hand-over to the archive"), 15)
+        self.hand_over = kit.sentence_label(tr("Hand-over to the archive"), 15)
         self.hand_over.setProperty("role", "muted")
         self.hand_over.hide()
-        self.heading = PlainLabel(tr("Last jobs"))
-        self.heading.setFont(text_font(18, bold=True))
+        self.heading = kit.PlainLabel(tr("Last jobs"))
+        self.heading.setFont(kit.text_font(18, bold=True))
         self.jobs = JobCards()
         self.jobs.itemActivated.connect(lambda _item: self.job_chosen.emit(self.jobs.chosen()))
-        self.first_steps = sentence_label(tr("First steps"), 17)
+        self.first_steps = kit.sentence_label(tr("First steps"), 17)
         self.first_steps.setText(
             tr(
                 "1. Demo (F9): a robot hand measures a virtual part; take over and try.\n"
@@ -121,11 +107,11 @@ class StartPage(QWidget):
                 "4. New job (F2): choose a plan and measure the first part."
             )
         )
-        jobs = vbox(self.heading, (self.jobs, 1), (self.first_steps, 1))
-        right = vbox(panel(self.state), self.hand_over, (panel(jobs), 1), spacing=12)
-        head = hbox(title, (self.hint, 1), spacing=18)
-        both = hbox((buttons, 2), (right, 5), spacing=18)
-        vbox(head, (both, 1), parent=self, spacing=12, margins=(22, 14, 22, 16))
+        jobs = kit.vbox(self.heading, (self.jobs, 1), (self.first_steps, 1))
+        right = kit.vbox(kit.panel(self.state), self.hand_over, (kit.panel(jobs), 1), spacing=12)
+        head = kit.hbox(title, (self.hint, 1), spacing=18)
+        both = kit.hbox((buttons, 2), (right, 5), spacing=18)
+        kit.vbox(head, (both, 1), parent=self, spacing=12, margins=(22, 14, 22, 16))
 
     def chosen_job(self) -> Path | None:
         return self.jobs.chosen()
@@ -133,12 +119,14 @@ class StartPage(QWidget):
     def show_state(self, state: StationState) -> None:
         self._clear_state()
         for row, line in enumerate(state.lines):
-            what = PlainLabel(said_word(line.what))
-            what.setFont(text_font(18, bold=True))
+            what = kit.PlainLabel(kit.said_word(line.what))
+            what.setFont(kit.text_font(18, bold=True))
             word = _word(line, simulated=state.simulated)
-            sentence = sentence_label(tr("About {what}").format(what=said_word(line.what)), 16)
+            sentence = kit.sentence_label(
+                tr("About {what}").format(what=kit.said_word(line.what)), 16
+            )
             sentence.setText(_sentence(line))
-            sentence.setToolTip(literal(sentence.text()))
+            sentence.setToolTip(kit.literal(sentence.text()))
             for column, label in enumerate((what, sentence, word)):
                 self.state.addWidget(label, row, column)
             self.state_words += [what, sentence, word]
@@ -156,7 +144,7 @@ class StartPage(QWidget):
 
     def show_hand_over(self, line: str) -> None:
         """Show the core's note on pending archive uploads; empty if none."""
-        self.hand_over.setText(said(line))
+        self.hand_over.setText(kit.said(line))
         self.hand_over.setVisible(bool(line))
 
     def show_jobs(self, jobs: tuple[LastJob, ...], folder: Path) -> None:
@@ -176,11 +164,11 @@ class StartPage(QWidget):
         for key in ("new", "demo"):
             button = self.findChild(QPushButton, f"button_{key}")
             if button is not None:
-                use_role(button, "primary" if is_new is (key == "demo") else "plain")
+                kit.use_role(button, "primary" if is_new is (key == "demo") else "plain")
 
     def _tell_state(self, text: str) -> None:
         self._clear_state()
-        label = sentence_label(tr("Station"), 16)
+        label = kit.sentence_label(tr("Station"), 16)
         label.setText(text)
         self.state.addWidget(label, 0, 0, 1, 3)
         self.state_words = [label]
@@ -191,27 +179,29 @@ class StartPage(QWidget):
             label.deleteLater()
         self.state_words = []
 
-    def _button(self, info: ActionInfo, call: Callable[[], None]) -> QPushButton:
+    def _button(self, info: kit.ActionInfo, call: Callable[[], None]) -> QPushButton:
         action = QAction(tr(info.text), self)
         action.setObjectName(info.key)
-        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(map(key_words, info.shortcuts))})"))
+        action.setToolTip(
+            kit.literal(f"{tr(info.tip)} ({', '.join(map(kit.key_words, info.shortcuts))})")
+        )
         action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
         action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         action.setAutoRepeat(False)
         action.triggered.connect(lambda _checked: call())
         self.addAction(action)
         self.keys[info.key] = action
-        button = make_button(action, primary=info.key == "new")
+        button = kit.make_button(action, primary=info.key == "new")
         button.setObjectName(f"button_{info.key}")
         small = info.key in _SMALL
         button.setMinimumHeight(57 if small else _BUTTON_PX)
-        button.setFont(text_font(15 if small else 20, bold=info.key == "new"))
+        button.setFont(kit.text_font(15 if small else 20, bold=info.key == "new"))
         return button
 
 
 def _word(line: StateLine, *, simulated: bool) -> QLabel:
-    word = PlainLabel(tr("SIMULATED") if simulated else said_word(line.word))
-    word.setFont(text_font(18, bold=True))
+    word = kit.PlainLabel(tr("SIMULATED") if simulated else kit.said_word(line.word))
+    word.setFont(kit.text_font(18, bold=True))
     good = line.usable and not line.soon and not simulated
     word.setProperty("role", "good" if good else "warn" if line.usable else "bad")
     word.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
@@ -220,7 +210,7 @@ def _word(line: StateLine, *, simulated: bool) -> QLabel:
 
 def _sentence(line: StateLine) -> str:
     if not line.due_utc:
-        return said(line.sentence)
+        return kit.said(line.sentence)
     return tr("{sentence} Due on {date}.").format(
-        sentence=said(line.sentence), date=day_words(line.due_utc)
+        sentence=kit.said(line.sentence), date=kit.day_words(line.due_utc)
     )

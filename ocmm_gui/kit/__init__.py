@@ -6,8 +6,9 @@ notices.
 Start with `_texts` (translation), `_language`, `_numbers` (numbers, lengths, dates), `_theme`
 (three themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome,
 painted widgets), `_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons),
-`_sheet` (pages closed by Esc), `_parts`, `_layouts`, `_narrow` (fitted texts), `_panels` (non-modal
-questions). `_notify` shows errors, `_sound` plays sounds. The package `work` runs lengthy work.
+`_sheet` (pages closed by Esc), `_parts` (also layouts), `_narrow` (fitted texts), `_panels`
+(non-modal questions). `_notify` shows errors, `_sound` plays sounds. The package `work` runs
+lengthy work.
 First package of the window: it must not import screens or the station.
 """
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._language import (
         LANGUAGES, chosen_language, language_file, language_in_use, use_language,
     )  # fmt: skip
-    from ocmm_gui.kit._layouts import dressed, fill, hbox, vbox
     from ocmm_gui.kit._marks import (
         SCENE_LEAST, SCENE_SIZE, Mark, PaintedWidget, feature_mark, ink, mark_colour, paint_mark,
         status_mark, verdict_mark,
@@ -43,7 +43,8 @@ if TYPE_CHECKING:
         AnswerPanel, OwnKeysField, PathPanel, ReasonPanel, dropped_file, list_step,
     )  # fmt: skip
     from ocmm_gui.kit._parts import (
-        ColouredRow, DataTable, NumberTable, panel, sentence_label, stacked, value_label,
+        ColouredRow, DataTable, NumberTable, dressed, fill, hbox, panel, sentence_label, stacked,
+        value_label, vbox,
     )  # fmt: skip
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, LateParts, Sheet, caption, form_field
     from ocmm_gui.kit._shortcuts import (

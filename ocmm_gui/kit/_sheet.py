@@ -11,10 +11,9 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidg
 
 from ocmm_core.errors import OcmmError
 from ocmm_gui.kit._actions import ActionInfo
-from ocmm_gui.kit._layouts import dressed, hbox, vbox
 from ocmm_gui.kit._marks import ink
 from ocmm_gui.kit._panels import OwnKeysField
-from ocmm_gui.kit._parts import sentence_label
+from ocmm_gui.kit._parts import dressed, hbox, sentence_label, vbox
 from ocmm_gui.kit._shortcuts import key_words, make_button
 from ocmm_gui.kit._texts import PlainLabel, later, literal, tr
 from ocmm_gui.kit._theme import Theme, Themed, text_font, use_role

@@ -10,8 +10,8 @@ from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from ocmm_gui.kit._actions import ACTIONS, ActionInfo, Mode
-from ocmm_gui.kit._layouts import dressed
 from ocmm_gui.kit._narrow import NarrowButton
+from ocmm_gui.kit._parts import dressed
 from ocmm_gui.kit._texts import later, literal, tr
 from ocmm_gui.kit._theme import text_font
 

@@ -10,9 +10,8 @@ from PySide6.QtGui import QColor, QKeyEvent
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.tables import TableOptions, TablePreview
-from ocmm_gui.kit._layouts import dressed, hbox, vbox
 from ocmm_gui.kit._narrow import NarrowButton
-from ocmm_gui.kit._parts import DataTable, sentence_label
+from ocmm_gui.kit._parts import DataTable, dressed, hbox, sentence_label, vbox
 from ocmm_gui.kit._sheet import ChoiceBox, caption, form_field
 from ocmm_gui.kit._texts import PlainLabel, said, tr
 from ocmm_gui.kit._theme import Theme, Themed, text_font

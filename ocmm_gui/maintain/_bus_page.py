@@ -8,6 +8,7 @@ from PySide6.QtCore import QRectF, Qt, QTimer
 from PySide6.QtGui import QColor, QHideEvent, QPainter, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QGridLayout, QStackedWidget, QWidget
 
+from ocmm_core import station
 from ocmm_core.fieldbus.report import (
     BusPhase,
     BusReport,
@@ -16,15 +17,6 @@ from ocmm_core.fieldbus.report import (
     shares,
     trouble_words,
     unaccounted,
-)
-from ocmm_core.station import (
-    NO_BUS,
-    NO_BUS_REMEDY,
-    NO_REPORT,
-    NO_REPORT_REMEDY,
-    TREND_S,
-    BusSample,
-    BusView,
 )
 from ocmm_gui import kit
 from ocmm_gui.charts import Curve, HistogramChart, RecentChart
@@ -123,11 +115,11 @@ _FACTS = (
 class BusPage(kit.Themed, QStackedWidget):
     """The bus report, refreshed four times a second while visible."""
 
-    def __init__(self, pull: Callable[[], BusView | None]) -> None:
+    def __init__(self, pull: Callable[[], station.BusView | None]) -> None:
         super().__init__()
         self.setAccessibleName(tr("Bus"))
         self._pull = pull
-        self._view: BusView | None = None
+        self._view: station.BusView | None = None
         self._phase = kit.FitText(tr("Phase of the bus"), limit=34)
         self._phase.setFixedHeight(44)
         self._trouble = kit.sentence_label(tr("Bus fault"), 15)
@@ -137,9 +129,9 @@ class BusPage(kit.Themed, QStackedWidget):
         self.lateness = HistogramChart(tr("Cycle starts late, µs"))
         self.round_trip = HistogramChart(tr("Round trip, µs"))
         self.clocks = (
-            RecentChart(tr("Cycle to bus clock, µs"), 5.0, TREND_S, "+.1f"),
-            RecentChart(tr("Drift, ppm"), 0.5, TREND_S, "+.2f"),
-            RecentChart(tr("Clocks, ns"), 50.0, TREND_S, "+.0f"),
+            RecentChart(tr("Cycle to bus clock, µs"), 5.0, station.TREND_S, "+.1f"),
+            RecentChart(tr("Drift, ppm"), 0.5, station.TREND_S, "+.2f"),
+            RecentChart(tr("Clocks, ns"), 50.0, station.TREND_S, "+.0f"),
         )
         self.facts = {name: kit.value_label(tr(name), tr(tip)) for name, tip in _FACTS}
         self.events = BusEventTable()
@@ -166,7 +158,11 @@ class BusPage(kit.Themed, QStackedWidget):
     def refresh(self) -> None:
         self._view = view = self._pull()
         if view is None or view.report is None:
-            pair = (NO_BUS, NO_BUS_REMEDY) if view is None else (NO_REPORT, NO_REPORT_REMEDY)
+            pair = (
+                (station.NO_BUS, station.NO_BUS_REMEDY)
+                if view is None
+                else (station.NO_REPORT, station.NO_REPORT_REMEDY)
+            )
             if view is not None and view.ended:
                 pair = (view.ended, tr("Remove the cause, then open the job again."))
             self._absent.setText("\n\n".join(map(kit.said, pair)))
@@ -189,7 +185,7 @@ class BusPage(kit.Themed, QStackedWidget):
         self._timer.stop()
         super().hideEvent(event)
 
-    def _show_report(self, view: BusView, report: BusReport) -> None:
+    def _show_report(self, view: station.BusView, report: BusReport) -> None:
         self._show_phase(view, report)
         self.wire.show_report(report)
         self.cameras.show_report(report)
@@ -227,7 +223,7 @@ class BusPage(kit.Themed, QStackedWidget):
         self._notes.setText("  ".join(notes))
         self._notes.setVisible(bool(notes))
 
-    def _show_phase(self, view: BusView, report: BusReport) -> None:
+    def _show_phase(self, view: station.BusView, report: BusReport) -> None:
         theme = self._theme
         what, remedy = trouble_words(report)
         word = kit.said_word(report.phase.value).upper()
@@ -248,7 +244,7 @@ class BusPage(kit.Themed, QStackedWidget):
         if text != self._trouble.text():
             self._trouble.setText(text)
 
-    def _show_clocks(self, trend: tuple[BusSample, ...], names: list[str]) -> None:
+    def _show_clocks(self, trend: tuple[station.BusSample, ...], names: list[str]) -> None:
         times = [sample.time_s for sample in trend]
         phase, drift, offsets = self.clocks
         phase.show_curves(times, (Curve("", tuple(s.phase_ns / 1e3 for s in trend)),))

@@ -10,21 +10,8 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.inspection.evaluation import FeatureView
 from ocmm_core.tolerances.decisions import CharacteristicResult
-from ocmm_gui.kit import (
-    PaintedWidget,
-    Theme,
-    Themed,
-    digit_font,
-    fitted,
-    ink,
-    literal,
-    quantity,
-    said,
-    said_word,
-    text_font,
-    tr,
-    verdict_colour,
-)
+from ocmm_gui import kit
+from ocmm_gui.kit import tr
 
 _LINE_PX = 22.0
 
@@ -37,7 +24,7 @@ def points_words(feature: FeatureView) -> str:
     return words.format(taken=feature.taken)
 
 
-class PointDots(Themed, QWidget):
+class PointDots(kit.Themed, QWidget):
     """One dot per needed point, filled when recorded, and the count in digits."""
 
     def __init__(self) -> None:
@@ -53,7 +40,7 @@ class PointDots(Themed, QWidget):
         self.setAccessibleDescription(points_words(feature))
         self.update()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self.update()
 
@@ -63,7 +50,7 @@ class PointDots(Themed, QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setFont(digit_font(20))
+        painter.setFont(kit.digit_font(20))
         wide = painter.fontMetrics().horizontalAdvance(self._words)
         painter.setPen(QColor(self._theme.text))
         painter.drawText(
@@ -83,7 +70,7 @@ class PointDots(Themed, QWidget):
             painter.drawEllipse(QRectF(x, 0.5 * (self.height() - size), size, size))
 
 
-class CharacteristicList(Themed, QWidget):
+class CharacteristicList(kit.Themed, QWidget):
     """Further characteristics of the feature, one line each."""
 
     def __init__(self) -> None:
@@ -98,13 +85,14 @@ class CharacteristicList(Themed, QWidget):
         self.updateGeometry()
         self.setAccessibleDescription(
             "; ".join(
-                f"{r.name} {quantity(r, r.deviation, signed=True)} {said_word(r.verdict.value)}"
+                f"{r.name} {kit.quantity(r, r.deviation, signed=True)} "
+                f"{kit.said_word(r.verdict.value)}"
                 for r in results
             )
         )
         self.update()
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self.update()
 
@@ -121,16 +109,17 @@ class CharacteristicList(Themed, QWidget):
         painter = QPainter(self)
         rows = [(tr("Also"), tr("deviation"), self._theme.muted)]
         rows += [
-            (r.name, f"{quantity(r, r.deviation, signed=True)}  {said_word(r.verdict.value)}",
-             verdict_colour(self._theme, r.verdict))
+            (r.name,
+             f"{kit.quantity(r, r.deviation, signed=True)}  {kit.said_word(r.verdict.value)}",
+             kit.verdict_colour(self._theme, r.verdict))
             for r in self._results
         ]  # fmt: skip
         for index, (name, value, colour) in enumerate(rows[: int(self.height() / line)]):
             box = QRectF(0, index * line, self.width(), line)
-            painter.setFont(text_font(13))
+            painter.setFont(kit.text_font(13))
             painter.setPen(QColor(self._theme.text if index else self._theme.muted))
             painter.drawText(box, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, name)
-            ink(painter, QColor(colour), font=digit_font(13, bold=False))
+            kit.ink(painter, QColor(colour), font=kit.digit_font(13, bold=False))
             painter.drawText(
                 box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
             )
@@ -142,7 +131,7 @@ _FINGER_PX = 16.0
 """Maximum distance of a click from its point."""
 
 
-class CoverageView(PaintedWidget):
+class CoverageView(kit.PaintedWidget):
     """Round features along their axis with touched sectors, others along the normal.
 
     Outliers are crosses, the selected point has a ring; a click selects the nearest.
@@ -160,9 +149,9 @@ class CoverageView(PaintedWidget):
         self._feature, self._chosen = feature, chosen
         words = tr("no points")
         if feature.coverage is not None:
-            words = said(f"{feature.coverage.words}. {feature.coverage.warning}".strip())
+            words = kit.said(f"{feature.coverage.words}. {feature.coverage.warning}".strip())
         self.setAccessibleDescription(f"{feature.name}: {words}")
-        self.setToolTip(literal(words))
+        self.setToolTip(kit.literal(words))
         self.update()
 
     def place_of(self, number: int) -> QPointF:
@@ -223,7 +212,9 @@ class CoverageView(PaintedWidget):
         for sector, hit in enumerate(cells):
             painter.setBrush(good if hit else empty)
             painter.drawPie(rim, round(16 * start) + sector * step, step)
-        ink(painter, QPen(QColor(self._theme.border), max(1.0, 0.01 * side)), Qt.BrushStyle.NoBrush)
+        kit.ink(
+            painter, QPen(QColor(self._theme.border), max(1.0, 0.01 * side)), Qt.BrushStyle.NoBrush
+        )
         painter.drawEllipse(rim)
         painter.setBrush(good if pole else QColor(self._theme.panel))
         hole = inner.adjusted(0.12 * side, 0.12 * side, -0.12 * side, -0.12 * side)
@@ -235,7 +226,9 @@ class CoverageView(PaintedWidget):
             return
         share = f"{100.0 * feature.coverage.fraction:.0f} %"
         painter.setPen(QColor(self._theme.text))
-        painter.setFont(fitted(text_font(10, bold=True), share, box.width(), box.height(), 60.0))
+        painter.setFont(
+            kit.fitted(kit.text_font(10, bold=True), share, box.width(), box.height(), 60.0)
+        )
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, share)
 
     def _paint_points(self, painter: QPainter, inner: QRectF, feature: FeatureView) -> None:
@@ -249,7 +242,7 @@ class CoverageView(PaintedWidget):
                     arm = QPointF(radius, turn * radius)
                     painter.drawLine(place - arm, place + arm)
             else:
-                ink(painter, QPen(QColor(self._theme.panel), 1.0), QColor(self._theme.text))
+                kit.ink(painter, QPen(QColor(self._theme.panel), 1.0), QColor(self._theme.text))
                 painter.drawEllipse(place, radius, radius)
             if point.number == self._chosen:
                 painter.setPen(QPen(QColor(self._theme.accent), max(2.0, 0.5 * radius)))

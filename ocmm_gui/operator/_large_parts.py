@@ -8,17 +8,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent, QPen
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import NOISY_LINE, SIMULATED_LINE, JobView, Target, cue
 from ocmm_gui import kit
-from ocmm_gui.kit import (
-    PaintedWidget,
-    digit_font,
-    distance_words,
-    far_type,
-    fitted,
-    ink,
-    text_font,
-    tr,
-    wrapped_pixels,
-)
+from ocmm_gui.kit import tr
 
 _LINE = 1.17
 _LEAST_PX = 16
@@ -26,7 +16,7 @@ _LEAST_PX = 16
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
-class FarMessage(PaintedWidget):
+class FarMessage(kit.PaintedWidget):
     """The next step with the plan's text below it; trouble replaces both."""
 
     def __init__(self) -> None:
@@ -49,35 +39,39 @@ class FarMessage(PaintedWidget):
     def type_pixels(self) -> int:
         first = self._first()
         if self._trouble:
-            return wrapped_pixels(self._trouble, first, far_type(self), bold=True)
-        bold = text_font(10, bold=True)
-        return fitted(bold, self._step, first.width(), first.height(), far_type(self)).pixelSize()
+            return kit.wrapped_pixels(self._trouble, first, kit.far_type(self), bold=True)
+        bold = kit.text_font(10, bold=True)
+        return kit.fitted(
+            bold, self._step, first.width(), first.height(), kit.far_type(self)
+        ).pixelSize()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = self._painter()
         first = self._first()
-        painter.setFont(text_font(self.type_pixels(), bold=True))
+        painter.setFont(kit.text_font(self.type_pixels(), bold=True))
         painter.setPen(QColor(self._theme.bad if self._trouble else self._theme.text))
         painter.drawText(first, _LEFT | Qt.TextFlag.TextWordWrap, self.text())
         if self._trouble or not self._words:
             return
         second = QRectF(self.rect())
         second.setTop(first.bottom())
-        font = fitted(text_font(10), self._words, second.width(), second.height(), far_type(self))
+        font = kit.fitted(
+            kit.text_font(10), self._words, second.width(), second.height(), kit.far_type(self)
+        )
         if font.pixelSize() < _LEAST_PX:
             return
-        ink(painter, QColor(self._theme.muted), font=font)
+        kit.ink(painter, QColor(self._theme.muted), font=font)
         painter.drawText(second, _LEFT, self._words)
 
     def _first(self) -> QRectF:
         """Return the place of the first sentence: one line if there is a second one."""
         box = QRectF(self.rect())
         if not self._trouble:
-            box.setHeight(min(_LINE * far_type(self) + 1.0, box.height()))
+            box.setHeight(min(_LINE * kit.far_type(self) + 1.0, box.height()))
         return box
 
 
-class TargetRing(PaintedWidget):
+class TargetRing(kit.PaintedWidget):
     """A ring about a dot; its radius is the distance of the ball from the target."""
 
     def __init__(self) -> None:
@@ -98,7 +92,7 @@ class TargetRing(PaintedWidget):
         """Return the distance in words; empty if unknown."""
         if self._distance is None:
             return ""
-        return distance_words(self._distance, approximate=self._approximate)
+        return kit.distance_words(self._distance, approximate=self._approximate)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         if self._distance is None:
@@ -111,15 +105,17 @@ class TargetRing(PaintedWidget):
         colour = QColor(self._theme.good if led.arrived else self._theme.accent)
         dot = max(3.0, 0.03 * side)
         greatest = 0.5 * side - 4.0
-        ink(painter, QPen(colour, max(3.0, 0.04 * side)), Qt.BrushStyle.NoBrush)
+        kit.ink(painter, QPen(colour, max(3.0, 0.04 * side)), Qt.BrushStyle.NoBrush)
         radius = greatest * led.ring_px_fraction
         painter.drawEllipse(middle, radius, radius)
-        ink(painter, Qt.PenStyle.NoPen, colour)
+        kit.ink(painter, Qt.PenStyle.NoPen, colour)
         painter.drawEllipse(middle, dot, dot)
         mark = "≈" if self._approximate else ""
         text = tr("there") if led.arrived else f"{mark}{self._distance:.0f} mm"
-        base = text_font(10, bold=True) if led.arrived else digit_font(10)
-        ink(painter, QColor(self._theme.text), font=fitted(base, text, self.width(), high, 64))
+        base = kit.text_font(10, bold=True) if led.arrived else kit.digit_font(10)
+        kit.ink(
+            painter, QColor(self._theme.text), font=kit.fitted(base, text, self.width(), high, 64)
+        )
         box = QRectF(0.0, self.height() - high, self.width(), high)
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 

@@ -3,9 +3,9 @@
 In: a plan, keys, tables, STEP files, a job to teach from. Out: a plan that is checked and saved.
 
 Read `_plan_sheet` (the editor), `_plan_checks` (the edited plan: changes, undo, errors),
-`_plan_items` (the list). `_item_form` is the form of one item, a line per field, made from the
-types of the core: `_form_lines`, `_field_text` (texts and their meaning), `_field_labels`.
-`_plan_parts` has the parts of the editor. `_from_models` imports from models and tables:
+`_plan_items` (the list, and parts of the editor). `_item_form` is the form of one item, a line per
+field, made from the types of the core: `_form_lines` (also texts and their meaning),
+`_field_labels`. `_from_models` imports from models and tables:
 `_importing` reads, `_part_choice` selects.
 Rules of plans are in `inspection.plan`. It must not know the other sheets.
 """

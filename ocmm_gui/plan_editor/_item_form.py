@@ -15,8 +15,16 @@ from ocmm_core.errors import InputError
 from ocmm_core.tolerances.kinds import KINDS, spec_of
 from ocmm_gui.kit import ChoiceBox, Theme, Themed, caption, form_field, literal, text_font
 from ocmm_gui.plan_editor._field_labels import choice_word
-from ocmm_gui.plan_editor._field_text import FLAGS, text_of, value_of
-from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine, closed, form_lines, opened
+from ocmm_gui.plan_editor._form_lines import (
+    FLAGS,
+    FieldKind,
+    FormLine,
+    closed,
+    form_lines,
+    opened,
+    text_of,
+    value_of,
+)
 
 _FONT = 14
 _ROWS_PX = 132

@@ -19,8 +19,18 @@ from ocmm_gui.plan_editor._from_models import ModelImport
 from ocmm_gui.plan_editor._importing import InUse, what_is_missing
 from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._plan_checks import PlanChecks, PlanDraft, faulty_field
-from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey, PlanItems, drawn_of, item_of
-from ocmm_gui.plan_editor._plan_parts import TeachProgress, item_forms, lay_out, path_panels
+from ocmm_gui.plan_editor._plan_items import (
+    ALIGNMENT,
+    HEAD,
+    ItemKey,
+    PlanItems,
+    TeachProgress,
+    drawn_of,
+    item_forms,
+    item_of,
+    lay_out,
+    path_panels,
+)
 from ocmm_gui.views import StepPicture
 
 KEYS = (

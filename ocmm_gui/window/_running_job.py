@@ -14,35 +14,10 @@ from ocmm_core.calibration.records import ProbeView
 from ocmm_core.errors import OcmmError
 from ocmm_core.export import DEFAULT_FORMAT, FORMATS
 from ocmm_core.inspection.evaluation import JobView, LiveView, withdrawn
+from ocmm_gui import kit, operator
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import (
-    SHORT,
-    AnswerPanel,
-    Banner,
-    Level,
-    Mode,
-    Notice,
-    NoticeCentre,
-    PathPanel,
-    Sound,
-    later,
-    literal,
-    reference_words,
-    said,
-    said_word,
-    tr,
-)
+from ocmm_gui.kit import later, tr
 from ocmm_gui.led import HandControl
-from ocmm_gui.operator import (
-    DeskView,
-    FarView,
-    Feedback,
-    PointChoice,
-    SimulatedBand,
-    TipLine,
-    TrustBar,
-    TrustPlace,
-)
 from ocmm_gui.results import JobSource, ReportWriter, WrittenReports
 from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._pages import Pages
@@ -58,15 +33,15 @@ class RunningJob(QObject):
     def __init__(
         self,
         bridge: StationBridge,
-        notices: NoticeCentre,
-        banner: Banner,
-        feedback: Feedback,
+        notices: kit.NoticeCentre,
+        banner: kit.Banner,
+        feedback: operator.Feedback,
         pages: Pages,
-        desk: DeskView,
-        far: FarView,
+        desk: operator.DeskView,
+        far: operator.FarView,
         sheets: Sheets,
         maintenance: Maintenance,
-        choice: PointChoice,
+        choice: operator.PointChoice,
         hand: HandControl,
     ) -> None:
         super().__init__()
@@ -75,9 +50,9 @@ class RunningJob(QObject):
         self._pages, self._desk, self._far = pages, desk, far
         self._sheets, self._maintenance = sheets, maintenance
         self._choice, self._hand = choice, hand
-        self.trust = TrustBar()
-        self.tip_line = TipLine()
-        self.simulated = SimulatedBand()
+        self.trust = operator.TrustBar()
+        self.tip_line = operator.TipLine()
+        self.simulated = operator.SimulatedBand()
         self.work = WorkLine(tr("Results"))
         self._job: JobView | None = None
         self._live: LiveView | None = None
@@ -112,12 +87,12 @@ class RunningJob(QObject):
 
     def _why_failed(self) -> str:
         fault = self._bridge.station.faults.measuring
-        return "" if fault is None else said(fault.error.what)
+        return "" if fault is None else kit.said(fault.error.what)
 
     def _show_live(self, live: LiveView) -> None:
         instruments = self._bridge.station.instruments
         place = self._place()
-        self.trust.show_calibration(instruments.calibration(), place, reference_words(live))
+        self.trust.show_calibration(instruments.calibration(), place, kit.reference_words(live))
         self.tip_line.show_probe(instruments.probe(), place)
         shown = self._pages.shown()
         for view in (self._far, self._desk):
@@ -130,10 +105,10 @@ class RunningJob(QObject):
         target = self._job.target if measures and self._job is not None else None
         self._feedback.way(target, live.tip_world)
 
-    def _place(self) -> TrustPlace:
-        if self._pages.mode() is Mode.MAINTAIN:
-            return TrustPlace.MAINTAIN
-        return TrustPlace.FAR if self._pages.is_far() else TrustPlace.DESK
+    def _place(self) -> operator.TrustPlace:
+        if self._pages.mode() is kit.Mode.MAINTAIN:
+            return operator.TrustPlace.MAINTAIN
+        return operator.TrustPlace.FAR if self._pages.is_far() else operator.TrustPlace.DESK
 
     def _on_evaluating(self, busy: bool) -> None:
         if busy:
@@ -171,15 +146,15 @@ class RunningJob(QObject):
         if view.blocking_reason is None:
             self._notices.inform(
                 tr("Points are taken again: {title} is {word}.").format(
-                    title=view.title, word=said_word(view.word.value)
+                    title=view.title, word=kit.said_word(view.word.value)
                 )
             )
             return
-        self._feedback.play(Sound.REFUSED)
+        self._feedback.play(kit.Sound.REFUSED)
         # Shown on every screen while it lasts.
         self._notices.keep(
-            Notice(
-                Level.ERROR,
+            kit.Notice(
+                kit.Level.ERROR,
                 view.blocking_reason.what,
                 view.blocking_reason.remedy,
                 "",
@@ -204,23 +179,23 @@ class Output(QObject):
     def __init__(
         self,
         bridge: StationBridge,
-        notices: NoticeCentre,
+        notices: kit.NoticeCentre,
         out: Path | None,
         far: Callable[[], bool],
     ) -> None:
         super().__init__()
         self._bridge, self._notices, self._out = bridge, notices, out
         self.formats: tuple[str, ...] = (DEFAULT_FORMAT,)
-        self.export_panel = PathPanel(
+        self.export_panel = kit.PathPanel(
             tr("Write the report into the folder"),
             tr("Folder of the report"),
             tr("Write"),
             folders=True,
         )
-        self.bus_panel = PathPanel(
+        self.bus_panel = kit.PathPanel(
             tr("Write the bus report into the file"), tr("File of the bus report"), tr("Write")
         )
-        self.question = AnswerPanel(tr("The job is not complete"), tr("Write"))
+        self.question = kit.AnswerPanel(tr("The job is not complete"), tr("Write"))
         self.work = WorkLine(tr("Report"))
         self._source = JobSource.of_bridge(bridge)
         self._writer = ReportWriter(self)
@@ -250,8 +225,8 @@ class Output(QObject):
         named = tr("{format} + {count}").format(format=first, count=more) if more else first
         titles = ", ".join(FORMATS[name].title for name in formats)
         # The bar has room for a word: the first format, and the number of others.
-        action.setProperty(SHORT, named)
-        action.setToolTip(literal(tr("Write the report files: {titles}").format(titles=titles)))
+        action.setProperty(kit.SHORT, named)
+        action.setToolTip(kit.literal(tr("Write the report files: {titles}").format(titles=titles)))
 
     def folder(self) -> Path:
         out = self._out if self._out is not None else Path.home() / "ocmm-out"

@@ -80,7 +80,7 @@ class WizardDriver(QObject):
         self._automatic = False
         self._blind = False
         """The procedure failed on a block of frames and gets no more."""
-        self._commands: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._commands: queue.SimpleQueue[Callable[[], object] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="ocmm-wizard")
         self._worker: threading.Thread | None = None
         self._stop = threading.Event()
@@ -153,7 +153,7 @@ class WizardDriver(QObject):
         """End without changes."""
         self.do(lambda now: self.procedure.keep(now, reason))
 
-    def do(self, call: Callable[[datetime], None]) -> None:
+    def do(self, call: Callable[[datetime], object]) -> None:
         self._commands.put(lambda: call(self._clock()))
 
     def set_automatic(self, automatic: bool) -> None:
@@ -172,7 +172,7 @@ class WizardDriver(QObject):
 
     def _run(self) -> None:
         while True:
-            command: Callable[[], None] | None = self._look
+            command: Callable[[], object] | None = self._look
             with suppress(queue.Empty):
                 command = self._commands.get(timeout=LOOK_S)
             if command is None:

@@ -7,14 +7,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import get_args
 
+from ocmm_core.calibration import records
 from ocmm_core.calibration.cameras import KnownPointsProcedure, read_reference_points
-from ocmm_core.calibration.records import (
-    ArtefactUse,
-    CalibrationStore,
-    ProbeStore,
-    load_bar,
-    load_sphere,
-)
 from ocmm_core.calibration.relocation import GeometryMode, LensMode, RelocationProcedure, World
 from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure, TipSite
@@ -58,14 +52,14 @@ def begin_known_points(
     who, warm = named(values), temperature(values, now)
     path = given(values, "points", "the list of reference points")
     points = read_reference_points(path, table_options(values, "points")).points
-    store = CalibrationStore(place.folder)
+    store = records.CalibrationStore(place.folder)
     return KnownPointsProcedure.begin(
         place.sessions, place.rig, store, points, now, who=who, temperature=warm
     )
 
 
 def resume_known_points(place: SessionPlace, path: Path) -> KnownPointsProcedure:
-    return KnownPointsProcedure.resume(path, place.rig, CalibrationStore(place.folder))
+    return KnownPointsProcedure.resume(path, place.rig, records.CalibrationStore(place.folder))
 
 
 def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
@@ -114,13 +108,13 @@ def begin_relocation(
 ) -> RelocationProcedure:
     """Start a relocation; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values, now)
-    bar = load_bar(given(values, "bar", _BAR))
+    bar = records.load_bar(given(values, "bar", _BAR))
     control = None
     if values["world"] == "points":
         path = given(values, "control", "the control points")
         control = read_reference_points(path, table_options(values, "control")).points
     return RelocationProcedure.begin(
-        place.sessions, place.rig, place.body, CalibrationStore(place.folder), bar, now,
+        place.sessions, place.rig, place.body, records.CalibrationStore(place.folder), bar, now,
         who=who, temperature=warm, control=control,
         world=chosen(values["world"], get_args(World)),
         lens=chosen(values["lens"], get_args(LensMode)),
@@ -129,7 +123,7 @@ def begin_relocation(
 
 
 def resume_relocation(place: SessionPlace, path: Path) -> RelocationProcedure:
-    store = CalibrationStore(place.folder)
+    store = records.CalibrationStore(place.folder)
     return RelocationProcedure.resume(path, place.rig, place.body, store)
 
 
@@ -158,17 +152,17 @@ def begin_verification(
 ) -> VerificationProcedure:
     """Start a verification; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values, now)
-    bar = load_bar(given(values, "bar", _BAR))
+    bar = records.load_bar(given(values, "bar", _BAR))
     sphere = values["sphere"].strip()
     return VerificationProcedure.begin(
-        place.sessions, place.rig, place.body, CalibrationStore(place.folder), bar, now,
-        who=who, temperature=warm, spheres=(load_sphere(Path(sphere)),) if sphere else (),
+        place.sessions, place.rig, place.body, records.CalibrationStore(place.folder), bar, now,
+        who=who, temperature=warm, spheres=(records.load_sphere(Path(sphere)),) if sphere else (),
         two_places=values["places"] == "two",
     )  # fmt: skip
 
 
 def resume_verification(place: SessionPlace, path: Path) -> VerificationProcedure:
-    store = CalibrationStore(place.folder)
+    store = records.CalibrationStore(place.folder)
     return VerificationProcedure.resume(path, place.rig, place.body, store)
 
 
@@ -200,14 +194,14 @@ def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
 def begin_pivot(place: SessionPlace, values: Mapping[str, str], now: datetime) -> PivotProcedure:
     """Start a probe calibration; raise OcmmError if impossible."""
     return PivotProcedure.begin(
-        place.sessions, place.rig, place.body, ProbeStore(place.folder), values["tip"].strip(), now,
-        who=named(values), temperature=temperature(values, now),
+        place.sessions, place.rig, place.body, records.ProbeStore(place.folder),
+        values["tip"].strip(), now, who=named(values), temperature=temperature(values, now),
         tip_unknown=values["place"] == "unknown", cone=_cone(values["cone"]),
     )  # fmt: skip
 
 
 def resume_pivot(place: SessionPlace, path: Path) -> PivotProcedure:
-    return PivotProcedure.resume(path, place.rig, place.body, ProbeStore(place.folder))
+    return PivotProcedure.resume(path, place.rig, place.body, records.ProbeStore(place.folder))
 
 
 def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
@@ -221,7 +215,7 @@ def begin_qualification(
 ) -> TipQualificationProcedure:
     """Start a tip qualification; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values, now)
-    sphere = load_sphere(given(values, "sphere", _SPHERE_FILE))
+    sphere = records.load_sphere(given(values, "sphere", _SPHERE_FILE))
     return TipQualificationProcedure.begin(
         place.sessions, _tip_site(place), values["tip"].strip(), sphere, now, who=who,
         temperature=warm, cone=_cone(values["cone"]), nominal_mm=_diameter(values["nominal"]),
@@ -241,7 +235,7 @@ def begin_tip_check(
 ) -> TipCheckProcedure:
     """Start a tip check; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values, now)
-    sphere = load_sphere(given(values, "sphere", _SPHERE_FILE))
+    sphere = records.load_sphere(given(values, "sphere", _SPHERE_FILE))
     return TipCheckProcedure.begin(
         place.sessions, _tip_site(place), values["tip"].strip(), sphere, now, who=who,
         temperature=warm, cone=_cone(values["cone"]),
@@ -253,7 +247,7 @@ def resume_tip_check(place: SessionPlace, path: Path) -> TipCheckProcedure:
 
 
 def _tip_site(place: SessionPlace) -> TipSite:
-    store = ProbeStore(place.folder)
+    store = records.ProbeStore(place.folder)
     return TipSite(place.rig, place.body, store, _cameras(place), place.hold_s)
 
 
@@ -261,7 +255,7 @@ def _mounted(site: WizardSite) -> Field:
     """Return the choice of calibrated tips, the mounted one first."""
     tips: tuple[str, ...] = ()
     if site.probe is not None and site.probe.store is not None:
-        store = ProbeStore(site.probe.store)
+        store = records.ProbeStore(site.probe.store)
         tips = tuple(sorted(store.tips, key=lambda tip: tip != store.mounted))
     choices = tuple((tip, tip) for tip in tips)
     return Field("tip", later("Tip"), later("Currently mounted"), _proposed_tip(site), choices)
@@ -271,14 +265,14 @@ def _proposed_tip(site: WizardSite) -> str:
     return "" if site.probe is None else site.probe.tip
 
 
-def _cameras(place: SessionPlace) -> CalibrationStore | None:
-    return None if place.cameras is None else CalibrationStore(place.cameras)
+def _cameras(place: SessionPlace) -> records.CalibrationStore | None:
+    return None if place.cameras is None else records.CalibrationStore(place.cameras)
 
 
-def _cone(text: str) -> ArtefactUse | None:
+def _cone(text: str) -> records.ArtefactUse | None:
     if not text.strip():
         return None
-    return ArtefactUse(
+    return records.ArtefactUse(
         name=text.strip(), serial="", certificate="", certificate_sha256="", due_utc=""
     )
 

@@ -26,15 +26,7 @@ from ocmm_core.fieldbus.device import (
     CameraIdentity,
     ErrorRegister,
 )
-from ocmm_sim.bus._faults import (
-    COPIED,
-    CORRUPT_WITH_SUM,
-    EXCHANGED,
-    SHARED,
-    CameraDeed,
-    DeedAnswer,
-    FaultKind,
-)
+from ocmm_sim.bus import _faults as faults
 from ocmm_sim.described_slave import DescribedCamera
 from ocmm_sim.firmware import FirmwareBanks
 from ocmm_sim.slave import (
@@ -207,56 +199,60 @@ class FaultCommands:
     def __init__(self, chain: Chain, seed: int = 0) -> None:
         self._chain = chain
         self._random = np.random.default_rng(seed)
-        self._to_unit: dict[FaultKind, Callable[[Unit, CameraDeed, int], object]] = {
-            FaultKind.NOTHING: lambda _unit, _command, _now: None,
-            FaultKind.POWER_OFF: lambda unit, _command, _now: setattr(unit, "powered", False),
-            FaultKind.POWER_ON: lambda unit, _command, _now: _restart(unit),
-            FaultKind.RESTART: lambda unit, _command, _now: _restart(unit),
-            FaultKind.MUTE: lambda unit, command, _now: setattr(unit, "muted", bool(command.value)),
-            FaultKind.FREEZE: lambda unit, command, _now: setattr(
+        self._to_unit: dict[faults.FaultKind, Callable[[Unit, faults.CameraDeed, int], object]] = {
+            faults.FaultKind.NOTHING: lambda _unit, _command, _now: None,
+            faults.FaultKind.POWER_OFF: lambda unit, _command, _now: setattr(
+                unit, "powered", False
+            ),
+            faults.FaultKind.POWER_ON: lambda unit, _command, _now: _restart(unit),
+            faults.FaultKind.RESTART: lambda unit, _command, _now: _restart(unit),
+            faults.FaultKind.MUTE: lambda unit, command, _now: setattr(
+                unit, "muted", bool(command.value)
+            ),
+            faults.FaultKind.FREEZE: lambda unit, command, _now: setattr(
                 unit.slave, "frozen", bool(command.value)
             ),
-            FaultKind.FALL_BACK: lambda unit, command, _now: unit.slave.esc.fall_back(
+            faults.FaultKind.FALL_BACK: lambda unit, command, _now: unit.slave.esc.fall_back(
                 command.value, command.code
             ),
-            FaultKind.STATION: lambda unit, command, _now: unit.camera.esc.write(
+            faults.FaultKind.STATION: lambda unit, command, _now: unit.camera.esc.write(
                 STATION_ADDRESS, command.value.to_bytes(2, "little")
             ),
-            FaultKind.SERIAL: lambda unit, command, _now: _exchange(
+            faults.FaultKind.SERIAL: lambda unit, command, _now: _exchange(
                 unit, replace(unit.identity, serial=command.value)
             ),
-            FaultKind.ALIAS: lambda unit, command, _now: _exchange(
+            faults.FaultKind.ALIAS: lambda unit, command, _now: _exchange(
                 unit, replace(unit.identity, alias=command.value)
             ),
-            FaultKind.SWAP: self._swap,
-            FaultKind.UNPLUG: lambda unit, _command, _now: setattr(unit, "plugged", False),
-            FaultKind.PLUG: _plug,
-            FaultKind.CLOCK_JUMP: _jump,
-            FaultKind.CLOCK_RATE: lambda unit, command, now: unit.camera.esc.clock.set_rate(
+            faults.FaultKind.SWAP: self._swap,
+            faults.FaultKind.UNPLUG: lambda unit, _command, _now: setattr(unit, "plugged", False),
+            faults.FaultKind.PLUG: _plug,
+            faults.FaultKind.CLOCK_JUMP: _jump,
+            faults.FaultKind.CLOCK_RATE: lambda unit, command, now: unit.camera.esc.clock.set_rate(
                 command.value, now
             ),
-            FaultKind.HANG_MAILBOX: lambda unit, command, _now: setattr(
+            faults.FaultKind.HANG_MAILBOX: lambda unit, command, _now: setattr(
                 unit.camera, "mailbox_hangs", bool(command.value)
             ),
-            FaultKind.EMERGENCY: lambda unit, command, _now: unit.camera.emergency(
+            faults.FaultKind.EMERGENCY: lambda unit, command, _now: unit.camera.emergency(
                 command.value, ErrorRegister.GENERIC if command.value else 0
             ),
-            FaultKind.FRAME_PERIOD: lambda unit, command, _now: setattr(
+            faults.FaultKind.FRAME_PERIOD: lambda unit, command, _now: setattr(
                 unit.camera, "period_override", command.value
             ),
-            FaultKind.CORRUPT: self._corrupt,
-            FaultKind.REMAP: lambda unit, command, _now: unit.camera.remap(
+            faults.FaultKind.CORRUPT: self._corrupt,
+            faults.FaultKind.REMAP: lambda unit, command, _now: unit.camera.remap(
                 command.value, command.code
             ),
-            FaultKind.LINK_ERRORS: lambda unit, command, _now: unit.camera.esc.count_link_errors(
-                0, command.value
+            faults.FaultKind.LINK_ERRORS: lambda unit, command, _now: (
+                unit.camera.esc.count_link_errors(0, command.value)
             ),
-            FaultKind.BREAK: lambda unit, command, _now: setattr(
+            faults.FaultKind.BREAK: lambda unit, command, _now: setattr(
                 unit, "broken_behind", bool(command.value)
             ),
         }
 
-    def do(self, command: CameraDeed, now_ns: int) -> DeedAnswer:
+    def do(self, command: faults.CameraDeed, now_ns: int) -> faults.DeedAnswer:
         units = self._chain.units
         error = ""
         utc_ns = time.time_ns()
@@ -265,7 +261,7 @@ class FaultCommands:
         else:
             self._to_unit[command.do](units[command.camera], command, now_ns)
             self._chain.lay()
-        return DeedAnswer(
+        return faults.DeedAnswer(
             monotonic_ns=now_ns,
             utc_ns=utc_ns,
             order=tuple(number for number in self._chain.order if units[number].plugged),
@@ -274,21 +270,21 @@ class FaultCommands:
             error=error,
         )
 
-    def _swap(self, unit: Unit, command: CameraDeed, _now_ns: int) -> None:
+    def _swap(self, unit: Unit, command: faults.CameraDeed, _now_ns: int) -> None:
         order, other = self._chain.order, self._chain.units[command.value]
         one, two = order.index(command.camera), order.index(command.value)
         order[one], order[two] = order[two], order[one]
         _restart(unit)
         _restart(other)
 
-    def _corrupt(self, unit: Unit, command: CameraDeed, _now_ns: int) -> None:
-        kind = command.value % SHARED
-        if kind in (COPIED, EXCHANGED):
-            self._exchange_inputs(command, exchanged=kind == EXCHANGED)
+    def _corrupt(self, unit: Unit, command: faults.CameraDeed, _now_ns: int) -> None:
+        kind = command.value % faults.SHARED
+        if kind in (faults.COPIED, faults.EXCHANGED):
+            self._exchange_inputs(command, exchanged=kind == faults.EXCHANGED)
             return
 
         def spoil(memory: bytearray) -> None:
-            with_sum = command.value == CORRUPT_WITH_SUM
+            with_sum = command.value == faults.CORRUPT_WITH_SUM
             bit = int(self._random.integers(8 * (_TIMES_BYTES if with_sum else _SPOILED_BYTES)))
             memory[INPUT_START + bit // 8] ^= 1 << bit % 8
             if with_sum:
@@ -301,13 +297,13 @@ class FaultCommands:
             for other in self._chain.units:
                 other.camera.esc.spoil = None
 
-    def _exchange_inputs(self, command: CameraDeed, *, exchanged: bool) -> None:
+    def _exchange_inputs(self, command: faults.CameraDeed, *, exchanged: bool) -> None:
         """Let a camera send the inputs last sent by the next one, undamaged."""
         units = self._chain.units
         one, two = units[command.camera], units[(command.camera + 1) % 2]
         last: dict[int, bytes] = {}
         place = slice(INPUT_START, INPUT_START + INPUT_DTYPE.itemsize)
-        share = _SHARE if command.value >= SHARED else 1.0
+        share = _SHARE if command.value >= faults.SHARED else 1.0
 
         def spoil(mine: int, other: int) -> Callable[[bytearray], None]:
             def put(memory: bytearray) -> None:
@@ -326,14 +322,14 @@ def _restart(unit: Unit) -> None:
     unit.switch_on(_CLOCK_STEP_NS * unit.boots)
 
 
-def _jump(unit: Unit, command: CameraDeed, now_ns: int) -> None:
+def _jump(unit: Unit, command: faults.CameraDeed, now_ns: int) -> None:
     esc = unit.camera.esc
     esc.clock.jump(command.value)
     esc.now_ns = now_ns
     unit.camera.buffer.look_again(esc.system_time_ns)
 
 
-def _plug(unit: Unit, _deed: CameraDeed, _now_ns: int) -> None:
+def _plug(unit: Unit, _deed: faults.CameraDeed, _now_ns: int) -> None:
     unit.plugged = True
     _restart(unit)
 

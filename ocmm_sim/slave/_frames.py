@@ -12,14 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.camera import CameraModel, ideal_from_pixels
-from ocmm_core.fieldbus.device import (
-    COUNTER_MODULUS,
-    FRAME_DTYPE,
-    FRAMES_PER_CYCLE,
-    N_SLOTS,
-    CameraMode,
-    encode_frames,
-)
+from ocmm_core.fieldbus import device
 
 Frames = tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.float64]]
 
@@ -118,7 +111,7 @@ class ClockPattern:
             ahead_ns = clock.system_time_ns - clock.now_ns
         bus_us = bus_ns // 1000 % CLOCK_MODULUS_US
         host_us = (bus_ns - ahead_ns) // 1000 % CLOCK_MODULUS_US
-        uv = np.empty((count, N_SLOTS, 2))
+        uv = np.empty((count, device.N_SLOTS, 2))
         for slot, value in ((0, bus_us), (2, host_us)):
             for digit in range(4):
                 uv[:, slot + digit // 2, digit % 2] = value // _DIGIT**digit % _DIGIT
@@ -182,11 +175,11 @@ class TestPattern:
         counter = first + np.arange(count)
         valid = np.full(count, 0xFF, np.uint16)
         missing = counter % 37 == 0
-        valid[missing] = 0xFF & ~(1 << counter[missing] // 37 % N_SLOTS)
+        valid[missing] = 0xFF & ~(1 << counter[missing] // 37 % device.N_SLOTS)
         flags = (counter // 800 % 2).astype(np.uint16)
-        phase = 1e-3 * counter[:, None] + np.arange(N_SLOTS) + camera
+        phase = 1e-3 * counter[:, None] + np.arange(device.N_SLOTS) + camera
         uv = np.stack([1000.0 + 500.0 * np.cos(phase), 900.0 + 400.0 * np.sin(phase)], axis=2)
-        uv[(valid[:, None] >> np.arange(N_SLOTS)) & 1 == 0] = np.nan
+        uv[(valid[:, None] >> np.arange(device.N_SLOTS)) & 1 == 0] = np.nan
         return valid, flags, uv
 
 
@@ -262,8 +255,8 @@ CHUNK_FRAMES = 80
 _AHEAD_FRAMES = 4 * CHUNK_FRAMES
 _RING_FRAMES = 2048
 OVERRUN_FLAG = 2
-_FLAGS_AT = FRAME_DTYPE.fields["flags"][1] if FRAME_DTYPE.fields is not None else 0
-_VALID_AT = FRAME_DTYPE.fields["valid"][1] if FRAME_DTYPE.fields is not None else 0
+_FLAGS_AT = device.FRAME_DTYPE.fields["flags"][1] if device.FRAME_DTYPE.fields is not None else 0
+_VALID_AT = device.FRAME_DTYPE.fields["valid"][1] if device.FRAME_DTYPE.fields is not None else 0
 _NO_SPOT = b"\x00\x00"
 
 
@@ -276,7 +269,7 @@ class FrameBuffer:
     def __init__(self, provider: CameraFrames, camera: int) -> None:
         self._provider = provider
         self._camera = camera
-        self._ring: NDArray[np.void] = np.zeros(_RING_FRAMES, FRAME_DTYPE)
+        self._ring: NDArray[np.void] = np.zeros(_RING_FRAMES, device.FRAME_DTYPE)
         self._bytes = self._ring.view(np.uint8).data
         self.start_ns = 0
         self.period_ns = 0
@@ -338,10 +331,10 @@ class FrameBuffer:
         first = self._generated
         valid, flags, uv = self._provider.camera_frames(self._camera, first, CHUNK_FRAMES)
         if self.lens is None:
-            frames = encode_frames(valid, flags, uv)
+            frames = device.encode_frames(valid, flags, uv)
         else:
             ideal = ideal_from_pixels(self.lens, uv)
-            frames = encode_frames(valid, flags, ideal, CameraMode.CORRECTED)
+            frames = device.encode_frames(valid, flags, ideal, device.CameraMode.CORRECTED)
         start = first % _RING_FRAMES
         whole = min(CHUNK_FRAMES, _RING_FRAMES - start)
         self._ring[start : start + whole] = frames[:whole]
@@ -352,8 +345,8 @@ class FrameBuffer:
     def acknowledge(self, counter: int) -> None:
         """Release all frames up to this counter (32 bits, as on the wire)."""
         # The nearest frame with these 32 bits; a value far from the buffer is no acknowledgement.
-        ahead = (counter + 1 - self._tail) % COUNTER_MODULUS
-        if 0 < ahead <= FRAMES_PER_CYCLE:
+        ahead = (counter + 1 - self._tail) % device.COUNTER_MODULUS
+        if 0 < ahead <= device.FRAMES_PER_CYCLE:
             self._tail += ahead
 
     def take(self, now_ns: int) -> tuple[int, int]:
@@ -366,7 +359,7 @@ class FrameBuffer:
             self.overruns += 1
             self.lost += end - FIFO_FRAMES - self._tail
             self._tail = self._overrun_at = end - FIFO_FRAMES
-        return self._tail, max(0, min(FRAMES_PER_CYCLE, end - self._tail))
+        return self._tail, max(0, min(device.FRAMES_PER_CYCLE, end - self._tail))
 
     def follows_loss(self, frame: int) -> bool:
         """Return whether frames were dropped just before this one."""
@@ -374,7 +367,7 @@ class FrameBuffer:
 
     def copy(self, first: int, count: int, target: bytearray, at: int) -> None:
         """Copy frames in wire format into `target`."""
-        size = FRAME_DTYPE.itemsize
+        size = device.FRAME_DTYPE.itemsize
         start = first % _RING_FRAMES
         whole = min(count, _RING_FRAMES - start)
         target[at : at + whole * size] = self._bytes[start * size : (start + whole) * size]

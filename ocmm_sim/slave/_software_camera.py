@@ -7,45 +7,7 @@ import zlib
 from collections.abc import Callable
 
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.device import (
-    CONFIGURATION,
-    COUNTER_MODULUS,
-    COUNTERS,
-    DATA_CRC,
-    DATA_CRC_AT,
-    HEADER_STRUCT,
-    INFORMATION,
-    INPUT_DTYPE,
-    INPUT_START,
-    INPUT_SYNC,
-    MAILBOX_BYTES,
-    N_SLOTS,
-    NEWEST_LAYOUT,
-    OUTPUT_PDO,
-    OUTPUT_START,
-    OUTPUT_STRUCT,
-    OUTPUT_SYNC,
-    SM_ASSIGNMENT,
-    SM_INPUTS,
-    SYNC_CYCLE,
-    SYNC_ERROR,
-    SYNC_EXCEEDED,
-    SYNC_MISSED,
-    SYNC_MODE,
-    TIMESTAMP,
-    VERSIONS,
-    WINDOWS,
-    CameraConfig,
-    CameraMode,
-    CameraStatus,
-    Control,
-    ErrorCode,
-    ErrorRegister,
-    Header,
-    InputLayout,
-    Window,
-    object_dictionary,
-)
+from ocmm_core.fieldbus import device
 from ocmm_sim.firmware import FirmwareBanks, FoeServer
 from ocmm_sim.slave import _registers as registers
 from ocmm_sim.slave._coe import CoeServer
@@ -65,9 +27,12 @@ _SYNC0_MODE = 2
 _FOE, _MAILBOX_HEAD = 4, 6
 _SOFTWARE_VERSION = 0x100A
 # Plain integers: enumeration flags cost more than the rest of a frame.
-_OPERATIONAL, _SYNCHRONISED = int(CameraStatus.OPERATIONAL), int(CameraStatus.SYNCHRONISED)
-_OVERRUN, _DARK = int(CameraStatus.OVERRUN), int(CameraStatus.DARK)
-_DIAGNOSIS, _STREAM = int(CameraStatus.DIAGNOSIS), int(Control.STREAM)
+_OPERATIONAL, _SYNCHRONISED = (
+    int(device.CameraStatus.OPERATIONAL),
+    int(device.CameraStatus.SYNCHRONISED),
+)
+_OVERRUN, _DARK = int(device.CameraStatus.OVERRUN), int(device.CameraStatus.DARK)
+_DIAGNOSIS, _STREAM = int(device.CameraStatus.DIAGNOSIS), int(device.Control.STREAM)
 
 
 class SoftwareCamera:
@@ -87,7 +52,7 @@ class SoftwareCamera:
         provider: CameraFrames,
         boot_counter: int = 1,
         store: CameraStore | None = None,
-        layout: InputLayout = NEWEST_LAYOUT,
+        layout: device.InputLayout = device.NEWEST_LAYOUT,
         sensor: tuple[int, int, int] = (0, SENSOR_PX, SENSOR_PX),
         banks: FirmwareBanks | None = None,
     ) -> None:
@@ -96,31 +61,35 @@ class SoftwareCamera:
         self.esc = Esc(sii_image(serial, alias, layout), 7_000_000_000 * (index + 1), self)
         self.buffer = FrameBuffer(provider, index)
         self.frozen = self.mailbox_hangs = False
-        self._inputs = memoryview(self.esc.memory)[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
+        self._inputs = memoryview(self.esc.memory)[
+            device.INPUT_START : device.INPUT_START + device.INPUT_DTYPE.itemsize
+        ]
         self._boot_counter = boot_counter
         self._cycle = 0
         self._state = registers.INIT
-        self._crc = CameraConfig().crc()
+        self._crc = device.CameraConfig().crc()
         self._period_override = 0
         self._outputs_ns = 0
         self._missed = 0
         self._banks = banks or FirmwareBanks()
-        self.foe = FoeServer(self._banks, MAILBOX_BYTES, lambda: self.esc.state == registers.BOOT)
+        self.foe = FoeServer(
+            self._banks, device.MAILBOX_BYTES, lambda: self.esc.state == registers.BOOT
+        )
         self.esc.can_boot = True
         self._diagnosis = Diagnosis(lambda: self.esc.system_time_ns, self._send_emergency)
         self.electronics = Electronics(
             index, serial, provider, store or CameraStore(), self._diagnosis, self._darken, sensor
         )
         self.coe = CoeServer(
-            object_dictionary(serial, layout),
-            MAILBOX_BYTES,
+            device.object_dictionary(serial, layout),
+            device.MAILBOX_BYTES,
             {**self.electronics.live(), **self._live()},
             self.electronics.written(),
             lambda: self.esc.state <= registers.PREOP,
         )
         self._tell_version()
         if sensor[0]:
-            self.coe.set_value(INFORMATION, 1, struct.pack("<I", sensor[0]))
+            self.coe.set_value(device.INFORMATION, 1, struct.pack("<I", sensor[0]))
 
     @property
     def period_override(self) -> int:
@@ -143,7 +112,7 @@ class SoftwareCamera:
         return None if self._state == registers.BOOT else self.coe.answer(mailbox)
 
     def emergency(
-        self, code: int, register: int = ErrorRegister.GENERIC, data: bytes = b""
+        self, code: int, register: int = device.ErrorRegister.GENERIC, data: bytes = b""
     ) -> None:
         """Send an emergency message and record it; code 0 ends an error."""
         self._diagnosis.report(code, register, data)
@@ -163,12 +132,12 @@ class SoftwareCamera:
             and state == registers.SAFEOP
             and not self.esc.memory[registers.WATCHDOG_STATUS] & 1
         ):
-            communication = ErrorRegister.GENERIC | ErrorRegister.COMMUNICATION
-            self.emergency(ErrorCode.WATCHDOG, communication)
+            communication = device.ErrorRegister.GENERIC | device.ErrorRegister.COMMUNICATION
+            self.emergency(device.ErrorCode.WATCHDOG, communication)
         if state == registers.OP:
             self._outputs_ns = 0
-            if self._diagnosis.register & ErrorRegister.COMMUNICATION:
-                self.emergency(ErrorCode.RESET, 0)
+            if self._diagnosis.register & device.ErrorRegister.COMMUNICATION:
+                self.emergency(device.ErrorCode.RESET, 0)
         if state < registers.SAFEOP:
             self.buffer.stop()
         elif not self.buffer.running:
@@ -176,8 +145,8 @@ class SoftwareCamera:
 
     def outputs_written(self) -> None:
         """Process the master's acknowledgement."""
-        control, _pattern, counter, _heartbeat = OUTPUT_STRUCT.unpack_from(
-            self.esc.memory, OUTPUT_START
+        control, _pattern, counter, _heartbeat = device.OUTPUT_STRUCT.unpack_from(
+            self.esc.memory, device.OUTPUT_START
         )
         now, cycle = self.esc.now_ns, self._bus_cycle_ns()
         if cycle and self._outputs_ns and self._state == registers.OP:
@@ -203,15 +172,16 @@ class SoftwareCamera:
             | (_DIAGNOSIS if self._diagnosis.pending else 0)
         )
         self._cycle = (self._cycle + 1) % self._layout.cycle_counters
-        memory[INPUT_START : INPUT_START + HEADER_STRUCT.size] = self._layout.encode(
-            Header(
-                first % COUNTER_MODULUS, buffer.start_ns + first * buffer.period_ns,
+        header_end = device.INPUT_START + device.HEADER_STRUCT.size
+        memory[device.INPUT_START : header_end] = self._layout.encode(
+            device.Header(
+                first % device.COUNTER_MODULUS, buffer.start_ns + first * buffer.period_ns,
                 buffer.period_ns, count, self._cycle, status, self._crc, self._boot_counter,
             )
         )  # fmt: skip
-        buffer.copy(first, count, memory, INPUT_START + HEADER_STRUCT.size)
+        buffer.copy(first, count, memory, device.INPUT_START + device.HEADER_STRUCT.size)
         crc = zlib.crc32(self._inputs, self._crc_begin)
-        DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, crc)
+        device.DATA_CRC.pack_into(memory, device.INPUT_START + device.DATA_CRC_AT, crc)
 
     def generate(self, now_ns: int) -> bool:
         self.esc.now_ns = now_ns
@@ -227,7 +197,7 @@ class SoftwareCamera:
     def remap(self, position: int, mapping_index: int) -> None:
         """Fault: assign another PDO at a position of the input assignment."""
         value = struct.pack("<H", mapping_index)
-        self.coe.set_value(SM_ASSIGNMENT + SM_INPUTS, position, value)
+        self.coe.set_value(device.SM_ASSIGNMENT + device.SM_INPUTS, position, value)
 
     def _start_firmware(self) -> None:
         """Restart with the selected firmware bank, as a camera leaving BOOT."""
@@ -237,7 +207,7 @@ class SoftwareCamera:
     def _tell_version(self) -> None:
         version = self._banks.version.encode("ascii")
         self.coe.set_value(_SOFTWARE_VERSION, 0, version)
-        self.coe.set_value(VERSIONS, 1, version)
+        self.coe.set_value(device.VERSIONS, 1, version)
 
     def _start_exposures(self, state: int) -> None:
         """Apply the configuration and start; refuse contradictions."""
@@ -253,11 +223,11 @@ class SoftwareCamera:
             left + across > width or top + down > height
             for left, top, across, down in config.windows
         )
-        if off or (config.mode is CameraMode.CORRECTED and lens is None):
+        if off or (config.mode is device.CameraMode.CORRECTED and lens is None):
             self.esc.fall_back(registers.PREOP, _AL_INCONSISTENT)
             return
         self._crc = config.crc()
-        self.buffer.lens = lens if config.mode is CameraMode.CORRECTED else None
+        self.buffer.lens = lens if config.mode is device.CameraMode.CORRECTED else None
         if self.esc.sync0 is not None or state == registers.OP:
             self.buffer.start(*self._schedule())
 
@@ -285,23 +255,32 @@ class SoftwareCamera:
     def _live(self) -> dict[Address, Callable[[], bytes]]:
         memory = self.esc.memory
         entries: dict[Address, Callable[[], bytes]] = {
-            (TIMESTAMP, 0): lambda: struct.pack("<Q", self.esc.system_time_ns & (1 << 64) - 1),
-            (COUNTERS, 1): lambda: struct.pack("<I", self.buffer.lost & 0xFFFFFFFF),
-            (COUNTERS, 2): lambda: struct.pack("<I", memory[registers.WATCHDOG_COUNT]),
-            (COUNTERS, 3): lambda: struct.pack("<I", self.buffer.overruns),
-            (COUNTERS, 4): lambda: struct.pack("<I", self.coe.bad_mailboxes),
-            (COUNTERS, 5): lambda: struct.pack("<I", sum(memory[_LOST_LINKS])),
-            (COUNTERS, 6): lambda: struct.pack("<I", self._diagnosis.count),
+            (device.TIMESTAMP, 0): lambda: struct.pack(
+                "<Q", self.esc.system_time_ns & (1 << 64) - 1
+            ),
+            (device.COUNTERS, 1): lambda: struct.pack("<I", self.buffer.lost & 0xFFFFFFFF),
+            (device.COUNTERS, 2): lambda: struct.pack("<I", memory[registers.WATCHDOG_COUNT]),
+            (device.COUNTERS, 3): lambda: struct.pack("<I", self.buffer.overruns),
+            (device.COUNTERS, 4): lambda: struct.pack("<I", self.coe.bad_mailboxes),
+            (device.COUNTERS, 5): lambda: struct.pack("<I", sum(memory[_LOST_LINKS])),
+            (device.COUNTERS, 6): lambda: struct.pack("<I", self._diagnosis.count),
         }
-        for index in (OUTPUT_SYNC, INPUT_SYNC):
-            entries[index, SYNC_MODE] = lambda: struct.pack(
+        for index in (device.OUTPUT_SYNC, device.INPUT_SYNC):
+            entries[index, device.SYNC_MODE] = lambda: struct.pack(
                 "<H", _SYNC0_MODE if self.esc.sync0 is not None else 0
             )
-            entries[index, SYNC_CYCLE] = lambda: struct.pack("<I", self._bus_cycle_ns())
-            entries[index, SYNC_MISSED] = lambda: struct.pack("<H", min(self._missed, 0xFFFF))
-            entries[index, SYNC_EXCEEDED] = lambda: struct.pack("<H", min(self.buffer.late, 0xFFFF))
-            entries[index, SYNC_ERROR] = lambda: bytes([self._sync_failed()])
-        for start, pdos in ((INPUT_START, self._layout.input_pdos), (OUTPUT_START, (OUTPUT_PDO,))):
+            entries[index, device.SYNC_CYCLE] = lambda: struct.pack("<I", self._bus_cycle_ns())
+            entries[index, device.SYNC_MISSED] = lambda: struct.pack(
+                "<H", min(self._missed, 0xFFFF)
+            )
+            entries[index, device.SYNC_EXCEEDED] = lambda: struct.pack(
+                "<H", min(self.buffer.late, 0xFFFF)
+            )
+            entries[index, device.SYNC_ERROR] = lambda: bytes([self._sync_failed()])
+        for start, pdos in (
+            (device.INPUT_START, self._layout.input_pdos),
+            (device.OUTPUT_START, (device.OUTPUT_PDO,)),
+        ):
             at = start
             for pdo in pdos:
                 for entry in pdo.entries:
@@ -310,17 +289,20 @@ class SoftwareCamera:
                     at = place.stop
         return entries
 
-    def _config(self) -> CameraConfig:
+    def _config(self) -> device.CameraConfig:
         period, exposure, threshold, mode, strobe = (
-            int.from_bytes(self.coe.value(CONFIGURATION, sub), "little") for sub in range(1, 6)
+            int.from_bytes(self.coe.value(device.CONFIGURATION, sub), "little")
+            for sub in range(1, 6)
         )
         numbers = [
-            int.from_bytes(self.coe.value(WINDOWS, sub), "little")
-            for sub in range(1, 4 * N_SLOTS + 1)
+            int.from_bytes(self.coe.value(device.WINDOWS, sub), "little")
+            for sub in range(1, 4 * device.N_SLOTS + 1)
         ]
-        windows: list[Window] = list(
+        windows: list[device.Window] = list(
             zip(numbers[::4], numbers[1::4], numbers[2::4], numbers[3::4], strict=True)
         )
         while windows and not any(windows[-1]):
             windows.pop()
-        return CameraConfig(period, exposure, threshold, CameraMode(mode), strobe, tuple(windows))
+        return device.CameraConfig(
+            period, exposure, threshold, device.CameraMode(mode), strobe, tuple(windows)
+        )

@@ -22,8 +22,7 @@ from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import use_language
 from ocmm_gui.plan_editor import PlanSheet
 from ocmm_gui.plan_editor._field_labels import choice_word
-from ocmm_gui.plan_editor._field_text import FLAGS
-from ocmm_gui.plan_editor._form_lines import GIVEN, FieldKind, form_lines
+from ocmm_gui.plan_editor._form_lines import FLAGS, GIVEN, FieldKind, form_lines
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, item_of
 from tests.host import HANG_MS
 

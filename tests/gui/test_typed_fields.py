@@ -39,8 +39,7 @@ from ocmm_core.typed_numbers import (
 from ocmm_gui.arguments import parser
 from ocmm_gui.maintain._probe_design_page import _numbers
 from ocmm_gui.plan_editor._field_labels import FieldUnit
-from ocmm_gui.plan_editor._field_text import value_of
-from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine
+from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine, value_of
 from ocmm_gui.wizards._sessions import _diameter
 from ocmm_gui.wizards._site import temperature
 from ocmm_gui.wizards.pages._definition_form import DefinitionForm

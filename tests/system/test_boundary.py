@@ -70,10 +70,10 @@ PLACES = (
     Place("ocmm_core.station._live.LiveState._judge_tip", TypeError),
     # Trigger and point.
     Place("ocmm_core.measuring._trigger.TouchCollector.feed", IndexError),
-    Place("ocmm_core.inspection.session._intake.average", ArithmeticError),
+    Place("ocmm_core.inspection.session._session.average", ArithmeticError),
     Place("ocmm_core.inspection.session._acceptance.judge_touch", KeyError),
     Place("ocmm_core.inspection.session._assignment.assign_touch", AttributeError),
-    Place("ocmm_core.inspection.session._intake.TouchIntake.take", RecursionError),
+    Place("ocmm_core.inspection.session._session.TouchIntake.take", RecursionError),
     # Storage.
     Place("ocmm_core.storage._tables.insert_point", MemoryError),
     Place("ocmm_core.storage._audit.insert_audited", OverflowError),

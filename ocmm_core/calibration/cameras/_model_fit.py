@@ -11,20 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocmm_core.calibration.cameras import _least_squares as least_squares
+from ocmm_core.calibration.cameras import _lens as lens
 from ocmm_core.calibration.cameras._dlt import Start, starts
-from ocmm_core.calibration.cameras._least_squares import (
-    ABSOLUTE_DECREASE,
-    Minimum,
-    covariance_of,
-    minimise,
-)
-from ocmm_core.calibration.cameras._lens import (
-    ALL_PARAMETERS,
-    LensCamera,
-    by_point,
-    project_extended,
-    project_with_jacobian,
-)
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Pixels, Points3
@@ -44,16 +33,16 @@ class CameraProblem:
     free: tuple[int, ...]
     """Indices into `ALL_PARAMETERS` of the fitted parameters; the others are fixed."""
 
-    def linearise(self, state: LensCamera) -> tuple[Float, Float]:
+    def linearise(self, state: lens.LensCamera) -> tuple[Float, Float]:
         """Return whitened residuals (2n,), predicted minus observed, all u first; (2n, p)."""
         terms = max(N_PARAMETERS, self.free[-1] + 1)
-        seen = project_with_jacobian(state, self.points_world, terms, self.uv, self.whitening)
+        seen = lens.project_with_jacobian(state, self.points_world, terms, self.uv, self.whitening)
         rows = seen.rows if terms == len(self.free) else seen.rows[list(self.free)]
         return seen.residuals.reshape(-1), rows.reshape(len(self.free), -1).T
 
-    def miss(self, state: LensCamera) -> Pixels:
+    def miss(self, state: lens.LensCamera) -> Pixels:
         """Return predicted minus observed, (n, 2), px."""
-        return project_extended(state, self.points_world) - self.uv
+        return lens.project_extended(state, self.points_world) - self.uv
 
     def distances(self, miss: Pixels) -> Float:
         """Return the whitened length (n,) of each point's residual (n, 2), px."""
@@ -62,9 +51,9 @@ class CameraProblem:
         distances: Float = np.hypot(first * u, across * u + second * v)
         return distances
 
-    def moved(self, state: LensCamera, step: Float) -> LensCamera:
+    def moved(self, state: lens.LensCamera, step: Float) -> lens.LensCamera:
         """Return the camera after a step (p,) of the free parameters."""
-        change = np.zeros(len(ALL_PARAMETERS))
+        change = np.zeros(len(lens.ALL_PARAMETERS))
         change[list(self.free)] = step
         return state.moved(change)
 
@@ -76,13 +65,13 @@ def free_parameters(extra_terms: tuple[str, ...] = ()) -> tuple[int, ...]:
     """Return the indices of the running model's parameters and of the named extra terms."""
     return tuple(
         index
-        for index, name in enumerate(ALL_PARAMETERS)
+        for index, name in enumerate(lens.ALL_PARAMETERS)
         if name in PARAMETERS or name in extra_terms
     )
 
 
 def whitening_of(
-    camera: LensCamera, points_world: Points3, sigma_px: float, reference_sigma: float
+    camera: lens.LensCamera, points_world: Points3, sigma_px: float, reference_sigma: float
 ) -> Float:
     """Return the whitening (3, n), 1/px, for uncertain spots and reference points.
 
@@ -95,7 +84,9 @@ def whitening_of(
     if reference_sigma == 0.0:
         whitening[0] = whitening[2] = 1.0 / sigma_px
         return whitening
-    u, v = by_point(camera, project_with_jacobian(camera, points_world, N_PARAMETERS).rows)
+    u, v = lens.by_point(
+        camera, lens.project_with_jacobian(camera, points_world, N_PARAMETERS).rows
+    )
     variance_u = sigma_px**2 + reference_sigma**2 * np.einsum("in,in->n", u, u)
     variance_v = sigma_px**2 + reference_sigma**2 * np.einsum("in,in->n", v, v)
     common = reference_sigma**2 * np.einsum("in,in->n", u, v)
@@ -125,7 +116,7 @@ _POSE = tuple(range(6))
 class CameraFit:
     """Result of a fit of one camera, not judged."""
 
-    camera: LensCamera
+    camera: lens.LensCamera
     """Extra terms are zero unless fitted."""
     free: tuple[int, ...]
     """Indices into `lens.ALL_PARAMETERS` of the fitted parameters."""
@@ -161,7 +152,7 @@ class _Candidate:
     """A minimum, its inliers, and chi-square per degree of freedom."""
 
     start: Start
-    minimum: Minimum[LensCamera]
+    minimum: least_squares.Minimum[lens.LensCamera]
     used: np.ndarray[tuple[int], np.dtype[np.bool_]]
     ratio: float
 
@@ -224,14 +215,14 @@ def _from_start(
     extra_terms: tuple[str, ...],
 ) -> _Candidate | None:
     """Return the minimum from one start, without outliers; None on failure."""
-    camera = LensCamera(start.camera)
+    camera = lens.LensCamera(start.camera)
     problem = CameraProblem(
         points_world,
         uv,
         whitening_of(camera, points_world, sigma_px, reference_sigma),
         free_parameters(extra_terms),
     )
-    minimum = minimise(problem, camera)
+    minimum = least_squares.minimise(problem, camera)
     if not np.isfinite(minimum.cost):
         return None
     if reference_sigma > 0.0:
@@ -250,17 +241,19 @@ def _from_start(
 
 def _whitened_again(
     problem: CameraProblem,
-    minimum: Minimum[LensCamera],
+    minimum: least_squares.Minimum[lens.LensCamera],
     sigma_px: float,
     reference_sigma: float,
     steps: int = 60,
-) -> tuple[CameraProblem, Minimum[LensCamera]]:
+) -> tuple[CameraProblem, least_squares.Minimum[lens.LensCamera]]:
     whitening = whitening_of(minimum.state, problem.points_world, sigma_px, reference_sigma)
     problem = replace(problem, whitening=whitening)
-    return problem, (minimise(problem, minimum.state, steps) if steps else minimum)
+    return problem, (least_squares.minimise(problem, minimum.state, steps) if steps else minimum)
 
 
-def _robust(problem: CameraProblem, camera: LensCamera) -> Minimum[LensCamera]:
+def _robust(
+    problem: CameraProblem, camera: lens.LensCamera
+) -> least_squares.Minimum[lens.LensCamera]:
     """Return the robust minimum, pose first: a lens fitted to a wrong pose can diverge."""
     for free in (_POSE, problem.free):
         part = replace(problem, free=free)
@@ -269,7 +262,7 @@ def _robust(problem: CameraProblem, camera: LensCamera) -> Minimum[LensCamera]:
             distances = part.distances(part.miss(camera))
             scale = 3.0 * _scale_of(distances)
             weights = 1.0 / np.sqrt(1.0 + (distances / scale) ** 2)
-            minimum = minimise(part.scaled(weights), camera, _STEPS_PER_ROUND)
+            minimum = least_squares.minimise(part.scaled(weights), camera, _STEPS_PER_ROUND)
             camera = minimum.state
             if abs(last - scale) <= 1e-3 * scale:
                 break
@@ -278,8 +271,8 @@ def _robust(problem: CameraProblem, camera: LensCamera) -> Minimum[LensCamera]:
 
 
 def without_wrong_points(
-    problem: CameraProblem, camera: LensCamera, enough: float = ABSOLUTE_DECREASE
-) -> tuple[Minimum[LensCamera], np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    problem: CameraProblem, camera: lens.LensCamera, enough: float = least_squares.ABSOLUTE_DECREASE
+) -> tuple[least_squares.Minimum[lens.LensCamera], np.ndarray[tuple[int], np.dtype[np.bool_]]]:
     """Return the minimum of the inliers, and their mask.
 
     Re-judged after every fit (first by ``camera``), until chi-square can fall by ``enough``.
@@ -287,7 +280,9 @@ def without_wrong_points(
     distances = problem.distances(problem.miss(camera))
     used = distances <= _limit(distances)
     for _ in range(_ROUNDS):
-        minimum = minimise(problem.scaled(used.astype(np.float64)), camera, enough=enough)
+        minimum = least_squares.minimise(
+            problem.scaled(used.astype(np.float64)), camera, enough=enough
+        )
         camera = minimum.state
         distances = problem.distances(problem.miss(camera))
         again = distances <= _limit(distances)
@@ -324,14 +319,14 @@ def _result(
     problem = CameraProblem(
         points_world, uv, whitening_of(camera, points_world, sigma_px, reference_sigma), free
     )
-    covariance = covariance_of(best.minimum.jacobian)
+    covariance = least_squares.covariance_of(best.minimum.jacobian)
     if covariance is None:
         raise CalibrationError(
             "calibration.undetermined",
             f"The points do not determine camera '{camera.model.name}'.",
             "Take points that fill a volume, not a plane or a line.",
         )
-    residuals_px = uv - project_extended(camera, points_world)
+    residuals_px = uv - lens.project_extended(camera, points_world)
     return CameraFit(
         camera=camera, free=free, covariance=covariance, points_world=points_world, uv=uv,
         used=best.used, distances=problem.distances(residuals_px), residuals_px=residuals_px,

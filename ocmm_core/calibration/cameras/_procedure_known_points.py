@@ -10,34 +10,10 @@ from typing import TypeAlias
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.cameras._model_fit import MINIMUM_POINTS
 from ocmm_core.calibration.cameras._network import found_by
 from ocmm_core.calibration.cameras._reference_points import KnownPoints, SpotTable
-from ocmm_core.calibration.guided import (
-    OPEN,
-    Average,
-    CalibrationContext,
-    CalibrationOutcome,
-    CameraProcedure,
-    Decided,
-    Gate,
-    KnownPoint,
-    KnownPointsView,
-    Live,
-    ProcedureKind,
-    SessionEvent,
-    SessionFormat,
-    SessionHeader,
-    SessionLine,
-    Spots,
-    StaticSpotAverager,
-    Step,
-    build_outcome,
-    from_spots,
-    hash_of,
-    to_spots,
-    utc_text,
-)
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse, CalibrationStore, rig_from_record
 from ocmm_core.camera import Rig
@@ -50,7 +26,7 @@ EVALUATION_FROM = 80
 PREPARE, COLLECT, RESULT = "prepare", "collect", "result"
 
 
-class KnownPointsBegun(SessionHeader, frozen=True, kw_only=True):
+class KnownPointsBegun(guided.SessionHeader, frozen=True, kw_only=True):
     """First line."""
 
     names: tuple[str, ...]
@@ -65,11 +41,11 @@ class KnownPointsBegun(SessionHeader, frozen=True, kw_only=True):
     """The CMM that positioned the points, with its certificate."""
 
 
-class ReferencePointEvent(SessionEvent, frozen=True, kw_only=True, tag="PointTaken"):
+class ReferencePointEvent(guided.SessionEvent, frozen=True, kw_only=True, tag="PointTaken"):
     """Spots at one reference point; replaces an earlier event of it."""
 
     point: str
-    uv: Spots
+    uv: guided.Spots
     """(C, 1), px; all None for a skipped point."""
     sigma_px: float
 
@@ -82,20 +58,20 @@ def views_of(taken: ReferencePointEvent) -> int:
     return sum(camera[0] is not None for camera in taken.uv)
 
 
-_SESSIONS = SessionFormat(
-    ProcedureKind.KNOWN_POINTS, SessionLine[KnownPointsEvent], KnownPointsBegun
+_SESSIONS = guided.SessionFormat(
+    guided.ProcedureKind.KNOWN_POINTS, guided.SessionLine[KnownPointsEvent], KnownPointsBegun
 )
 
 
-class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]):
+class KnownPointsProcedure(guided.CameraProcedure[KnownPointsEvent, guided.CalibrationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
 
-    kind = ProcedureKind.KNOWN_POINTS
+    kind = guided.ProcedureKind.KNOWN_POINTS
     step_names = (PREPARE, COLLECT, RESULT)
 
     def __init__(
         self,
-        chain: ChainFile[SessionLine[KnownPointsEvent]],
+        chain: ChainFile[guided.SessionLine[KnownPointsEvent]],
         begun: KnownPointsBegun,
         rig: Rig,
         store: CalibrationStore,
@@ -107,7 +83,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             begun.length_sigma,
         )  # fmt: skip
         self._taken: list[ReferencePointEvent] = []
-        self._spots = StaticSpotAverager(rig, 1)
+        self._spots = guided.StaticSpotAverager(rig, 1)
         self._aim: str | None = None
         self._fold()
 
@@ -158,16 +134,16 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         return self._points
 
     @property
-    def view(self) -> KnownPointsView:
+    def view(self) -> guided.KnownPointsView:
         with self._lock:
             views = {one.point: views_of(one) for one in self._taken}
             points = tuple(
-                KnownPoint(name, position, views.get(name))
+                guided.KnownPoint(name, position, views.get(name))
                 for name, position in zip(
                     self._points.names, self._points.positions_world, strict=True
                 )
             )
-            return KnownPointsView(self.base, points, self._next(), self._outcome)
+            return guided.KnownPointsView(self.base, points, self._next(), self._outcome)
 
     def watch(self, block: FrameBlock) -> None:
         with self._lock:
@@ -189,10 +165,12 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         with self._lock:
             index = self._next()
             if index is not None:
-                nothing: Spots = ((None,),) * len(self.rig.cameras)
+                nothing: guided.Spots = ((None,),) * len(self.rig.cameras)
                 name = self._points.names[index]
                 self._append(
-                    ReferencePointEvent(utc=utc_text(now), point=name, uv=nothing, sigma_px=0.0)
+                    ReferencePointEvent(
+                        utc=guided.utc_text(now), point=name, uv=nothing, sigma_px=0.0
+                    )
                 )
 
     def take_table(self, spots: SpotTable, now: datetime) -> None:
@@ -210,10 +188,10 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             done = {one.point for one in self._taken}
             for index, name in enumerate(self._points.names):
                 if name not in done:
-                    uv = to_spots(spots.uv[rows, index][:, None])
+                    uv = guided.to_spots(spots.uv[rows, index][:, None])
                     self._append(
                         ReferencePointEvent(
-                            utc=utc_text(now), point=name, uv=uv, sigma_px=spots.sigma_px
+                            utc=guided.utc_text(now), point=name, uv=uv, sigma_px=spots.sigma_px
                         )
                     )
 
@@ -225,7 +203,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         sigmas = []
         for index, name in enumerate(self._points.names):
             if name in taken and views_of(taken[name]):
-                uv[:, index] = from_spots(taken[name].uv)[:, 0]
+                uv[:, index] = guided.from_spots(taken[name].uv)[:, 0]
                 sigmas.append(taken[name].sigma_px)
         sigma = float(np.sqrt(np.mean(np.square(sigmas)))) if sigmas else 1.0
         return SpotTable(tuple(camera.serial for camera in self.rig.cameras), uv, sigma)
@@ -236,7 +214,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         done = {one.point for one in self._taken}
         return next((i for i, name in enumerate(self._points.names) if name not in done), None)
 
-    def _seen(self) -> Live:
+    def _seen(self) -> guided.Live:
         return self._spots.live()
 
     def _wants(self) -> bool:
@@ -249,7 +227,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         return ReferencePointEvent(
             utc=utc,
             point=self._points.names[index],
-            uv=to_spots(average.uv),
+            uv=guided.to_spots(average.uv),
             sigma_px=average.sigma_px,
         )
 
@@ -257,7 +235,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         if isinstance(event, ReferencePointEvent):
             self._taken.append(event)
             self._aim = None
-            self._spots.taken(Average(from_spots(event.uv), event.sigma_px))
+            self._spots.taken(guided.Average(guided.from_spots(event.uv), event.sigma_px))
 
     def _has_observation(self, step: str) -> bool:
         return step == COLLECT and bool(self._taken)
@@ -265,7 +243,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
     def _undo(self, step: str) -> None:
         self._taken.pop()
 
-    def _steps(self) -> tuple[Step, ...]:
+    def _steps(self) -> tuple[guided.Step, ...]:
         done = len({one.point for one in self._taken})
         count = len(self._points.names)
         index = self._next()
@@ -278,20 +256,20 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
                 "frame."
             )
         return (
-            Step(
+            guided.Step(
                 PREPARE,
                 "Prepare",
                 "Fix one bright target to the machine that positions it, let cameras and machine "
                 "warm up, and cover other lights.",
-                OPEN,
+                guided.OPEN,
             ),
-            Step(COLLECT, "Known points", where, self._collected(done), done, count),
-            Step(
+            guided.Step(COLLECT, "Known points", where, self._collected(done), done, count),
+            guided.Step(
                 RESULT,
                 "Result",
                 "Review the residuals and the changes, then accept the new calibration or keep "
                 "the old one.",
-                Gate(
+                guided.Gate(
                     False,
                     "This is the last step.",
                     "Accept the new calibration, or keep the old one.",
@@ -299,10 +277,10 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             ),
         )
 
-    def _collected(self, done: int) -> Gate:
+    def _collected(self, done: int) -> guided.Gate:
         count = len(self._points.names)
         if done < count:
-            return Gate(
+            return guided.Gate(
                 False,
                 f"{count - done} of {count} points {'is' if count - done == 1 else 'are'} missing.",
                 "Take them, or skip those no camera sees.",
@@ -311,33 +289,33 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         for camera, of_camera in zip(self.rig.cameras, uv, strict=True):
             seen = int(np.count_nonzero(np.isfinite(of_camera[:, 0])))
             if seen < MINIMUM_POINTS:
-                return Gate(
+                return guided.Gate(
                     False,
                     f"Camera '{camera.name}' saw only {seen} of the points.",
                     f"Use a list of which every camera sees at least {MINIMUM_POINTS}.",
                 )
-        return OPEN
+        return guided.OPEN
 
-    def _calculation(self) -> Callable[[], CalibrationOutcome]:
+    def _calculation(self) -> Callable[[], guided.CalibrationOutcome]:
         table, force, running = self.table(), self._forced, self._store.active()
         made = self._taken[-1].utc if self._taken else self._begun.utc
         rig, points, begun, sensors_c = self.rig, self._points, self._begun, self._sensors_c
         before = None if running is None else rig_from_record(running)
 
-        def calculate() -> CalibrationOutcome:
+        def calculate() -> guided.CalibrationOutcome:
             found = found_by(rig, points, table, begun.evaluation, force)
-            how = CalibrationContext(
+            how = guided.CalibrationContext(
                 method="known points", made=datetime.fromisoformat(made),
                 valid_days=begun.valid_days, who=begun.who, software=begun.software,
                 temperature_c=begun.temperature_c, sensor_temperatures_c=sensors_c,
-                data_sha256=hash_of(points.positions_world, table.uv), artefacts=begun.artefacts,
-                previous=begun.running,
+                data_sha256=guided.hash_of(points.positions_world, table.uv),
+                artefacts=begun.artefacts, previous=begun.running,
             )  # fmt: skip
-            return build_outcome(rig, found, how, before)
+            return guided.build_outcome(rig, found, how, before)
 
         return calculate
 
-    def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
+    def _put(self, outcome: guided.CalibrationOutcome, decided: guided.Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
         self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._log.path)
 

@@ -7,21 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.bundle import (
-    Block,
-    Culprit,
-    CulpritVerdict,
-    Names,
-    RobustMinimum,
-    Suspect,
-    accuse,
-    adjust,
-    examine,
-    explain_points,
-    fit,
-    restored,
-    scale_between,
-)
+from ocmm_core.calibration import bundle
 from ocmm_core.calibration.records import Finding
 from ocmm_core.calibration.relocation._data import KeptByPoints, Observations, RelocationOptions
 from ocmm_core.calibration.relocation._problem import RelocationProblem, prior_of
@@ -47,14 +33,14 @@ _AGREES, _CONTRADICTS = 3.0, 5.0
 class Accusation:
     """Faulty element of a relocation."""
 
-    verdict: CulpritVerdict
+    verdict: bundle.CulpritVerdict
     finding: Finding | None
     """In words; None if nothing is faulty."""
 
 
 def accuse_in_relocation(
     problem: RelocationProblem,
-    found: RobustMinimum,
+    found: bundle.RobustMinimum,
     start: Rig,
     body: ProbeBody,
     observed: Observations,
@@ -73,30 +59,32 @@ def accuse_in_relocation(
     lens = "prior" if options.lens == "fixed" else options.lens
     asked = replace(options, lens=lens, geometry="uncertain")
     prior = prior_of(start, stated, observed, asked, problem.start)
-    data, _ = restored(found.data, problem.data, TOGETHER)
+    data, _ = bundle.restored(found.data, problem.data, TOGETHER)
     if np.count_nonzero(data.weights) > np.count_nonzero(found.data.weights):
         # The place of a seat that lost all its frames is undefined: start from the beginning,
         # loosely.
         loosely = replace(data, seat_sigma=max(_SOFT_MM, data.seat_sigma), touched_sigma=_SOFT_MM)
-        state = adjust(loosely, prior, problem.start).state
+        state = bundle.adjust(loosely, prior, problem.start).state
     dof = data.excess + prior.rows + prior.gauge - len(prior.free)
-    verdict = examine(data, prior, state, dof)
+    verdict = bundle.examine(data, prior, state, dof)
     if verdict is None:
         return None
     verdict = _told_by_points(verdict, observed, options)
-    names = Names(
+    names = bundle.Names(
         cameras=tuple(camera.name for camera in start.cameras),
         bars=tuple(bar.name for bar in observed.bars) or ("",),
         procedure="the relocation",
         moment=lambda index: _moment(problem, verdict.history.blocks[index]),
     )
-    finding = accuse(verdict, names)
+    finding = bundle.accuse(verdict, names)
     if finding is not None and _harmless(verdict, observed, options):
         finding = replace(finding, refuses=False)
     return Accusation(verdict, finding)
 
 
-def _harmless(verdict: CulpritVerdict, observed: Observations, options: RelocationOptions) -> bool:
+def _harmless(
+    verdict: bundle.CulpritVerdict, observed: Observations, options: RelocationOptions
+) -> bool:
     """Return whether an unknown probe may differ from its document.
 
     One displaced LED leaves the other distances, which agree with the bar. If all differ, the
@@ -105,39 +93,47 @@ def _harmless(verdict: CulpritVerdict, observed: Observations, options: Relocati
     if options.geometry != "unknown" or not verdict.explained:
         return False
     causes = {one.cause for part in (verdict.named, *verdict.also) for one in part}
-    return causes == {Culprit.LED} or (
-        causes <= {Culprit.PROBE, Culprit.LED} and len(observed.bars) > 1
+    return causes == {bundle.Culprit.LED} or (
+        causes <= {bundle.Culprit.PROBE, bundle.Culprit.LED} and len(observed.bars) > 1
     )
 
 
 def _told_by_points(
-    verdict: CulpritVerdict, observed: Observations, options: RelocationOptions
-) -> CulpritVerdict:
+    verdict: bundle.CulpritVerdict, observed: Observations, options: RelocationOptions
+) -> bundle.CulpritVerdict:
     by_cause = {one.cause: one for one in verdict.named}
     world = options.world
-    if set(by_cause) != {Culprit.BAR, Culprit.SIZE} or not isinstance(world, KeptByPoints):
+    if set(by_cause) != {bundle.Culprit.BAR, bundle.Culprit.SIZE} or not isinstance(
+        world, KeptByPoints
+    ):
         return verdict
     off = {cause: _sigmas_off(verdict, one, observed, world) for cause, one in by_cause.items()}
-    for cause, other in ((Culprit.BAR, Culprit.SIZE), (Culprit.SIZE, Culprit.BAR)):
+    for cause, other in (
+        (bundle.Culprit.BAR, bundle.Culprit.SIZE),
+        (bundle.Culprit.SIZE, bundle.Culprit.BAR),
+    ):
         if off[cause] < _AGREES and off[other] > _CONTRADICTS:
             return replace(verdict, named=(by_cause[cause],))
     return verdict
 
 
 def _sigmas_off(
-    verdict: CulpritVerdict, suspect: Suspect, observed: Observations, world: KeptByPoints
+    verdict: bundle.CulpritVerdict,
+    suspect: bundle.Suspect,
+    observed: Observations,
+    world: KeptByPoints,
 ) -> float:
     """Return the size error of the known points, in sigmas, if this suspect is freed."""
     history = verdict.history
     names = tuple(world.positions_world)
     rows = [observed.seats.index(name) for name in names]
-    seats = fit(history, suspect).state.seats[rows]
+    seats = bundle.fit(history, suspect).state.seats[rows]
     listed = np.array([world.positions_world[name] for name in names])
-    ratio, sigma = scale_between(seats, listed, _sigmas(verdict, rows, world.sigma))
+    ratio, sigma = bundle.scale_between(seats, listed, _sigmas(verdict, rows, world.sigma))
     return abs(ratio - 1.0) / sigma
 
 
-def _sigmas(verdict: CulpritVerdict, rows: Sequence[int], sigma: float) -> Float:
+def _sigmas(verdict: bundle.CulpritVerdict, rows: Sequence[int], sigma: float) -> Float:
     """Return the allowed distance of the seats from the list, mm per axis."""
     columns = verdict.history.state.columns
     variances = verdict.history.covariance.diagonal()[columns.of_seats].reshape(-1, 3)
@@ -146,7 +142,7 @@ def _sigmas(verdict: CulpritVerdict, rows: Sequence[int], sigma: float) -> Float
 
 
 def lone_bar(
-    verdict: CulpritVerdict, observed: Observations, options: RelocationOptions
+    verdict: bundle.CulpritVerdict, observed: Observations, options: RelocationOptions
 ) -> str | None:
     """Return the only bar if no other reference would reveal its error, else None.
 
@@ -164,20 +160,20 @@ def lone_bar(
     if isinstance(world, KeptByPoints):
         rows = [observed.seats.index(name) for name in world.positions_world]
         seats = verdict.history.state.seats[rows]
-        _, ratio = scale_between(seats, seats, _sigmas(verdict, rows, world.sigma))
+        _, ratio = bundle.scale_between(seats, seats, _sigmas(verdict, rows, world.sigma))
         known += (ratio * bar.length) ** -2
     limit = max(_WORSE * bar.sigma, _LENGTH * bar.length)
     return bar.name if known < limit**-2 else None
 
 
 def accuse_points(
-    finding: Finding, verdict: CulpritVerdict, observed: Observations, world: KeptByPoints
+    finding: Finding, verdict: bundle.CulpritVerdict, observed: Observations, world: KeptByPoints
 ) -> Finding:
     """Return the finding on inconsistent points with its most likely cause."""
     names = tuple(world.positions_world)
     rows = [observed.seats.index(name) for name in names]
     listed = np.array([world.positions_world[name] for name in names])
-    ways = explain_points(
+    ways = bundle.explain_points(
         names, verdict.history.state.seats[rows], listed, _sigmas(verdict, rows, world.sigma)
     )
     if not ways:
@@ -190,7 +186,7 @@ def accuse_points(
     return replace(finding, what=f"{finding.what} It fits if {told}{doubt}.")
 
 
-def _moment(problem: RelocationProblem, block: Block) -> str:
+def _moment(problem: RelocationProblem, block: bundle.Block) -> str:
     if block.placements.stop > block.placements.start:
         return f"placement {block.placements.start + 1} of the bar"
     frame = int(problem.order[block.frames.start])

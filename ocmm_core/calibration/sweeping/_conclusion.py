@@ -11,27 +11,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from ocmm_core.calibration import pivot
-from ocmm_core.calibration.guided import (
-    Repeat,
-    RestingPosition,
-    RestingTouch,
-    from_spots,
-    hash_of,
-    judge_repeats,
-    repeat_finding,
-    shared_covariance,
-    touch_of,
-    utc_text,
-)
-from ocmm_core.calibration.records import (
-    PROBE_SCHEMA,
-    Finding,
-    PivotCheck,
-    ProbeRecord,
-    let_pass,
-    record_hash,
-)
+from ocmm_core.calibration import guided, pivot, records
 from ocmm_core.calibration.sweeping._views import ConeVisited, PivotBegun, PivotChange, PivotOutcome
 from ocmm_core.camera import Rig, Vector3
 from ocmm_core.errors import CalibrationError, TrackingError
@@ -67,14 +47,14 @@ def turns_from(rotations: Float, rotation: Float) -> Float:
 
 def cone_findings(
     rig: Rig, probe: ProbeBody, sweep: pivot.PivotSweep, rotations: Float, visits: ConeVisits
-) -> tuple[Finding, ...]:
+) -> tuple[records.Finding, ...]:
     """Return findings from the final visit, with the probe of the first sweep.
 
     ``rotations`` (n, 3, 3) of that sweep are world from probe; NaN if excluded.
     """
     if not visits.again:
         return (
-            Finding(
+            records.Finding(
                 "repeat.missing",
                 "The first cone was not revisited at the end: movement in between may go "
                 "unnoticed.",
@@ -85,10 +65,10 @@ def cone_findings(
     repeats = []
     for visit in visits.again:
         one = _repeat(rig, probe, sweep, rotations, visits, visit)
-        if isinstance(one, Finding):
+        if isinstance(one, records.Finding):
             return (one,)
         repeats.append(one)
-    moved = repeat_finding(judge_repeats(repeats), _REMEDY)
+    moved = guided.repeat_finding(guided.judge_repeats(repeats), _REMEDY)
     return () if moved is None else (moved,)
 
 
@@ -99,8 +79,8 @@ def _repeat(
     rotations: Float,
     visits: ConeVisits,
     visit: ConeVisited,
-) -> Repeat | Finding:
-    again = _touch(from_spots(visit.uv), visit.sigma_px, rig, probe)
+) -> guided.Repeat | records.Finding:
+    again = _touch(guided.from_spots(visit.uv), visit.sigma_px, rig, probe)
     if again is None:
         return _unusable("is not seen well enough at the end")
     turned = turns_from(rotations, again.rotation_world_from_probe)
@@ -114,25 +94,25 @@ def _repeat(
     noise = np.mean([one.noise for one in alike], axis=0)
     cameras = again.by_cameras - np.mean([one.by_cameras for one in alike], axis=0)
     geometry = again.by_geometry - np.mean([one.by_geometry for one in alike], axis=0)
-    shared = shared_covariance(cameras, geometry, rig, probe)
+    shared = guided.shared_covariance(cameras, geometry, rig, probe)
     play = visits.slack_mm**2 * np.eye(3) + 0.5 * shared
     before = np.mean([one.tip_world for one in alike], axis=0)
-    return Repeat(
+    return guided.Repeat(
         "the ball in the first cone",
-        RestingPosition(before, noise + play, visits.begun_utc),
-        RestingPosition(again.tip_world, again.noise + play, visit.utc),
+        guided.RestingPosition(before, noise + play, visits.begun_utc),
+        guided.RestingPosition(again.tip_world, again.noise + play, visit.utc),
     )
 
 
-def _touch(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> RestingTouch | None:
+def _touch(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> guided.RestingTouch | None:
     try:
-        return touch_of(uv, sigma_px, rig, body)
+        return guided.touch_of(uv, sigma_px, rig, body)
     except TrackingError:
         return None
 
 
-def _unusable(what: str) -> Finding:
-    return Finding(
+def _unusable(what: str) -> records.Finding:
+    return records.Finding(
         "repeat.unusable",
         f"The probe in the first cone {what}.",
         "Calibrate the probe again, and at the end rest the ball in the first cone held as at the "
@@ -153,7 +133,7 @@ class PivotMaterial:
     second: pivot.PivotSweep
     visits: ConeVisits
     """Of the first cone, at the start and end."""
-    previous: ProbeRecord | None
+    previous: records.ProbeRecord | None
     """Record in force at the start of the session, or None."""
     made: datetime
     force: bool
@@ -166,10 +146,10 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
     first = pivot.calibrate_probe(given.rig, expected, given.first, options, given.force)
     second = pivot.calibrate_probe(given.rig, expected, given.second, options, given.force)
     validation = pivot.validate_pivot(given.rig, first, second, given.second)
-    let_pass(validation.findings, given.force)
+    records.let_pass(validation.findings, given.force)
     probe = first.applied_to(given.body, given.body.identity)
     moved = cone_findings(given.rig, probe, given.first, first.rotations, given.visits)
-    let_pass(moved, given.force)
+    records.let_pass(moved, given.force)
     findings = (*first.warnings, *second.warnings, *validation.findings, *moved)
     # Both sweeps often have the same findings. Spots better than the rig's document states are no
     # concern of the user.
@@ -178,14 +158,15 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
     )
     change = None if given.previous is None else change_of(given.body, given.previous, first, begun)
     overruled = given.force and any(one.refuses for one in validation.findings)
-    record = ProbeRecord(
-        schema=PROBE_SCHEMA, probe=begun.probe, tip=begun.tip, made_utc=utc_text(given.made),
-        made_by=begun.who, software=begun.software, temperature_c=begun.temperature_c,
-        rig=given.rig.name, rig_identity=given.rig.identity,
-        data_sha256=hash_of(
-            given.first.uv, given.second.uv, *(from_spots(one.uv) for one in given.visits.again)
+    record = records.ProbeRecord(
+        schema=records.PROBE_SCHEMA, probe=begun.probe, tip=begun.tip,
+        made_utc=guided.utc_text(given.made), made_by=begun.who, software=begun.software,
+        temperature_c=begun.temperature_c, rig=given.rig.name, rig_identity=given.rig.identity,
+        data_sha256=guided.hash_of(
+            given.first.uv, given.second.uv,
+            *(guided.from_spots(one.uv) for one in given.visits.again),
         ),
-        valid_until_utc=utc_text(given.made + timedelta(days=begun.valid_days)),
+        valid_until_utc=guided.utc_text(given.made + timedelta(days=begun.valid_days)),
         probe_identity=begun.probe_identity,
         leds_mm=tuple(_vector(led) for led in first.leds_probe), tip_mm=_vector(first.tip_probe),
         covariance=_symmetric(first.covariance), frames=len(given.first.uv),
@@ -199,13 +180,13 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
         artefacts=() if begun.cone is None else (begun.cone,), previous=begun.running,
     )  # fmt: skip
     return PivotOutcome(
-        record=record, body=first.applied_to(given.body, record_hash(record)), first=first,
+        record=record, body=first.applied_to(given.body, records.record_hash(record)), first=first,
         second=second, validation=validation, change=change, findings=findings,
     )  # fmt: skip
 
 
 def change_of(
-    body: ProbeBody, previous: ProbeRecord, found: pivot.PivotCalibration, begun: PivotBegun
+    body: ProbeBody, previous: records.ProbeRecord, found: pivot.PivotCalibration, begun: PivotBegun
 ) -> PivotChange:
     """Return the change from the previous calibration, both fitted to the same document."""
     leds, tip = laid_onto(body, previous)
@@ -215,7 +196,7 @@ def change_of(
 
 
 def expected_tip(
-    body: ProbeBody, running: ProbeRecord | None, *, tip_unknown: bool
+    body: ProbeBody, running: records.ProbeRecord | None, *, tip_unknown: bool
 ) -> Vector3 | None:
     """Return the tip in force or of the document, mm, or None; CalibrationError for other LEDs."""
     if running is None:
@@ -230,15 +211,15 @@ def expected_tip(
     return _vector(laid_onto(body, running)[1])
 
 
-def laid_onto(body: ProbeBody, record: ProbeRecord) -> tuple[Float, Float]:
+def laid_onto(body: ProbeBody, record: records.ProbeRecord) -> tuple[Float, Float]:
     """Return LEDs (L, 3) and tip (3,), mm, of a record in the frame of a document."""
     leds = np.array(record.leds_mm)
     rotation, shift = rigid_fit(leds, body.leds_probe)
     return leds @ rotation.T + shift, rotation @ np.array(record.tip_mm) + shift
 
 
-def _check(validation: pivot.PivotValidation) -> PivotCheck:
-    return PivotCheck(
+def _check(validation: pivot.PivotValidation) -> records.PivotCheck:
+    return records.PivotCheck(
         difference_mm=_vector(validation.tip_difference),
         sigma_mm=_vector(validation.tip_difference_sigma),
         led_difference_mm=validation.led_difference,

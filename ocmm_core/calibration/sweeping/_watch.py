@@ -13,13 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import (
-    STRANGE,
-    WAVED_FRAMES,
-    Live,
-    ProbeSpotAverager,
-    sigma_of_mean,
-)
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.pivot import pivot_of_poses
 from ocmm_core.calibration.records import Finding
 from ocmm_core.calibration.sweeping._progress import SweepProgress, second_range
@@ -83,8 +77,10 @@ class SweepWatch:
         self._tip: Float | None = body.tip_probe if tip_known else None
         self._measured = False
         self._first = first
-        self._spots = ProbeSpotAverager(rig, body, WAVED_FRAMES, resting=False, distance_mm=-1.0)
-        self._live = Live(wanted=BATCH)
+        self._spots = guided.ProbeSpotAverager(
+            rig, body, guided.WAVED_FRAMES, resting=False, distance_mm=-1.0
+        )
+        self._live = guided.Live(wanted=BATCH)
         self._recent: deque[_Look] = deque(maxlen=round(2.0 * _REST_S * 100))
         self._turned: deque[_Look] = deque(maxlen=_WINDOW)
         self._pending: list[_Look] = []
@@ -130,7 +126,7 @@ class SweepWatch:
     @property
     def sigma_px(self) -> float:
         """Return the standard deviation of a spot of a pose, per axis."""
-        return sigma_of_mean(self._rig, WAVED_FRAMES)
+        return guided.sigma_of_mean(self._rig, guided.WAVED_FRAMES)
 
     def feed(self, block: FrameBlock) -> None:
         for first in range(0, len(block), _LOOK_FRAMES):
@@ -161,7 +157,7 @@ class SweepWatch:
         if np.isfinite(progress.centre_world).all():
             self._centre = progress.centre_world
 
-    def live(self) -> Live:
+    def live(self) -> guided.Live:
         """Return the current view, and whether a batch can be recorded."""
         ready = len(self._pending) >= BATCH
         return replace(
@@ -174,8 +170,8 @@ class SweepWatch:
 
     def warnings(self) -> tuple[Finding, ...]:
         found = []
-        if not self._live.ready and self._live.hint == STRANGE:
-            what, _, remedy = STRANGE.partition(": ")
+        if not self._live.ready and self._live.hint == guided.STRANGE:
+            what, _, remedy = guided.STRANGE.partition(": ")
             found.append(
                 Finding("pivot.strange_lights", f"{what}.", remedy.capitalize(), refuses=False)
             )

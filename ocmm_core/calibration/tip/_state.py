@@ -7,16 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ocmm_core.calibration.guided import (
-    ARTICULATION_CHANCE,
-    RestingTouch,
-    articulate,
-    from_spots,
-    handle_axis,
-    place_of_ball,
-    tips_of,
-    touch_of,
-)
+from ocmm_core.calibration import guided
+from ocmm_core.calibration.tip import _sphere_layout as sphere_layout
 from ocmm_core.calibration.tip._fit import (
     LEAST_POINTS,
     BallFit,
@@ -26,15 +18,6 @@ from ocmm_core.calibration.tip._fit import (
     predicted_errors,
 )
 from ocmm_core.calibration.tip._qualification import BallInCone, BallOnSphere, TouchBegun
-from ocmm_core.calibration.tip._sphere_layout import (
-    CONE_TOLERANCE,
-    Layout,
-    LayoutFrame,
-    match_places,
-    place_name,
-    points_of_places,
-    round_equator,
-)
 from ocmm_core.calibration.tip._views import ConeAttitude, ConeProgress, SpherePlace, SphereProgress
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
@@ -49,9 +32,9 @@ _NEIGHBOUR = np.radians(6.0)
 class TouchPlan:
     """Requirements of a procedure."""
 
-    frame: LayoutFrame
-    places: Layout
-    attitudes: Layout
+    frame: sphere_layout.LayoutFrame
+    places: sphere_layout.Layout
+    attitudes: sphere_layout.Layout
     """`frame`, `places`, `attitudes`: Layouts about the pole."""
     points: int
     places_needed: int
@@ -62,7 +45,7 @@ class TouchPlan:
     """Its limit, mm."""
     artefact_limit: float
     """Permissible diameter error, mm, to judge the certificate of the sphere."""
-    chance: float = ARTICULATION_CHANCE
+    chance: float = guided.ARTICULATION_CHANCE
 
 
 @dataclass(slots=True)
@@ -74,14 +57,14 @@ class TouchState:
     begun: TouchBegun
     wanted: TouchPlan
     """`rig`, `body`, `begun`, `wanted`: Context; the body is the calibrated one."""
-    on_sphere: list[tuple[BallOnSphere, RestingTouch]] = field(default_factory=list)
-    in_cone: list[tuple[BallInCone, RestingTouch]] = field(default_factory=list)
+    on_sphere: list[tuple[BallOnSphere, guided.RestingTouch]] = field(default_factory=list)
+    in_cone: list[tuple[BallInCone, guided.RestingTouch]] = field(default_factory=list)
     _sphere: SphereProgress | None = None
     _cone: ConeProgress | None = None
 
     def add(self, event: BallOnSphere | BallInCone) -> None:
         """Add an observation; raise TrackingError if its spots determine no pose."""
-        touch = touch_of(from_spots(event.uv), event.sigma_px, self.rig, self.body)
+        touch = guided.touch_of(guided.from_spots(event.uv), event.sigma_px, self.rig, self.body)
         if isinstance(event, BallOnSphere):
             self.on_sphere.append((event, touch))
             self._sphere = None
@@ -100,11 +83,11 @@ class TouchState:
         return (*on_sphere, *(event for event, _ in self.in_cone))
 
     @property
-    def sphere_touches(self) -> tuple[RestingTouch, ...]:
+    def sphere_touches(self) -> tuple[guided.RestingTouch, ...]:
         return tuple(touch for _, touch in self.on_sphere)
 
     @property
-    def cone_touches(self) -> tuple[RestingTouch, ...]:
+    def cone_touches(self) -> tuple[guided.RestingTouch, ...]:
         return tuple(touch for _, touch in self.in_cone)
 
     @property
@@ -137,9 +120,9 @@ class TouchState:
             np.mean(progress.tips_world - self.reach * progress.directions_world, axis=0)
         )
 
-    def handle(self, touch: RestingTouch) -> Float:
+    def handle(self, touch: guided.RestingTouch) -> Float:
         """Return the direction from the ball to the handle, (3,), world."""
-        axis: Float = touch.rotation_world_from_probe @ handle_axis(self.body)
+        axis: Float = touch.rotation_world_from_probe @ guided.handle_axis(self.body)
         return axis
 
     def next_words(self) -> str:
@@ -148,7 +131,7 @@ class TouchState:
         if progress.next_place is not None:
             return progress.places[progress.next_place].name
         if progress.also_world is not None:
-            return place_name(progress.also_world, self.wanted.frame)
+            return sphere_layout.place_name(progress.also_world, self.wanted.frame)
         return ""
 
     def _fit(self) -> BallFit | None:
@@ -164,7 +147,7 @@ class TouchState:
 
     def _sphere_progress(self) -> SphereProgress:
         touches, wanted = self.sphere_touches, self.wanted
-        tips, n = tips_of(touches), len(touches)
+        tips, n = guided.tips_of(touches), len(touches)
         none = np.empty((0, 3))
         fit = self._fit()
         directions = none
@@ -174,8 +157,8 @@ class TouchState:
             known = fit is not None and float(np.sqrt(np.trace(fit.covariance[:3, :3]))) < 0.5
             away = tips - (fit.centre_world if fit is not None and known else few)
             directions = away / np.linalg.norm(away, axis=1)[:, None]
-        slots = match_places(directions, wanted.places)
-        points = points_of_places(slots, len(wanted.places.names))
+        slots = sphere_layout.match_places(directions, wanted.places)
+        points = sphere_layout.points_of_places(slots, len(wanted.places.names))
         missing = [i for i, point in enumerate(points) if point is None]
         sigma = self._sigma(touches, directions, none)
         complete = len(points) - len(missing) >= wanted.places_needed and n >= wanted.points
@@ -205,14 +188,18 @@ class TouchState:
             form_mm=np.nan if fit is None else fit.form,
         )
 
-    def _sigma(self, touches: Sequence[RestingTouch], directions: Points3, more: Points3) -> float:
+    def _sigma(
+        self, touches: Sequence[guided.RestingTouch], directions: Points3, more: Points3
+    ) -> float:
         """Return the predicted diameter uncertainty with more points, mm; see `Wanted.sigma_of`."""
         errors = predicted_errors(touches, directions, self.rig, self.body, more)
         return np.inf if errors is None else self.wanted.sigma_of(errors)
 
-    def _most_useful(self, touches: Sequence[RestingTouch], directions: Points3) -> Float | None:
+    def _most_useful(
+        self, touches: Sequence[guided.RestingTouch], directions: Points3
+    ) -> Float | None:
         """Return the untouched equatorial direction that reduces the uncertainty most."""
-        candidates = round_equator(self.wanted.frame)
+        candidates = sphere_layout.round_equator(self.wanted.frame)
         near = (candidates @ directions.T).max(axis=1) > np.cos(_NEIGHBOUR)
         free = candidates[~near] if not near.all() else candidates
         sigmas = [self._sigma(touches, directions, one[None]) for one in free]
@@ -222,10 +209,15 @@ class TouchState:
         touches, layout = self.cone_touches, self.wanted.attitudes
         n = len(touches)
         handles = np.array([self.handle(one) for one in touches]).reshape(-1, 3)
-        points = points_of_places(match_places(handles, layout, CONE_TOLERANCE), len(layout.names))
+        points = sphere_layout.points_of_places(
+            sphere_layout.match_places(handles, layout, sphere_layout.CONE_TOLERANCE),
+            len(layout.names),
+        )
         missing = [i for i, point in enumerate(points) if point is None]
-        found = articulate(touches, self.rig, self.body, self.wanted.chance) if n > 1 else None
-        place = place_of_ball(touches, self.rig, self.body)
+        found = (
+            guided.articulate(touches, self.rig, self.body, self.wanted.chance) if n > 1 else None
+        )
+        place = guided.place_of_ball(touches, self.rig, self.body)
         nothing = np.full(3, np.nan)
         return ConeProgress(
             attitudes=tuple(
@@ -235,7 +227,7 @@ class TouchState:
                 )
             ),
             next_attitude=_nearest(handles, layout, missing),
-            tips_world=tips_of(touches),
+            tips_world=guided.tips_of(touches),
             handles_world=handles,
             off_world=np.full((n, 3), np.nan) if found is None else found.off_world,
             spread_2s_mm=np.nan if found is None else found.spread_2s,
@@ -247,7 +239,9 @@ class TouchState:
         )
 
 
-def _nearest(directions: Points3, layout: Layout, missing: Sequence[int]) -> int | None:
+def _nearest(
+    directions: Points3, layout: sphere_layout.Layout, missing: Sequence[int]
+) -> int | None:
     """Return the missing place nearest to the last direction: the shortest path."""
     if not missing:
         return None

@@ -14,36 +14,8 @@ from datetime import datetime
 
 import numpy as np
 
-from ocmm_core.calibration.guided import (
-    SEATS,
-    JudgedRepeat,
-    Repeat,
-    Rest,
-    RestingPosition,
-    SessionChange,
-    TimeCourse,
-    change_findings,
-    from_spots,
-    hash_of,
-    judge_repeats,
-    repeat_finding,
-    session_changes,
-)
+from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import (
-    VERIFICATION_SCHEMA,
-    ArtefactUse,
-    CameraRecord,
-    Corner,
-    ErrorInterval,
-    Finding,
-    LengthBar,
-    Objection,
-    RepeatedSeat,
-    Sphere,
-    VerificationRecord,
-    same_serial,
-)
 from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import CORNER_SHARE
 from ocmm_core.calibration.verification._state import SphereTouched, Taken, VerificationState
@@ -54,9 +26,9 @@ from ocmm_core.geometry import Float, perpendicular_pair, unit
 
 
 def judge_artefacts(
-    bar: LengthBar, spheres: Sequence[Sphere], limits: Limits, now: datetime,
-    temperature: Temperature | None, calibration: CameraRecord | None,
-) -> list[Finding]:  # fmt: skip
+    bar: records.LengthBar, spheres: Sequence[records.Sphere], limits: Limits, now: datetime,
+    temperature: Temperature | None, calibration: records.CameraRecord | None,
+) -> list[records.Finding]:  # fmt: skip
     """Return objections to artefacts of a verification of ``calibration`` with these limits."""
     lengths = [nest - bar.nests[0] for nest in bar.nests[1:]]
     findings = [
@@ -72,8 +44,8 @@ def judge_artefacts(
 
 
 def judge_independence(
-    uses: Sequence[ArtefactUse], calibration: CameraRecord | None
-) -> list[Finding]:
+    uses: Sequence[records.ArtefactUse], calibration: records.CameraRecord | None
+) -> list[records.Finding]:
     """Return objections to artefacts that gave the calibration its scale.
 
     Artefacts are the same if serial number or certificate file agree.
@@ -81,7 +53,7 @@ def judge_independence(
     known = () if calibration is None else calibration.artefacts
     same = [use for use in uses if any(_is_same(use, one) for one in known)]
     return [
-        Finding(
+        records.Finding(
             "verification.same_artefact",
             f"The cameras were calibrated with the same '{use.name}' (serial {use.serial}): a "
             "certificate error would go unnoticed, so this is not an independent check.",
@@ -94,8 +66,8 @@ def judge_independence(
     ]
 
 
-def _is_same(one: ArtefactUse, other: ArtefactUse) -> bool:
-    if same_serial(one.serial, other.serial):
+def _is_same(one: records.ArtefactUse, other: records.ArtefactUse) -> bool:
+    if records.same_serial(one.serial, other.serial):
         return True
     return bool(one.certificate_sha256) and one.certificate_sha256 == other.certificate_sha256
 
@@ -111,7 +83,7 @@ _SHARE = 0.5
 """Fraction of the misfit that a cause must explain."""
 
 
-def culprits(state: VerificationState) -> list[Finding]:
+def culprits(state: VerificationState) -> list[records.Finding]:
     """Return the single causes that explain the length errors."""
     rows, values, n_own = _system(state)
     own = rows[:, :n_own]
@@ -122,7 +94,7 @@ def culprits(state: VerificationState) -> list[Finding]:
     size = float(np.linalg.norm(step))
     if size > max(_TIP_MM, _SIGMAS * sigma) and left < (1.0 - _SHARE) * alone:
         found.append(
-            Finding(
+            records.Finding(
                 TIP,
                 f"The lengths fit if the ball is {1e3 * size:.0f} um from its recorded position "
                 "in the probe: another or a bent stylus.",
@@ -133,7 +105,7 @@ def culprits(state: VerificationState) -> list[Finding]:
     scale, sigma, left = _best(own, rows[:, n_own + 3 :], values)
     if abs(scale[0]) > _SIGMAS * sigma and left < (1.0 - _SHARE) * alone and not found:
         found.append(
-            Finding(
+            records.Finding(
                 "verification.scale",
                 f"All lengths are wrong by the same {1e6 * scale[0]:+.0f} um/m.",
                 "Check that bar, length and temperature match the bar document. If they do, the "
@@ -188,8 +160,8 @@ _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and verify ag
 
 
 def verdict(
-    state: VerificationState, calibration: CameraRecord | None, good_utc: str
-) -> VerificationRecord:
+    state: VerificationState, calibration: records.CameraRecord | None, good_utc: str
+) -> records.VerificationRecord:
     """Return the record of the observations; CalibrationError if incomplete or misplaced.
 
     ``good_utc``: last good verification, ISO 8601; empty: none.
@@ -214,7 +186,7 @@ def verdict(
     uses = _uses_of(state)
     reused = judge_independence(uses, calibration)
     found = [*reused, *_unreached(corners), *explained, *moved]
-    arose = ErrorInterval(
+    arose = records.ErrorInterval(
         good_utc=good_utc or ("" if calibration is None else calibration.made_utc),
         seen_utc=seen, verified=bool(good_utc),
     )  # fmt: skip
@@ -222,15 +194,19 @@ def verdict(
     if state.repeated:
         rule += f"; repeated once: {state.plans[state.repeated[0]].name}"
     everything = _in_order(state)
-    return VerificationRecord(
-        schema=VERIFICATION_SCHEMA, calibration=begun.running,
+    return records.VerificationRecord(
+        schema=records.VERIFICATION_SCHEMA, calibration=begun.running,
         made_utc=max(one.event.utc for one in everything), made_by=begun.who,
         software=begun.software, temperature_c=begun.temperature_c, rule=rule, checks=tuple(checks),
         artefacts=uses,
-        data_sha256=hash_of(np.array([from_spots(one.event.uv) for one in everything])),
+        data_sha256=guided.hash_of(
+            np.array([guided.from_spots(one.event.uv) for one in everything])
+        ),
         passed=conform and not any(one.refuses for one in found), superseded=state.superseded,
         corners=corners, repeats=tuple(_recorded(one) for one in repeats),
-        objections=tuple(Objection(code=o.code, what=o.what, remedy=o.remedy) for o in found),
+        objections=tuple(
+            records.Objection(code=o.code, what=o.what, remedy=o.remedy) for o in found
+        ),
         notes=(*state.planning.notes, *(
             f"{UNPROVEN_CAMERAS}: {one}" for one in doubts_by_name(state.rig.device)
         )),
@@ -238,35 +214,44 @@ def verdict(
     )  # fmt: skip
 
 
-def _uses_of(state: VerificationState) -> tuple[ArtefactUse, ...]:
+def _uses_of(state: VerificationState) -> tuple[records.ArtefactUse, ...]:
     """Return the artefacts of a verification, each once."""
-    artefacts: tuple[LengthBar | Sphere, ...] = (state.begun.bar, *state.begun.spheres)
+    artefacts: tuple[records.LengthBar | records.Sphere, ...] = (
+        state.begun.bar,
+        *state.begun.spheres,
+    )
     uses = [one.artefact.use for one in artefacts]
     return tuple(dict.fromkeys(uses))
 
 
-def _repeats(state: VerificationState) -> tuple[JudgedRepeat, ...]:
+def _repeats(state: VerificationState) -> tuple[guided.JudgedRepeat, ...]:
     """Return every later visit of a seat against the first one."""
     pairs = []
-    for seat in range(SEATS):
+    for seat in range(guided.SEATS):
         first, *later = (state.taken[i] for i in state.visits(seat))
-        pairs += [Repeat(f"seat {seat + 1}", _resting(first), _resting(one)) for one in later]
-    return judge_repeats(pairs)
+        pairs += [
+            guided.Repeat(f"seat {seat + 1}", _resting(first), _resting(one)) for one in later
+        ]
+    return guided.judge_repeats(pairs)
 
 
-def _resting(one: Taken) -> RestingPosition:
-    return RestingPosition(one.tip, one.rest.touch.noise, one.event.utc)
+def _resting(one: Taken) -> guided.RestingPosition:
+    return guided.RestingPosition(one.tip, one.rest.touch.noise, one.event.utc)
 
 
 def _moved(
-    state: VerificationState, repeats: Sequence[JudgedRepeat], *, tip_is_known: bool, failed: bool
-) -> tuple[list[Finding], str]:
+    state: VerificationState,
+    repeats: Sequence[guided.JudgedRepeat],
+    *,
+    tip_is_known: bool,
+    failed: bool,
+) -> tuple[list[records.Finding], str]:
     """Return findings on cameras, probe, and on seats if the tip is known; and when first seen."""
     # Points on a sphere are so close together that they share the sensor pattern.
     taken = [one for one in _in_order(state) if not isinstance(one.event, SphereTouched)]
     rests = [one.rest for one in taken]
     pairs = []
-    for seat in range(SEATS):
+    for seat in range(guided.SEATS):
         visits = [state.taken[i] for i in state.visits(seat)]
         pairs.append((taken.index(visits[0]), taken.index(visits[-1])))
     body = state.body
@@ -274,21 +259,23 @@ def _moved(
         covariance = body.geometry_covariance.copy()
         covariance[-3:, -3:] += _ANYWHERE_MM**2 * np.eye(3)
         body = replace(body, geometry_covariance=covariance)
-    changes = session_changes(rests, pairs, state.rig, body, failed=failed)
-    found = change_findings(changes, rests, state.rig, _REMEDY)
+    changes = guided.session_changes(rests, pairs, state.rig, body, failed=failed)
+    found = guided.change_findings(changes, rests, state.rig, _REMEDY)
     if tip_is_known:
-        again = repeat_finding(repeats, _REMEDY)
+        again = guided.repeat_finding(repeats, _REMEDY)
         if again is not None:
             found.append(again)
     return found, _first_seen(changes, rests, found)
 
 
 def _first_seen(
-    changes: Sequence[Sequence[SessionChange]], rests: Sequence[Rest], found: Sequence[Finding]
+    changes: Sequence[Sequence[guided.SessionChange]],
+    rests: Sequence[guided.Rest],
+    found: Sequence[records.Finding],
 ) -> str:
     """Return when an error was first seen: the first rest, unless all changes came later."""
     every = [one for alike in changes for one in alike]
-    during = bool(every) and all(one.course is not TimeCourse.BEFORE for one in every)
+    during = bool(every) and all(one.course is not guided.TimeCourse.BEFORE for one in every)
     if during:
         return min(rests[one.first].utc for one in every)
     return rests[-1 if found and not every else 0].utc
@@ -298,12 +285,12 @@ def _in_order(state: VerificationState) -> list[Taken]:
     return sorted([*state.taken, *state.replaced], key=lambda one: one.event.utc)
 
 
-def _unreached(corners: Sequence[Corner]) -> list[Finding]:
+def _unreached(corners: Sequence[records.Corner]) -> list[records.Finding]:
     missing = [one.name for one in corners if not one.reached and not one.reason]
     if not missing:
         return []
     return [
-        Finding(
+        records.Finding(
             "verification.corners",
             f"No test length ends in corner {', '.join(missing)} of the volume (within "
             f"{100.0 * CORNER_SHARE:.0f} % of each edge).",
@@ -313,9 +300,9 @@ def _unreached(corners: Sequence[Corner]) -> list[Finding]:
     ]
 
 
-def _recorded(one: JudgedRepeat) -> RepeatedSeat:
+def _recorded(one: guided.JudgedRepeat) -> records.RepeatedSeat:
     x, y, z = (float(value) for value in one.shift_world)
-    return RepeatedSeat(
+    return records.RepeatedSeat(
         place=one.place, first_utc=one.first_utc, again_utc=one.again_utc, shift_mm=(x, y, z),
         square=one.normalised_square, limit=one.limit,
     )  # fmt: skip

@@ -14,14 +14,8 @@ import numpy as np
 
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Check, Corner, LengthBar, Sphere
+from ocmm_core.calibration.verification import _line_planning as line_planning
 from ocmm_core.calibration.verification._limits import Limits
-from ocmm_core.calibration.verification._line_planning import (
-    CORNER_NAMES,
-    CORNER_SHARE,
-    MIN_ANGLE,
-    PlannedLine,
-    corner_distances,
-)
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3
 
@@ -36,7 +30,7 @@ _SPHERE_STEPS = 20
 
 
 def judge_placement(
-    plan: PlannedLine, ends_world: Float, others: Sequence[Float], volume_world: Float
+    plan: line_planning.PlannedLine, ends_world: Float, others: Sequence[Float], volume_world: Float
 ) -> str:
     """Return the objection to a placement, or empty text.
 
@@ -47,7 +41,7 @@ def judge_placement(
         between = other[1] - other[0]
         cosine = abs(float(direction @ between))
         cosine /= float(np.linalg.norm(direction) * np.linalg.norm(between))
-        if np.arccos(min(cosine, 1.0)) < MIN_ANGLE:
+        if np.arccos(min(cosine, 1.0)) < line_planning.MIN_ANGLE:
             return "The bar is nearly parallel to another line: place it in another direction."
     swapped = ends_world[::-1]
     off = min(
@@ -58,18 +52,20 @@ def judge_placement(
     low, high = volume_world
     if np.any(ends_world < low) or np.any(ends_world > high):
         return "The bar extends beyond the calibrated volume: place it inside."
-    shares = corner_distances(ends_world, volume_world).min(axis=0)
+    shares = line_planning.corner_distances(ends_world, volume_world).min(axis=0)
     for corner in plan.corners:
-        if shares[corner] > CORNER_SHARE:
+        if shares[corner] > line_planning.CORNER_SHARE:
             return (
                 f"The bar ends {100.0 * shares[corner]:.0f} % of an edge from corner "
-                f"{CORNER_NAMES[corner]}; {100.0 * CORNER_SHARE:.0f} % are allowed: place it "
-                "nearer."
+                f"{line_planning.CORNER_NAMES[corner]}; {100.0 * line_planning.CORNER_SHARE:.0f} % "
+                "are allowed: place it nearer."
             )
     return ""
 
 
-def judge_nest(plan: PlannedLine, tip_world: Float, taken_world: Points3, bar: LengthBar) -> str:
+def judge_nest(
+    plan: line_planning.PlannedLine, tip_world: Float, taken_world: Points3, bar: LengthBar
+) -> str:
     """Return why a resting ball is not in the next nest of a line; empty if it may be.
 
     A skipped nest would otherwise show only at the end of the line. mm; ``taken_world`` (n, 3):
@@ -194,15 +190,15 @@ def reached_corners(
 
     Every nest ends a test length; ``reasons`` for unreached corners are by name.
     """
-    shares = corner_distances(nests_world, volume_world).min(axis=0)
+    shares = line_planning.corner_distances(nests_world, volume_world).min(axis=0)
     return tuple(
         Corner(
             name=name,
             off=float(share),
-            reached=bool(share <= CORNER_SHARE),
-            reason="" if share <= CORNER_SHARE else reasons.get(name, ""),
+            reached=bool(share <= line_planning.CORNER_SHARE),
+            reason="" if share <= line_planning.CORNER_SHARE else reasons.get(name, ""),
         )
-        for name, share in zip(CORNER_NAMES, shares, strict=True)
+        for name, share in zip(line_planning.CORNER_NAMES, shares, strict=True)
     )
 
 

@@ -14,21 +14,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from ocmm_core.errors import StorageError
+from ocmm_core.export import report
 from ocmm_core.export.aqdef import _head as head
 from ocmm_core.export.aqdef import _reader as reader
 from ocmm_core.export.aqdef._head import number
-from ocmm_core.export.report import (
-    Cell,
-    Exporter,
-    Number,
-    Profile,
-    ReportData,
-    ReportedResult,
-    ReportTable,
-    Units,
-    last_moment,
-    same_number,
-)
 from ocmm_core.inspection.evaluation import held_below
 from ocmm_core.names import file_stem
 from ocmm_core.tolerances.decisions import Verdict
@@ -37,7 +26,7 @@ _VALID, _DOUBTFUL, _MISSING = 0, 255, 256
 _REMARK = "K0009"
 
 
-def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
+def _contents(jobs: Sequence[report.ReportData], profile: report.Profile) -> dict[str, bytes]:
     lines = [
         _keyed(line.key, line.index, line.text) for line in head.head_lines(jobs, profile.units)
     ]
@@ -52,7 +41,7 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
 
 
 def _differences(
-    jobs: Sequence[ReportData], profile: Profile, files: Mapping[str, bytes]
+    jobs: Sequence[report.ReportData], profile: report.Profile, files: Mapping[str, bytes]
 ) -> list[str]:
     name, units = _name(jobs), profile.units
     try:
@@ -81,23 +70,25 @@ def _differences(
     return different
 
 
-def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[ReportTable, ...]:
+def _preview(
+    jobs: Sequence[report.ReportData], profile: report.Profile
+) -> tuple[report.ReportTable, ...]:
     units = profile.units
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[report.Cell, ...]] = []
     for index, reported in enumerate(jobs[0].reported):
         asked = reported.result
         told = [_told(data, data.reported[index], units) for data in head.alike(jobs)]
-        values: list[Cell] = [value if value is not None else "" for value, _ in told]
+        values: list[report.Cell] = [value if value is not None else "" for value, _ in told]
         rows.append((index + 1, asked.name, reported.unit, *values))
     columns = ("No.", "Characteristic", "Unit", *(data.job for data in jobs))
     remarks = tuple((data.job, line.text) for data in jobs for line in _remarks(data))
     return (
-        ReportTable("Verdicts", ("Job", "Remark"), remarks),
-        ReportTable("Q-DAS values", columns, tuple(rows)),
+        report.ReportTable("Verdicts", ("Job", "Remark"), remarks),
+        report.ReportTable("Q-DAS values", columns, tuple(rows)),
     )
 
 
-def _name(jobs: Sequence[ReportData]) -> str:
+def _name(jobs: Sequence[report.ReportData]) -> str:
     if len(jobs) == 1:
         return f"{jobs[0].stem}.dfq"
     plan = file_stem(jobs[0].plan.name)
@@ -105,7 +96,7 @@ def _name(jobs: Sequence[ReportData]) -> str:
     return f"{plan}_{len(jobs)}_parts{told}.dfq"
 
 
-def _remarks(data: ReportData) -> Iterator[reader.KeyedLine]:
+def _remarks(data: report.ReportData) -> Iterator[reader.KeyedLine]:
     """Yield the verdict on the part, and those on characteristics that are not CONFORM."""
     texts = {"K0006": data.view.header.batch, "K0014": data.head.serial}
     whole = head.told_whole(texts)
@@ -116,7 +107,9 @@ def _remarks(data: ReportData) -> Iterator[reader.KeyedLine]:
             yield reader.KeyedLine(_REMARK, index, reported.result.verdict.value)
 
 
-def _told(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Number | None, int]:
+def _told(
+    data: report.ReportData, reported: report.ReportedResult, units: report.Units
+) -> tuple[report.Number | None, int]:
     """Return value and attribute of a result."""
     result = reported.result
     if result.stated is None:
@@ -130,7 +123,10 @@ def _told(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Num
 
 
 def _fields(
-    jobs: Sequence[ReportData], data: ReportData, reported: ReportedResult, units: Units
+    jobs: Sequence[report.ReportData],
+    data: report.ReportData,
+    reported: report.ReportedResult,
+    units: report.Units,
 ) -> list[str]:
     value, attribute = _told(data, reported, units)
     batch = data.view.header.batch
@@ -144,7 +140,7 @@ def _fields(
     ]  # fmt: skip
 
 
-def _entries(jobs: Sequence[ReportData], data: ReportData) -> tuple[str, ...]:
+def _entries(jobs: Sequence[report.ReportData], data: report.ReportData) -> tuple[str, ...]:
     """Return the catalogue numbers of operator, machine, process and gauge of a job."""
     return (
         head.entry(head.operators(jobs), data.head.operator),
@@ -155,12 +151,12 @@ def _entries(jobs: Sequence[ReportData], data: ReportData) -> tuple[str, ...]:
 
 
 def _is_told(
-    jobs: Sequence[ReportData], data: ReportData, reported: ReportedResult,
-    fields: Mapping[str, str], units: Units,
+    jobs: Sequence[report.ReportData], data: report.ReportData, reported: report.ReportedResult,
+    fields: Mapping[str, str], units: report.Units,
 ) -> bool:  # fmt: skip
     value, attribute = _told(data, reported, units)
     told = fields.get("K0001", "")
-    same = told == "" if value is None else same_number(value, told)
+    same = told == "" if value is None else report.same_number(value, told)
     keys = ("K0008", "K0010", "K0011", "K0012")
     return (
         same
@@ -169,7 +165,7 @@ def _is_told(
     )
 
 
-def _time(data: ReportData, reported: ReportedResult) -> str:
+def _time(data: report.ReportData, reported: report.ReportedResult) -> str:
     """Return the time of the last point of a result, or the start of the job."""
     numbers = [
         point.number
@@ -178,14 +174,14 @@ def _time(data: ReportData, reported: ReportedResult) -> str:
         for point in feature.seen.points
     ]
     taken = [data.taken_utc[number] for number in numbers if number in data.taken_utc]
-    return last_moment(data.head.created_utc, taken).strftime("%d.%m.%Y/%H:%M:%S")
+    return report.last_moment(data.head.created_utc, taken).strftime("%d.%m.%Y/%H:%M:%S")
 
 
 def _keyed(key: str, index: int, text: str) -> str:
     return f"{key}/{index} {text}" if index else f"{key} {text}"
 
 
-AQDEF = Exporter(
+AQDEF: report.Exporter = report.Exporter(
     name="dfq",
     title="Q-DAS (AQDEF)",
     purpose="Q-DAS and other programs for statistics; one or several parts",

@@ -12,15 +12,9 @@ from typing import Any
 
 import msgspec
 
+from ocmm_core import documents
 from ocmm_core.acceptance import AcceptanceRecord, chain_history
 from ocmm_core.calibration.records import load_signed
-from ocmm_core.documents import (
-    LARGEST_DOCUMENT,
-    decode_json,
-    files_of_folder,
-    read_bytes,
-    read_text,
-)
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, check_report_seal
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX, check_dcc_seal
@@ -188,7 +182,7 @@ def _since(file: Path, uuid: str, steps: int, head: str) -> tuple[str, bool]:
 
 def _seals_naming(path: Path) -> Iterator[Path]:
     # Mostly the one of the same name: a folder may have those of thousands of parts.
-    seals = files_of_folder(path.parent, ENDING)
+    seals = documents.files_of_folder(path.parent, ENDING)
     for seal in sorted(seals, key=lambda one: not path.name.startswith(one.name[: -len(ENDING)])):
         try:
             if any(
@@ -215,9 +209,9 @@ def _of_chain(path: Path) -> Audit:
 
 
 def _of_json(path: Path) -> Audit:
-    content = read_bytes(path)
+    content = documents.read_bytes(path)
     try:
-        schema = decode_json(content, _Record).content.schema
+        schema = documents.decode_json(content, _Record).content.schema
     except (ValueError, msgspec.MsgspecError, RecursionError):
         schema = ""
     family = schema.partition("/")[0]
@@ -265,7 +259,9 @@ def _judged(path: Path, kind: AuditedKind, state: SealState, *rows: AuditRow) ->
 
 def _schema_of(path: Path) -> str:
     try:
-        return str(tomllib.loads(read_text(path, LARGEST_DOCUMENT)).get("schema", ""))
+        return str(
+            tomllib.loads(documents.read_text(path, documents.LARGEST_DOCUMENT)).get("schema", "")
+        )
     except (ValueError, RecursionError) as error:
         raise StorageError(
             "audit.document", f"{path}: the file is not valid TOML ({error}).",

@@ -7,13 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from ocmm_core.acceptance import (
-    AcceptanceRecord,
-    AcceptanceVerdict,
-    JudgedValue,
-    RoomAir,
-    load_signed_record,
-)
+from ocmm_core import acceptance
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
@@ -25,10 +19,10 @@ _SAME = 1e-9
 _MM = "\\milli\\metre"
 
 _JUDGED = {
-    AcceptanceVerdict.PASS: content.Conformity.CONFORM,
-    AcceptanceVerdict.FAIL: content.Conformity.NOT_CONFORM,
-    AcceptanceVerdict.LEANING_IN: content.Conformity.LEANING_IN,
-    AcceptanceVerdict.LEANING_OUT: content.Conformity.LEANING_OUT,
+    acceptance.AcceptanceVerdict.PASS: content.Conformity.CONFORM,
+    acceptance.AcceptanceVerdict.FAIL: content.Conformity.NOT_CONFORM,
+    acceptance.AcceptanceVerdict.LEANING_IN: content.Conformity.LEANING_IN,
+    acceptance.AcceptanceVerdict.LEANING_OUT: content.Conformity.LEANING_OUT,
 }
 
 
@@ -37,9 +31,9 @@ AFTER: Literal["after adjustment"] = "after adjustment"
 
 
 def certificate_of_acceptance(
-    record: AcceptanceRecord,
+    record: acceptance.AcceptanceRecord,
     paper: Paper,
-    found: AcceptanceRecord | None = None,
+    found: acceptance.AcceptanceRecord | None = None,
     not_found: str = "no test as found was given",
 ) -> content.Certificate:
     """Return the certificate of an acceptance test with the verdicts of its procedure.
@@ -50,7 +44,7 @@ def certificate_of_acceptance(
     the same machine and procedure.
     """
     tested = record.instrument
-    void = record.verdict is AcceptanceVerdict.VOID
+    void = record.verdict is acceptance.AcceptanceVerdict.VOID
     adjusted = record.condition == AFTER
     if found is not None:
         why = mismatch(record, found)
@@ -107,17 +101,17 @@ def certificate_of_acceptance(
     )  # fmt: skip
 
 
-def _acceptance_run(record: AcceptanceRecord) -> content.CertificateRun:
-    void = record.verdict is AcceptanceVerdict.VOID
+def _acceptance_run(record: acceptance.AcceptanceRecord) -> content.CertificateRun:
+    void = record.verdict is acceptance.AcceptanceVerdict.VOID
     return content.CertificateRun(
         status="afterAdjustment" if record.condition == AFTER else "beforeAdjustment",
         made_utc=record.ended_utc,
         made_by=record.made_by,
         temperature_c=_mean([one.celsius for one in record.climate]),
-        air=record.air or RoomAir(),
+        air=record.air or acceptance.RoomAir(),
         rule=f"{record.wording}, rule {record.procedure.rule}",
         lines=tuple(_judged(one) for one in record.values if one.verdict in _JUDGED),
-        passed=record.verdict is AcceptanceVerdict.PASS,
+        passed=record.verdict is acceptance.AcceptanceVerdict.PASS,
         record=record_hash(record),
         data_sha256=record.chain_head,
         notes=(
@@ -130,7 +124,7 @@ def _acceptance_run(record: AcceptanceRecord) -> content.CertificateRun:
     )
 
 
-def mismatch(record: AcceptanceRecord, found: AcceptanceRecord) -> str:
+def mismatch(record: acceptance.AcceptanceRecord, found: acceptance.AcceptanceRecord) -> str:
     """Return why a test is not the state before another one; empty if it is."""
     one, other = found.instrument, record.instrument
     if found.condition == AFTER or record.condition != AFTER:
@@ -144,7 +138,7 @@ def mismatch(record: AcceptanceRecord, found: AcceptanceRecord) -> str:
     return ""
 
 
-def same_test(one: AcceptanceRecord, other: AcceptanceRecord) -> bool:
+def same_test(one: acceptance.AcceptanceRecord, other: acceptance.AcceptanceRecord) -> bool:
     """Return whether two tests are of the same machine, by the same procedure."""
     a, b = one.instrument, other.instrument
     return (
@@ -154,14 +148,16 @@ def same_test(one: AcceptanceRecord, other: AcceptanceRecord) -> bool:
     )
 
 
-def vouched_record(path: Path) -> AcceptanceRecord:
+def vouched_record(path: Path) -> acceptance.AcceptanceRecord:
     """Return a record for a certificate; errors as `load_signed_record` and `require_vouched`."""
-    found = load_signed_record(path)
+    found = acceptance.load_signed_record(path)
     require_vouched(path, found.signer)
     return found.record
 
 
-def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceRecord | None, str]:
+def found_before(
+    record: acceptance.AcceptanceRecord, folder: Path
+) -> tuple[acceptance.AcceptanceRecord | None, str]:
     """Return the test as found in the folder of a test after adjustment, or why not.
 
     The last earlier one of the same machine and procedure, unless that is after an adjustment.
@@ -184,7 +180,7 @@ def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceReco
     return (None, f"test {last.number} before it does not show it: {why}") if why else (last, "")
 
 
-def _judged(value: JudgedValue) -> content.CertificateLine:
+def _judged(value: acceptance.JudgedValue) -> content.CertificateLine:
     # A form is its own error, without a certified value to subtract.
     is_difference = abs(value.measured_mm - value.certified_mm - value.error_mm) < _SAME
     again = ", superseded by a retest" if value.superseded else ""

@@ -5,29 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ocmm_core.calibration.records import (
-    CalibrationStore,
-    CameraRecord,
-    ProbeStore,
-    VerificationRecord,
-    record_hash,
-)
+from ocmm_core.calibration import records
 from ocmm_core.errors import InputError
+from ocmm_core.export.certificate import _content as content
+from ocmm_core.export.certificate import _from_acceptance as from_acceptance
 from ocmm_core.export.certificate import _from_calibration as from_calibration
-from ocmm_core.export.certificate._content import (
-    Certificate,
-    CertificateRun,
-    CertificateValue,
-    K,
-    marked,
-    once,
-)
-from ocmm_core.export.certificate._from_acceptance import (
-    AFTER,
-    certificate_of_acceptance,
-    found_before,
-    vouched_record,
-)
 from ocmm_core.export.template import Paper
 from ocmm_core.fieldbus.described import doubts_by_name
 
@@ -44,7 +26,7 @@ def certificate_of_folder(
     *,
     calibration: bool = False,
     as_found: Path | None = None,
-) -> Certificate:
+) -> content.Certificate:
     """Return the certificate of the records in a folder.
 
     Parameters
@@ -65,20 +47,24 @@ def certificate_of_folder(
         There are no such records, they were changed, or no trusted station signed them.
     """
     if folder.is_file():
-        record = vouched_record(folder)
+        record = from_acceptance.vouched_record(folder)
         if as_found is not None:
-            return certificate_of_acceptance(record, paper, vouched_record(as_found))
-        if record.condition != AFTER:
-            return certificate_of_acceptance(record, paper)
-        return certificate_of_acceptance(record, paper, *found_before(record, folder.parent))
+            return from_acceptance.certificate_of_acceptance(
+                record, paper, from_acceptance.vouched_record(as_found)
+            )
+        if record.condition != from_acceptance.AFTER:
+            return from_acceptance.certificate_of_acceptance(record, paper)
+        return from_acceptance.certificate_of_acceptance(
+            record, paper, *from_acceptance.found_before(record, folder.parent)
+        )
     if calibration:
-        return from_calibration.certificate_of_calibration(CalibrationStore(folder), paper)
+        return from_calibration.certificate_of_calibration(records.CalibrationStore(folder), paper)
     if tip:
-        return certificate_of_tip(ProbeStore(folder), tip, paper)
-    return certificate_of_cameras(CalibrationStore(folder), paper)
+        return certificate_of_tip(records.ProbeStore(folder), tip, paper)
+    return certificate_of_cameras(records.CalibrationStore(folder), paper)
 
 
-def certificate_of_cameras(store: CalibrationStore, paper: Paper) -> Certificate:
+def certificate_of_cameras(store: records.CalibrationStore, paper: Paper) -> content.Certificate:
     """Return the certificate of the cameras in use: their last verification.
 
     The run after adjustment is that of the current calibration. If that replaced another one, the
@@ -87,7 +73,7 @@ def certificate_of_cameras(store: CalibrationStore, paper: Paper) -> Certificate
     no calibration, or it was never verified.
     """
     record = from_calibration.calibration_in(store)
-    own = record_hash(record)
+    own = records.record_hash(record)
     made = [one for one in store.verifications() if one.calibration == own]
     if not made:
         raise InputError(
@@ -105,29 +91,34 @@ def certificate_of_cameras(store: CalibrationStore, paper: Paper) -> Certificate
 
 
 def _of_cameras(
-    record: CameraRecord, last: VerificationRecord, runs: Sequence[CertificateRun], paper: Paper
-) -> Certificate:
-    digest = record_hash(last)
+    record: records.CameraRecord,
+    last: records.VerificationRecord,
+    runs: Sequence[content.CertificateRun],
+    paper: Paper,
+) -> content.Certificate:
+    digest = records.record_hash(last)
     low, high = (" ".join(f"{x:g}" for x in corner) for corner in
                  (record.volume_min, record.volume_max))  # fmt: skip
-    made_paper = Certificate(
+    made_paper = content.Certificate(
         title="Verification record",
         number=f"V-{digest[:_NUMBER_DIGITS]}",
         item=f"Cameras of rig {record.rig}",
         identifications=(
             *((f"camera {camera.name} no.", str(camera.serial)) for camera in record.cameras),
-            ("calibration", record_hash(record)),
+            ("calibration", records.record_hash(record)),
         ),
         method="Lengths and spheres in the measuring volume, independent of the calibration",
         norms=(_VDI,),
         software=last.software,
         runs=tuple(runs),
         values=(
-            CertificateValue("RMS of the residuals of the calibration, px", record.rms_px, _PX),
-            CertificateValue("Chi square per degree of freedom", record.chi2_per_dof, _ONE),
-            CertificateValue("Reference positions or poses", float(record.points), _ONE),
+            content.CertificateValue(
+                "RMS of the residuals of the calibration, px", record.rms_px, _PX
+            ),
+            content.CertificateValue("Chi square per degree of freedom", record.chi2_per_dof, _ONE),
+            content.CertificateValue("Reference positions or poses", float(record.points), _ONE),
         ),
-        artefacts=once((*record.artefacts, *last.artefacts)),
+        artefacts=content.once((*record.artefacts, *last.artefacts)),
         volume=f"Volume from ({low}) to ({high}) mm, world.",
         begin_utc=min([last.made_utc, *(seat.first_utc for seat in last.repeats)]),
         end_utc=last.made_utc,
@@ -135,10 +126,10 @@ def _of_cameras(
         paper=paper,
         camera_doubts=doubts_by_name(record.cameras[0].device) if record.cameras else (),
     )
-    return marked(made_paper, record.made_by, last.made_by)
+    return content.marked(made_paper, record.made_by, last.made_by)
 
 
-def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate:
+def certificate_of_tip(store: records.ProbeStore, tip: str, paper: Paper) -> content.Certificate:
     """Return the qualification certificate of a tip in use; InputError if not qualified."""
     active = store.active(tip)
     found = None if active is None else active.qualification
@@ -149,8 +140,8 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
             "Qualify the tip (ocmm calibrate tip), or name another one.",
         )
     from_calibration.require_vouched(store.folder, store.signer, store.exchanged)
-    digest = record_hash(found)
-    run = CertificateRun(
+    digest = records.record_hash(found)
+    run = content.CertificateRun(
         status="afterAdjustment",
         made_utc=found.made_utc,
         made_by=found.made_by,
@@ -161,7 +152,7 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         record=digest,
         data_sha256=found.data_sha256,
     )
-    made_paper = Certificate(
+    made_paper = content.Certificate(
         title="Test report (in-house): qualification of a tip",
         number=f"T-{digest[:_NUMBER_DIGITS]}",
         item=f"Probe {found.probe}, tip {found.tip}",
@@ -175,19 +166,21 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         software=found.software,
         runs=(run,),
         values=(
-            CertificateValue(
+            content.CertificateValue(
                 "Effective diameter of the ball",
                 found.diameter_mm,
                 _MM,
-                K * found.diameter_sigma_mm,
+                content.K * found.diameter_sigma_mm,
             ),
-            CertificateValue("Form of the sphere (P_Form)", found.form_mm, _MM),
-            CertificateValue("Standard deviation of one point", found.point_sigma_mm, _MM),
-            CertificateValue("Articulation, 2 standard deviations", found.articulation_2s_mm, _MM),
-            CertificateValue("Articulation, largest", found.articulation_max_mm, _MM),
-            CertificateValue("Points on the sphere", float(found.points), _ONE),
+            content.CertificateValue("Form of the sphere (P_Form)", found.form_mm, _MM),
+            content.CertificateValue("Standard deviation of one point", found.point_sigma_mm, _MM),
+            content.CertificateValue(
+                "Articulation, 2 standard deviations", found.articulation_2s_mm, _MM
+            ),
+            content.CertificateValue("Articulation, largest", found.articulation_max_mm, _MM),
+            content.CertificateValue("Points on the sphere", float(found.points), _ONE),
         ),
-        artefacts=once(found.artefacts),
+        artefacts=content.once(found.artefacts),
         volume=f"Where the sphere stood, in the volume of rig {found.rig}.",
         begin_utc=found.made_utc,
         end_utc=found.made_utc,
@@ -195,4 +188,4 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         paper=paper,
         camera_doubts=found.camera_doubts or (),
     )
-    return marked(made_paper, found.made_by)  # fmt: skip
+    return content.marked(made_paper, found.made_by)  # fmt: skip

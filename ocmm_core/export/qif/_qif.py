@@ -15,6 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from lxml import etree
 
+from ocmm_core.export import report
 from ocmm_core.export.qif._characteristics import (
     STATUS,
     FeatureIds,
@@ -23,20 +24,6 @@ from ocmm_core.export.qif._characteristics import (
 )
 from ocmm_core.export.qif._check import NAMESPACE, check_qif
 from ocmm_core.export.qif._writer import Writer, count_children
-from ocmm_core.export.report import (
-    Exporter,
-    Profile,
-    ReportData,
-    ReportTable,
-    Units,
-    check_name,
-    clean_text,
-    features_table,
-    head_table,
-    last_moment,
-    points_table,
-    report_table,
-)
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.decisions import PartVerdict, PartWord
 
@@ -44,7 +31,7 @@ _SPACE = uuid.uuid5(uuid.NAMESPACE_URL, NAMESPACE)
 _PRECEDENCE = ("PRIMARY", "SECONDARY", "TERTIARY")
 
 
-def make_document(data: ReportData) -> etree._Element:
+def make_document(data: report.ReportData) -> etree._Element:
     """Return the document of a job; StorageError if a name or number does not fit."""
     writer = Writer()
     root = writer.root
@@ -62,7 +49,7 @@ def make_document(data: ReportData) -> etree._Element:
     device = writer.add(devices, "MeasurementDevice", own_id=True)
     origin = "SIMULATED; " if data.view.simulated else ""
     device_name = f"{origin}{data.calibration.label}; {data.probe.label}"
-    writer.add(device, "Name", clean_text(device_name))
+    writer.add(device, "Name", report.clean_text(device_name))
     path = _add_product(writer, root, data)
 
     features = writer.add(root, "Features")
@@ -124,7 +111,7 @@ def _add_units(writer: Writer, root: etree._Element) -> None:
 
 
 def _add_datums(
-    writer: Writer, root: etree._Element, data: ReportData
+    writer: Writer, root: etree._Element, data: report.ReportData
 ) -> tuple[dict[str, etree._Element], dict[tuple[str, ...], str]]:
     """Add all datums and datum reference frames; return the datums and the ids of the frames."""
     frames = dict.fromkeys(item.datums for item in data.reported if item.datums)
@@ -136,7 +123,7 @@ def _add_datums(
     for name in dict.fromkeys(name for datums_of in frames for name in datums_of):
         definition = writer.add(definitions, "DatumDefinition", own_id=True)
         # A label is one word; otherwise the name is added.
-        label = check_name("datum", name).replace(" ", "_")
+        label = report.check_name("datum", name).replace(" ", "_")
         while label in labels:
             label += "_"
         labels.add(label)
@@ -169,13 +156,13 @@ def _link_datums(writer: Writer, datums: Mapping[str, etree._Element], ids: Feat
             writer.add_ids(definition, "FeatureNominalIds", [ids.nominals[name]])
 
 
-def _add_product(writer: Writer, root: etree._Element, data: ReportData) -> str:
+def _add_product(writer: Writer, root: etree._Element, data: report.ReportData) -> str:
     """Add the measured part, and return the id of the path to it."""
     product = writer.add(root, "Product")
     parts = writer.add(product, "PartSet")
     parts.set("n", "1")
     part = writer.add(parts, "Part", own_id=True)
-    writer.add(part, "ModelNumber", clean_text(data.plan.part))
+    writer.add(part, "ModelNumber", report.clean_text(data.plan.part))
     components = writer.add(product, "ComponentSet")
     components.set("n", "1")
     component = writer.add(components, "Component", own_id=True)
@@ -188,14 +175,16 @@ def _add_product(writer: Writer, root: etree._Element, data: ReportData) -> str:
 
 
 def _begin_results(
-    writer: Writer, results_root: etree._Element, data: ReportData
+    writer: Writer, results_root: etree._Element, data: report.ReportData
 ) -> etree._Element:
     group = writer.add(results_root, "MeasurementResultsSet")
     group.set("n", "1")
     results = writer.add(group, "MeasurementResults", own_id=True)
-    pairs = {str(key): str(value) for key, value in head_table(data).rows if value != ""}
+    pairs = {str(key): str(value) for key, value in report.head_table(data).rows if value != ""}
     missing = {
-        f"Not measured: {check_name('characteristic', result.name)}": clean_text(result.note)
+        f"Not measured: {report.check_name('characteristic', result.name)}": report.clean_text(
+            result.note
+        )
         for result in data.results
         if result.stated is None
     }
@@ -208,7 +197,7 @@ def _end_results(
     writer: Writer,
     results_root: etree._Element,
     results: etree._Element,
-    data: ReportData,
+    data: report.ReportData,
     path: str,
 ) -> None:
     status = inspection_status(data.part)
@@ -219,13 +208,13 @@ def _end_results(
     one.set("n", "1")
     component = writer.add(one, "ActualComponent", own_id=True)
     if data.head.serial:
-        writer.add(component, "SerialNumber", clean_text(data.head.serial))
+        writer.add(component, "SerialNumber", report.clean_text(data.head.serial))
     writer.add(writer.add(component, "Status"), *status)
     writer.add(component, "AsmPathId", path)
     writer.add_ids(results, "ActualComponentIds", [str(component.get("id"))])
 
 
-def _version_of(data: ReportData) -> str:
+def _version_of(data: report.ReportData) -> str:
     """Return the identity of these results among others of the same job."""
     told = [(item.name, item.measured, item.verdict.value) for item in data.results]
     numbers = [point.number for item in data.features for point in item.seen.points]
@@ -233,8 +222,8 @@ def _version_of(data: ReportData) -> str:
     return repr((data.head.job_uuid, told, numbers, data.view.held, data.system, part))
 
 
-def _last_change(data: ReportData) -> str:
-    moment = last_moment(data.head.created_utc, data.taken_utc.values())
+def _last_change(data: report.ReportData) -> str:
+    moment = report.last_moment(data.head.created_utc, data.taken_utc.values())
     return moment.strftime("%Y-%m-%dT%H:%M:%S")
 
 
@@ -242,7 +231,7 @@ _SAME = 1e-9
 """mm: numbers are written with all their digits."""
 
 
-def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
+def _contents(jobs: Sequence[report.ReportData], profile: report.Profile) -> dict[str, bytes]:
     (data,) = jobs
     root = make_document(data)
     content: bytes = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
@@ -250,7 +239,7 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
 
 
 def _differences(
-    jobs: Sequence[ReportData], profile: Profile, files: Mapping[str, bytes]
+    jobs: Sequence[report.ReportData], profile: report.Profile, files: Mapping[str, bytes]
 ) -> list[str]:
     (data,) = jobs
     name = _file_name(data)
@@ -267,7 +256,7 @@ def _differences(
     return [f"{name}: {fault}" for fault in faults]
 
 
-def _other_part(root: etree._Element, data: ReportData) -> Iterator[str]:
+def _other_part(root: etree._Element, data: report.ReportData) -> Iterator[str]:
     """Yield differences of the verdict on the part, or of the states of the job."""
     element, wanted = inspection_status(data.part)
     for parent in ("MeasurementResults/{*}InspectionStatus", "ActualComponent/{*}Status"):
@@ -276,13 +265,13 @@ def _other_part(root: etree._Element, data: ReportData) -> Iterator[str]:
             yield f"The status of the part is not {wanted}."
     path = f".//{{{NAMESPACE}}}MeasurementResults/{{{NAMESPACE}}}Attributes/*"
     told = {one.get("name"): one.get("value") for one in root.iterfind(path)}
-    rows = head_table(data).rows
+    rows = report.head_table(data).rows
     for name, value in rows[: [name for name, _ in rows].index("Job")]:
         if told.get(str(name), "") != value:
             yield f"{name} is not {value!r}."
 
 
-def _other_results(root: etree._Element, data: ReportData) -> Iterator[str]:
+def _other_results(root: etree._Element, data: report.ReportData) -> Iterator[str]:
     names = {
         str(item.get("id")): item.findtext(f"{{{NAMESPACE}}}Name")
         for item in root.iter("{*}*")
@@ -312,7 +301,7 @@ def _other_results(root: etree._Element, data: ReportData) -> Iterator[str]:
     yield from (f"{name} is not a result of the job." for name in found)
 
 
-def _other_points(root: etree._Element, data: ReportData) -> Iterator[str]:
+def _other_points(root: etree._Element, data: report.ReportData) -> Iterator[str]:
     sets = [
         np.array((one.findtext(f"{{{NAMESPACE}}}Points") or "").split(), dtype=np.float64)
         for one in root.iter(f"{{{NAMESPACE}}}MeasuredPointSet")
@@ -329,22 +318,24 @@ def _other_points(root: etree._Element, data: ReportData) -> Iterator[str]:
         yield "The points are not the measured ones."
 
 
-def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[ReportTable, ...]:
+def _preview(
+    jobs: Sequence[report.ReportData], profile: report.Profile
+) -> tuple[report.ReportTable, ...]:
     (data,) = jobs
-    units = Units(length_decimals=6, angle_decimals=6)
+    units = report.Units(length_decimals=6, angle_decimals=6)
     return (
-        head_table(data),
-        report_table(data, units),
-        features_table(data, units),
-        points_table(data, units),
+        report.head_table(data),
+        report.report_table(data, units),
+        report.features_table(data, units),
+        report.points_table(data, units),
     )
 
 
-def _file_name(data: ReportData) -> str:
+def _file_name(data: report.ReportData) -> str:
     return f"{data.stem}.qif"
 
 
-QIF = Exporter(
+QIF: report.Exporter = report.Exporter(
     name="qif",
     title="QIF 3.0 results",
     purpose="any program that reads QIF 3.0 results (ISO 23952)",

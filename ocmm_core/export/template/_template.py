@@ -12,14 +12,7 @@ from typing import Literal, get_args
 
 import msgspec
 
-from ocmm_core.documents import (
-    LARGEST_DOCUMENT,
-    Document,
-    load_document,
-    read_bytes,
-    read_text,
-    resource,
-)
+from ocmm_core import documents
 from ocmm_core.errors import InputError
 from ocmm_core.seals import ReleaseState, Signed, release_state
 
@@ -126,7 +119,7 @@ class MachinePart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     inventory: str = ""
 
 
-class ReportTemplate(Document, frozen=True, kw_only=True):
+class ReportTemplate(documents.Document, frozen=True, kw_only=True):
     name: str
     language: Literal["en", "de"] = "en"
     """Of the report. Machine-readable files (JSON, tables, QIF) are in English."""
@@ -197,7 +190,7 @@ def plain_paper() -> Paper:
 
 def standard_template() -> Path:
     """Return the shipped template, to be copied and filled in."""
-    return resource("reports", "standard.toml")
+    return documents.resource("reports", "standard.toml")
 
 
 def load_paper(path: Path | str, given: Particulars | None = None) -> Paper:
@@ -208,7 +201,7 @@ def load_paper(path: Path | str, given: Particulars | None = None) -> Paper:
     """
     path = Path(path)
     try:
-        template = load_document(path, ReportTemplate, SCHEMA)
+        template = documents.load_document(path, ReportTemplate, SCHEMA)
     except InputError as error:
         if error.code != "document.field":
             raise
@@ -247,7 +240,7 @@ def _logo(path: Path, name: str) -> bytes:
     if Path(name).name != name:
         raise _error(path, "laboratory.logo", "is not the name of a file beside the template")
     try:
-        content = read_bytes(path.with_name(name), _LARGEST_LOGO)
+        content = documents.read_bytes(path.with_name(name), _LARGEST_LOGO)
     except InputError as error:
         raise _error(path, "laboratory.logo", f"cannot be used: {error.what}") from error
     if not content.startswith(_PICTURES):
@@ -285,7 +278,7 @@ def _place(path: Path, field: str) -> str:
     table, _, key = field.rpartition(".")
     now = ""
     try:
-        lines = read_text(path, LARGEST_DOCUMENT).splitlines()
+        lines = documents.read_text(path, documents.LARGEST_DOCUMENT).splitlines()
     except InputError:
         return str(path)
     for number, line in enumerate(lines, 1):

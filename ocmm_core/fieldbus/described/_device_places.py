@@ -7,13 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.described._device_file import (
-    FORMATS,
-    DeviceDescription,
-    ProcessObject,
-    Role,
-    TypeName,
-)
+from ocmm_core.fieldbus.described import _device_file as device_file
 from ocmm_core.fieldbus.described._process_image import MOST_BYTES, ProcessImage
 
 _RAM, _RAM_END = 0x1000, 0x3000
@@ -37,7 +31,7 @@ def check_index(path: Path, field: str, index: int) -> None:
         )
 
 
-def check_objects(path: Path, field: str, device: DeviceDescription) -> None:
+def check_objects(path: Path, field: str, device: device_file.DeviceDescription) -> None:
     """Refuse impossible process data objects before laying any out."""
     objects = device.inputs if field == "inputs" else device.outputs
     count = sum(device.exposures if pdo.exposures else 1 for pdo in objects)
@@ -62,12 +56,12 @@ def check_objects(path: Path, field: str, device: DeviceDescription) -> None:
         check_index(path, field, pdo.index + _farthest(device, pdo))
 
 
-def check_places(path: Path, device: DeviceDescription, image: ProcessImage) -> None:
+def check_places(path: Path, device: device_file.DeviceDescription, image: ProcessImage) -> None:
     """Refuse duplicate or misplaced objects and entries."""
     seen: set[tuple[int, int]] = set()
     for _index, entries in (*image.inputs, *image.outputs):
         for one in (each for each in entries if each.index):
-            if one.role is not Role.IGNORED and (one.index, one.sub) in seen:
+            if one.role is not device_file.Role.IGNORED and (one.index, one.sub) in seen:
                 raise InputError(
                     "device.field",
                     f"{path}: entry {one.index:#06x}:{one.sub:02x} is mapped twice.",
@@ -99,7 +93,7 @@ def check_places(path: Path, device: DeviceDescription, image: ProcessImage) -> 
             )
 
 
-def check_values(path: Path, device: DeviceDescription) -> None:
+def check_values(path: Path, device: device_file.DeviceDescription) -> None:
     """Refuse values out of range of their type."""
     for each in device.start_up:
         if each.type == "BITS":
@@ -109,15 +103,15 @@ def check_values(path: Path, device: DeviceDescription) -> None:
                 "bytes.",
                 "Give a type with a length of its own.",
             )
-        whole = 8 * np.dtype(FORMATS[each.type]).itemsize
+        whole = 8 * np.dtype(device_file.FORMATS[each.type]).itemsize
         _check_value(path, "start_up", each.type, 1 if each.type == "BOOL" else whole, each.value)
     for pdo in device.outputs:
         for entry in pdo.entries:
-            if Role.CONSTANT in entry.role:
+            if device_file.Role.CONSTANT in entry.role:
                 _check_value(path, "outputs", entry.type, entry.width, entry.value)
 
 
-def check_memory(path: Path, device: DeviceDescription, image: ProcessImage) -> None:
+def check_memory(path: Path, device: device_file.DeviceDescription, image: ProcessImage) -> None:
     """Refuse process data and mailboxes that exceed the controller's memory."""
     if image.input_bytes > MOST_BYTES or image.output_bytes > MOST_BYTES:
         raise InputError(
@@ -166,13 +160,15 @@ def check_memory(path: Path, device: DeviceDescription, image: ProcessImage) -> 
                 )
 
 
-def _farthest(device: DeviceDescription, pdo: ProcessObject) -> int:
+def _farthest(device: device_file.DeviceDescription, pdo: device_file.ProcessObject) -> int:
     """Return the index offset of the last exposure's object."""
     return (device.exposures - 1) * pdo.step if pdo.exposures else 0
 
 
-def _check_value(path: Path, field: str, kind: TypeName, bits: int, value: float) -> None:
-    form = np.dtype(FORMATS[kind])
+def _check_value(
+    path: Path, field: str, kind: device_file.TypeName, bits: int, value: float
+) -> None:
+    form = np.dtype(device_file.FORMATS[kind])
     if form.kind == "f":
         return
     low = -(1 << (bits - 1)) if form.kind == "i" else 0

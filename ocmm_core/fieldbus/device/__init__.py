@@ -3,10 +3,10 @@
 In: only the tables here.
 Out: one model for master, software camera, ESI file and page.
 
-Start with `_camera_objects` (object dictionary), `_object_entries` and `_profile_objects`; then
-`_camera_slave` (process data and configuration), `_input_layout` (header by revision), `_identity`
-(device to camera assignment), `_firmware` (blocks in a camera), `_diagnosis`, and `_esi` (also
-EEPROM and clock).
+Start with `_camera_objects` (object dictionary), `_object_entries` and `_profile_objects` (also
+messages of the diagnosis history); then `_camera_slave` (process data and configuration),
+`_input_layout` (header by revision), `_identity` (device to camera assignment), `_firmware` (blocks
+in a camera), and `_esi` (also EEPROM and clock).
 
 It must not import sockets, cycles or the virtual rig.
 """
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
         CameraMode, CameraStatus, Control, DataType, Pdo, Window, decode_spots, encode_frames,
         require_raw,
     )  # fmt: skip
-    from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, MESSAGE_BYTES, DiagnosisMessage
     from ocmm_core.fieldbus.device._esi import (
         CLOCK_MODES, CONTROLLERS, DC_ACTIVATE, DEVICE_GROUP, ESI_FILE, MAILBOX_REPEATS, MEMORY_END,
         PHYSICAL_PORTS, SII_BYTES, SII_CONFIGURATION, SYNC_PULSE_NS, ClockMode, esi_document,
@@ -45,9 +44,9 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.fieldbus.device._object_entries import Access, DictionaryObject, ObjectEntry
     from ocmm_core.fieldbus.device._profile_objects import (
-        BLACK_IMAGE, CALIBRATION, CHUNK_BYTES, CONFIGURATION, COUNTERS, IDENTIFY, INFORMATION,
-        MAX_BLACK_FRAMES, NOTE_BYTES, SNAPSHOT, VERSIONS, WINDOWS, BlackCommand, BlackImage,
-        SnapshotCommand, Work,
+        BLACK_IMAGE, CALIBRATION, CHUNK_BYTES, CONFIGURATION, COUNTERS, DATA_BYTES, IDENTIFY,
+        INFORMATION, MAX_BLACK_FRAMES, MESSAGE_BYTES, NOTE_BYTES, SNAPSHOT, VERSIONS, WINDOWS,
+        BlackCommand, BlackImage, DiagnosisMessage, SnapshotCommand, Work,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)

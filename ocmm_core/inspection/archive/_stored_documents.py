@@ -10,15 +10,9 @@ from typing import TypeVar
 
 import msgspec
 
+from ocmm_core.calibration import records
 from ocmm_core.calibration.probe_design import body_in_use, contact_force, load_design
 from ocmm_core.calibration.records import SCHEMA as CAMERA_RECORD_SCHEMA
-from ocmm_core.calibration.records import (
-    TEXT_SCHEMA,
-    CameraRecord,
-    ProbeText,
-    probe_from_records,
-    rig_from_record,
-)
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError, OcmmError
@@ -50,20 +44,20 @@ class StoredDocuments:
         record = self.camera_record()
         if record is None:
             return self._from_text("rig", self.head.rig_text, load_rig)
-        return rig_from_record(record)
+        return records.rig_from_record(record)
 
-    def camera_record(self) -> CameraRecord | None:
+    def camera_record(self) -> records.CameraRecord | None:
         """Return the calibration; None if the job has a rig document."""
         try:
             return _camera_record(self.head.rig_text)
         except msgspec.MsgspecError as error:
             raise self._unreadable("rig", error) from error
 
-    def probe_records(self) -> ProbeText | None:
+    def probe_records(self) -> records.ProbeText | None:
         """Return the records of the probe; None if the job has a probe document."""
-        if _schema(self.head.probe_text) != TEXT_SCHEMA:
+        if _schema(self.head.probe_text) != records.TEXT_SCHEMA:
             return None
-        return self._record("probe", self.head.probe_text, ProbeText)
+        return self._record("probe", self.head.probe_text, records.ProbeText)
 
     def probe(self) -> ProbeBody:
         """Return the probe, from its records or the probe document."""
@@ -71,7 +65,7 @@ class StoredDocuments:
         if text is None:
             return self._from_text("probe", self.head.probe_text, load_probe)
         design = self._from_text("probe", text.document, load_probe)
-        body = probe_from_records(design, text.calibration, text.qualification)
+        body = records.probe_from_records(design, text.calibration, text.qualification)
         return replace(body, identity=self.head.probe_identity)
 
     def measured_with(
@@ -117,9 +111,11 @@ class StoredDocuments:
 
 
 @lru_cache(maxsize=16)
-def _camera_record(text: str) -> CameraRecord | None:
+def _camera_record(text: str) -> records.CameraRecord | None:
     """Return the calibration in a text, None for a document; cached like `_loaded`."""
-    return decode_json(text, CameraRecord) if _schema(text) == CAMERA_RECORD_SCHEMA else None
+    return (
+        decode_json(text, records.CameraRecord) if _schema(text) == CAMERA_RECORD_SCHEMA else None
+    )
 
 
 @lru_cache(maxsize=16)

@@ -16,21 +16,13 @@ from typing import Literal
 
 import numpy as np
 
+from ocmm_core import tables
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan._edit import add_feature, usual_points
 from ocmm_core.inspection.plan._plan import Plan
 from ocmm_core.inspection.plan._requirements import Requirement, source_of, with_requirements
 from ocmm_core.names import name_fault, normal_name
-from ocmm_core.tables import (
-    SKIPPED_BY_USER,
-    NamedColumns,
-    TableAccount,
-    TableOptions,
-    TextRow,
-    TextTable,
-    read_table,
-)
 from ocmm_core.units import named_unit, scaled
 
 NEEDED = ("name", "shape", "x", "y", "z")
@@ -53,7 +45,7 @@ class FeatureTable:
     """Features of a table, and the account of the reader."""
 
     features: tuple[NominalFeature, ...]
-    account: TableAccount
+    account: tables.TableAccount
     sha256: str
     heading_line: int
     lines: tuple[int, ...]
@@ -71,7 +63,7 @@ class FeatureTable:
             )  # fmt: skip
         for rows in self.account.skipped:
             first = max(rows.first, self.heading_line + 1)
-            for line in range(first, rows.last + 1) if rows.why == SKIPPED_BY_USER else ():
+            for line in range(first, rows.last + 1) if rows.why == tables.SKIPPED_BY_USER else ():
                 asks, at = rows.text if line == rows.first else "", f"line {line}"
                 found.append(
                     Requirement(group="feature", label=at, asks=asks, reference=at, why=rows.why)
@@ -101,13 +93,13 @@ class _Cell:
         )
 
 
-def feature_table(path: Path | str, options: TableOptions | None = None) -> FeatureTable:
+def feature_table(path: Path | str, options: tables.TableOptions | None = None) -> FeatureTable:
     """Return the features of a table, and the account of the reader.
 
     InputError, with line and column, if the file or a cell cannot be used.
     """
-    wanted = NamedColumns(NEEDED, _NUMBERS, (*NEEDED, *OPTIONAL))
-    table = read_table(path, wanted, options, LARGEST_BYTES)
+    wanted = tables.NamedColumns(NEEDED, _NUMBERS, (*NEEDED, *OPTIONAL))
+    table = tables.read_table(path, wanted, options, LARGEST_BYTES)
     if len(table.rows) > MOST_FEATURES:
         raise InputError(
             "plan.csv",
@@ -137,7 +129,9 @@ def feature_table(path: Path | str, options: TableOptions | None = None) -> Feat
     )
 
 
-def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> NominalFeature:
+def _feature(
+    table: tables.TextTable, row: tables.TextRow, scales: dict[str, float]
+) -> NominalFeature:
     cells = {name: _Cell(table.path, row.line, name, text) for name, text in row.cells.items()}
     name = replace(cells["name"], text=normal_name(cells["name"].text))
     if fault := name_fault(name.text):
@@ -183,7 +177,7 @@ def _words(one: NominalFeature) -> str:
     return f"{one.shape.value} at {place}{size} mm"
 
 
-def _number(table: TextTable, cell: _Cell | None) -> float:
+def _number(table: tables.TextTable, cell: _Cell | None) -> float:
     if cell is None or not cell.text:
         return 0.0
     value = table.grammar.value(cell.text)

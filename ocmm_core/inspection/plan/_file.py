@@ -14,21 +14,13 @@ from typing import Any
 
 import msgspec
 
+from ocmm_core import seals
 from ocmm_core.documents import digest, write_atomic
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.inspection.plan._findings import require_consistent
 from ocmm_core.inspection.plan._plan import Plan, check_plan, load_plan
 from ocmm_core.inspection.plan._requirements import requirement_count
 from ocmm_core.leftovers import scratch_folder
-from ocmm_core.seals import (
-    NO_RELEASE,
-    Release,
-    ReleaseState,
-    Signed,
-    judge_release,
-    release_file,
-    release_state,
-)
 from ocmm_core.storage import JobEvent, JobFile, JobHead
 
 _TABLES = ("alignment", "material", "environment", "model")
@@ -112,21 +104,21 @@ RELEASE_EVENT = "plan release"
 
 class _Copy(msgspec.Struct, frozen=True, omit_defaults=True):
     words: str
-    release: Release
+    release: seals.Release
     replaced: bool = False
 
 
-def release_plan(path: Path, who: str, reason: str = "") -> Release:
+def release_plan(path: Path, who: str, reason: str = "") -> seals.Release:
     """Release a plan by name; errors as `load_plan`, `require_consistent` and `release_file`."""
     require_consistent(path, load_plan(path))
-    return release_file(path, Signed.PLAN, who, reason)
+    return seals.release_file(path, seals.Signed.PLAN, who, reason)
 
 
-def plan_release(path: Path) -> ReleaseState:
-    return release_state(path, Signed.PLAN)
+def plan_release(path: Path) -> seals.ReleaseState:
+    return seals.release_state(path, seals.Signed.PLAN)
 
 
-def require_released(path: Path, found: ReleaseState) -> None:
+def require_released(path: Path, found: seals.ReleaseState) -> None:
     """Raise InputError for a plan that is not released, or was changed afterwards."""
     if not found.released:
         raise InputError(
@@ -136,23 +128,23 @@ def require_released(path: Path, found: ReleaseState) -> None:
         )
 
 
-def note_release(job: JobFile, found: ReleaseState) -> None:
+def note_release(job: JobFile, found: seals.ReleaseState) -> None:
     """Copy the release of the plan into a new job; StorageError if it cannot be stored."""
     if found.release is not None and found.release.signature is not None:
         content = msgspec.json.encode(_Copy(found.words, found.release, found.replaced))
         job.append_event(RELEASE_EVENT, content.decode())
 
 
-def release_in_job(head: JobHead, events: Iterable[JobEvent]) -> ReleaseState:
+def release_in_job(head: JobHead, events: Iterable[JobEvent]) -> seals.ReleaseState:
     """Return the state of the release in a job; errors as `judge_release`."""
     texts = [event.text for event in events if event.kind == RELEASE_EVENT]
     if not texts:
-        return NO_RELEASE
+        return seals.NO_RELEASE
     try:
         copy = msgspec.json.decode(texts[-1], type=_Copy)
     except (ValueError, RecursionError):
-        return NO_RELEASE
-    state = judge_release(copy.release, Signed.PLAN, head.plan_identity)
+        return seals.NO_RELEASE
+    state = seals.judge_release(copy.release, seals.Signed.PLAN, head.plan_identity)
     return replace(state, replaced=copy.replaced)
 
 
@@ -168,7 +160,7 @@ class PlanSummary:
     """`path`, `identity`: Its file, and the SHA-256 of it."""
     name: str
     part: str
-    release: ReleaseState = NO_RELEASE
+    release: seals.ReleaseState = seals.NO_RELEASE
     requirements: str = ""
     """Requirements of its sources in the plan; empty without a source."""
 

@@ -18,19 +18,11 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
+from ocmm_core import part_model
 from ocmm_core.documents import may_be_there, read_bytes, write_atomic
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.inspection.plan._edit import replace_item
 from ocmm_core.inspection.plan._plan import PICTURES, CadModel, Plan, file_fault
-from ocmm_core.part_model import (
-    MODEL_ENDING,
-    FilesOfModel,
-    PartModel,
-    model_endings,
-    model_reader,
-    read_model_file,
-    write_model_file,
-)
 from ocmm_core.side_files import has_content
 
 MOST_NAMES = 1000
@@ -167,14 +159,14 @@ MOST_BYTES = 200_000_000
 _log = logging.getLogger(__name__)
 
 
-def cached_part(folder: Path, sha256: str) -> PartModel | None:
+def cached_part(folder: Path, sha256: str) -> part_model.PartModel | None:
     """Return the cached part of a model with a hash for a folder of plans, or None."""
     for place in _places(folder):
-        path = place / f"{sha256}{MODEL_ENDING}"
+        path = place / f"{sha256}{part_model.MODEL_ENDING}"
         if not may_be_there(path):
             continue
         try:
-            part = read_model_file(path)
+            part = part_model.read_model_file(path)
         except OcmmError as error:
             _log.warning("%s is made anew: %s", path, error.what)
             continue
@@ -183,12 +175,14 @@ def cached_part(folder: Path, sha256: str) -> PartModel | None:
     return None
 
 
-def keep_part(folder: Path, part: PartModel) -> None:
+def keep_part(folder: Path, part: part_model.PartModel) -> None:
     """Cache a part, and drop the oldest ones beyond the limit; never raises."""
     for place in _places(folder):
         try:
             place.mkdir(parents=True, exist_ok=True)
-            write_model_file(place / f"{part.source_sha256}{MODEL_ENDING}", part)
+            part_model.write_model_file(
+                place / f"{part.source_sha256}{part_model.MODEL_ENDING}", part
+            )
         except OSError as error:
             _log.info("%s: parts cannot be kept here (%s)", place, error)
             continue
@@ -205,7 +199,7 @@ def _places(folder: Path) -> tuple[Path, Path]:
 
 def _drop_oldest(place: Path) -> None:
     found = []
-    for path in place.glob(f"*{MODEL_ENDING}"):
+    for path in place.glob(f"*{part_model.MODEL_ENDING}"):
         with contextlib.suppress(OSError):
             stat = path.stat()
             found.append((stat.st_mtime_ns, stat.st_size, path))
@@ -217,19 +211,19 @@ def _drop_oldest(place: Path) -> None:
                 path.unlink()
 
 
-_MODEL = FileKind("model", "CAD model", model_endings)
+_MODEL = FileKind("model", "CAD model", part_model.model_endings)
 
 
 @dataclass(frozen=True, slots=True)
 class PartOfPlan:
-    model: PartModel | None = None
+    model: part_model.PartModel | None = None
     """None if there is none to show."""
     doubt: OcmmError | None = None
     """Why a model named by the plan is not shown; None if it is, or there is none."""
 
 
 def with_model(
-    plan: Plan, plan_file: Path | None, source: Path, part: PartModel | None = None
+    plan: Plan, plan_file: Path | None, source: Path, part: part_model.PartModel | None = None
 ) -> Plan:
     """Return the plan with a CAD model; the file is copied next to the plan.
 
@@ -244,13 +238,13 @@ def with_model(
             "The CAD model is stored beside its plan, and the plan has no file yet.",
             "Save the plan first.",
         )
-    if source.suffix.lower() not in model_endings():
+    if source.suffix.lower() not in part_model.model_endings():
         raise InputError(
             "plan.no_model",
             f"{source}: not a STEP file.",
-            f"Choose a CAD model ending in {', '.join(model_endings())}.",
+            f"Choose a CAD model ending in {', '.join(part_model.model_endings())}.",
         )
-    files = model_reader(source).files(source)
+    files = part_model.model_reader(source).files(source)
     if part is not None and part.source_sha256 != files.sha256:
         raise InputError(
             "plan.other_model", f"{source}: the file was changed meanwhile.", "Import it again."
@@ -265,7 +259,7 @@ def with_model(
     return msgspec.structs.replace(plan, model=CadModel(file=name, sha256=files.sha256))
 
 
-def _kept_together(files: FilesOfModel, folder: Path) -> str:
+def _kept_together(files: part_model.FilesOfModel, folder: Path) -> str:
     """Return the name of an assembly, whose files are copied to a folder of their own.
 
     They name each other: only the folder can be renamed, and is numbered if in use.
@@ -277,12 +271,12 @@ def _kept_together(files: FilesOfModel, folder: Path) -> str:
             return _copied(files, inner, stem).relative_to(folder).as_posix()
         for target in inner.glob(f"*{stem}{files.top.suffix.lower()}"):
             with suppress(InputError):
-                if model_reader(target).files(target).sha256 == files.sha256:
+                if part_model.model_reader(target).files(target).sha256 == files.sha256:
                     return target.relative_to(folder).as_posix()
     raise _MODEL.no_name(folder, stem)
 
 
-def _copied(files: FilesOfModel, folder: Path, stem: str) -> Path:
+def _copied(files: part_model.FilesOfModel, folder: Path, stem: str) -> Path:
     try:
         return files.copied(folder, stem)
     except OSError as error:
@@ -303,7 +297,7 @@ def carry_model(plan: Plan, old: Path, new: Path) -> None:
         return
     source, target = old / plan.model.file, new / plan.model.file
     if may_be_there(source) and not target.exists():
-        files = model_reader(source).files(source)
+        files = part_model.model_reader(source).files(source)
         if files.parts:
             _copied(files, target.parent, target.stem)
         else:
@@ -330,7 +324,7 @@ def part_of_plan(
                 f"{path}: the CAD model of the plan is not there",
                 "Copy it beside the plan, or import it again.",
             )
-        reader = model_reader(path)
+        reader = part_model.model_reader(path)
         if reader.files(path).sha256 != plan.model.sha256:
             raise _not_shown(
                 "plan.model_changed",

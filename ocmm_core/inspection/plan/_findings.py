@@ -9,13 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.alignment import (
-    Relocation,
-    SavedFrame,
-    datums_in_precedence,
-    frame_of,
-    freedoms_left,
-)
+from ocmm_core import alignment
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.measured import FitThrough, nominal_geometries
 from ocmm_core.features.shapes import (
@@ -92,22 +86,22 @@ def _constructions(plan: Plan) -> Iterator[PlanFinding]:
 def _alignment(plan: Plan) -> Iterator[PlanFinding]:
     """Yield why the frame is undetermined; a saved frame depends on other places."""
     bound = plan.bound_alignment
-    if bound is None or isinstance(bound.rule, SavedFrame):
+    if bound is None or isinstance(bound.rule, alignment.SavedFrame):
         return
     geometries = dict(bound.nominals)
-    if isinstance(bound.rule, Relocation):
+    if isinstance(bound.rule, alignment.Relocation):
         for control in bound.rule.control:
             place = geometries[control.feature].copy()
             place[POINT] = control.place
             geometries[control.feature] = place
     try:
-        frame_of(bound, geometries)
+        alignment.frame_of(bound, geometries)
     except FitError as error:
         yield PlanFinding(
             f"Even a nominal part could not be aligned: {error.what}", error.remedy
         )  # fmt: skip
         return
-    yield from _datums(plan, datums_in_precedence(bound.rule)[0], bound.nominals)
+    yield from _datums(plan, alignment.datums_in_precedence(bound.rule)[0], bound.nominals)
 
 
 def _datums(
@@ -117,7 +111,7 @@ def _datums(
     if any(name not in nominals for name in datums):
         return
     try:
-        left = freedoms_left(datums, plan.shapes, nominals)
+        left = alignment.freedoms_left(datums, plan.shapes, nominals)
     except FitError as error:
         yield PlanFinding(f"{item}: {error.what}", error.remedy, item)
         return

@@ -17,13 +17,7 @@ from ocmm_core.alignment import OLDEST, Alignment, BoundAlignment, alignment_fau
 from ocmm_core.calibration.probe_design import MaterialExpansion
 from ocmm_core.documents import Document, load_document, shortened, stays_inside
 from ocmm_core.errors import InputError
-from ocmm_core.features.measured import (
-    Construction,
-    construction_fault,
-    nominal_geometries,
-    probed_features,
-    shapes_with,
-)
+from ocmm_core.features import measured
 from ocmm_core.features.shapes import (
     MINIMUM_POINTS,
     MOST_POINTS,
@@ -160,7 +154,7 @@ class Plan(Document, frozen=True, kw_only=True):
     """In the order of probing."""
     characteristics: list[Characteristic]
     """In the order of the report."""
-    constructions: list[Construction] = msgspec.field(default_factory=list)
+    constructions: list[measured.Construction] = msgspec.field(default_factory=list)
     """In any order."""
     alignment: Alignment | None = None
     """Required by characteristics that are coordinates."""
@@ -193,19 +187,21 @@ class Plan(Document, frozen=True, kw_only=True):
     @property
     def shapes(self) -> dict[str, Shape]:
         """Return the shapes of all features, probed and constructed, by name."""
-        return shapes_with({item.name: item.shape for item in self.features}, self.constructions)
+        return measured.shapes_with(
+            {item.name: item.shape for item in self.features}, self.constructions
+        )
 
     @property
     def bound_alignment(self) -> BoundAlignment | None:
         """Return the alignment with the nominals it may need; None without one."""
         if self.alignment is None:
             return None
-        nominals = nominal_geometries(self.features, self.constructions)
+        nominals = measured.nominal_geometries(self.features, self.constructions)
         return BoundAlignment(self.alignment, self.shapes, nominals)
 
     def probed(self, name: str) -> tuple[str, ...]:
         """Return the probed features of a feature, probed or constructed."""
-        return probed_features(name, self.constructions)
+        return measured.probed_features(name, self.constructions)
 
     def rests_on(self, item: Characteristic, bound: BoundAlignment | None = None) -> list[str]:
         """Return the probed features of a characteristic, also those projected onto.
@@ -247,7 +243,7 @@ def check_plan(path: Path, plan: Plan) -> None:
                 raise _error(path, f"{group}[{index}].name", f"repeats the name {item.name!r}")
             seen.add(item.name)
     probed = {item.name: item.shape for item in plan.features}
-    if fault := construction_fault(probed, plan.constructions):
+    if fault := measured.construction_fault(probed, plan.constructions):
         raise _error(path, *fault)
     for index, feature in enumerate(plan.features):
         _check_feature(path, plan, index, feature)
@@ -305,7 +301,7 @@ def _check_feature(path: Path, plan: Plan, index: int, feature: NominalFeature) 
 
 
 def _check_characteristics(path: Path, plan: Plan) -> None:
-    nominals = nominal_geometries(plan.features, plan.constructions)
+    nominals = measured.nominal_geometries(plan.features, plan.constructions)
     probed = {item.name for item in plan.features}
     for index, item in enumerate(plan.characteristics):
         fault = characteristic_fault(

@@ -15,43 +15,12 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core.build import build_version
-from ocmm_core.calibration.records import (
-    CalibrationStore,
-    CameraRecord,
-    default_probe_folder,
-    load_named,
-    record_hash,
-    save,
-    store_folder,
-)
+from ocmm_core.calibration import records
 from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.documents import find_files
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.inspection.archive import (
-    SCHEMA,
-    SUFFIX,
-    CameraHistory,
-    KnownOfJob,
-    Outcome,
-    RecalledCharacteristic,
-    RecalledJob,
-    RecallRecord,
-    StoredDocuments,
-    ask_tip,
-    first_stored,
-    is_known,
-    known_alone,
-    known_here,
-    points_digest,
-    points_in_doubt,
-)
-from ocmm_core.inspection.recall._recall_job import (
-    Anew,
-    DoubtedJob,
-    JobFindings,
-    Later,
-    findings_of,
-)
+from ocmm_core.inspection import archive
+from ocmm_core.inspection.recall import _recall_job as recall_job
 from ocmm_core.inspection.recall._recall_judge import Cases, cases_of, judgement, recalled, unknown
 from ocmm_core.seals import KeptKeys
 from ocmm_core.storage import JobFile, read_job
@@ -63,43 +32,46 @@ class Doubting:
     def __init__(self, calibrations: Path, probes: Path | None, now: datetime) -> None:
         self._calibrations, self._probes, self._now = calibrations, probes, now
         self._keys = KeptKeys()
-        self._stores: dict[str, CalibrationStore] = {}
-        self._laters: dict[tuple[str, str], Later] = {}
+        self._stores: dict[str, records.CalibrationStore] = {}
+        self._laters: dict[tuple[str, str], recall_job.Later] = {}
 
     def knows(self, rig: str, calibration: str) -> bool:
         try:
-            return is_known(self._store(rig).events, calibration)
+            return archive.is_known(self._store(rig).events, calibration)
         except InputError:
             return False
 
-    def of_file(self, path: Path) -> DoubtedJob | None:
+    def of_file(self, path: Path) -> recall_job.DoubtedJob | None:
         """Return a job with suspect points, or None; OcmmError if job or history is unreadable."""
         with JobFile.read(path) as job:
-            return self._of(path, job, lambda store: known_here(
+            return self._of(path, job, lambda store: archive.known_here(
                 job, path, self._probes, self._calibrations, store, self._keys
             ))  # fmt: skip
 
-    def of_content(self, path: Path, content: bytes) -> DoubtedJob | None:
+    def of_content(self, path: Path, content: bytes) -> recall_job.DoubtedJob | None:
         """Return a job of any computer by the bytes of its file, called `path`; as `of_file`."""
         with JobFile.in_memory(path, content) as job:
             return self._of(path, job, lambda _: replace(
-                known_alone(job, self._keys),
-                tip=ask_tip(
-                    StoredDocuments(path, job.head).probe_records(),
-                    self._probes or default_probe_folder(),
+                archive.known_alone(job, self._keys),
+                tip=archive.ask_tip(
+                    archive.StoredDocuments(path, job.head).probe_records(),
+                    self._probes or records.default_probe_folder(),
                 ),
             ))  # fmt: skip
 
     def _of(
-        self, path: Path, job: JobFile, asked: Callable[[CalibrationStore], KnownOfJob]
-    ) -> DoubtedJob | None:
+        self,
+        path: Path,
+        job: JobFile,
+        asked: Callable[[records.CalibrationStore], archive.KnownOfJob],
+    ) -> recall_job.DoubtedJob | None:
         # Regardless of earlier releases: the last recall decides about all points.
-        record = StoredDocuments(path, job.head).camera_record()
+        record = archive.StoredDocuments(path, job.head).camera_record()
         if record is None:
             return None
         store, used = self._store(record.rig), job.head.rig_identity
         events = store.events
-        if not is_known(events, used):
+        if not archive.is_known(events, used):
             # Silence would mean that it is not suspect.
             raise InputError(
                 "recall.unknown",
@@ -108,7 +80,7 @@ class Doubting:
                 "Give the calibration folder it was measured with.",
             )
         observed = job.observed()
-        doubts = points_in_doubt(events, used, first_stored(observed))
+        doubts = archive.points_in_doubt(events, used, archive.first_stored(observed))
         why = doubts.open | doubts.failed
         counts = [one.number for one in observed if not one.annulled]
         in_doubt = {number: why[number] for number in counts if number in why}
@@ -118,42 +90,48 @@ class Doubting:
             job.points()
             job.annulled()
             return None
-        key = record.rig, record_hash(record)
+        key = record.rig, records.record_hash(record)
         if key not in self._laters:
             self._laters[key] = later_than(store, record, self._now)
         known = asked(store)
         # A mark of an earlier recall must not prevent this one.
-        cameras = CameraHistory(unread=known.cameras.unread)
+        cameras = archive.CameraHistory(unread=known.cameras.unread)
         known = replace(known, cameras=cameras, held=())
-        return DoubtedJob(path, self._laters[key], in_doubt, known)
+        return recall_job.DoubtedJob(path, self._laters[key], in_doubt, known)
 
-    def _store(self, rig: str) -> CalibrationStore:
+    def _store(self, rig: str) -> records.CalibrationStore:
         if rig not in self._stores:
-            self._stores[rig] = CalibrationStore(store_folder(self._calibrations, rig))
+            self._stores[rig] = records.CalibrationStore(
+                records.store_folder(self._calibrations, rig)
+            )
         return self._stores[rig]
 
 
-def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> Later:
+def later_than(
+    store: records.CalibrationStore, record: records.CameraRecord, now: datetime
+) -> recall_job.Later:
     """Return the calibration in force, if verified and of these cameras, or why none."""
     try:
         later = store.active()
-        if later is None or store.active_hash == record_hash(record):
-            return Later(None, why_not="No later calibration: calibrate and verify first.")
+        if later is None or store.active_hash == records.record_hash(record):
+            return recall_job.Later(
+                None, why_not="No later calibration: calibrate and verify first."
+            )
         status = store.status(now)
     except OcmmError as error:
-        return Later(None, why_not=error.what)
+        return recall_job.Later(None, why_not=error.what)
     if not status.state.usable:
-        return Later(
+        return recall_job.Later(
             None, why_not=f"The active calibration cannot be used: {status.reason} {status.remedy}"
         )
     if _cameras(later) != _cameras(record):
-        return Later(None, why_not="The active calibration belongs to other cameras.")
+        return recall_job.Later(None, why_not="The active calibration belongs to other cameras.")
     # Residual noise of a calibration beyond that of the rig is no sign of a change.
     scale = max(record.chi2_per_dof, later.chi2_per_dof, 1.0) ** 0.5
-    return Later(later, record_hash(later), scale=scale)
+    return recall_job.Later(later, records.record_hash(later), scale=scale)
 
 
-def _cameras(record: CameraRecord) -> list[tuple[str, int]]:
+def _cameras(record: records.CameraRecord) -> list[tuple[str, int]]:
     return [(one.name, one.serial) for one in record.cameras]
 
 
@@ -182,7 +160,7 @@ def recall(
     tell: Tell = lambda what, share: None,
     processes: int | None = None,
     site: Site = HERE,
-) -> RecallRecord:
+) -> archive.RecallRecord:
     """Return the outcome of all suspect jobs; changes nothing, unlike `decide`.
 
     ``processes``: None for one per core, or this process alone for few jobs; without them ``site``
@@ -198,8 +176,8 @@ def recall(
     if processes is not None:
         site = Site(workers=processes)
     jobs, failed = recall_doubted(touched, content_of_file, site, told)
-    return RecallRecord(
-        schema=SCHEMA,
+    return archive.RecallRecord(
+        schema=archive.SCHEMA,
         made_utc=now.isoformat(timespec="microseconds"),
         made_by="",
         software=build_version(),
@@ -215,7 +193,7 @@ def _paths(jobs: Sequence[Path]) -> tuple[list[Path], list[str]]:
     left_out: list[str] = []
     for place in jobs:
         if place.is_dir():
-            files, errors = find_files(place, SUFFIX)
+            files, errors = find_files(place, archive.SUFFIX)
             found |= dict.fromkeys(files)
             left_out += [f"{error.what} {error.remedy}" for error in errors]
         elif place.is_file():
@@ -237,9 +215,9 @@ def _paths(jobs: Sequence[Path]) -> tuple[list[Path], list[str]]:
 
 def _touched(
     paths: Sequence[Path], places: KeptPlaces, now: datetime, tell: Tell
-) -> tuple[list[DoubtedJob], list[str]]:
+) -> tuple[list[recall_job.DoubtedJob], list[str]]:
     doubting = Doubting(places.calibrations, places.probes, now)
-    touched: list[DoubtedJob] = []
+    touched: list[recall_job.DoubtedJob] = []
     unread: list[str] = []
     for done, path in enumerate(paths):
         tell(f"Checking {path.name}", _LOOKING * done / len(paths))
@@ -255,40 +233,40 @@ def _touched(
 
 
 def recall_doubted(
-    touched: Sequence[DoubtedJob],
-    contents: Callable[[DoubtedJob], tuple[bytes]],
+    touched: Sequence[recall_job.DoubtedJob],
+    contents: Callable[[recall_job.DoubtedJob], tuple[bytes]],
     site: Site,
     told: Callable[[int], None],
-) -> tuple[tuple[RecalledJob, ...], list[str]]:
+) -> tuple[tuple[archive.RecalledJob, ...], list[str]]:
     """Return the outcome of suspect jobs, and why some could not be opened.
 
     ``contents``: bytes of a job, with the steps of its log. ``site`` computes; all are judged here.
     """
-    found: list[JobFindings] = []
+    found: list[recall_job.JobFindings] = []
     failed: list[str] = []
     for one in run_tasks(
-        findings_of,
+        recall_job.findings_of,
         touched,
         lambda job: f"Recalculating {job.path.name}",
         site=site,
         contents=contents,
         told=told,
     ):
-        if isinstance(one, JobFindings):
+        if isinstance(one, recall_job.JobFindings):
             found.append(one)
         else:
             failed.append(one.what)
     return tuple(_judged(found)), failed
 
 
-def content_of_file(job: DoubtedJob) -> tuple[bytes]:
+def content_of_file(job: recall_job.DoubtedJob) -> tuple[bytes]:
     """Return the bytes of a job on this computer, with the steps of its log."""
     return (read_job(job.path).file,)
 
 
-def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:
+def _judged(found: Sequence[recall_job.JobFindings]) -> Iterator[archive.RecalledJob]:
     ordered = sorted(found, key=lambda job: (job.begun_utc, str(job.path)))
-    groups: dict[tuple[str, str, str], list[tuple[JobFindings, Anew]]] = {}
+    groups: dict[tuple[str, str, str], list[tuple[recall_job.JobFindings, recall_job.Anew]]] = {}
     for job in ordered:
         if job.anew is not None:
             key = job.rig, job.calibration, job.later_calibration
@@ -305,8 +283,8 @@ def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:
 
 
 def _as_record(
-    job: JobFindings, found: tuple[RecalledCharacteristic, ...], sentence: str
-) -> RecalledJob:
+    job: recall_job.JobFindings, found: tuple[archive.RecalledCharacteristic, ...], sentence: str
+) -> archive.RecalledJob:
     kept = {
         job.points[place].number
         for one, rests_on in zip(found, job.rests_on, strict=True)
@@ -316,7 +294,7 @@ def _as_record(
     # A point without dependent results was not judged.
     judged = {job.points[place].number for rests_on in job.rests_on for place in rests_on}
     released = sorted((job.in_doubt.keys() & judged) - kept)
-    return RecalledJob(
+    return archive.RecalledJob(
         path=str(job.path),
         sha256=job.sha256,
         name="" if job.name == job.path.stem else job.name,
@@ -333,11 +311,13 @@ def _as_record(
         judgement=" ".join(filter(None, (sentence, job.requirements))),
         characteristics=found,
         released=tuple(released),
-        points_sha256=points_digest(job.points, released),
+        points_sha256=archive.points_digest(job.points, released),
     )
 
 
-def decide(record: RecallRecord, places: KeptPlaces, who: str, now: datetime) -> RecallRecord:
+def decide(
+    record: archive.RecallRecord, places: KeptPlaces, who: str, now: datetime
+) -> archive.RecallRecord:
     """Release the points whose results hold, and return the signed recall.
 
     ``record``: the reviewed result of `recall`; stored with its calibrations, in their histories.
@@ -351,7 +331,10 @@ def decide(record: RecallRecord, places: KeptPlaces, who: str, now: datetime) ->
             "Give the name of the person who decides.",
         )
     about = dict.fromkeys((job.rig, job.calibration) for job in record.jobs)
-    stores = {rig: CalibrationStore(store_folder(places.calibrations, rig)) for rig, _ in about}
+    stores = {
+        rig: records.CalibrationStore(records.store_folder(places.calibrations, rig))
+        for rig, _ in about
+    }
     for rig, store in stores.items():
         if any(one.utc > record.made_utc for one in store.events):
             raise InputError(
@@ -360,11 +343,11 @@ def decide(record: RecallRecord, places: KeptPlaces, who: str, now: datetime) ->
                 "Run the recall again.",
             )
     decided = msgspec.structs.replace(record, made_by=who)
-    found = [one for one in Outcome if record.count(one)]
+    found = [one for one in archive.Outcome if record.count(one)]
     words = ", ".join(f"{record.count(one)} {one.value}" for one in found)
     for rig, calibration in about:
-        path = save(stores[rig].folder, decided)
+        path = records.save(stores[rig].folder, decided)
         # The history must not name an unreadable record.
-        load_named(stores[rig].folder, path.stem, RecallRecord)
+        records.load_named(stores[rig].folder, path.stem, archive.RecallRecord)
         stores[rig].recalled(calibration, path.stem, who, f"Jobs: {words}.", now)
     return decided

@@ -16,38 +16,25 @@ from pathlib import Path
 
 import numpy as np
 
+from ocmm_core import tracking
 from ocmm_core.alignment import Relocation, saved_frame_in
 from ocmm_core.calibration.records import CameraRecord, rig_from_record
 from ocmm_core.camera import N_PARAMETERS, Rig, project, projection_jacobians
 from ocmm_core.errors import OcmmError, TrackingError
 from ocmm_core.geometry import Float
+from ocmm_core.inspection import evaluation
 from ocmm_core.inspection.archive import KnownOfJob, ReopenedJob, reopen_content
-from ocmm_core.inspection.evaluation import (
-    FeatureState,
-    HoldReason,
-    JobStatus,
-    evaluate_job,
-    notes_of,
-)
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobHead
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_core.tolerances.kinds import needs_part_frame
-from ocmm_core.tracking import (
-    PoseBatch,
-    ProbeBody,
-    TipSensitivity,
-    solve,
-    spot_sigma_px,
-    tip_sensitivities,
-)
 
 
 @dataclass(frozen=True, slots=True)
 class Misfit:
     """Misfit of one calibration over n points, in their order."""
 
-    poses: PoseBatch
+    poses: tracking.PoseBatch
     first: Float
     last: Float
     """`first`, `last`: (n + 1,): chi-square of points before, and from, each index on."""
@@ -62,7 +49,7 @@ class Misfit:
 
 
 def misfit_of(
-    points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody, scale: float = 1.0
+    points: Sequence[MeasuredPoint], rig: Rig, body: tracking.ProbeBody, scale: float = 1.0
 ) -> Misfit:
     """Return the fit of points to a calibration; TrackingError if a pose is undetermined.
 
@@ -70,7 +57,7 @@ def misfit_of(
     own residual beyond the noise of the rig.
     """
     spots = np.stack([point.spots for point in points])
-    poses = solve(spots, rig, body, spot_sigma_px(rig))
+    poses = tracking.solve(spots, rig, body, tracking.spot_sigma_px(rig))
     if np.any(poses.status):
         lost = points[int(np.flatnonzero(poses.status)[0])].number
         raise TrackingError(
@@ -105,7 +92,9 @@ def misfit_of(
     )
 
 
-def _rows(spots: Float, poses: PoseBatch, rig: Rig, body: ProbeBody) -> tuple[Float, Float, Float]:
+def _rows(
+    spots: Float, poses: tracking.PoseBatch, rig: Rig, body: tracking.ProbeBody
+) -> tuple[Float, Float, Float]:
     """Return residuals (n, m), px, NaN if unseen, and derivatives by pose, cameras and LEDs."""
     n, cameras, leds, _ = spots.shape
     turned = np.einsum("nij,lj->nli", poses.rotation_world_from_probe, body.leds_probe)
@@ -129,7 +118,7 @@ def _rows(spots: Float, poses: PoseBatch, rig: Rig, body: ProbeBody) -> tuple[Fl
     return (residuals.reshape(n, rows), by_pose.reshape(n, rows, 6), by_prior.reshape(n, rows, -1))
 
 
-def _factor(rig: Rig, body: ProbeBody) -> Float:
+def _factor(rig: Rig, body: tracking.ProbeBody) -> Float:
     """Return F with F F' the covariance of the parameters of all cameras and of the LEDs."""
     leds = body.leds_probe.size
     size = len(rig.parameter_covariance)
@@ -174,7 +163,7 @@ def _alike(spots: Float, rig: Rig) -> float:
     return float(np.concatenate(sums).mean())
 
 
-_OF_CAMERAS = (HoldReason.CALIBRATION, HoldReason.FAILED_CALIBRATION)
+_OF_CAMERAS = (evaluation.HoldReason.CALIBRATION, evaluation.HoldReason.FAILED_CALIBRATION)
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,9 +252,9 @@ def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
     job = reopen_content(path, file, doubted.known)
     held = {
         hold_reason: {} if hold_reason in _OF_CAMERAS else job.held[hold_reason]
-        for hold_reason in HoldReason
+        for hold_reason in evaluation.HoldReason
     }
-    status = JobStatus(notes_of(held), "")
+    status = evaluation.JobStatus(evaluation.notes_of(held), "")
     own = _results(job, job.points, job.sensitivities, job.rig, status)
     why_not = _hindrance(job) or later.why_not
     anew: Anew | None = None
@@ -308,7 +297,7 @@ def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
     )
 
 
-def _anew(job: ReopenedJob, rig: Rig, status: JobStatus, scale: float) -> Anew:
+def _anew(job: ReopenedJob, rig: Rig, status: evaluation.JobStatus, scale: float) -> Anew:
     """Return a job by a later calibration; OcmmError if it cannot be computed."""
     own = misfit_of(job.points, job.rig, job.body, scale)
     later = misfit_of(job.points, rig, job.body, scale)
@@ -337,13 +326,15 @@ def _hindrance(job: ReopenedJob) -> str:
 def _results(
     job: ReopenedJob,
     points: Sequence[MeasuredPoint],
-    sensitivities: Sequence[TipSensitivity],
+    sensitivities: Sequence[tracking.TipSensitivity],
     rig: Rig,
-    status: JobStatus,
+    status: evaluation.JobStatus,
 ) -> tuple[CharacteristicResult, ...]:
-    done = {one.name for one in job.view.features if one.state is FeatureState.DONE}
-    skipped = {one.name for one in job.view.features if one.state is FeatureState.SKIPPED}
-    found = evaluate_job(
+    done = {one.name for one in job.view.features if one.state is evaluation.FeatureState.DONE}
+    skipped = {
+        one.name for one in job.view.features if one.state is evaluation.FeatureState.SKIPPED
+    }
+    found = evaluation.evaluate_job(
         job.plan, points, sensitivities, rig, job.body, job.options,
         frozenset(done), frozenset(skipped),
     )  # fmt: skip
@@ -352,8 +343,8 @@ def _results(
 
 def _moved(
     job: ReopenedJob, own: Misfit, later: Misfit, rig: Rig
-) -> tuple[list[MeasuredPoint], tuple[TipSensitivity, ...]]:
-    sensitivities = tip_sensitivities(
+) -> tuple[list[MeasuredPoint], tuple[tracking.TipSensitivity, ...]]:
+    sensitivities = tracking.tip_sensitivities(
         np.stack([point.spots for point in job.points]), rig, job.body
     )
     points = []

@@ -4,13 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ocmm_core.inspection.archive import (
-    Outcome,
-    RecalledCharacteristic,
-    RecalledJob,
-    RecalledValue,
-    RecallRecord,
-)
+from ocmm_core.inspection import archive
 from ocmm_core.inspection.evaluation import SIMULATED
 from ocmm_core.wording import Speech
 
@@ -19,32 +13,34 @@ _ENGLISH = Speech()
 COLUMNS = ("Job", "Characteristic", "Before", "After", "Result", "Why")
 
 _MEANS = {
-    Outcome.HOLDS: "Same verdict with every calibration its spots allow.",
-    Outcome.CHANGES: "Different verdict with the later calibration, the only one its spots fit.",
-    Outcome.UNKNOWN: "Measure the part again: the file cannot decide.",
+    archive.Outcome.HOLDS: "Same verdict with every calibration its spots allow.",
+    archive.Outcome.CHANGES: (
+        "Different verdict with the later calibration, the only one its spots fit."
+    ),
+    archive.Outcome.UNKNOWN: "Measure the part again: the file cannot decide.",
 }
 
 
-def headline(record: RecallRecord, speech: Speech = _ENGLISH) -> str:
+def headline(record: archive.RecallRecord, speech: Speech = _ENGLISH) -> str:
     if not record.jobs:
         if record.unread:
             return speech.say(f"{len(record.unread)} NOT JUDGED of {record.looked_at} checked")
         return speech.say(f"NO SUSPECT JOBS ({record.looked_at} checked)")
-    words = [f"{record.count(one)} {speech.word(one.value)}" for one in reversed(Outcome)]
+    words = [f"{record.count(one)} {speech.word(one.value)}" for one in reversed(archive.Outcome)]
     simulated = all(job.simulated for job in record.jobs)
     return "   ".join(([speech.word(SIMULATED)] if simulated else []) + words)
 
 
-def checked(record: RecallRecord) -> str:
+def checked(record: archive.RecallRecord) -> str:
     """Return the number of checked jobs, and their folders."""
     count = record.looked_at
     return f"{count:d} job{'' if count == 1 else 's'} checked in {', '.join(record.folders)}."
 
 
-def totals(record: RecallRecord) -> tuple[str, ...]:
+def totals(record: archive.RecallRecord) -> tuple[str, ...]:
     """Return the counts of jobs and verdicts by outcome, with its meaning, a sentence each."""
     lines = []
-    for one in reversed(Outcome):
+    for one in reversed(archive.Outcome):
         jobs, verdicts = record.count(one), record.count_verdicts(one)
         counted = (
             f"{jobs:d} job{'' if jobs == 1 else 's'}, "
@@ -54,14 +50,14 @@ def totals(record: RecallRecord) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def not_judged(record: RecallRecord, most: int | None = None) -> tuple[str, ...]:
+def not_judged(record: archive.RecallRecord, most: int | None = None) -> tuple[str, ...]:
     """Return a sentence for each job that was not judged, at most ``most``."""
     shown = [f"Not judged: {sentence}" for sentence in record.unread[:most]]
     left = len(record.unread) - len(shown)
     return (*shown, f"Not judged: {left} more; all are in the PDF.") if left else (*shown,)
 
 
-def decided(record: RecallRecord) -> str:
+def decided(record: archive.RecallRecord) -> str:
     if not record.made_by:
         return "Not decided: no points released by this recall."
     released = sum(bool(job.released) for job in record.jobs)
@@ -71,7 +67,7 @@ def decided(record: RecallRecord) -> str:
     )
 
 
-def job_line(job: RecalledJob, speech: Speech = _ENGLISH) -> str:
+def job_line(job: archive.RecalledJob, speech: Speech = _ENGLISH) -> str:
     origin = f"{speech.word(SIMULATED)}, " if job.simulated else ""
     about = f"{job.label}, part {job.part}"
     if job.serial not in ("", "-"):
@@ -80,7 +76,7 @@ def job_line(job: RecalledJob, speech: Speech = _ENGLISH) -> str:
     return f"{origin}{speech.say(about)}: {result}"
 
 
-def rests_on(job: RecalledJob) -> str:
+def rests_on(job: archive.RecalledJob) -> str:
     """Return the evidence for the judgement of a job, with hashes."""
     later = f", recalculated with {job.later[:12]}" if job.later else ""
     return (
@@ -89,19 +85,21 @@ def rests_on(job: RecalledJob) -> str:
     )
 
 
-def row(one: RecalledCharacteristic, speech: Speech = _ENGLISH) -> tuple[str, str, str, str, str]:
+def row(
+    one: archive.RecalledCharacteristic, speech: Speech = _ENGLISH
+) -> tuple[str, str, str, str, str]:
     """Return the cells of a characteristic, after that of its job."""
     after = "–" if one.after is None else _value(one.after, speech)
     outcome = speech.word(one.outcome.value)
     return one.name, _value(one.before, speech), after, outcome, speech.say(one.reason)
 
 
-def worst_first(jobs: Sequence[RecalledJob]) -> list[RecalledJob]:
-    order = {Outcome.CHANGES: 0, Outcome.UNKNOWN: 1, Outcome.HOLDS: 2}
+def worst_first(jobs: Sequence[archive.RecalledJob]) -> list[archive.RecalledJob]:
+    order = {archive.Outcome.CHANGES: 0, archive.Outcome.UNKNOWN: 1, archive.Outcome.HOLDS: 2}
     return sorted(jobs, key=lambda job: (order[job.outcome], job.created_utc))
 
 
-def _value(found: RecalledValue, speech: Speech) -> str:
+def _value(found: archive.RecalledValue, speech: Speech) -> str:
     if found.value is None:
         return speech.word(found.verdict)
     spread = "" if found.expanded is None else f" ± {found.expanded:.4f}"

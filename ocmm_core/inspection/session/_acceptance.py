@@ -6,21 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ocmm_core import measuring
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.session._job_points import ReferenceUse
 from ocmm_core.inspection.session._step_log import JobLedger
-from ocmm_core.measuring import (
-    MeasuredPoint,
-    Refusal,
-    RefusalCode,
-    Side,
-    StablePoint,
-    Touch,
-    point_uncertainty,
-    side_of,
-)
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 
@@ -28,16 +19,16 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 class Accepted:
     """An acceptable touch."""
 
-    stable: StablePoint
+    stable: measuring.StablePoint
     feature: str
-    side: Side
+    side: measuring.Side
     """Side of the probe, and its evidence."""
     sensitivity: TipSensitivity
     """Sensitivity of the tip to its inputs."""
 
-    def point(self, number: int, tip_radius: float) -> MeasuredPoint:
+    def point(self, number: int, tip_radius: float) -> measuring.MeasuredPoint:
         stable = self.stable
-        return MeasuredPoint(
+        return measuring.MeasuredPoint(
             number=number,
             feature=self.feature,
             time_s=stable.time_s,
@@ -83,14 +74,14 @@ class Acceptance:
         self._options, self._reference = options, reference
 
     def take(
-        self, touch: Touch, stable: StablePoint, meant: TouchAssignment
-    ) -> MeasuredPoint | Refusal:
+        self, touch: measuring.Touch, stable: measuring.StablePoint, meant: TouchAssignment
+    ) -> measuring.MeasuredPoint | measuring.Refusal:
         """Return the point from a touch, or why it gives none."""
         ledger, progress = self._ledger, self._ledger.progress
         judged = judge_touch(
             touch, stable, meant, self._rig, self._body, self._options, self._reference
         )
-        if isinstance(judged, Refusal):
+        if isinstance(judged, measuring.Refusal):
             return judged
         name = judged.feature
         point = judged.point(ledger.points.next_number(), self._body.tip_radius)
@@ -105,23 +96,23 @@ class Acceptance:
 
 
 def judge_touch(
-    touch: Touch,
-    stable: StablePoint,
+    touch: measuring.Touch,
+    stable: measuring.StablePoint,
     meant: TouchAssignment,
     rig: Rig,
     body: ProbeBody,
     options: SessionOptions,
     reference: ReferenceUse,
-) -> Accepted | Refusal:
+) -> Accepted | measuring.Refusal:
     """Return the result of a touch, or why it gives none."""
     if not meant.feature:
-        return Refusal(
-            RefusalCode.NO_FEATURE,
+        return measuring.Refusal(
+            measuring.RefusalCode.NO_FEATURE,
             "All features of the plan are measured.",
             "Select a feature to reopen or repeat, or write the report.",
             stable.time_s,
         )
-    side = side_of(
+    side = measuring.side_of(
         meant.method,
         touch,
         stable.tip_world,
@@ -131,7 +122,7 @@ def judge_touch(
         meant.nominal_normal,
         stable.time_s,
     )
-    if isinstance(side, Refusal):
+    if isinstance(side, measuring.Refusal):
         return side
     sensitivity = reference.sensitivity(stable.spots, stable.reference_spots)
     refusal = _doubt(stable, sensitivity, rig, body, options.point.max_uncertainty)
@@ -139,20 +130,24 @@ def judge_touch(
 
 
 def _doubt(
-    stable: StablePoint, sensitivity: TipSensitivity, rig: Rig, body: ProbeBody, limit: float
-) -> Refusal | None:
+    stable: measuring.StablePoint,
+    sensitivity: TipSensitivity,
+    rig: Rig,
+    body: ProbeBody,
+    limit: float,
+) -> measuring.Refusal | None:
     low, high = rig.volume_world
     if np.any(stable.tip_rig < low) or np.any(stable.tip_rig > high):
-        return Refusal(
-            RefusalCode.OUTSIDE,
+        return measuring.Refusal(
+            measuring.RefusalCode.OUTSIDE,
             "The ball is outside the volume in which the cameras are calibrated.",
             "Move the part or the cameras, or calibrate a larger volume.",
             stable.time_s,
         )
-    uncertainty = point_uncertainty(sensitivity, rig, body, stable.random_covariance)
+    uncertainty = measuring.point_uncertainty(sensitivity, rig, body, stable.random_covariance)
     if uncertainty > limit:
-        return Refusal(
-            RefusalCode.UNCERTAIN,
+        return measuring.Refusal(
+            measuring.RefusalCode.UNCERTAIN,
             f"The uncertainty of the point would be {uncertainty:.3f} mm (limit {limit:.3f} mm).",
             "Turn the probe so that both cameras see more LEDs.",
             stable.time_s,

@@ -14,14 +14,7 @@ import msgspec
 from ocmm_core.acceptance import LoggedTemperature
 from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError, MeasuringError
-from ocmm_core.inspection.evaluation import (
-    FOR_COMPARISON,
-    LIMITS_EVENT,
-    JobHeader,
-    SessionOptions,
-    limits_text,
-    methods_used,
-)
+from ocmm_core.inspection import evaluation
 from ocmm_core.inspection.plan import NotedRoom, environment_doubt, note_room_in, noted_rooms
 from ocmm_core.inspection.session._step_log import JobLedger
 from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text, record_text
@@ -41,7 +34,7 @@ class _Written(msgspec.Struct, frozen=True):
     batch: str = ""
 
 
-def check_header(header: JobHeader) -> None:
+def check_header(header: evaluation.JobHeader) -> None:
     """Raise InputError if a name of the header is no label (`names.label_fault`).
 
     Only order and batch may be missing; ``-`` is an unknown serial number.
@@ -61,15 +54,15 @@ def check_header(header: JobHeader) -> None:
             )
 
 
-def header_text(header: JobHeader) -> str:
+def header_text(header: evaluation.JobHeader) -> str:
     return msgspec.json.encode(_Written(header.order, header.batch)).decode()
 
 
-def header_of(head: JobHead, events: Sequence[JobEvent]) -> JobHeader:
+def header_of(head: JobHead, events: Sequence[JobEvent]) -> evaluation.JobHeader:
     """Return the header of a job file; StorageError if its event cannot be read."""
     texts = [event.text for event in events if event.kind == HEADER_EVENT]
     beside = event_value(HEADER_EVENT, texts[-1], _Written) if texts else _Written()
-    return JobHeader(head.operator, head.part, head.serial, beside.order, beside.batch)
+    return evaluation.JobHeader(head.operator, head.part, head.serial, beside.order, beside.batch)
 
 
 _CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
@@ -93,21 +86,23 @@ class Conditions:
     MeasuringError if existing points have other temperatures.
     """
 
-    def __init__(self, ledger: JobLedger, options: SessionOptions, *, begun: bool) -> None:
+    def __init__(
+        self, ledger: JobLedger, options: evaluation.SessionOptions, *, begun: bool
+    ) -> None:
         self._ledger = ledger
         self._options = options
         events = ledger.job.events()
         self._last = {event.kind: event.text for event in events}
         self._rooms = noted_rooms(events)
         self._logged: tuple[str, float, bool] | None = None
-        self._compared = "thesis" in (*methods_used(events), options.method)
+        self._compared = "thesis" in (*evaluation.methods_used(events), options.method)
         if begun:
             self._require_same_climate()
 
     @property
     def unproven(self) -> str:
         """Return why the job proves nothing; empty if it does."""
-        return self._last.get(_UNCALIBRATED, FOR_COMPARISON if self._compared else "")
+        return self._last.get(_UNCALIBRATED, evaluation.FOR_COMPARISON if self._compared else "")
 
     @property
     def simulated(self) -> bool:
@@ -163,10 +158,10 @@ class Conditions:
                 self._store(CLIMATE_EVENT, text)
 
     def note_limits(self) -> None:
-        text = limits_text(self._options)
+        text = evaluation.limits_text(self._options)
         with self._ledger.lock:
-            if self._last.get(LIMITS_EVENT) != text:
-                self._store(LIMITS_EVENT, text)
+            if self._last.get(evaluation.LIMITS_EVENT) != text:
+                self._store(evaluation.LIMITS_EVENT, text)
 
     @property
     def rooms(self) -> tuple[NotedRoom, ...]:

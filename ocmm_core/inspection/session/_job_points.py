@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocmm_core import tracking
 from ocmm_core.camera import Rig
 from ocmm_core.documents import shortened
 from ocmm_core.errors import MeasuringError
@@ -20,19 +21,6 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import DeletedPoint, HoldReason, event_text, held_back
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile, JobReference, bad_event
-from ocmm_core.tracking import (
-    PoseBatch,
-    ProbeBody,
-    ReferenceBody,
-    ReferenceHome,
-    TipSensitivity,
-    home_of,
-    motion_to_world,
-    relative_sensitivities,
-    solve_leds,
-    spot_sigma_px,
-    tip_sensitivities,
-)
 
 
 class ReferenceUse:
@@ -45,13 +33,13 @@ class ReferenceUse:
     def __init__(
         self,
         rig: Rig,
-        body: ProbeBody,
-        reference: ReferenceBody | None,
+        body: tracking.ProbeBody,
+        reference: tracking.ReferenceBody | None,
         job: JobFile,
         *,
         begun: bool,
     ) -> None:
-        self.home: ReferenceHome | None = None
+        self.home: tracking.ReferenceHome | None = None
         """Pose of the reference body at the start of the job; None if not yet known."""
         self._rig, self._body, self._reference = rig, body, reference
         self._job = job
@@ -78,15 +66,15 @@ class ReferenceUse:
                 "Start a new job.",
             )
         if stored is not None and reference is not None:
-            self.home = home_of(stored.spots, stored.n_frames, rig, reference)
+            self.home = tracking.home_of(stored.spots, stored.n_frames, rig, reference)
 
-    def keep(self, home: ReferenceHome) -> None:
+    def keep(self, home: tracking.ReferenceHome) -> None:
         """Make the first pose of the body durable, once; StorageError: no point may be recorded."""
         if self.home is None and self._reference is not None:
             self._job.store_reference(JobReference(self._reference.text, home.spots, home.n_frames))
             self.home = home
 
-    def sensitivity(self, spots: Float, reference_spots: Float | None) -> TipSensitivity:
+    def sensitivity(self, spots: Float, reference_spots: Float | None) -> tracking.TipSensitivity:
         """Return the tip of mean spots (C, L, 2) and (C, R, 2), px, with its derivatives.
 
         TrackingError if no pose; MeasuringError if not relative to the reference body of the job.
@@ -95,21 +83,21 @@ class ReferenceUse:
 
     def sensitivities(
         self, observed: Sequence[tuple[Float, Float | None]]
-    ) -> tuple[TipSensitivity, ...]:
+    ) -> tuple[tracking.TipSensitivity, ...]:
         """Do the same as `sensitivity` for many points at once."""
         if not observed:
             return ()
         spots = _stacked([seen for seen, _ in observed])
         beside = [seen for _, seen in observed if seen is not None]
         if self._reference is None and not beside:
-            return tip_sensitivities(spots, self._rig, self._body)
+            return tracking.tip_sensitivities(spots, self._rig, self._body)
         if self._reference is None or self.home is None or len(beside) != len(observed):
             raise MeasuringError(
                 "session.reference_home",
                 "The position of the reference body at the start of the job is unknown.",
                 "Let part and cameras come to rest until the machine is ready, then touch again.",
             )
-        return relative_sensitivities(
+        return tracking.relative_sensitivities(
             spots, _stacked(beside), self.home, self._rig, self._body, self._reference
         )
 
@@ -124,13 +112,15 @@ class ReferenceUse:
         if self.home is None:
             return np.full(3, np.nan)
         now = self._thesis(reference_spots, self._reference.leds.leds_body, np.zeros(3))
-        turn, shift = motion_to_world(self.home, now.rotation_world_from_probe, now.origin_world)
+        turn, shift = tracking.motion_to_world(
+            self.home, now.rotation_world_from_probe, now.origin_world
+        )
         tip_world: Float = turn[0] @ tip + shift[0]
         return tip_world
 
-    def _thesis(self, spots: Float, leds: Float, point: Float) -> PoseBatch:
-        sigma_px = spot_sigma_px(self._rig)
-        return solve_leds(spots[None], self._rig, leds, point, sigma_px, "thesis")
+    def _thesis(self, spots: Float, leds: Float, point: Float) -> tracking.PoseBatch:
+        sigma_px = tracking.spot_sigma_px(self._rig)
+        return tracking.solve_leds(spots[None], self._rig, leds, point, sigma_px, "thesis")
 
 
 def _stacked(spots: Sequence[Float]) -> Float:
@@ -180,8 +170,8 @@ class JobPoints:
                 self._successor[int(found[1])] = int(found[2])
         self.held = {hold_reason: held_back(events, hold_reason) for hold_reason in HoldReason}
         self._own: set[int] = set()
-        self._sensitivities: dict[int, TipSensitivity] = {}
-        self._in_order: list[TipSensitivity] | None = None
+        self._sensitivities: dict[int, tracking.TipSensitivity] = {}
+        self._in_order: list[tracking.TipSensitivity] | None = None
         self._deleted: dict[str, tuple[DeletedPoint, ...]] | None = None
         """`_in_order`, `_deleted`: known answers of `sensitivities` and `all_deleted`."""
 
@@ -197,7 +187,7 @@ class JobPoints:
         )
         return twin
 
-    def sensitivities(self, reference: ReferenceUse) -> list[TipSensitivity]:
+    def sensitivities(self, reference: ReferenceUse) -> list[tracking.TipSensitivity]:
         """Return those of the points that count, in order; errors of ``reference``."""
         if self._in_order is not None:
             return self._in_order
@@ -255,7 +245,7 @@ class JobPoints:
     def add(
         self,
         point: MeasuredPoint,
-        sensitivity: TipSensitivity,
+        sensitivity: tracking.TipSensitivity,
         events: Sequence[tuple[str, str]] = (),
     ) -> None:
         """Make a new point durable; StorageError if that fails."""
@@ -357,7 +347,7 @@ class JobPoints:
             self.held[hold_reason] = {k: v for k, v in held.items() if k not in free}
         return free
 
-    def know(self, sensitivities: Mapping[int, TipSensitivity]) -> None:
+    def know(self, sensitivities: Mapping[int, tracking.TipSensitivity]) -> None:
         """Use sensitivities that were already computed from the raw observations, by number."""
         self._sensitivities |= sensitivities
         self._forget_answers()

@@ -13,16 +13,9 @@ from ocmm_core.camera import Rig
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.charts import SphereMap
 from ocmm_gui.kit import fill, hbox, panel, said, said_word, sentence_label, time_words, tr, vbox
+from ocmm_gui.wizards.pages import _picture as picture
 from ocmm_gui.wizards.pages._live_panel import CameraRow, FarBanner
 from ocmm_gui.wizards.pages._pages import SIDE_PX, StepPage, beside
-from ocmm_gui.wizards.pages._picture import (
-    Contents,
-    ProbeDrawing,
-    ScenePicture,
-    bar_places,
-    bars,
-    reference_points,
-)
 from ocmm_gui.wizards.pages._shown import Facts, StepSnapshot
 
 
@@ -30,7 +23,7 @@ from ocmm_gui.wizards.pages._shown import Facts, StepSnapshot
 class StepPlan:
     """The plan: a picture, its description, and advice that could not be followed."""
 
-    contents: Contents
+    contents: picture.Contents
     description: str
     notes: tuple[str, ...] = ()
 
@@ -38,15 +31,18 @@ class StepPlan:
 def planned_points(seen: StepSnapshot) -> StepPlan:
     points = seen.view_as(KnownPointsView).points
     return StepPlan(
-        reference_points(points, None), tr("%n reference points", "1 reference point", len(points))
+        picture.reference_points(points, None),
+        tr("%n reference points", "1 reference point", len(points)),
     )
 
 
 def planned_lines(seen: StepSnapshot) -> StepPlan:
     view = seen.view_as(VerificationView)
-    places = bar_places(view.lines)
+    places = picture.bar_places(view.lines)
     return StepPlan(
-        bars(places, None), tr("%n measuring lines", "1 measuring line", len(places)), view.notes
+        picture.bars(places, None),
+        tr("%n measuring lines", "1 measuring line", len(places)),
+        view.notes,
     )
 
 
@@ -56,7 +52,7 @@ class PreparePage(StepPage):
     def __init__(self, rig: Rig, planned: Callable[[StepSnapshot], StepPlan] | None = None) -> None:
         super().__init__()
         self._planned = planned
-        self.picture = ScenePicture(tr("Volume in front of the cameras"), rig)
+        self.picture = picture.ScenePicture(tr("Volume in front of the cameras"), rig)
         self.facts = Facts(tr("The session"))
         column = QVBoxLayout()
         self.notes = sentence_label(tr("Deviations from the recommended plan"), 14)
@@ -101,7 +97,7 @@ class ProbePreparePage(StepPage):
     def __init__(self, design: ProbeBody, facts: Sequence[tuple[str, str]]) -> None:
         super().__init__()
         self._about = tuple(facts)
-        self.picture = ProbeDrawing()
+        self.picture = picture.ProbeDrawing()
         self.picture.show_probe(design.leds_probe, design.led_directions_probe, design.tip_probe)
         self.facts = Facts(tr("The session"))
         column = vbox(self.facts)

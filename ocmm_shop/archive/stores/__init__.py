@@ -3,8 +3,8 @@
 In: rows and files. Out: the same, once each, and answers to read-only SQL.
 
 Read `_interface` (used by the rest; keys of stations), `_reader` and `_store` (common code),
-`_sqlite`, `_postgresql` (bounded waits for a silent server), `_open` and `_address` (place and
-password), `_schema` and `_roles` (its SQL), `_faults` (errors as sentences).
+`_sqlite` (also opens any archive), `_postgresql` (bounded waits for a silent server), `_address`
+(place and password), `_schema` and `_roles` (its SQL), `_faults` (errors as sentences).
 It must not know how jobs come, nor which queries exist.
 """
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
         CLOCK_TELL_S, HEADS, MALFORMED, Acknowledgement, Archive, ArchivedDocument, Cell, Receipt,
         Row, Table, stations_by_key, verifies,
     )  # fmt: skip
-    from ocmm_shop.archive.stores._open import default_archive, open_archive
     from ocmm_shop.archive.stores._reader import time_of
     from ocmm_shop.archive.stores._roles import ROLES, give_roles, role_statements, roles_sql
     from ocmm_shop.archive.stores._schema import VERSION, VIEW_NAMES
+    from ocmm_shop.archive.stores._sqlite import default_archive, open_archive
     from ocmm_shop.archive.stores._store import SqlArchive
 else:
     __getattr__ = door(__name__)

@@ -1,4 +1,4 @@
-"""Archive in a file of SQLite: the default, for one computer and all its users.
+"""Archive in a file of SQLite: the default, for one computer and all its users; opens any archive.
 
 One program writes, others read (write-ahead log); acknowledged rows are on the disk.
 """
@@ -13,13 +13,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
+import platformdirs
+
 from ocmm_core import __version__
 from ocmm_core.documents import write_new
 from ocmm_core.errors import StorageError
+from ocmm_core.seals import KnownEnd, recall, remember
 from ocmm_core.side_files import Trusted
 from ocmm_core.storage import HeldConnection, database_content, open_in_place
+from ocmm_shop.archive.stores._address import check_address, is_server, parse_server
 from ocmm_shop.archive.stores._faults import foreign, newer, sqlite_fault
 from ocmm_shop.archive.stores._interface import Cell, Table
+from ocmm_shop.archive.stores._postgresql import PostgresArchive
 from ocmm_shop.archive.stores._schema import (
     APPLICATION_ID,
     SQLITE,
@@ -227,3 +232,44 @@ def _make_pages(db: sqlite3.Connection) -> None:
     """Write the header of a new database, which it lacks without tables."""
     db.execute("CREATE TABLE head (id INTEGER)")
     db.execute("DROP TABLE head")
+
+
+def default_archive() -> Path:
+    return platformdirs.user_data_path("ocmm") / "archive.sqlite"
+
+
+def open_archive(
+    address: str = "",
+    *,
+    password: Path | None = None,
+    set_up: bool = False,
+    read_only: bool = False,
+) -> SqlArchive:
+    """Return an open archive, a context manager.
+
+    `address`: ``postgresql://USER@SERVER/DATABASE``, a file, or empty for that of this user.
+    `password`: file with that of a server; None: by libpq. `set_up`: create or update the tables of
+    a server, or replace a lost file. `read_only`: nothing can be added. InputError: unusable
+    address, or the extra `shop` is missing; StorageError: unreachable, lost, or of a later version.
+    """
+    check_address(address)
+    if is_server(address):
+        return PostgresArchive(parse_server(address, password), set_up=set_up, read_only=read_only)
+    path = Path(address).expanduser() if address else default_archive()
+    memory = KnownEnd(name=f"archive {path.absolute()}", count=1, link="")
+    if not os.path.lexists(path) and not set_up and recall(memory.name) is not None:
+        raise StorageError(
+            "archive.lost",
+            f"{path}: the archive that this station has used is missing.",
+            "Put the file back, or restore it from a backup. If there is none, start a new one, "
+            "which gets the jobs in the outbox again: ocmm archive set-up.",
+        )
+    if read_only and not path.exists():
+        raise StorageError(
+            "archive.missing",
+            f"{path}: there is no archive yet.",
+            "Hand over the first job: ocmm archive send.",
+        )
+    opened = SqliteArchive(path, read_only=read_only)
+    remember(memory, sync=False)
+    return opened

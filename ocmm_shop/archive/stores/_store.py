@@ -14,31 +14,8 @@ from typing import cast
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_shop.archive import records
 from ocmm_shop.archive.stores import _faults as faults
+from ocmm_shop.archive.stores import _reader as reader
 from ocmm_shop.archive.stores._interface import Acknowledgement, Cell, Receipt
-from ocmm_shop.archive.stores._reader import (
-    ADD_DELIVERY,
-    ADD_FILE,
-    ADD_FINDING,
-    ADD_JOB,
-    ADD_MARK,
-    ADD_RESULT,
-    ADD_SENDER,
-    ADD_STATION,
-    ADD_STATION_KEY,
-    ADD_STATION_LOGIN,
-    ADD_USE,
-    JOB_FIELDS,
-    KEPT,
-    MARK_FIELDS,
-    OF_DELIVERY,
-    OF_JOB,
-    OF_VERSION,
-    RESULT_FIELDS,
-    RESULTS_SHOWN,
-    USES_SHOWN,
-    SqlReader,
-    whole_of,
-)
 from ocmm_shop.archive.stores._schema import SIGNATURES_SINCE
 
 
@@ -50,7 +27,7 @@ class _Rows:
     uses: list[dict[str, Cell]] = field(default_factory=list)
 
 
-class SqlArchive(SqlReader):
+class SqlArchive(reader.SqlReader):
     """An archive in SQL; stores implement the access."""
 
     @abstractmethod
@@ -84,8 +61,8 @@ class SqlArchive(SqlReader):
             rows = _Rows()
             receipts = [self._put(delivery, now, rows) for delivery in deliveries]
             # Many in one go: each statement is a round trip to a server.
-            self._run_many(ADD_RESULT, rows.results)
-            self._run_many(ADD_USE, rows.uses)
+            self._run_many(reader.ADD_RESULT, rows.results)
+            self._run_many(reader.ADD_USE, rows.uses)
             self._settle()
             for delivery, receipt in zip(deliveries, receipts, strict=True):
                 if receipt.answer is Acknowledgement.STORED:
@@ -99,10 +76,12 @@ class SqlArchive(SqlReader):
         sent = delivery.record
         number: dict[str, Cell] = {"id": job}
         told = (
-            ("job", OF_JOB, [tuple(getattr(sent.job, field) for field in JOB_FIELDS)]),
-            ("results", RESULTS_SHOWN,
-             [tuple(getattr(row, f) for f in RESULT_FIELDS[:9]) for row in sent.results]),
-            ("uses", USES_SHOWN, sorted((use.kind, use.identity, use.name) for use in sent.uses)),
+            ("job", reader.OF_JOB,
+             [tuple(getattr(sent.job, field) for field in reader.JOB_FIELDS)]),
+            ("results", reader.RESULTS_SHOWN,
+             [tuple(getattr(row, f) for f in reader.RESULT_FIELDS[:9]) for row in sent.results]),
+            ("uses", reader.USES_SHOWN,
+             sorted((use.kind, use.identity, use.name) for use in sent.uses)),
         )  # fmt: skip
         for where, statement, expected in told:
             found = self._run(statement, number).rows
@@ -119,32 +98,32 @@ class SqlArchive(SqlReader):
             "outbox": delivery.sender.outbox, "sequence": delivery.sequence,
         }  # fmt: skip
         job = delivery.record.job
-        if self.ask(KEPT.format(who=self._who), number).rows != ((job.sha256, True),):
+        if self.ask(reader.KEPT.format(who=self._who), number).rows != ((job.sha256, True),):
             raise faults.not_kept(self.place, job.job_uuid)
 
     def _put(self, delivery: records.Delivery, now: datetime, rows: _Rows) -> Receipt:
         sender, job = delivery.sender, delivery.record.job
         number: dict[str, Cell] = {"outbox": sender.outbox, "sequence": delivery.sequence}
         off = (datetime.fromisoformat(records.utc_text(delivery.sent_utc)) - now).total_seconds()
-        of_delivery = OF_DELIVERY.format(who=self._who)
+        of_delivery = reader.OF_DELIVERY.format(who=self._who)
         found = self._of(self._run(of_delivery, number), (int, str)).rows
         if found:
             if found[0][1] != job.sha256:
                 raise faults.sequence_taken(sender.outbox, delivery.sequence)
-            return Receipt(Acknowledgement.KNOWN, whole_of(found[0][0]), off)
+            return Receipt(Acknowledgement.KNOWN, reader.whole_of(found[0][0]), off)
         self._admit(sender)
         # A file that was altered without its head is a separate version: it must be visible.
         version: dict[str, Cell] = {
             "job_uuid": job.job_uuid, "steps": job.steps, "head": job.head,
             "sound": int(not job.fault), "station": job.station,
         }  # fmt: skip
-        there = self._of(self._run(OF_VERSION, version), (int,)).rows
+        there = self._of(self._run(reader.OF_VERSION, version), (int,)).rows
         if there:
-            row, answer = whole_of(there[0][0]), Acknowledgement.KNOWN
+            row, answer = reader.whole_of(there[0][0]), Acknowledgement.KNOWN
         else:
             row, answer = self._add(delivery, rows), Acknowledgement.STORED
         self._run(
-            ADD_DELIVERY, {**number, "job": row, "sha256": job.sha256,
+            reader.ADD_DELIVERY, {**number, "job": row, "sha256": job.sha256,
                             "sent_utc": delivery.sent_utc, "signature": delivery.signature},
         )  # fmt: skip
         return Receipt(answer, row, off)
@@ -159,7 +138,7 @@ class SqlArchive(SqlReader):
         )
         found = self._run(claim, name).rows
         if not found:
-            self._run(ADD_STATION, {**name, "machine": sender.machine, "host": sender.host})
+            self._run(reader.ADD_STATION, {**name, "machine": sender.machine, "host": sender.host})
             found = self._run(claim, name).rows
         if len(found) != 1 or len(found[0]) != 3:
             raise faults.not_understood(self.place, f"station '{sender.station}' is not there")
@@ -169,7 +148,7 @@ class SqlArchive(SqlReader):
                 sender.station, records.shown_text(str(host)), records.shown_text(str(since))
             )
         self._run(
-            ADD_SENDER,
+            reader.ADD_SENDER,
             {
                 "outbox": sender.outbox, "station": sender.station, "machine": sender.machine,
                 "username": sender.user,
@@ -177,19 +156,21 @@ class SqlArchive(SqlReader):
         )  # fmt: skip
         if sender.key:
             own = {"station": sender.station, "key": sender.key, "proof": sender.proof}
-            self._run(ADD_STATION_KEY, own)
+            self._run(reader.ADD_STATION_KEY, own)
 
     def _add(self, delivery: records.Delivery, rows: _Rows) -> int:
         record = delivery.record
         job = record.job
-        self._run(ADD_FILE, {"sha256": job.sha256, "size": job.size, "content": delivery.content})
-        values: dict[str, Cell] = {field: getattr(job, field) for field in JOB_FIELDS}
+        self._run(
+            reader.ADD_FILE, {"sha256": job.sha256, "size": job.size, "content": delivery.content}
+        )
+        values: dict[str, Cell] = {field: getattr(job, field) for field in reader.JOB_FIELDS}
         values |= {"complete": int(job.complete), "simulated": int(job.simulated)}
         values["sound"] = int(not job.fault)
-        number = whole_of(self._added(ADD_JOB, values, job.job_uuid))
+        number = reader.whole_of(self._added(reader.ADD_JOB, values, job.job_uuid))
         both: dict[str, Cell] = {"job": number, "created_utc": job.created_utc}
         rows.results += [
-            {**both, "part": job.part, **{f: getattr(row, f) for f in RESULT_FIELDS}}
+            {**both, "part": job.part, **{f: getattr(row, f) for f in reader.RESULT_FIELDS}}
             for row in record.results
         ]
         rows.uses += [
@@ -216,11 +197,11 @@ class SqlArchive(SqlReader):
             fields: dict[str, Cell] = {
                 "kind": kind, "subject": subject, "document": document, "who": who, "utc": utc,
             }  # fmt: skip
-            number = whole_of(self._added(ADD_FINDING, fields, subject))
+            number = reader.whole_of(self._added(reader.ADD_FINDING, fields, subject))
             self._run_many(
-                ADD_MARK,
+                reader.ADD_MARK,
                 [
-                    {field: getattr(mark, field) for field in MARK_FIELDS}
+                    {field: getattr(mark, field) for field in reader.MARK_FIELDS}
                     | {"holds": int(mark.holds), "finding": number}
                     for mark in marks
                 ],
@@ -244,7 +225,7 @@ class SqlArchive(SqlReader):
     def admit(self, login: str, station: str) -> None:
         """Authorise a login of the server to send as a station: see `Archive`."""
         with self._transaction():
-            self._run(ADD_STATION_LOGIN, {"login": login, "station": station})
+            self._run(reader.ADD_STATION_LOGIN, {"login": login, "station": station})
 
     def replace_computer(self, station: str, sender: records.Sender) -> None:
         """Replace the computer of a station: see `Archive`."""

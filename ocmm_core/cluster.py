@@ -1,4 +1,9 @@
-"""Parallel tasks of one function: in this process, local processes, or a scheduler's workers."""
+"""Parallel tasks of one function: in this process, local processes, or a scheduler's workers.
+
+In: a function of a module, its inputs, bytes that it needs. Out: the result of each input, in
+order, bit-identical for any number of workers. Dask is added by `ocmm_shop`. It must not know what
+is computed; seeds belong to tasks, never to workers.
+"""
 
 from __future__ import annotations
 
@@ -21,6 +26,8 @@ from ocmm_core.processes import processes_for, side_by_side
 
 @dataclass(frozen=True, slots=True)
 class Site:
+    """Where tasks are computed."""
+
     scheduler: str = ""
     """``tls://HOST:PORT`` or ``tcp://HOST:PORT`` of a Dask scheduler; empty: this computer."""
     workers: int | None = None
@@ -99,6 +106,7 @@ def _is_loopback(host: str) -> bool:
 
 
 def no_dask() -> InputError:
+    """Return the error of a scheduler without Dask."""
     return InputError(
         "cluster.dask",
         "Dask is not installed, so a scheduler cannot be used.",
@@ -140,6 +148,7 @@ _PAYS = 64
 
 
 def nothing(thing: object) -> Sequence[bytes]:
+    """Return no bytes: the tasks need none."""
     return ()
 
 

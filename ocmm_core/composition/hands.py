@@ -1,6 +1,9 @@
-"""Hands of an acceptance test, at the virtual rig and from a recording.
+"""Hands of guided procedures: threads that show frames while a watcher is attached.
 
-A hand is a thread that shows frames while a watcher is attached.
+In: a source of frames, opened on demand, and a procedure that requests touches.
+Out: frames for a watcher, until everything is shown or the watcher leaves.
+
+It must not import rigs, scenes or stations: the composition passes what to show.
 """
 
 from __future__ import annotations
@@ -55,6 +58,7 @@ class Hand(ABC):
             self._thread.start()
 
     def close(self) -> None:
+        """End what the hand shows from, if it keeps it open."""
         return
 
     @property
@@ -180,6 +184,7 @@ class RecordedHand(TestHand):
         return "The recording"
 
     def close(self) -> None:
+        """End the recording."""
         if self._source is not None:
             self._source.end()
             self._source = None

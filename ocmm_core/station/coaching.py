@@ -1,4 +1,9 @@
-"""Thread of the coach: samples, computes, and reports changes; its input and output."""
+"""Coach of a running station: samples a few times a second, and reports changes only.
+
+In: the latest pose of the probe and its visible LEDs. Out: the ellipsoid of the ball, a steady
+hint, or while the probe is lost one remedy with a picture, as a signal of changes.
+`ocmm_core.coach` defines hints; it must not know a screen, nor the other packages of a station.
+"""
 
 from __future__ import annotations
 
@@ -12,21 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
+from ocmm_core import coach
 from ocmm_core.camera import Rig
-from ocmm_core.coach import (
-    Ellipsoid,
-    Held,
-    Hint,
-    ProbePicture,
-    Sensitivities,
-    SteadyHint,
-    advise,
-    covariance_of,
-    ellipsoid_of,
-    help_when_lost,
-    picture_of,
-    stance_at,
-)
 from ocmm_core.errors import TrackingError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
@@ -38,12 +30,14 @@ _ALIKE_RAD = float(np.radians(6.0))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LastPose:
+    """Latest pose of the probe, and its visible LEDs."""
+
     rotation: Float
     tip_rig: Float
     """`rotation`, `tip_rig`: (3, 3) and (3,), mm, frame of the rig."""
     spots: Float
     """(C, L, 2), px, of that frame."""
-    sensitivities: Sensitivities
+    sensitivities: coach.Sensitivities
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,12 +59,12 @@ class ProbeNow:
 class CoachView:
     """Display next to the readout."""
 
-    ellipsoid: Ellipsoid | None = None
-    hint: Hint | None = None
+    ellipsoid: coach.Ellipsoid | None = None
+    hint: coach.Hint | None = None
     """A turn that would improve it; None if not worthwhile."""
     remedy: str = ""
     """Remedy while the probe is lost; else empty."""
-    picture: ProbePicture | None = None
+    picture: coach.ProbePicture | None = None
     """Of the probe; None before its first search."""
 
     def looks_like(self, other: CoachView) -> bool:
@@ -86,7 +80,7 @@ class CoachView:
 NOTHING = CoachView()
 
 
-def _same_ellipsoid(one: Ellipsoid | None, other: Ellipsoid | None) -> bool:
+def _same_ellipsoid(one: coach.Ellipsoid | None, other: coach.Ellipsoid | None) -> bool:
     if one is None or other is None:
         return one is other
     if not np.allclose(one.half_axes_mm, other.half_axes_mm, rtol=_ALIKE):
@@ -99,7 +93,7 @@ def _same_ellipsoid(one: Ellipsoid | None, other: Ellipsoid | None) -> bool:
     return bool(round_enough or turned < np.sin(_ALIKE_RAD))
 
 
-def _same_picture(one: ProbePicture | None, other: ProbePicture | None) -> bool:
+def _same_picture(one: coach.ProbePicture | None, other: coach.ProbePicture | None) -> bool:
     if one is None or other is None:
         return one is other
     reach = float(np.linalg.norm(one.leds, axis=1).max())
@@ -137,16 +131,18 @@ class CoachWatch:
         self, rig: Rig, body: ProbeBody, seer: Seer, failed: Callable[[Exception], None]
     ) -> None:
         self._rig, self._body, self._seer, self._failed = rig, body, seer, failed
-        self._steady = SteadyHint()
+        self._steady = coach.SteadyHint()
         self._shown = NOTHING
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="ocmm-coach", daemon=True)
 
     @property
     def shown(self) -> CoachView:
+        """Return the last reported view."""
         return self._shown
 
     def start(self) -> None:
+        """Start the thread."""
         self._thread.start()
 
     def close(self, timeout_s: float) -> bool:
@@ -168,19 +164,19 @@ class CoachWatch:
             if not now.lost:
                 return NOTHING
             rotation, tip_rig = (None, None) if last is None else (last.rotation, last.tip_rig)
-            found = help_when_lost(rig, body, rotation, tip_rig, now.seen, named=now.named)
+            found = coach.help_when_lost(rig, body, rotation, tip_rig, now.seen, named=now.named)
             return CoachView(remedy=found.remedy, picture=found.picture)
-        held = Held(last.rotation, last.tip_rig, now.seen)
-        advice = advise(rig, body, held, last.sensitivities)
+        held = coach.Held(last.rotation, last.tip_rig, now.seen)
+        advice = coach.advise(rig, body, held, last.sensitivities)
         hint = self._steady.feed(advice, time_s)
         turn = None if hint is None else hint.turns[0]
-        picture = picture_of(rig, body, last.rotation, now.seen, turn)
+        picture = coach.picture_of(rig, body, last.rotation, now.seen, turn)
         try:
             (answer,) = last.sensitivities(last.spots[None])
         except TrackingError:
             return CoachView(picture=picture)
-        covariance = covariance_of(answer, rig, body)
-        return CoachView(ellipsoid_of(covariance, stance_at(rig)), hint, "", picture)
+        covariance = coach.covariance_of(answer, rig, body)
+        return CoachView(coach.ellipsoid_of(covariance, coach.stance_at(rig)), hint, "", picture)
 
     def _run(self) -> None:
         try:
