@@ -91,7 +91,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     first = options.seed
-    holds = predictions(range(first, first + options.rigs), options.draws)
+    holds = not options.rigs or predictions(range(first, first + options.rigs), options.draws)
     holds &= searches(range(first, first + options.scenes), options.evaluations, options.steps)
     plan = rig_scenes.given_plan()
     scene, nodes = planning.scene_of(plan, plan.places), plan.nodes((25, 16, 25))

@@ -34,7 +34,7 @@ def plan_rig(
     with terminal.progress_line() as tell:
         sheet = evaluate_plan(
             plan, seed=seed, evaluations=search,
-            step=lambda what, share: tell(say_word(what), share),
+            step=lambda share: tell(say("Predicting the rig"), share),
         )  # fmt: skip
     content = msgspec.json.encode(sheet)
     out.mkdir(parents=True, exist_ok=True)
@@ -58,10 +58,11 @@ def plan_rig(
         console.print(say(sentence), highlight=True)
     rows = [
         (one.name, *(f"{value:.1f}" for value in (
-            *one.centre, one.azimuth_deg, one.elevation_deg, one.roll_deg, one.focus)))
+            *one.centre, one.azimuth_deg, one.elevation_deg, one.roll_deg, one.focus)),
+         f"{one.stop:g}")
         for one in sheet.cameras
     ]  # fmt: skip
-    columns = heads("Camera", "X", "Y", "Z", "Azimuth °", "Elevation °", "Roll °", "Focus")
+    columns = heads("Camera", "X", "Y", "Z", "Azimuth °", "Elevation °", "Roll °", "Focus", "Stop")
     terminal.print_grid(console, columns, rows, say_word("Places of the cameras"))
     for item in shopping_list(sheet):
         console.print(item)

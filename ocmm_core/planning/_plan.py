@@ -273,8 +273,8 @@ def _known(path: Path, kinds: dict[str, T], name: str) -> T:
 def _contradictions(plan: RigPlan) -> list[tuple[str, str]]:
     """Return fields that contradict others, each with what is wrong."""
     document, places = plan.document, plan.places
-    named = [(f"keep_out[{i}]", box.min, box.max) for i, box in enumerate(document.keep_out)]
-    solid = [("volume_max", document.volume_min, document.volume_max), *named]
+    solid = [("volume_max", document.volume_min, document.volume_max)]
+    solid += [("keep_out", box.min, box.max) for box in document.keep_out]
     wrong = [
         (field, "is not above its lower corner in every axis")
         for field, low, high in solid

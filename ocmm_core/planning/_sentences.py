@@ -11,8 +11,8 @@ _SHORTEST_US = 1.0
 
 def sheet_sentences(sheet: RigSheet) -> list[str]:
     """Return what a person must know, the most important first."""
-    best = sheet.best
-    said = [f"U of the tip (k = 2, longest half axis): {_figures(best)}"]
+    best, told = sheet.best, _figures(sheet.best)
+    said = [f"U of the tip (k = 2, longest half axis): {told}"]
     if best.length_worst_um is not None:
         said.append(
             f"U of a length of {sheet.length:g} mm along X, Y or Z: worst "
@@ -27,22 +27,19 @@ def sheet_sentences(sheet: RigSheet) -> list[str]:
         f"{best.leds_mean:.1f} on average."
     )
     if sheet.is_moved:
-        said += [
-            f"This is the best of {sheet.evaluations} placements tried.",
-            f"The given placement: {_figures(sheet.given)}",
-        ]
+        told = _figures(sheet.given)
+        said.append(f"This is the best of {sheet.evaluations} placements tried.")
+        said.append(f"The given placement: {told}")
         if sheet.given.measurable == sheet.given.nodes and best.worst_um and sheet.given.worst_um:
             gain = 100.0 * (1.0 - best.worst_um / sheet.given.worst_um)
             said.append(f"The best placement has a worst U smaller by {gain:.0f} %.")
     elif sheet.evaluations:
         said.append(f"None of {sheet.evaluations} placements tried is better than the given one.")
-    said.append(
-        f"With {round(100.0 * (BASE_GAIN - 1.0))} % more base, also where no camera may be: "
-        f"{_figures(sheet.wider)}"
-    )
+    percent, told = round(100.0 * (BASE_GAIN - 1.0)), _figures(sheet.wider)
+    said.append(f"With {percent} % more base, also where no camera may be: {told}")
     said += [
-        f"Without camera '{camera.name}': {_figures(left)}"
-        for camera, left in zip(sheet.cameras, sheet.one_less, strict=True)
+        f"Without camera '{camera.name}': {told}"
+        for camera, told in zip(sheet.cameras, map(_figures, sheet.one_less), strict=True)
     ]
     said += _hardware(sheet)
     said.append(

@@ -109,27 +109,27 @@ class RigSheet(msgspec.Struct, frozen=True, kw_only=True):
 
 def evaluate_plan(
     plan: RigPlan, *, seed: int, evaluations: int = 3000,
-    step: Callable[[str, float], None] = lambda what, share: None,
+    step: Callable[[float], None] = lambda share: None,
 ) -> RigSheet:  # fmt: skip
-    """Return the prediction of a plan; ``evaluations`` limits the search, 0 for none.
+    """Return the prediction of a plan.
 
+    ``evaluations`` limits the search, 0 for none; ``step`` gets the finished share.
     InputError if the calibration does not determine a camera of the given placement.
     """
     document, nodes = plan.document, plan.nodes(plan.document.nodes)
-    step("Map of the volume", 0.0)
     scene = optics.scene_of(plan, plan.places)
     given = best = predict_map(scene, nodes)
     tried = 0
     if evaluations:
         places, tried = search_places(
             plan, seed=seed, evaluations=evaluations,
-            step=lambda share: step("Search", 0.1 + 0.7 * share),
+            step=lambda share: step(0.8 * share),
         )  # fmt: skip
         moved = optics.scene_of(plan, places)
         found = predict_map(moved, nodes)
         if cost_of(found) < cost_of(given):
             scene, best = moved, found
-    step("Changes", 0.8)
+    step(0.8)
     placed, wide = scene.places, scene.places.copy()
     wide[:, :3] += (BASE_GAIN - 1.0) * (placed[:, :3] - placed[:, :3].mean(axis=0))
     return RigSheet(

@@ -61,7 +61,7 @@ def lay_out(sheet: RigSheet, language: str = ENGLISH) -> PageCanvas:
 def pdf_bytes(sheet: RigSheet, language: str = ENGLISH) -> bytes:
     """Return the sheet as a PDF file with its JSON inside; StorageError as `written_pdf`."""
     canvas = lay_out(sheet, language)
-    foot = f"{sheet.plan}   SHA-256 {sheet.plan_identity[:16]}   OCMM {sheet.software}"
+    foot = "   ".join((sheet.plan, sheet.plan_identity[:16], f"OCMM {sheet.software}"))
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, foot),

@@ -61,9 +61,12 @@ def random_plan(seed: int, spare: float = 1.0) -> RigPlan:
             planned, name=f"camera {index + 1}", camera=kind.id, lens=lens.id, centre=centre,
             place=None,
         ))  # fmt: skip
+    # The LEDs, not the ball, must be inside the calibrated volume.
+    more = np.array([80.0, 40.0, 0.0]), np.array([80.0, 40.0, 240.0])
     calibration = msgspec.structs.replace(
-        plan.document.calibration, **volume, spot_sigma_px=0.02, points=200
-    )
+        plan.document.calibration, volume_min=tuple(-half - more[0]),
+        volume_max=tuple(half + more[1]), spot_sigma_px=0.02, points=200,
+    )  # fmt: skip
     probe = load_probe(resource("probes", f"{rng.choice(['thesis', 'standard'])}.toml"))
     changes = changed(plan, cameras=tuple(cameras), calibration=calibration, **volume)
     return replace(changes, cameras=(kind,) * count, lenses=(lens,) * count, probe=probe)
