@@ -81,6 +81,22 @@ def test_a_catalogue_of_ones_own(tmp_path: Path) -> None:
         load_rig_plan(path)
 
 
+def test_the_example_of_the_guide_is_a_plan(tmp_path: Path) -> None:
+    guide = Path(__file__).parents[3] / "docs" / "technician" / "planning_a_rig.md"
+    text = guide.read_text("utf-8").partition("```toml\n")[2].partition("```")[0]
+    text = text.replace("my_cameras.toml", str(tmp_path / "my_cameras.toml"))
+    text = text.replace('"standard.toml"', f'"{resource("probes", "standard.toml")}"')
+    (tmp_path / "my_cameras.toml").write_text('schema = "ocmm.rig_catalogue/1"\nunit = "mm"\n')
+    head, camera = text.split("[[cameras]]")
+    right = camera.replace("left", "right").replace("[-200.0, -1300.0", "[600.0, -1300.0")
+    (tmp_path / "plan.toml").write_text("[[cameras]]".join([head, camera, right]), "utf-8")
+    plan = changed(load_rig_plan(tmp_path / "plan.toml"), nodes=(3, 3, 3))
+    sheet = evaluate_plan(plan, seed=1, evaluations=0)
+    # The chuck and the end of the bar away from the left camera cost the others.
+    assert sheet.best.measurable >= 20
+    assert sheet.best.measurable + sum(sheet.best.without.values()) == sheet.best.nodes == 27
+
+
 def test_looks_where_it_is_aimed(tmp_path: Path) -> None:
     plan = load_rig_plan(written(tmp_path, ("stop = 8.0", "stop = 8.0\nroll_deg = 90.0")))
     left = plan.rig(plan.places).cameras[0]
