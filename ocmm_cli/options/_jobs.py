@@ -208,6 +208,7 @@ TABLE = {
         argument("document", ..., "Rig plan (TOML).", metavar="RIG_PLAN"),
         Option("out", Path(), "Folder for the prediction."),
         Option("search", 3000, "Placements tried, 0 for none.", "placements-tried"),
+        Option("seed", 1, "Seed of the search.", "seed"),
         Option("pdf", False, "Also write the sheet as PDF."),
         Option("as_json", False, "Print the prediction as JSON instead.", flags="--json"),
     ),

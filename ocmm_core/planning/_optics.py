@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,19 +58,22 @@ class Spots:
 def scene_of(plan: RigPlan, places: Float) -> Scene:
     """Return a plan with cameras at places (C, 6), see `Scene`; InputError as `RigPlan.rig`."""
     aims = np.linalg.norm(places[:, 3:] - places[:, :3], axis=1)
-    focus = [one.focus or aim for one, aim in zip(plan.document.cameras, aims, strict=True)]
+    stated = [one.focus or np.nan for one in plan.document.cameras]
     # A lens does not focus nearer than twice its focal length.
-    focus = np.maximum(focus, [2.0 * lens.focal for lens in plan.lenses])
-    exposures = np.full(len(places), np.nan)
-    if plan.document.light is not None:
+    nearest = np.array([2.0 * lens.focal for lens in plan.lenses])
+    focus: Float = np.maximum(np.where(np.isnan(stated), aims, stated), nearest)
+    scene = Scene(plan, places, plan.rig(places), focus, np.ones(len(places)))
+    exposures, light = np.full(len(places), np.nan), plan.document.light
+    if light is not None:
         reach = np.linalg.norm(plan.probe.leds_probe - plan.probe.tip_probe, axis=1).max()
         gaps = np.linalg.norm(places[:, :3] - np.clip(places[:, :3], *plan.volume), axis=1)
-        bright = Scene(plan, places, plan.rig(places), focus, np.ones(len(places)))
-        for index, near in enumerate(np.maximum(gaps - reach, 1.0)):
+        near = np.maximum(gaps - reach, 1.0)
+        for index in range(len(places)):
+            at = slice(index, index + 1)
             # In focus, where its brightest pixel is brightest.
-            peak = _spots_in(bright, index, near, focus[index], np.ones(1))[2]
-            exposures[index] = min(plan.document.light.exposure_us, _FULL / float(peak[0]))
-    return Scene(plan, places, plan.rig(places), focus, exposures)
+            peak = _spots_in(scene, index, near[at], focus[at], np.ones(1))[2]
+            exposures[index] = min(light.exposure_us, _FULL / float(peak[0]))
+    return replace(scene, exposure_us=exposures)
 
 
 def spots_of(scene: Scene, rotations: Float, tips_world: Float) -> Spots:

@@ -166,17 +166,16 @@ class RigPlan:
 
     def nodes(self, counts: Sequence[int]) -> Float:
         """Return a grid over the volume (n, 3), mm, without nodes in keep-out boxes."""
-        axes = [
-            np.linspace(*ends, count) for ends, count in zip(self.volume.T, counts, strict=True)
-        ]
+        low, high = self.document.volume_min, self.document.volume_max
+        axes = [np.linspace(low[i], high[i], counts[i]) for i in range(3)]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
         return grid[~self.inside_box(grid)]
 
     def inside_box(self, points: Float) -> NDArray[np.bool_]:
         """Return which points (n, 3) are inside a keep-out box."""
         low, high = self.boxes[:, 0], self.boxes[:, 1]
-        within = (points[:, None] > low) & (points[:, None] < high)
-        return np.asarray(within.all(axis=2).any(axis=1))
+        within = np.all((points[:, None] > low) & (points[:, None] < high), axis=2)
+        return np.asarray(np.any(within, axis=1))
 
     def rig(self, places: Float) -> Rig:
         """Return the rig at places (C, 6), with the uncertainty of its planned calibration.

@@ -52,7 +52,7 @@ def search_places(
         return placement_cost(plan, placed(values), nodes)
 
     # A Sobol sequence has a power of two.
-    size = 2 ** int(np.ceil(np.log2(max(5, _POPULATION * np.count_nonzero(free)))))
+    size = 1 << (max(5, _POPULATION * int(free.sum())) - 1).bit_length()
     found = differential_evolution(
         cost, Bounds(least[free], most[free]), x0=given[free], rng=np.random.default_rng(seed),
         polish=False, tol=1e-3, popsize=_POPULATION, init="sobol",

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ocmm_core.camera import Rig, on_sensor, project
 from ocmm_core.geometry import Float, rotation_xyz
@@ -110,10 +109,6 @@ class View:
                 facing = np.sum(ray * light, axis=2) > least * np.linalg.norm(ray, axis=2)
                 uv[:, index][~(facing & on_sensor(camera, uv[:, index]))] = np.nan
         return uv
-
-    def seen(self, rotations: Float, tips_world: Float) -> NDArray[np.bool_]:
-        """Return the LED visibility, (n, C, L)."""
-        return np.isfinite(self.spots(rotations, tips_world)[..., 0])
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,7 +54,8 @@ def single_leds(scene: Scene, points: Float) -> Float:
     spots = (kind.white_px**2 / frames + kind.pattern_px**2) * inverse @ inverse.transpose(0, 2, 1)
     by_cameras = inverse @ d_cameras
     total = spots + by_cameras @ rig.parameter_covariance @ by_cameras.transpose(0, 2, 1)
-    return np.sqrt(np.einsum("nii->ni", total))
+    found: Float = np.sqrt(np.einsum("nii->ni", total))
+    return found
 
 
 def test_reproduces_table_1_of_the_thesis() -> None:
