@@ -7,9 +7,18 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_cli import terminal
 from ocmm_cli.measure._pages import print_pages
-from ocmm_cli.terminal import heads, lead, make_console, say, say_word
+from ocmm_cli.terminal import (
+    heads,
+    language,
+    lead,
+    make_console,
+    print_grid,
+    progress_line,
+    say,
+    say_word,
+    tip_map,
+)
 
 
 def plan_rig(
@@ -31,7 +40,7 @@ def plan_rig(
     )
 
     plan = load_rig_plan(document)
-    with terminal.progress_line() as tell:
+    with progress_line() as tell:
         sheet = evaluate_plan(
             plan, seed=seed, evaluations=search,
             step=lambda share: tell(say("Predicting the rig"), share),
@@ -41,13 +50,13 @@ def plan_rig(
     written = [out / f"{document.stem}_rig{ending}" for ending in (".json", ".svg")]
     write_atomic(written[0], content)
     top = map_from_above(sheet)
-    picture = terminal.tip_map(top, map_range([top]), f"{sheet.plan}, {sheet.probe}: U (k = 2)")
+    picture = tip_map(top, map_range([top]), f"{sheet.plan}, {sheet.probe}: U (k = 2)")
     write_atomic(written[1], picture.encode("utf-8"))
     if pdf:
         written.append(written[0].with_suffix(".pdf"))
         print_pages(
             "ocmm_gui.reports._rig_sheet",
-            [[str(written[0]), str(written[2]), "--language", terminal.language(os.environ)]],
+            [[str(written[0]), str(written[2]), "--language", language(os.environ)]],
             "rig_plan.pdf", "The sheet was not written", "The prediction is written as JSON.",
         )  # fmt: skip
     console = make_console()
@@ -63,7 +72,7 @@ def plan_rig(
         for one in sheet.cameras
     ]  # fmt: skip
     columns = heads("Camera", "X", "Y", "Z", "Azimuth °", "Elevation °", "Roll °", "Focus", "Stop")
-    terminal.print_grid(console, columns, rows, say_word("Places of the cameras"))
+    print_grid(console, columns, rows, say_word("Places of the cameras"))
     for item in shopping_list(sheet):
         console.print(item)
     console.print(f"{lead('Written  ')}{', '.join(map(str, written))}")
