@@ -115,6 +115,7 @@ NUMBER_FIELDS = (
     _whole("placements", 1, 1000, "number of placements"),
     _whole("days", 1, 3650, "number of days"),
     _whole("runs", 1, 1_000_000, "number of runs"),
+    _whole("placements-tried", 0, 1_000_000, "number of placements"),
     _whole("runs-of-a-study", 2, 1_000_000, "number of runs"),
     _whole("rows", 1, 10_000_000, "number of rows"),
     _whole("measurements", 0, 10_000_000, "number of measurements"),

@@ -3,8 +3,8 @@
 In: a plan and a source, or job files. Out: job files, reports, tables, an exit code.
 
 Read `_headless` (a whole job without a window, parts of a batch), `_plan` (check, new, import) with
-`_offers`, `_align`, `_report`, `_compare`, `_recall`, `_environment` (ambient conditions),
-`_certificate` (certificates of the machine), and `_recording` (raw frames).
+`_offers`, `_plan_rig`, `_align`, `_report`, `_compare`, `_recall`, `_environment` (ambient
+conditions), `_certificate` (certificates of the machine), and `_recording` (raw frames).
 It computes nothing: jobs are run by `station` and opened by `inspection.archive`.
 """
 

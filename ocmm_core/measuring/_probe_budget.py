@@ -20,7 +20,6 @@ from ocmm_core.calibration.probe_design import (
     growth_shape,
     sag_shape,
 )
-from ocmm_core.camera import project
 from ocmm_core.geometry import Float
 from ocmm_core.measuring._factors import systematic_covariance
 from ocmm_core.tracking import TipSensitivity, tip_sensitivities
@@ -117,17 +116,9 @@ def budget_of(
 def _sensitivities(view: View, postures: Postures, seed: int) -> tuple[TipSensitivity, ...]:
     rotations, tips = postures.draw(_POSES, np.random.default_rng(seed))
     good = np.isfinite(view.covariance(rotations, tips)[:, 0, 0])
-    seen = view.seen(rotations, tips)
-    arms = view.body.leds_probe - view.body.tip_probe
-    seen_spots = []
-    for rotation, tip, mask in zip(rotations[good], tips[good], seen[good], strict=True):
-        leds = arms @ rotation.T + tip
-        spots = np.stack([project(camera, leds) for camera in view.rig.cameras])
-        spots[~mask] = np.nan
-        seen_spots.append(spots)
-    if not seen_spots:
+    if not good.any():
         return ()
-    return tip_sensitivities(np.stack(seen_spots), view.rig, view.body)
+    return tip_sensitivities(view.spots(rotations, tips)[good], view.rig, view.body)
 
 
 def _squares(item: TipSensitivity) -> Float:

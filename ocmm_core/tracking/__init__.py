@@ -33,7 +33,9 @@ if TYPE_CHECKING:
         ARRAYS, FrameStatus, ReferenceHome, ReferenceTrack, TrackBlock, cut, in_rig, interruptions,
         join, pick,
     )  # fmt: skip
-    from ocmm_core.tracking._sensitivity import TipSensitivity, tip_sensitivities, tip_sensitivity
+    from ocmm_core.tracking._sensitivity import (
+        TipDerivatives, TipSensitivity, tip_derivatives, tip_sensitivities, tip_sensitivity,
+    )  # fmt: skip
     from ocmm_core.tracking._spot_spectrum import SpotSpectrum, spot_course
     from ocmm_core.tracking._stillness import (
         BallMotion, HandDrift, Stillness, batch_labels, judge_stillness, wildness,
@@ -46,11 +48,12 @@ __all__ = [
     "AMBIGUITY_LIMIT_MM", "ARRAYS", "SCHEMA", "Ambiguity", "BallMotion", "FrameStatus", "HandDrift",
     "IdentifyOptions", "LedBody", "LedEntry", "Method", "OrientationRule", "PoseBatch", "ProbeBody",
     "ProbeDocument", "ReferenceBody", "ReferenceHome", "ReferenceTrack", "SpotSpectrum",
-    "Stillness", "StrobeEntry", "TipSensitivity", "TrackBlock", "TrackingOptions",
+    "Stillness", "StrobeEntry", "TipDerivatives", "TipSensitivity", "TrackBlock", "TrackingOptions",
     "TrackingPipeline", "batch_labels", "body_of", "check_labels", "check_together", "cut",
     "dark_bits", "home_of", "identify", "identify_many", "in_rig", "interruptions", "join",
     "judge_stillness", "load_probe", "load_reference", "motion_to_world", "nearest_ambiguity",
     "ordered_spots", "pick", "relative_sensitivities", "relative_sensitivity", "reprojection",
     "require_spots", "satisfies_rules", "simultaneous", "solve", "solve_leds", "spot_course",
-    "spot_sigma_px", "tip_sensitivities", "tip_sensitivity", "triangulate", "wildness",
+    "spot_sigma_px", "tip_derivatives", "tip_sensitivities", "tip_sensitivity", "triangulate",
+    "wildness",
 ]  # fmt: skip

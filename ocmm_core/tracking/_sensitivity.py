@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.camera import Rig
 from ocmm_core.errors import TrackingError
@@ -69,20 +70,52 @@ def tip_sensitivity(spots: Float, rig: Rig, body: ProbeBody) -> TipSensitivity:
 
 def tip_sensitivities(spots: Float, rig: Rig, body: ProbeBody) -> tuple[TipSensitivity, ...]:
     """Return `tip_sensitivity` for n sets of spots (n, C, L, 2), px."""
-    poses = _answers(spots, rig, body.leds_probe)
-    arms = poses.rotations @ body.tip_probe
-    to_tip = arm_jacobian(arms)
-    by_spots = to_tip @ poses.by_spots
-    by_cameras = to_tip @ poses.by_cameras
-    # The estimate moves with the LEDs against the true tip, and the true tip with its own error.
-    by_geometry = np.concatenate([to_tip @ poses.by_leds, -poses.rotations], axis=2)
-    tips = arms + poses.origins
+    poses = _answered(spots, rig, body.leds_probe)
+    tips = _tips_of(poses, body)
     found = []
     for i, m in enumerate(poses.counts):
         camera, uv = _listed(spots[i])
-        slopes = by_spots[i, :, : 2 * m].reshape(3, m, 2)
-        found.append(TipSensitivity(tips[i], camera, uv, slopes, by_cameras[i], by_geometry[i]))
+        slopes = tips.by_spots[i, :, : 2 * m].reshape(3, m, 2)
+        found.append(
+            TipSensitivity(
+                tips.tips_world[i], camera, uv, slopes, tips.by_cameras[i], tips.by_geometry[i]
+            )
+        )
     return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class TipDerivatives:
+    """Tips of n sets of spots and their derivatives, as arrays for many thousand poses."""
+
+    answered: NDArray[np.bool_]
+    """(n,): False if the spots leave the pose open; its rows are not defined."""
+    tips_world: Float
+    """(n, 3), mm."""
+    by_spots: Float
+    """(n, 3, 2 C L): the first 2 m columns are those of the seen spots, camera by camera and LED by
+    LED, u before v; the others are 0."""
+    by_cameras: Float
+    by_geometry: Float
+    """`by_cameras`, `by_geometry`: (n, 3, 14 C) and (n, 3, 3 L + 3), as in `TipSensitivity`."""
+
+
+def tip_derivatives(spots: Float, rig: Rig, body: ProbeBody) -> TipDerivatives:
+    """Return tips and derivatives of n sets of spots (n, C, L, 2), px, NaN if unseen."""
+    return _tips_of(_answers(spots, rig, body.leds_probe), body)
+
+
+def _tips_of(poses: _Answers, body: ProbeBody) -> TipDerivatives:
+    arms = poses.rotations @ body.tip_probe
+    to_tip = arm_jacobian(arms)
+    return TipDerivatives(
+        poses.status == ANSWERED,
+        arms + poses.origins,
+        to_tip @ poses.by_spots,
+        to_tip @ poses.by_cameras,
+        # The estimate moves with the LEDs against the true tip, and that with its own error.
+        np.concatenate([to_tip @ poses.by_leds, -poses.rotations], axis=2),
+    )
 
 
 def pose_sensitivity(spots: Float, rig: Rig, leds: Float) -> PoseSensitivity:
@@ -95,7 +128,7 @@ def pose_sensitivity(spots: Float, rig: Rig, leds: Float) -> PoseSensitivity:
 
 def pose_sensitivities(spots: Float, rig: Rig, leds: Float) -> tuple[PoseSensitivity, ...]:
     """Return `pose_sensitivity` for n sets of spots (n, C, L, 2), px."""
-    poses = _answers(spots, rig, leds)
+    poses = _answered(spots, rig, leds)
     return tuple(
         PoseSensitivity(
             poses.rotations[i],
@@ -113,6 +146,8 @@ def pose_sensitivities(spots: Float, rig: Rig, leds: Float) -> tuple[PoseSensiti
 class _Answers:
     """Outputs of the kernel for n sets of spots."""
 
+    status: NDArray[np.uint8]
+    located: Int
     counts: Int
     rotations: Float
     origins: Float
@@ -124,29 +159,36 @@ class _Answers:
 def _answers(spots: Float, rig: Rig, leds: Float) -> _Answers:
     n, shape = len(spots), (len(rig.cameras), len(leds), 2)
     require_spots(spots, rig, len(leds))
-    status, located = np.empty(n, np.uint8), np.empty(n, np.int64)
     found = _Answers(
+        status=np.empty(n, np.uint8),
+        located=np.empty(n, np.int64),
         counts=np.empty(n, np.int64),
-        rotations=np.empty((n, 3, 3)),
-        origins=np.empty((n, 3)),
+        rotations=np.zeros((n, 3, 3)),
+        origins=np.zeros((n, 3)),
         by_spots=np.zeros((n, 6, 2 * shape[0] * shape[1])),
         by_cameras=np.zeros((n, 6, N_LENS * shape[0])),
         by_leds=np.zeros((n, 6, leds.size)),
     )
     answer_of_poses(
-        np.ascontiguousarray(spots), rig.packed(), np.ascontiguousarray(leds), status, located,
-        found.counts, found.rotations, found.origins, found.by_spots, found.by_cameras,
-        found.by_leds,
+        np.ascontiguousarray(spots), rig.packed(), np.ascontiguousarray(leds), found.status,
+        found.located, found.counts, found.rotations, found.origins, found.by_spots,
+        found.by_cameras, found.by_leds,
     )  # fmt: skip
-    failed = np.flatnonzero(status != ANSWERED)
+    return found
+
+
+def _answered(spots: Float, rig: Rig, leds: Float) -> _Answers:
+    """Return `_answers`; raise TrackingError if spots do not determine a pose."""
+    found = _answers(spots, rig, leds)
+    failed = np.flatnonzero(found.status != ANSWERED)
     if not failed.size:
         return found
-    if status[failed[0]] == TOO_FEW:
+    if found.status[failed[0]] == TOO_FEW:
         raise TrackingError(
             "tracking.targets",
             "Only 1 LED is seen by two cameras."
-            if located[failed[0]] == 1
-            else f"Only {located[failed[0]]} LEDs are seen by two cameras.",
+            if found.located[failed[0]] == 1
+            else f"Only {found.located[failed[0]]} LEDs are seen by two cameras.",
             "At least three are needed: turn the probe towards the cameras.",
         )
     raise TrackingError(

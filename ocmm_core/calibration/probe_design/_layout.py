@@ -11,11 +11,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ocmm_core.camera import Rig, on_sensor, project, projection_jacobians
+from ocmm_core.camera import Rig, on_sensor, project
 from ocmm_core.geometry import Float, rotation_xyz
-from ocmm_core.tracking import AMBIGUITY_LIMIT_MM, Ambiguity, ProbeBody, nearest_ambiguity
+from ocmm_core.tracking import (
+    AMBIGUITY_LIMIT_MM,
+    Ambiguity,
+    ProbeBody,
+    nearest_ambiguity,
+    tip_derivatives,
+)
 from ocmm_core.tracking.kernels import MAX_TIP_SIGMA
 
 
@@ -82,48 +87,28 @@ class View:
         bound = np.empty((len(tips_world), 3, 3))
         for start in range(0, len(bound), _CHUNK):
             part = slice(start, start + _CHUNK)
-            bound[part] = self._some(rotations[part], tips_world[part])
+            found = tip_derivatives(
+                self.spots(rotations[part], tips_world[part]), self.rig, self.body
+            )
+            some = self.sigma_px**2 * found.by_spots @ found.by_spots.transpose(0, 2, 1)
+            some[~found.answered | (np.einsum("nii->n", some) > MAX_TIP_SIGMA**2)] = np.nan
+            bound[part] = some
         return bound
 
-    def seen(self, rotations: Float, tips_world: Float) -> NDArray[np.bool_]:
-        """Return the LED visibility, (n, C, L)."""
+    def spots(self, rotations: Float, tips_world: Float) -> Float:
+        """Return the spots of the LEDs, (n, C, L, 2), px; NaN if unseen."""
         arms = self.body.leds_probe - self.body.tip_probe
         places = np.einsum("nij,lj->nli", rotations, arms) + tips_world[:, None]
-        shape = (len(tips_world), len(self.rig.cameras), self.body.n_leds)
-        if self.everything_seen:
-            return np.ones(shape, np.bool_)
         light = np.einsum("nij,lj->nli", rotations, self.body.led_directions_probe)
+        uv = np.empty((len(places), len(self.rig.cameras), self.body.n_leds, 2))
         least = np.cos(self.body.emission_half_angle)
-        seen = np.empty(shape, np.bool_)
         for index, camera in enumerate(self.rig.cameras):
-            ray = camera.centre_world - places
-            facing = np.sum(ray * light, axis=2) > least * np.linalg.norm(ray, axis=2)
-            seen[:, index] = facing & on_sensor(camera, project(camera, places))
-        return seen
-
-    def _some(self, rotations: Float, tips_world: Float) -> Float:
-        seen = self.seen(rotations, tips_world)
-        information = np.zeros((len(tips_world), 6, 6))
-        for led, arm in enumerate(self.body.leds_probe - self.body.tip_probe):
-            arms = rotations @ arm
-            for index, camera in enumerate(self.rig.cameras):
-                d_point, _ = projection_jacobians(camera, arms + tips_world)
-                # The pose rotates about the tip: d(point) = rotation x arm + shift of the tip.
-                rows = np.concatenate([np.cross(arms[:, None], d_point), d_point], axis=2)
-                rows *= seen[:, index, led, None, None]
-                information += rows.transpose(0, 2, 1) @ rows
-        enough = np.count_nonzero(np.count_nonzero(seen, axis=1) >= 2, axis=1) >= 3
-        # Radians and millimetres are too different in scale for a condition number.
-        information[~enough] = np.eye(6)
-        scale = np.sqrt(np.einsum("nii->ni", information))
-        alike = information / (scale[:, :, None] * scale[:, None, :])
-        enough &= np.linalg.cond(alike) < 1e12
-        alike[~enough] = np.eye(6)
-        inverse = np.linalg.inv(alike) / (scale[:, :, None] * scale[:, None, :])
-        bound: Float = self.sigma_px**2 * inverse[:, 3:, 3:]
-        enough &= np.einsum("nii->n", bound) <= MAX_TIP_SIGMA**2
-        bound[~enough] = np.nan
-        return bound
+            uv[:, index] = project(camera, places)
+            if not self.everything_seen:
+                ray = camera.centre_world - places
+                facing = np.sum(ray * light, axis=2) > least * np.linalg.norm(ray, axis=2)
+                uv[:, index][~(facing & on_sensor(camera, uv[:, index]))] = np.nan
+        return uv
 
 
 @dataclass(frozen=True, slots=True)

@@ -111,7 +111,7 @@ def test_the_bound_is_what_the_kernel_states(rig: Rig) -> None:
     leds = np.einsum("nij,lj->nli", rotations, probe.leds_probe) + tips[:, None]
     view = View(rig, probe, SIGMA_PX)
     uv = np.stack([project(camera, leds) for camera in rig.cameras], axis=1)
-    seen = view.seen(rotations, tips)
+    seen = np.isfinite(view.spots(rotations, tips)[..., 0])
     uv[~seen] = np.nan
     assert np.count_nonzero(seen.any(axis=(1, 2)) & ~seen.all(axis=(1, 2))) > 10
     stated = solve(uv, rig, probe, SIGMA_PX)

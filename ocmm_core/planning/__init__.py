@@ -1,0 +1,28 @@
+"""Planner of rigs: uncertainty, sight, light and places of cameras before they are bought.
+
+In: a document of volume, probe, attitudes and cameras from a catalogue, and where they may be.
+Out: a map of U over the volume, the best placement found, changes of it, and their sentences.
+
+Read `_catalogue` (cameras and lenses), `_plan` (the document), `_optics` (spots: what hides an LED,
+light, blur, noise), `_prediction` (U of tip and length), `_search` (best placement), then `_sheet`
+(all of it, with changes, as JSON) and `_sentences`. It must not know files of models, jobs or the
+bus.
+"""
+
+from ocmm_core.door import TYPE_CHECKING, door
+
+if TYPE_CHECKING:
+    from ocmm_core.planning._optics import Scene, scene_of, spots_of
+    from ocmm_core.planning._plan import RigPlan, load_rig_plan
+    from ocmm_core.planning._prediction import RigMap, predict_map, predict_tips, shared_covariance
+    from ocmm_core.planning._search import placement_cost, search_places
+    from ocmm_core.planning._sentences import sheet_sentences, shopping_list
+    from ocmm_core.planning._sheet import RigSheet, evaluate_plan, map_from_above, read_sheet
+else:
+    __getattr__ = door(__name__)
+
+__all__ = [
+    "RigMap", "RigPlan", "RigSheet", "Scene", "evaluate_plan", "load_rig_plan", "map_from_above",
+    "placement_cost", "predict_map", "predict_tips", "read_sheet", "scene_of", "search_places",
+    "shared_covariance", "sheet_sentences", "shopping_list", "spots_of",
+]  # fmt: skip

@@ -1,0 +1,27 @@
+"""``ocmm plan rig``: the prediction on the terminal and as files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.documents import resource
+from ocmm_core.planning import read_sheet
+from tests.commands import Ocmm
+
+
+@pytest.mark.slow
+def test_writes_json_map_and_sheet(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    plan = resource("rig_plans", "thesis.toml")
+    ran = ocmm_here("plan", "rig", str(plan), "--out", str(tmp_path), "--search", "0", "--pdf")
+    assert ran.returncode == 0, ran.stderr
+    assert "U of the tip (k = 2, longest half axis)" in ran.stdout
+    assert "2 x OCMM smart camera" in ran.stdout
+    sheet = read_sheet(tmp_path / "thesis_rig.json")
+    assert sheet.best.measurable == sum(one is not None for one in sheet.u_um) > 0
+    assert (tmp_path / "thesis_rig.pdf").read_bytes().startswith(b"%PDF")
+    assert "<svg" in (tmp_path / "thesis_rig.svg").read_text("utf-8")
+    ran = ocmm_here("plan", "rig", str(plan), "--out", str(tmp_path), "--search", "0", "--json")
+    assert json.loads(ran.stdout)["schema"] == "ocmm.rig_prediction/1"
