@@ -118,8 +118,9 @@ def propose(
     left_out = [*unread]
     used = []
     for one in count_since(document, parts, lines):
-        if one is not last and (faults := _faults(document, one, practice=practice)):
-            left_out.append(f"{one.job} is left out. {faults[0]}")
+        why = "" if one is last else next(iter(_faults(document, one, practice=practice)), "")
+        if why:
+            left_out.append(f"{one.job} is left out. {why}")
         else:
             used.append(one)
     if not used or used[-1] is not last:
