@@ -22,8 +22,8 @@ Positive = Annotated[float, Meta(gt=0.0)]
 Value = Annotated[float, Meta(gt=-1e5, lt=1e5)]
 Share = Annotated[float, Meta(gt=0.0, le=1.0)]
 Count = Annotated[int, Meta(ge=1, le=9999)]
-_ACTS_ON = {"position": ("work", "length", "turn-z"), "angle": ("work",),
-            "outer": ("radius", "turn-x"), "inner": ("radius", "turn-x")}  # fmt: skip
+_SIZE = ("radius", "turn-x")
+_ACTS_ON = {"position": ("work", "length", "turn-z"), "outer": _SIZE, "inner": _SIZE}
 
 
 def vector_of(axis: SignedAxis) -> Float:
@@ -84,11 +84,10 @@ class Drive(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     characteristic: str
     offsets: Annotated[tuple[str, ...], Meta(min_length=1)]
-    acts: Literal["position", "angle", "outer", "inner"]
-    """A place or a distance; an angle; the size of a boss or shaft, of a bore or slot."""
+    acts: Literal["position", "outer", "inner"]
+    """A place or a distance; the size of a boss or shaft, of a bore or slot."""
     direction: Literal[SignedAxis, ""] = ""
-    """Of the part frame. Position: the cut moves this way if the value grows. Angle: the cut turns
-    counter-clockwise about it."""
+    """Of the part frame: the cut moves this way if the value of a position grows."""
     feature: str = ""
     """The cut feature; empty: the first one of the characteristic."""
     weight: Annotated[float, Meta(ge=0.0, le=1e6)] = 1.0
@@ -154,5 +153,5 @@ def _faults(document: CorrectionDocument) -> Iterator[tuple[str, str]]:
         }
         if not kinds <= set(_ACTS_ON[drive.acts]):
             yield f"{drive.characteristic}.offsets", "Name offsets of this document that act on it."
-        if (drive.acts in ("position", "angle")) != bool(drive.direction):
-            yield f"{drive.characteristic}.direction", "Give it for places and angles only."
+        if (drive.acts == "position") != bool(drive.direction):
+            yield f"{drive.characteristic}.direction", "Give it for positions only."

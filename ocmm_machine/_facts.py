@@ -38,7 +38,7 @@ class MeasuredValue:
         if self.why:
             return self.why
         if result.verdict not in (Verdict.CONFORM, Verdict.NOT_CONFORM):
-            return f"{result.name} is {result.verdict.value}."
+            return f"The verdict on {result.name} is {result.verdict.value}."
         if result.stated is None or not np.isfinite(result.stated).all() or result.stated[2] <= 0.0:
             return f"{result.name} has no value with an uncertainty."
         if spec_of(result.kind).one_sided:

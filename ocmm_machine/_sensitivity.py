@@ -63,7 +63,7 @@ def _refusal(part: PartFacts, measured: MeasuredValue | None) -> str:
     """Return why a value does not count, as a sentence; empty if it does."""
     if measured is None:
         return f"{part.job} has no such characteristic."
-    if measured.result.kind in ("coordinate", "angle") and not part.aligned:
+    if measured.result.kind == "coordinate" and not part.aligned:
         return f"{part.job} has no part frame."
     return measured.refusal
 
@@ -106,12 +106,6 @@ def _slope(
     assert drive.direction  # noqa: S101 - checked with the document
     R_machine_from_part = document.frame.R_machine_from_part
     along = R_machine_from_part @ vector_of(drive.direction)
-    if drive.acts == "angle":
-        if kind != "angle":
-            raise _contradiction(drive, "acts", f"it is a {kind}, not an angle")
-        # A reflection reverses the sense of a rotation.
-        turned = float(np.linalg.det(R_machine_from_part)) * along[2]
-        return turned if offset.axis == "c" else 0.0
     if kind not in ("coordinate", "distance"):
         raise _contradiction(drive, "acts", f"it is a {kind}, not a place or distance")
     if kind == "coordinate" and drive.direction != f"+{axis.upper()}":

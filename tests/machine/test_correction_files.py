@@ -11,8 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_machine import DIALECTS, CorrectionDocument, CorrectionLine, correction_file
+from ocmm_machine import (
+    DIALECTS,
+    CorrectionDocument,
+    CorrectionLine,
+    correction_file,
+    load_corrections,
+)
 from tests.host import HANG_S, amount, needs_package, needs_tools
 from tests.machine.cut_parts import NOON, document
 
@@ -210,3 +217,8 @@ def test_hostile_names_stay_in_comments(dialect: str, tmp_path: Path) -> None:
         code = _code(content)
         assert not any("L50" in one or "M30" in one for one in code[:-1])
         assert not practice or not code
+
+
+def test_the_template_is_usable() -> None:
+    template = load_corrections(resource("corrections", "mill.toml"))
+    assert {one.kind for one in template.offset} == {"work", "radius"}

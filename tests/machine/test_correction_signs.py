@@ -158,29 +158,3 @@ def test_a_direction_against_the_plan_is_refused(tmp_path: Path) -> None:
     )  # fmt: skip
     with pytest.raises(InputError, match="contradicts the plan"):
         propose(plan, [part([measured("A", "coordinate", 0.1, axis="x")])], [])
-
-
-def test_an_angle_turns_the_work_offset(tmp_path: Path) -> None:
-    """A rotation of the cut about each part axis, by the sense in which the value grows."""
-    for axes in all_axes():
-        for sign in "+-":
-            up = sign + str(frame_of(axes)["z"])[1]
-            plan = document(
-                tmp_path, [{"name": "C", "kind": "work", "axis": "c", "number": 1}],
-                [{"characteristic": "A", "offsets": ["C"], "acts": "angle", "direction": up}],
-                frame_of(axes),
-            )  # fmt: skip
-            mill = SimulatedMill(axes, WorkOffset((0.0, 0.0, 0.0), 0.04))
-            about = np.abs(axes[2]) * (1.0 if sign == "+" else -1.0)
-
-            def angle(
-                turn: float, mill: SimulatedMill = mill, axes: Float = axes, about: Float = about
-            ) -> float:
-                edge = mill.cut_places(axes[:1] * 100.0, WorkOffset((0, 0, 0), turn), mill.length)
-                return float(np.degrees(np.cross(axes[0], edge[0] / 100.0) @ about))
-
-            before = angle(0.0)
-            assert abs(abs(before) - 0.04) < 1e-6
-            found = propose(plan, [part([measured("A", "angle", before, 0.001)])], [])
-            (change,) = found.changed
-            assert abs(angle(change.after)) < 0.001
