@@ -35,6 +35,8 @@ ERRORS_ONLY = (
     "ocmm_sim/firmware.py", "ocmm_sim/genicam/",
     "ocmm_sim/hand/", "ocmm_sim/scene/", "ocmm_sim/slave/",
     "ocmm_core/export/certificate/_artefact.py",
+    # Files for controls, whose comments are ASCII.
+    "ocmm_machine/_dialects.py",
 )  # fmt: skip
 """Only what is raised with a code, and what a command says by `say`: sentences of the window have
 `tr`, help stays English; units and the words of certificates are patterns."""
