@@ -134,7 +134,7 @@ def _line_of(form: _Form, offset: Offset, dialect: str) -> tuple[str, int]:
 def _table(cells: Sequence[tuple[int, str, str]]) -> list[str]:
     """Return a table of tools with the columns that occur."""
     names = list(dict.fromkeys(name for _, name, _ in cells))
-    values = {(tool, name): f"{float(text):+g}" for tool, name, text in cells}
+    values = {(tool, name): text if text[0] == "-" else f"+{text}" for tool, name, text in cells}
     rows = [
         f"{tool:<8}" + "".join(f"{values.get((tool, name), ''):<12}" for name in names)
         for tool in sorted({tool for tool, _, _ in cells})

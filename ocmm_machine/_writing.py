@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -112,9 +113,10 @@ class Machine:
                 "There is no correction to undo: the last change of an offset was no correction.",
                 "State the values of the control instead: ocmm correct set.",
             )
+        last = self._last()
         line = CorrectionLine(
             utc=now.isoformat(), who=who, software=build_version(), what="undone",
-            document=self.digest, before=lines[-1].after, after=lines[-1].before,
+            document=self.digest, before=last.after, after=last.before,
             undoes=len(lines), reason=reason,
         )  # fmt: skip
         return self._record(line, dialect, path)
@@ -123,10 +125,13 @@ class Machine:
         """Record values that a person read from the control; InputError if beyond the limits."""
         for name, value in given.items():
             one = self.document.named.get(name)
-            if one is None or not one.lowest <= value <= one.highest:
+            steps = value / self.document.resolution
+            whole = math.isfinite(steps) and abs(steps - round(steps)) < 1e-4
+            if one is None or not whole or not one.lowest <= value <= one.highest:
                 raise InputError(
                     "correction.value",
-                    f"{name} = {value:g} is no offset of the document within its limits.",
+                    f"{name} = {value:g} is no offset of the document, beyond its limits, or has "
+                    "more digits than the control.",
                     "Read the control again, or correct the document.",
                 )
         before = values_in_force(self.document, self.register.items)
@@ -139,14 +144,18 @@ class Machine:
 
     def write_again(self, dialect: str, path: Path) -> CorrectionLine:
         """Write the file of the last line again; nothing is recorded."""
+        return self._record(self._last(), dialect, path, again=True)
+
+    def _last(self) -> CorrectionLine:
+        """Return the last line; InputError if it is of another document, or of other offsets."""
         line = self.register.items[-1]
         if line.document != self.digest:
             raise InputError(
                 "correction.document",
-                "The document of corrections has changed since the correction was recorded.",
-                "Give the document as it was then.",
+                "The last correction of this machine was recorded with another document.",
+                "Give that document, as it was then.",
             )
-        return self._record(line, dialect, path, again=True)
+        return line
 
     def _record(
         self, line: CorrectionLine, dialect: str, path: Path, *, again: bool = False

@@ -114,6 +114,12 @@ def test_a_job_corrects_once_and_is_undone(
     old = [one.split("R")[-1] for one in (tmp_path / "c.nc").read_text().split("\n")
            if one.startswith("G90 G10 L11")]  # fmt: skip
     assert old in (["0.012"], [])
+    # Another document may not contain all its offsets.
+    text = plan.read_text(encoding="utf-8")
+    plan.write_text(text + "# another one\n", encoding="utf-8")
+    other = correct("undo", plan, *TOOL, "--out", tmp_path / "d.nc", "--reason", "trial")
+    assert "another document" in other.stderr
+    plan.write_text(text, encoding="utf-8")
     undone = correct("undo", plan, *TOOL, "--out", tmp_path / "d.nc", "--reason", "trial")
     assert undone.returncode == 0, undone.stderr
     assert (tmp_path / "d.nc").read_bytes() == (tmp_path / "c.nc").read_bytes()
@@ -124,7 +130,7 @@ def test_a_job_corrects_once_and_is_undone(
 def test_values_read_from_the_control(measure: Measure, plan: Path, correct: Ocmm) -> None:
     job = measure("before")
     assert correct("set", plan, "H3=0.1", "--by", "tester").returncode == 0
-    for wrong in ("H3", "H3=x", "H4=1", "H3=9000", "H3=nan"):
+    for wrong in ("H3", "H3=x", "H4=1", "H3=9000", "H3=nan", "H3=inf", "H3=0.0125"):
         assert correct("set", plan, wrong, "--by", "tester").returncode == 2
     # It was cut with another length.
     assert "before the control had" in str(_preview(correct, job, plan)["refusals"])

@@ -171,10 +171,10 @@ def test_a_table_of_heidenhain_is_read_by_another_program(tmp_path: Path) -> Non
     content = correction_file(_tools(tmp_path), _line(TOOLS), "heidenhain", practice=False)
     assert content.decode("ascii").split("\n") == [
         "BEGIN OCMM.T MM", "T       L           DL          R           DR          ",
-        "3       +100.5      -0.012      +5          -0.006      ", "[END]", "",
+        "3       +100.500    -0.012      +5.000      -0.006      ", "[END]", "",
     ]  # fmt: skip
     needs_package("pyLSV2", "reads tables of Heidenhain")
-    from pyLSV2.table_reader import NCTable  # type: ignore[import-not-found, unused-ignore]
+    from pyLSV2.table_reader import NCTable  # type: ignore[import-not-found, import-untyped, unused-ignore]
 
     path = tmp_path / "ocmm.t"
     path.write_bytes(content)
