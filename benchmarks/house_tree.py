@@ -16,7 +16,7 @@ from pathlib import Path
 
 ROOTS = (
     "ocmm_core", "ocmm_genicam", "ocmm_sim", "ocmm_cad", "ocmm_shop", "ocmm_cli", "ocmm_gui",
-    "ocmm_serve", "ocmm_bench", "ocmm_boards",
+    "ocmm_serve", "ocmm_bench", "ocmm_boards", "ocmm_machine",
 )  # fmt: skip
 
 

@@ -350,6 +350,23 @@ TABLE = {
     "certificate trust": (
         argument("file", ..., "X.509 certificate of the laboratory (PEM)."),
     ),
+    "correct": (
+        argument("job", ..., "Job file.", metavar="JOB"),
+        argument("document", ..., "Document of corrections (TOML).", metavar="DOCUMENT"),
+        argument("values", ..., "Values that the control shows.", metavar="NAME=NUMBER..."),
+        Option("dialect", ..., "Control that reads the file, or csv."),
+        Option("out", ..., "New file for the control."),
+        Option("who", ..., "Your name, for the register.", flags="--by"),
+        Option("confirm", "", "Code of the preview that you looked at."),
+        Option("practice", False, "Practice with simulated jobs: for no machine; files contain "
+               "comments only."),
+        Option("recut", False, "The part was cut again after the last change, although its serial "
+               "number was used then."),
+        Option("json", False, "Print one JSON object instead of the tables."),
+        Option("records", None, "Folder of the registers; default: that of this user."),
+        Option("probes", None, "Probe record folder. Default: that of this user."),
+        Option("calibrations", None, "Calibration folder. Default: that of this user."),
+    ),
     "serve": (
         Option("operator", DEFAULT_OPERATOR, ""),
         Option("out", Path("ocmm-out"), ""),

@@ -48,6 +48,8 @@ class Signed(StrEnum):
     """Study of a calibrated part (MSA)."""
     ARTEFACTS = "artefacts"
     """Register of artefacts."""
+    CORRECTIONS = "corrections"
+    """Register of a machine tool's corrections."""
     RECALL = "recall"
     PLAN = "plan"
     TEMPLATE = "template"

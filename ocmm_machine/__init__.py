@@ -1,0 +1,31 @@
+"""Corrections of a machine tool from finished jobs: proven, confirmed, recorded, undoable.
+
+In: finished jobs, and the document of a machine's offsets. Out: changes of work offsets, tool
+lengths and radii beyond U and the dead band, as files for controls.
+
+Read `_document` (offsets, their limits, and what acts on them), `_facts` (what a job proves),
+`_proposal` (deviations to changes, signs and handedness), `_history` (the signed register),
+`_dialects` (files for controls) and `_writing` (preview, confirmed write, undo). `_command` is
+`ocmm correct`, an entry point of `ocmm.commands`; nothing imports this package.
+"""
+
+from ocmm_core.door import TYPE_CHECKING, door
+
+if TYPE_CHECKING:
+    from ocmm_machine._command import correct_app
+    from ocmm_machine._dialects import CSV_COLUMNS, DIALECTS, correction_file
+    from ocmm_machine._document import (
+        CorrectionDocument, Drive, MachineFrame, Offset, load_corrections,
+    )  # fmt: skip
+    from ocmm_machine._facts import MeasuredValue, PartFacts, facts_of, read_parts
+    from ocmm_machine._history import CorrectionLine, values_in_force
+    from ocmm_machine._proposal import Change, Effect, Proposal, propose
+    from ocmm_machine._writing import Machine
+else:
+    __getattr__ = door(__name__)
+
+__all__ = [
+    "CSV_COLUMNS", "DIALECTS", "Change", "CorrectionDocument", "CorrectionLine", "Drive", "Effect",
+    "Machine", "MachineFrame", "MeasuredValue", "Offset", "PartFacts", "Proposal", "correct_app",
+    "correction_file", "facts_of", "load_corrections", "propose", "read_parts", "values_in_force",
+]  # fmt: skip

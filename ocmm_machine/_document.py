@@ -1,0 +1,157 @@
+"""Document of a machine's corrections: which characteristic acts on which offset, and limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+
+from ocmm_core.documents import Document, load_document
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+
+SCHEMA = "ocmm.corrections/1"
+SignedAxis = Literal["+X", "-X", "+Y", "-Y", "+Z", "-Z"]
+Machine = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,58}[A-Za-z0-9]$")]
+Name = Annotated[str, Meta(pattern=r"^[!-~]([ -~]{0,58}[!-~])?$")]
+Positive = Annotated[float, Meta(gt=0.0)]
+Value = Annotated[float, Meta(gt=-1e5, lt=1e5)]
+Share = Annotated[float, Meta(gt=0.0, le=1.0)]
+Count = Annotated[int, Meta(ge=1, le=9999)]
+_SIZE = ("radius", "turn-x")
+_ACTS_ON = {"position": ("work", "length", "turn-z"), "outer": _SIZE, "inner": _SIZE}
+
+
+def vector_of(axis: SignedAxis) -> Float:
+    """Return the unit vector (3,) of a signed axis."""
+    vector: Float = np.zeros(3)
+    vector["XYZ".index(axis[1])] = 1.0 if axis[0] == "+" else -1.0
+    return vector
+
+
+class MachineFrame(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Axes of the machine, as directions of the part frame of the plan."""
+
+    x: SignedAxis
+    y: SignedAxis
+    z: SignedAxis
+    handedness: Literal["right", "left"]
+    """Of the machine's axes; stated again, so that one wrong sign is found."""
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """mm: zero of the work offset in the part frame; the centre of its rotation."""
+
+    @property
+    def R_machine_from_part(self) -> Float:
+        """Return the axes as rows, (3, 3); a reflection if the machine is left-handed."""
+        return np.array([vector_of(self.x), vector_of(self.y), vector_of(self.z)])
+
+
+class Offset(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One value in the control; mm, of a rotation degrees."""
+
+    name: Name
+    kind: Literal["work", "length", "radius", "turn-x", "turn-z"]
+    number: Count
+    """Of the work offset (1 is G54), or of the tool."""
+    axis: Literal["", "x", "y", "z", "c"] = ""
+    """Of a work offset; ``"c"`` is its rotation from X towards Y of the machine."""
+    register: Literal["wear", "geometry"] = "wear"
+    """Of a tool."""
+    counts: Literal["radius", "diameter"] = "radius"
+    """How the control counts ``radius`` or ``turn-x``; a machine parameter."""
+    present: Value
+    """In the control before the first correction."""
+    dead_band: Positive
+    step: Positive
+    """`dead_band`, `step`: No smaller change is made, and no larger one at a time."""
+    lowest: Value
+    highest: Value
+    """`lowest`, `highest`: Limits of the value in the control."""
+    share: Share = 0.7
+    """Of the found change that is made."""
+
+    @property
+    def unit(self) -> Literal["mm", "deg"]:
+        return "deg" if self.axis == "c" else "mm"
+
+
+class Drive(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A characteristic, and all offsets that act on it."""
+
+    characteristic: str
+    offsets: Annotated[tuple[str, ...], Meta(min_length=1)]
+    acts: Literal["position", "outer", "inner"]
+    """A place or a distance; the size of a boss or shaft, of a bore or slot."""
+    direction: Literal[SignedAxis, ""] = ""
+    """Of the part frame: the cut moves this way if the value of a position grows."""
+    feature: str = ""
+    """The cut feature; empty: the first one of the characteristic."""
+    weight: Annotated[float, Meta(ge=0.0, le=1e6)] = 1.0
+    """On the least squares, in addition to 1 / U²; 0 shows the effect only."""
+
+
+class CorrectionDocument(Document, frozen=True, kw_only=True):
+    """Offsets of a machine and the characteristics of one plan that correct them."""
+
+    machine: Machine
+    """Also the name of its register."""
+    plan: str
+    frame: MachineFrame
+    offset: Annotated[tuple[Offset, ...], Meta(min_length=1)]
+    drive: Annotated[tuple[Drive, ...], Meta(min_length=1)]
+    method: Literal["last", "mean", "trend"] = "last"
+    """The last part; the mean of the last ``parts``; or their line, extended to the next part."""
+    parts: Annotated[int, Meta(ge=1, le=1000)] = 1
+    """Required number of parts since the last change."""
+    dead_parts: Annotated[int, Meta(ge=0, le=1000)] = 0
+    """Parts after a change that do not count: cut before the control had it."""
+    resolution: Annotated[float, Meta(ge=1e-5, le=0.01)] = 0.001
+    """Smallest step of the control; changes are rounded towards zero to it."""
+
+    @property
+    def named(self) -> dict[str, Offset]:
+        return {one.name: one for one in self.offset}
+
+
+def load_corrections(path: Path | str) -> CorrectionDocument:
+    """Return the document at ``path``; InputError if it contradicts itself."""
+    document = load_document(path, CorrectionDocument, SCHEMA)
+    for field, remedy in _faults(document):
+        raise InputError("correction.field", f"{path}: field '{field}' is not usable.", remedy)
+    return document
+
+
+def _faults(document: CorrectionDocument) -> Iterator[tuple[str, str]]:
+    """Yield the contradictory fields, each with its remedy."""
+    if document.parts < {"last": 1, "mean": 2, "trend": 3}[document.method]:
+        yield "parts", "Give at least 1 part for the last one, 2 for a mean, 3 for a trend."
+    turned = float(np.linalg.det(document.frame.R_machine_from_part))
+    if abs(turned) < 0.5:
+        yield "frame", "Give three different axes of the part."
+    if (turned > 0.0) != (document.frame.handedness == "right"):
+        yield "frame.handedness", "The axes have the other one: check the sign of each axis."
+    places = {(one.kind, one.axis, one.number, one.register) for one in document.offset}
+    if not len(document.named) == len(document.offset) == len(places):
+        yield "offset", "Name each offset once, and each value of the control."
+    for one in document.offset:
+        steps = one.present / document.resolution
+        if (one.kind == "work") != bool(one.axis):
+            yield f"{one.name}.axis", "Give it for work offsets only."
+        if one.step <= one.dead_band:
+            yield f"{one.name}.step", "Give more than the dead band."
+        if not one.lowest <= one.present <= one.highest or abs(steps - round(steps)) > 1e-4:
+            yield f"{one.name}.present", "Give steps of the resolution, from lowest to highest."
+    if len({one.characteristic for one in document.drive}) < len(document.drive):
+        yield "drive", "Name each characteristic once."
+    for drive in document.drive:
+        kinds = {
+            document.named[name].kind if name in document.named else "" for name in drive.offsets
+        }
+        if not kinds <= set(_ACTS_ON[drive.acts]):
+            yield f"{drive.characteristic}.offsets", "Name offsets of this document that act on it."
+        if (drive.acts == "position") != bool(drive.direction):
+            yield f"{drive.characteristic}.direction", "Give it for positions only."
