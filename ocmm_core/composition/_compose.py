@@ -19,9 +19,10 @@ from ocmm_core.composition._calibration_choice import (
     choose_probe,
 )
 from ocmm_core.composition._climate import climate_in_use
+from ocmm_core.composition._defaults import RECOMMENDED_RIG
 from ocmm_core.composition._feeds import Remaining, ScriptedRig, StationRequest, written_folders
-from ocmm_core.composition._sources import make_feed
-from ocmm_core.documents import digest
+from ocmm_core.composition._sources import make_feed, source_of
+from ocmm_core.documents import digest, resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.fieldbus.described import refuse_unproven, resting_doubt_mm
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
@@ -72,6 +73,9 @@ def build_station(request: StationRequest) -> BuiltStation:
     """Load documents, make the job file, return the station; OcmmError, all closed again."""
     clear_leftovers(written_folders(request))
     request = replace(request, released_only=request.released_only or released_plans_only())
+    shipped = source_of(request.source).spec.rig
+    if shipped and request.rig == RECOMMENDED_RIG:
+        request = replace(request, rig=resource("rigs", shipped))
     if request.resume is None:
         if request.released_only:
             require_released(request.plan, plan_release(request.plan))
