@@ -15,8 +15,8 @@ from ocmm_trackers._igtl import Element, Pose
 _RESTART_NS = 1_000_000_000
 _PAUSE_NS = 60_000_000_000
 _MOST_LATE = 100
-_FARTHEST = 1e5
-"""mm; no tracker reaches so far."""
+_FARTHEST = 1e7
+"""mm; no tracker reaches so far, also with coordinates in mm read as metres."""
 _RATED = 50
 _RATE_SHARE = 0.2
 _UNIT_MM = {"mm": 1.0, "m": 1000.0}

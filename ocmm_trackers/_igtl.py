@@ -32,8 +32,8 @@ def _table() -> list[int]:
     for byte in range(256):
         rest = byte << 56
         for _ in range(8):
-            rest = (rest << 1) ^ _POLYNOMIAL if rest >> 63 else rest << 1
-        found.append(rest & _MASK)
+            rest = ((rest << 1) ^ (_POLYNOMIAL if rest >> 63 else 0)) & _MASK
+        found.append(rest)
     return found
 
 

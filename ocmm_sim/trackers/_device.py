@@ -47,6 +47,10 @@ class MarkerErrors:
         rounded: Float = np.round(self._filtered / noise.rounding) * noise.rounding
         return rounded
 
+    def restart(self) -> None:
+        """Forget the frames before, as after many frames at rest elsewhere."""
+        self._filtered = None
+
     def systematic(self, places: Float) -> Float:
         """Return the markers with the errors that are the same in all frames."""
         phase = np.einsum("wai,ni->nwa", self._waves, places) + self._phases

@@ -49,7 +49,9 @@ class Bench:
     def of(cls, path: Path) -> Bench:
         return cls(load_rig(path), load_tracker(path))
 
-    def window(self, errors: MarkerErrors, rng: np.random.Generator) -> tuple[FrameBlock, np.ndarray]:
+    def window(
+        self, errors: MarkerErrors, rng: np.random.Generator
+    ) -> tuple[FrameBlock, np.ndarray]:
         """Return frames of a probe that rests somewhere, and its true ball (3,)."""
         low, high = self.rig.volume_world
         tip = rng.uniform(low, high)
@@ -63,9 +65,7 @@ class Bench:
         period = round(1e9 / self.rig.frame_rate_hz)
         counter = np.arange(FRAMES, dtype=np.int64)
         valid = np.full((FRAMES, 3), (1 << self.body.n_leds) - 1, np.uint64)
-        block = FrameBlock(
-            counter, (counter + 1) * period, np.zeros(FRAMES, np.uint32), valid, uv
-        )
+        block = FrameBlock(counter, (counter + 1) * period, np.zeros(FRAMES, np.uint32), valid, uv)
         return block, tip
 
     def point(self, block: FrameBlock) -> StablePoint | Refusal:
@@ -95,7 +95,7 @@ class Bench:
         for device in range(devices):
             errors = MarkerErrors(truth or self.document, 1000 * seed + device)
             for _ in range(each):
-                errors._filtered = None
+                errors.restart()
                 block, tip = self.window(errors, rng)
                 yield self.point(block), tip
 
