@@ -7,6 +7,7 @@ STATUS, SENSOR). Integers and floats are big endian, lengths mm.
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -198,7 +199,7 @@ def _sensor(_device: str, body: bytes) -> Sensor:
     return Sensor(struct.unpack_from(f">{count}d", body, 10))
 
 
-_READERS = {
+_READERS: dict[str, Callable[[str, bytes], Pose | Status | Sensor]] = {
     "TRANSFORM": _transform, "POSITION": _position, "TDATA": _tracking_data,
     "QTDATA": _quaternion_data, "POINT": _points, "STATUS": _status, "SENSOR": _sensor,
 }  # fmt: skip

@@ -32,7 +32,7 @@ class Geometry(Enum):
 def flatness(leds: Float) -> float:
     """Return the RMS distance of LEDs (L, 3) from their plane, mm."""
     spread = np.linalg.svd(leds - leds.mean(axis=0))[1]
-    return float(spread[2]) / np.sqrt(len(leds))
+    return float(spread[2] / np.sqrt(len(leds)))
 
 
 def judge_geometry(places: Float, leds: Float, sigma: float) -> Geometry:

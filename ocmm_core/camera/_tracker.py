@@ -135,8 +135,7 @@ def load_tracker(path: Path | str) -> TrackerDocument:
             f"{path}: field 'markers' names {len(document.markers)} markers.",
             f"Name 3 to {_MOST_MARKERS} markers, each once, as the device does.",
         )
-    low, high = np.array(document.volume_min), np.array(document.volume_max)
-    if np.any(high <= low):
+    if np.any(np.array(document.volume_max) <= np.array(document.volume_min)):
         raise InputError(
             "rig.volume",
             f"{path}: field 'volume_max' is not above 'volume_min' in every axis.",

@@ -40,9 +40,13 @@ def test_a_real_tracker_is_not_calibrated(tmp_path: Path) -> None:
 
 
 def test_cameras_are_not_calibrated_with_a_tracker(ocmm: Ocmm, tmp_path: Path) -> None:
+    points = tmp_path / "points.csv"
+    places = "".join(f"{n},{10 * n},{n * n},{-5 * n}\n" for n in range(20))
+    head = "# unit: mm\n# uncertainty: 0.0017\n# frame: world\nname,x,y,z\n"
+    points.write_text(head + places, "utf-8")
     done = ocmm(
         "calibrate", "cameras", "--source", "simulated", "--rig", TRACKER, "--calibrations",
-        tmp_path / "records",
+        tmp_path / "records", "--points", points,
     )  # fmt: skip
     assert done.returncode != 0
     assert "is for cameras and does not apply" in " ".join((done.stdout + done.stderr).split())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +12,8 @@ from scipy.spatial.transform import Rotation
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import Rig, TrackerDocument, load_rig, load_tracker, project
 from ocmm_core.documents import resource
-from ocmm_core.measuring import PointOptions, Refusal, StablePoint, average
-from ocmm_core.measuring._pattern_field import pattern_field
-from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe, tip_sensitivities
+from ocmm_core.measuring import PointOptions, Refusal, StablePoint, average, systematic_covariance
+from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe, tip_sensitivity
 from ocmm_sim.trackers import MarkerErrors
 
 TRACKER = resource("rigs", "tracker.toml")
@@ -77,14 +76,10 @@ class Bench:
 
         Without motion of the hand, of which there is none here.
         """
-        of = tip_sensitivities(point.spots[None], self.rig, self.body)
-        by = of[0].by_cameras
-        found: np.ndarray = (
-            point.random_covariance
-            - point.motion_covariance
-            + pattern_field(of, self.rig).blocks()[0]
-            + by @ self.rig.parameter_covariance @ by.T
-        )
+        exact = replace(self.body, geometry_covariance=np.zeros_like(self.body.geometry_covariance))
+        of = tip_sensitivity(point.spots, self.rig, exact)
+        systematic = systematic_covariance([of], self.rig, exact)
+        found: np.ndarray = point.random_covariance - point.motion_covariance + systematic
         return found
 
     def touches(
