@@ -126,7 +126,8 @@ def _without_extension(body: bytes) -> bytes:
 
 
 def _floats(raw: bytes) -> Float:
-    return np.frombuffer(raw, ">f4").astype(np.float64)
+    # Not by numpy, which warns of a signalling NaN.
+    return np.array(struct.unpack(f">{len(raw) // 4}f", raw))
 
 
 def _element(name: str, place: Float, rotation: Float | tuple[float, ...] = IDENTITY) -> Element:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from enum import Enum, auto
 from itertools import combinations
 
 import numpy as np
@@ -22,11 +22,11 @@ _LEAST_MARKERS = 4
 class Geometry(Enum):
     """Result of comparing markers with a probe."""
 
-    UNKNOWN = "unknown"
-    PROVEN = "proven"
-    TOO_SMALL = "too small"
-    TOO_LARGE = "too large"
-    MIRRORED = "mirrored"
+    UNKNOWN = auto()
+    PROVEN = auto()
+    TOO_SMALL = auto()
+    TOO_LARGE = auto()
+    MIRRORED = auto()
 
 
 def flatness(leds: Float) -> float:
@@ -75,10 +75,9 @@ def judge_geometry(places: Float, leds: Float, sigma: float) -> Geometry:
 def refuse(found: Geometry, unit: str) -> None:
     """Raise AcquisitionError if the probe contradicts unit or axes of the document."""
     if found in (Geometry.TOO_SMALL, Geometry.TOO_LARGE):
-        size = "smaller" if found is Geometry.TOO_SMALL else "larger"
         raise AcquisitionError(
             "igtl.unit",
-            f"The distances between the markers are a hundred times {size} than those of the "
+            "The distances between the markers are far smaller or larger than those of the "
             f"probe: the tracker does not send coordinates in {unit}, as its document says.",
             "Correct 'device_unit' in the document of the tracker.",
         )

@@ -106,7 +106,7 @@ class IgtlSource:
         except OSError as error:
             data, why = b"", error.strerror or str(error)
         else:
-            why = "end of the connection"
+            why = "closed"
         if not data:
             raise AcquisitionError(
                 "igtl.closed",
