@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from ocmm_trackers._igtl import (
         IDENTITY, Element, Message, Pose, Status, checksum, decode, fraction_of,
     )  # fmt: skip
-    from ocmm_trackers._proof import Geometry, judge_geometry
     from ocmm_trackers._process import TrackerConfig, tracker_command, tracker_description
+    from ocmm_trackers._proof import Geometry, judge_geometry
     from ocmm_trackers._source import IgtlSource
     from ocmm_trackers._specs import IGTL
     from ocmm_trackers._stream import MessageAccount, MessageStream

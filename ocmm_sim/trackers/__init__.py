@@ -12,12 +12,12 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_sim.trackers._device import MarkerErrors, SoftwareTracker
-    from ocmm_sim.trackers._server import IgtlEncoder, IgtlServer, TrackerFaults, message
+    from ocmm_sim.trackers._server import IgtlEncoder, IgtlServer, Kind, TrackerFaults, message
     from ocmm_sim.trackers._virtual import virtual_tracker_feed
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "IgtlEncoder", "IgtlServer", "MarkerErrors", "SoftwareTracker", "TrackerFaults", "message",
-    "virtual_tracker_feed",
+    "IgtlEncoder", "IgtlServer", "Kind", "MarkerErrors", "SoftwareTracker", "TrackerFaults",
+    "message", "virtual_tracker_feed",
 ]  # fmt: skip

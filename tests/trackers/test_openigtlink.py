@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
 from ocmm_core.camera import load_rig, load_tracker
 from ocmm_core.errors import AcquisitionError, InputError, OcmmError
 from ocmm_core.tracking import FrameStatus, TrackingPipeline
-from ocmm_sim.trackers import IgtlEncoder, IgtlServer, MarkerErrors, TrackerFaults, message
+from ocmm_sim.trackers import IgtlEncoder, IgtlServer, Kind, MarkerErrors, TrackerFaults, message
 from ocmm_trackers import (
     FrameBuilder,
     Geometry,
@@ -33,7 +34,7 @@ from tests.trackers.tracker_bench import BODY, TRACKER, written
 
 PROBE = TRACKER.parents[1] / "probes" / "standard.toml"
 FIRST_NS, PERIOD_NS = 1_764_500_000_000_000_000, 10_000_000
-_KINDS = ("TDATA", "QTDATA", "POSITION", "TRANSFORM", "POINT")
+_KINDS: tuple[Kind, ...] = ("TDATA", "QTDATA", "POSITION", "TRANSFORM", "POINT")
 _SIGMA_MM = 0.05
 _HOSTILE, _MIXED = 10_000, 100
 
@@ -90,7 +91,7 @@ def test_checksum_is_that_of_the_standard() -> None:
 
 @pytest.mark.parametrize("version", [1, 3])
 @pytest.mark.parametrize("kind", _KINDS)
-def test_markers_arrive_as_sent(kind: str, version: int) -> None:
+def test_markers_arrive_as_sent(kind: Kind, version: int) -> None:
     rng = np.random.default_rng(1)
     encoder = IgtlEncoder(load_tracker(TRACKER), kind, version)
     sent = [places_of(rng) for _ in range(20)]
@@ -329,11 +330,12 @@ def test_cameras_flat_probes_and_addresses_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["TRANSFORM", "POINT"])
-def test_the_public_client_reads_the_same(kind: str) -> None:
+def test_the_public_client_reads_the_same(kind: Kind) -> None:
     """Both ways: pyigtl reads our messages, and we read its."""
     if find_spec("pyigtl") is None:
         not_run("pyigtl is not installed")
-    from pyigtl.messages import MessageBase, PointMessage, TransformMessage
+    theirs_of = import_module("pyigtl.messages")
+    head_of, message_of = theirs_of.MessageBase.parse_header, theirs_of.MessageBase.create_message
 
     rng = np.random.default_rng(11)
     for _ in range(100):
@@ -342,8 +344,8 @@ def test_the_public_client_reads_the_same(kind: str) -> None:
         data = data[58 + 18 :]  # Without the button, which it does not read.
         found = []
         while data:
-            head = MessageBase.parse_header(data[:58])
-            theirs = MessageBase.create_message(head["message_type"])
+            head = head_of(data[:58])
+            theirs = message_of(head["message_type"])
             theirs.unpack(head, data[58 : 58 + head["body_size"]])
             data = data[58 + head["body_size"] :]
             assert theirs.timestamp == pytest.approx(FIRST_NS * 1e-9, abs=1e-6)
@@ -354,11 +356,13 @@ def test_the_public_client_reads_the_same(kind: str) -> None:
         sent = b""
         if kind == "POINT":
             names = [f"M{n + 1}" for n in range(len(places))]
-            sent = PointMessage(places, names, timestamp=1.7e9, device_name="T").pack()
+            sent = theirs_of.PointMessage(places, names, timestamp=1.7e9, device_name="T").pack()
         for n, place in enumerate(places) if kind == "TRANSFORM" else ():
             matrix = np.eye(4)
             matrix[:3, 3] = place
-            sent += TransformMessage(matrix, timestamp=1.7e9, device_name=f"M{n + 1}").pack()
+            sent += theirs_of.TransformMessage(
+                matrix, timestamp=1.7e9, device_name=f"M{n + 1}"
+            ).pack()
         if kind == "TRANSFORM":
-            sent += TransformMessage(np.eye(4), timestamp=1.8e9, device_name="M1").pack()
+            sent += theirs_of.TransformMessage(np.eye(4), timestamp=1.8e9, device_name="M1").pack()
         np.testing.assert_allclose(frames_in(sent)[0][:6], places, atol=2e-5)
