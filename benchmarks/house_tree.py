@@ -15,8 +15,8 @@ from functools import cached_property
 from pathlib import Path
 
 ROOTS = (
-    "ocmm_core", "ocmm_genicam", "ocmm_sim", "ocmm_cad", "ocmm_shop", "ocmm_cli", "ocmm_gui",
-    "ocmm_serve", "ocmm_bench", "ocmm_boards", "ocmm_machine",
+    "ocmm_core", "ocmm_genicam", "ocmm_trackers", "ocmm_sim", "ocmm_cad", "ocmm_shop", "ocmm_cli",
+    "ocmm_gui", "ocmm_serve", "ocmm_bench", "ocmm_boards", "ocmm_machine",
 )  # fmt: skip
 
 

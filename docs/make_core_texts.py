@@ -24,8 +24,8 @@ ROOT = Path(__file__).resolve().parents[1]
 TEXTS = ROOT / "resources" / "i18n"
 
 CORE = (
-    "ocmm_core", "ocmm_boards", "ocmm_cad", "ocmm_genicam", "ocmm_machine", "ocmm_shop",
-    "ocmm_serve", "ocmm_sim",
+    "ocmm_core", "ocmm_boards", "ocmm_cad", "ocmm_genicam", "ocmm_trackers", "ocmm_machine",
+    "ocmm_shop", "ocmm_serve", "ocmm_sim",
 )  # fmt: skip
 REPORTS = "ocmm_gui/reports"
 """All its texts and those of the core are collected."""
@@ -33,7 +33,7 @@ ERRORS_ONLY = (
     "ocmm_gui", "ocmm_cli", "ocmm_bench", "ocmm_core/units",
     "ocmm_sim/bus/", "ocmm_sim/calibration_scenes/", "ocmm_sim/described_slave.py",
     "ocmm_sim/firmware.py", "ocmm_sim/genicam/",
-    "ocmm_sim/hand/", "ocmm_sim/scene/", "ocmm_sim/slave/",
+    "ocmm_sim/hand/", "ocmm_sim/scene/", "ocmm_sim/slave/", "ocmm_sim/trackers/",
     "ocmm_core/export/certificate/_artefact.py",
     # Files for controls, whose comments are ASCII.
     "ocmm_machine/_dialects.py",

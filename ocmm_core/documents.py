@@ -85,6 +85,11 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
         ) from error
 
 
+def schema_of(path: Path | str) -> object:
+    """Return the schema line of the document at ``path``, None without one; or InputError."""
+    return _parsed(Path(path), read_text(Path(path), LARGEST_DOCUMENT)).get("schema")
+
+
 def may_be_there(path: Path) -> bool:
     """Return whether a file exists, or may exist in an unreadable folder: reading it says why."""
     try:

@@ -6,14 +6,11 @@ request in the ring, on SIGTERM, or at the end of standard input.
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
-import threading
 
 import msgspec
 
-from ocmm_core.acquisition.bus_process import read_first_line
+from ocmm_core.acquisition.bus_process import read_first_line, stopped_by_parent
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
 from ocmm_core.failure import REOPEN, exit_with
 from ocmm_genicam._aravis import FRAME_KEPT_US, AravisCameras
@@ -76,11 +73,7 @@ def _run() -> int:
     config = msgspec.json.decode(line, type=GenicamConfig)
     ring = FrameRing.attach(config.ring_path)
     try:
-        stop = threading.Event()
-        for number in (signal.SIGTERM, signal.SIGINT):
-            signal.signal(number, lambda _number, _frame: stop.set())
-        # A daemon: it waits for the end of the parent.
-        threading.Thread(target=_until_end, args=(stop,), daemon=True).start()
+        stop = stopped_by_parent()
         lines = [config.button_line, *[-1] * (len(config.cameras) - 1)]
         expected = [
             Expected(*one, config.period_ns, line)
@@ -94,12 +87,6 @@ def _run() -> int:
         return AcquisitionWorker(source, ring, stop).run_program()
     finally:
         ring.close()
-
-
-def _until_end(stop: threading.Event) -> None:
-    while os.read(sys.stdin.fileno(), 4096):
-        pass
-    stop.set()
 
 
 if __name__ == "__main__":

@@ -14,6 +14,8 @@ import numpy as np
 
 from ocmm_core.geometry import Float, Pixels, Points3, RigidTransform, rotation_from_vector
 
+Vector3 = tuple[float, float, float]
+
 PARAMETERS = (
     "rotation_x", "rotation_y", "rotation_z", "x0", "y0", "z0",
     "focal", "aspect", "u0", "v0", "k1", "k2", "p1", "p2",

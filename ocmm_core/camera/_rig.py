@@ -11,7 +11,9 @@ import msgspec
 import numpy as np
 
 from ocmm_core.camera import _model as model
-from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.camera import _tracker as tracker
+from ocmm_core.camera._model import Vector3
+from ocmm_core.documents import Document, digest, load_document, schema_of
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 
@@ -28,8 +30,6 @@ MAX_LEDS = 64
 
 MAX_FOCAL_SIGMA = 1e-3
 """Relative; worse ones separate focal length and distance only by chance, not to first order."""
-
-Vector3 = tuple[float, float, float]
 
 
 class CameraEntry(
@@ -134,6 +134,8 @@ class Rig:
     noise_ratios: tuple[float, ...] = ()
     """Spot noise of each camera in a job, relative to ``noise`` (`measuring.check_noise`); empty if
     as stated."""
+    markers: tracker.MarkerModel | None = None
+    """Of a tracker, which its cameras stand for; None for cameras."""
     # Every kernel call needs it, and computing it takes longer than a single tip.
     _packed: Float = dataclasses.field(init=False, repr=False, compare=False)
 
@@ -145,13 +147,20 @@ class Rig:
         """Return all cameras in kernel form, (C, 21); a shared array."""
         return self._packed
 
+    @property
+    def per_spot(self) -> int:
+        """Return the independent coordinates of a spot."""
+        return 2 if self.markers is None else 1
+
 
 def load_rig(path: Path | str) -> Rig:
-    """Return the rig of the document at ``path``.
+    """Return the rig of the document at ``path``, of cameras or of a tracker.
 
     InputError: the document is malformed, has duplicate cameras, serials or aliases, fewer than two
     or more than `MAX_CAMERAS` cameras, an implausible value, or an undetermined calibration.
     """
+    if schema_of(path) == tracker.TRACKER_SCHEMA:
+        return _tracker_rig(Path(path))
     document = load_document(path, RigDocument, SCHEMA)
     _check(Path(path), document)
     cameras = tuple(camera_of(entry) for entry in document.cameras)
@@ -171,6 +180,26 @@ def load_rig(path: Path | str) -> Rig:
         volume_world=np.array([document.volume_min, document.volume_max]),
         parameter_covariance=covariance,
         identity=digest(path),
+    )
+
+
+def _tracker_rig(path: Path) -> Rig:
+    document = tracker.load_tracker(path)
+    virtual = tracker.virtual_cameras(path, document)
+    return Rig(
+        name=document.name,
+        cameras=virtual.cameras,
+        aliases=tuple(range(1, len(virtual.cameras) + 1)),
+        frame_rate_hz=document.frame_rate_hz,
+        noise=SpotNoise(
+            white_px=tracker.WHITE_PX,
+            pattern_px=virtual.pattern_px,
+            pattern_length_px=virtual.pattern_length_px,
+        ),
+        volume_world=np.array([document.volume_min, document.volume_max]),
+        parameter_covariance=virtual.parameter_covariance,
+        identity=digest(path),
+        markers=virtual.model,
     )
 
 

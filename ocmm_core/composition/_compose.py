@@ -15,9 +15,10 @@ from ocmm_core.acquisition.recording import FrameHistory, FrameRecorder
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
 from ocmm_core.composition import _calibration_choice as calibration_choice
 from ocmm_core.composition._climate import climate_in_use
+from ocmm_core.composition._defaults import RECOMMENDED_RIG
 from ocmm_core.composition._feeds import Remaining, ScriptedRig, StationRequest, written_folders
-from ocmm_core.composition._sources import make_feed
-from ocmm_core.documents import digest
+from ocmm_core.composition._sources import make_feed, source_of
+from ocmm_core.documents import digest, resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.fieldbus.described import refuse_unproven, resting_doubt_mm
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
@@ -61,6 +62,9 @@ def build_station(request: StationRequest) -> BuiltStation:
     """Load documents, make the job file, return the station; OcmmError, all closed again."""
     clear_leftovers(written_folders(request))
     request = replace(request, released_only=request.released_only or released_plans_only())
+    shipped = source_of(request.source).spec.rig
+    if shipped and request.rig == RECOMMENDED_RIG:
+        request = replace(request, rig=resource("rigs", shipped))
     if request.resume is None:
         if request.released_only:
             require_released(request.plan, plan_release(request.plan))

@@ -60,6 +60,8 @@ class SourceSpec:
     """Virtual hand of an acceptance test; None if unsupported."""
     practice: Callable[[StationRequest], Any] | None = None
     """Virtual hand of the wizards (`ocmm_sim.practice.Practice`); None if unsupported."""
+    rig: str = ""
+    """Name of the shipped document in place of the recommended rig; empty: that rig."""
 
 
 @dataclass(frozen=True, slots=True)

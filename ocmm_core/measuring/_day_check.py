@@ -163,12 +163,13 @@ def _touch(point: MeasuredPoint, rig: Rig, body: ProbeBody) -> _Touch:
     rotation, origin = batch.rotation_world_from_probe[0], batch.origin_world[0]
     seen = np.isfinite(point.spots).all(axis=2)
     camera = np.nonzero(seen)[0]
-    if not np.all(np.isfinite(origin)) or 2 * len(camera) <= _POSE:
+    if not np.all(np.isfinite(origin)) or rig.per_spot * len(camera) <= _POSE:
         none = np.zeros((0, 0))
         return _Touch(none, none, none, camera, point.spots[seen], 0.0)
     arms = body.leds_probe @ rotation.T
     cameras, leds = seen.shape
     residuals, by_pose = np.zeros((cameras, leds, 2)), np.zeros((cameras, leds, 2, _POSE))
+    by_place = np.zeros((cameras, leds, 2, 3))
     by_leds = np.zeros((cameras, leds, 2, leds, 3))
     by_cameras = np.zeros((cameras, leds, 2, cameras, _CAMERA_NUMBERS))
     every = np.arange(leds)
@@ -177,8 +178,14 @@ def _touch(point: MeasuredPoint, rig: Rig, body: ProbeBody) -> _Touch:
         residuals[c] = point.spots[c] - project(model, arms + origin)
         by_pose[c] = np.concatenate([np.cross(arms[:, None], d_point), d_point], axis=2)
         by_leds[c, every, :, every] = d_point @ rotation
+        by_place[c] = d_point
     rows = 2 * len(camera)
-    basis = np.linalg.qr(by_pose[seen].reshape(rows, _POSE), mode="complete")[0][:, _POSE:]
+    if rig.markers is None:
+        basis = np.linalg.qr(by_pose[seen].reshape(rows, _POSE), mode="complete")[0][:, _POSE:]
+    else:
+        moved = _marker_moves(by_place[seen], np.nonzero(seen)[1])
+        of_pose = moved.T @ by_pose[seen].reshape(rows, _POSE)
+        basis = moved @ np.linalg.qr(of_pose, mode="complete")[0][:, _POSE:]
     geometry = root_of(body.geometry_covariance[: 3 * leds, : 3 * leds])
     of_geometry = by_leds[seen].reshape(rows, -1) @ geometry
     of_cameras = by_cameras[seen].reshape(rows, -1) @ root_of(rig.parameter_covariance)
@@ -187,6 +194,18 @@ def _touch(point: MeasuredPoint, rig: Rig, body: ProbeBody) -> _Touch:
     scatter = point.chi2_per_dof * spot_sigma_px(rig) ** 2 - rig.noise.pattern_px**2
     white = max(scatter, 0.0) / point.n_frames
     return _Touch(rest, shared, basis, camera, point.spots[seen], white)
+
+
+def _marker_moves(by_place: Float, led: Int) -> Float:
+    """Return orthonormal changes (2 s, 3 m) of the spots by moving each of m markers alone.
+
+    ``by_place`` (s, 2, 3): derivative of each spot by its marker, ``led`` (s,) the marker.
+    """
+    moves = []
+    for one in np.unique(led):
+        mine = np.where((led == one)[:, None, None], by_place, 0.0).reshape(-1, 3)
+        moves.append(np.linalg.qr(mine)[0])
+    return np.hstack(moves)
 
 
 def _of_cameras(touches: Sequence[_Touch], rig: Rig) -> list[Float]:

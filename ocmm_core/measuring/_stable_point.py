@@ -105,6 +105,11 @@ def _who_sees_nothing(
     ``before`` precedes all LED numbers, ``each`` each of them.
     """
     hidden = np.mean(np.isfinite(window.uv[window.status == status, ..., 0]), axis=0) < 0.5
+    if rig.markers is not None and hidden.any():
+        # Its cameras see alike.
+        numbers = ", ".join(f"{each}{led + 1}" for led in np.flatnonzero(hidden.any(axis=0)))
+        absent = what if hidden.all() else f"{before}{numbers}"
+        return f"The tracker does not report {absent}."
     if hidden.all():
         return f"The cameras do not see {what}."
     parts = []
@@ -119,6 +124,9 @@ def _who_sees_nothing(
 
 _BATCHES = 10
 _OUTLIER_SIGMAS = 5.0
+_LEAST_INDEPENDENT = 4.0
+_CLEARLY = 2.0
+"""Standard deviations above the stated correlation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,7 +258,16 @@ def average(
             "Let part and cameras come to rest, then touch again.",
             time_s,
         )
-    random = _covariance_of_mean(window.tip_world[keep], window.tip_covariance[keep])
+    share = _independent_share(window.tip_world[keep], window.tip_covariance[keep], rig)
+    if share * len(keep) < _LEAST_INDEPENDENT:
+        return Refusal(
+            RefusalCode.DOUBTFUL,
+            f"The tracker smooths its markers: {len(keep)} frames tell no more than "
+            f"{share * len(keep):.1f} independent ones.",
+            "Switch off smoothing and filters in the tracker, then touch again.",
+            time_s,
+        )
+    random = _covariance_of_mean(window.tip_world[keep], window.tip_covariance[keep] / share)
     return StablePoint(
         time_s=time_s,
         first_frame=int(window.counter[keep[0]]),
@@ -317,6 +334,23 @@ def _motion_of_reference(window: TrackBlock, frames: Int, limit_mm: float) -> Ba
     )
     carried = turn @ tip_rig + shift
     return judge_stillness(_seconds(window)[frames], carried, noise, limit_mm).motion
+
+
+def _independent_share(tips: Float, covariances: Float, rig: Rig) -> float:
+    """Return the share of independent frames among those of a tracker, by its filters; else 1.
+
+    For noise of correlation r between consecutive frames (1 - r) / (1 + r); r is that of the
+    document, or of these frames if clearly larger.
+    """
+    if rig.markers is None:
+        return 1.0
+    factor = np.linalg.cholesky(covariances.mean(axis=0))
+    plain = np.linalg.solve(factor, (tips - tips.mean(axis=0)).T)
+    found = float(np.sum(plain[:, 1:] * plain[:, :-1]) / np.sum(plain**2)) + 1.0 / len(tips)
+    stated = rig.markers.correlation
+    doubt = np.sqrt((1.0 - stated**2) / plain.size)
+    correlation = found if found > stated + _CLEARLY * doubt else stated
+    return (1.0 - correlation) / (1.0 + correlation)
 
 
 def _covariance_of_mean(tips: Float, covariances: Float) -> Float:

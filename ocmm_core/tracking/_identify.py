@@ -18,7 +18,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking._ambiguity import FEW_LEDS, least_in_sight
 from ocmm_core.tracking._body import LedBody, ProbeBody
-from ocmm_core.tracking._pose import require_spots
+from ocmm_core.tracking._pose import independent, require_spots
 from ocmm_core.tracking.kernels import decide_kernel as outcomes
 from ocmm_core.tracking.kernels import extend_tracked
 from ocmm_core.tracking.kernels import identify_kernel as kernel
@@ -139,7 +139,7 @@ def identify_many(
         ),
         leds,
         directions,
-        np.array([_least_cosine(body) for body in bodies]),
+        np.array([_least_cosine(body, rig) for body in bodies]),
         axes,
         worlds,
         n_rules,
@@ -147,7 +147,7 @@ def identify_many(
         coded,
         options.sigma_px,
         options.rival_px,
-        chi2_limit(np.arange(2 * n_cameras * n_slots + 1)),
+        chi2_limit(independent(rig, np.arange(2 * n_cameras * n_slots + 1))),
         status,
         labels,
     )
@@ -170,10 +170,10 @@ def extended_labels(
         np.stack([camera.centre_world for camera in rig.cameras]),
         body.leds_body,
         body.led_directions_body,
-        _least_cosine(body),
+        _least_cosine(body, rig),
         options.sigma_px,
         options.rival_px,
-        chi2_limit(np.arange(2 * more.size + 1)),
+        chi2_limit(independent(rig, np.arange(2 * more.size + 1))),
         more,
     )
     if doubt > outcomes.MAX_DOUBT:
@@ -191,7 +191,10 @@ def _camera_pairs(n_cameras: int) -> Int:
     return np.array([pair for n, pair in enumerate(pairs) if pair[::-1] not in pairs[:n]])
 
 
-def _least_cosine(body: LedBody) -> float:
+def _least_cosine(body: LedBody, rig: Rig) -> float:
+    if rig.markers is not None:
+        # The cameras of a tracker are elsewhere than those that stand for it.
+        return -1.0
     return float(np.cos(min(body.emission_half_angle + _CONE_SLACK, np.pi)))
 
 

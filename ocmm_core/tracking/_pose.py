@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -12,7 +12,7 @@ from ocmm_core.camera import Rig, distortion_jacobian, ideal_from_pixels
 from ocmm_core.errors import TrackingError
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking._body import ProbeBody
-from ocmm_core.tracking.kernels import allocate, solve_frames
+from ocmm_core.tracking.kernels import MAX_TIP_SIGMA, allocate, solve_frames
 
 Method = Literal["gauss-newton", "thesis"]
 
@@ -35,7 +35,7 @@ class PoseBatch:
     chi2: Float
     """(n,): squared residuals over sigma squared."""
     dof: Int
-    """(n,): twice the number of spots minus six."""
+    """(n,): twice the number of spots minus six; with the markers of a tracker three each."""
 
 
 def solve(
@@ -58,8 +58,23 @@ def solve_leds(
     require_spots(uv, rig, len(leds))
     outputs = allocate(len(uv))
     steps = 0 if method == "thesis" else 1
-    solve_frames(np.ascontiguousarray(uv), rig.packed(), leds, point, sigma_px, steps, *outputs)
-    return PoseBatch(*outputs)
+    # The kernel refuses tips by a constant made for cameras; a tracker has its own.
+    ease = 1.0 if rig.markers is None else max(rig.markers.most_tip_sigma / MAX_TIP_SIGMA, 1.0)
+    solve_frames(
+        np.ascontiguousarray(uv), rig.packed(), leds, point, sigma_px / ease, steps, *outputs
+    )
+    batch = PoseBatch(*outputs)
+    if rig.markers is None:
+        return batch
+    return replace(
+        batch, tip_covariance=batch.tip_covariance * ease**2, chi2=batch.chi2 / ease**2,
+        dof=np.where(batch.status == 0, independent(rig, batch.dof), 0),
+    )  # fmt: skip
+
+
+def independent(rig: Rig, dof: Int) -> Int:
+    """Return the degrees of freedom of poses whose ``dof`` counts two coordinates a spot."""
+    return dof if rig.markers is None else (dof + 6) // 2 * rig.per_spot - 6
 
 
 def require_spots(uv: Float, rig: Rig, n_leds: int) -> None:

@@ -114,7 +114,7 @@ def spot_course(
     places = np.einsum("mij,lj->mli", means(rotation), leds) + means(origin)[:, None]
     batches, apart_s = means(uv), np.abs(np.subtract.outer(means(times_s), means(times_s)))
     seen = np.isfinite(uv[0]).all(axis=2)
-    kept = 1.0 - _POSE / (2.0 * np.count_nonzero(seen))
+    kept = 1.0 - _POSE / (float(rig.per_spot) * np.count_nonzero(seen))
     courses = np.zeros((len(seen), len(_DEFAULT), len(counts), len(counts)))
     observed = np.zeros((len(seen), len(counts), len(counts)))
     for c, (camera, mine) in enumerate(zip(rig.cameras, seen, strict=True)):
@@ -128,7 +128,7 @@ def spot_course(
         # Second differences, of six times the variance: the motion of a spot is no noise.
         white = kept * float(np.mean(np.diff(uv[:, c, mine], 2, axis=0) ** 2)) / 6.0
         observed[c] = residuals @ residuals.T / (residuals.shape[1] * max(white, 1e-12))
-    return SpotCourse(counts, courses, observed, 2 * np.count_nonzero(seen, axis=1))
+    return SpotCourse(counts, courses, observed, rig.per_spot * np.count_nonzero(seen, axis=1))
 
 
 @lru_cache(maxsize=8)

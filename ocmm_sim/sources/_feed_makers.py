@@ -44,7 +44,8 @@ from ocmm_sim.bus import SegmentConfig, VirtualBus, VirtualWire
 from ocmm_sim.calibration_scenes import CalibratingScript, CalibratingSource
 from ocmm_sim.genicam import GENICAM_RATE_HZ, virtual_genicam_feed
 from ocmm_sim.hand import HandAtRig
-from ocmm_sim.sources._specs import GENICAM
+from ocmm_sim.sources._specs import GENICAM, TRACKER
+from ocmm_sim.trackers import virtual_tracker_feed
 
 _AS_MANY = 2
 """Touch points per required point of a feature that lists none."""
@@ -301,6 +302,13 @@ def genicam_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> 
     script = script_of(replace(request, frame_rate_hz=rate), plan)
     name = f"{GENICAM.recorded_as} ({rig.name}, seed {request.seed})"
     return _played(virtual_genicam_feed(script, rig, name), script.build())
+
+
+def tracker_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
+    """Return the virtual rig by a software tracker."""
+    script = script_of(replace(request, frame_rate_hz=rig.frame_rate_hz), plan)
+    name = f"{TRACKER.recorded_as} ({rig.name}, seed {request.seed})"
+    return _played(virtual_tracker_feed(script, rig, name), script.build())
 
 
 def _played(feed: Feed, virtual: scene.VirtualRig) -> Feed:

@@ -76,3 +76,21 @@ GENICAM = SourceSpec(
     recorded_as="virtual GenICam",
     make=late(_MAKERS, "genicam_feed"),
 )
+
+TRACKER = SourceSpec(
+    prefix="igtl:virtual",
+    forms=(
+        (
+            "igtl:virtual",
+            "the virtual rig by an optical tracker: markers with its noise, by OpenIGTLink over a "
+            "private network; 100 Hz",
+        ),
+    ),
+    takes_value=False,
+    origin=Origin.VIRTUAL,
+    live=True,
+    on_bus=False,
+    recorded_as="virtual OpenIGTLink",
+    make=late(_MAKERS, "tracker_feed"),
+    rig="tracker.toml",
+)

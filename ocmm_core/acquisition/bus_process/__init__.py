@@ -18,7 +18,9 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._client import Acquisition, BusProcess, ChildProcess
-    from ocmm_core.acquisition.bus_process._commands import read_first_line, run_errand
+    from ocmm_core.acquisition.bus_process._commands import (
+        read_first_line, run_errand, stopped_by_parent,
+    )  # fmt: skip
     from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
     from ocmm_core.acquisition.bus_process._launch import (
         RECIPE, BusConfig, bus_command, read_config,
@@ -44,5 +46,5 @@ __all__ = [
     "ProcessRights", "RecordConfig", "RemoteObjects", "ScanConfig", "ServiceBus", "SteppedTime",
     "allow_locked_memory", "bus_command", "give_up_all_but", "granted_by", "hold_nothing",
     "lock_memory", "maintenance_command", "read_config", "read_first_line", "record_command",
-    "rights_of", "run_errand", "scan_command", "take_priority",
+    "rights_of", "run_errand", "scan_command", "stopped_by_parent", "take_priority",
 ]  # fmt: skip

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import select
+import signal
 import sys
 import threading
 from collections import deque
@@ -45,6 +46,22 @@ def read_first_line(descriptor: int) -> bytes:
             break
         line += byte
     return bytes(line)
+
+
+def stopped_by_parent() -> threading.Event:
+    """Return an event that is set on SIGTERM, SIGINT, or at the end of standard input."""
+    stop = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda _number, _frame: stop.set())
+    # A daemon: it waits for the end of the parent.
+    threading.Thread(target=_until_end, args=(stop,), daemon=True).start()
+    return stop
+
+
+def _until_end(stop: threading.Event) -> None:
+    while os.read(sys.stdin.fileno(), 4096):
+        pass
+    stop.set()
 
 
 class LineBuffer:

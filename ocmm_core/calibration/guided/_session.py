@@ -52,7 +52,7 @@ class GuidedProcedure(procedure.Procedure, Generic[E, O]):
     """Base of all calibrations.
 
     ``chain`` has at least its first line, ``begun``; ``store`` gets the accepted result.
-    CalibrationError if the session was started with another rig.
+    CalibrationError if the session was started with another rig, or the rig is a tracker.
     """
 
     kind: procedure.ProcedureKind
@@ -62,6 +62,13 @@ class GuidedProcedure(procedure.Procedure, Generic[E, O]):
     def __init__(
         self, chain: ChainFile[SessionLine[E]], begun: SessionHeader, rig: Rig, store: Store
     ) -> None:
+        if rig.markers is not None:
+            raise CalibrationError(
+                "session.tracker",
+                f"'{rig.name}' is a tracker: this procedure is for cameras and does not apply.",
+                "Give the rig of the cameras. How to measure with a tracker: manual, Optical "
+                "trackers.",
+            )
         if begun.rig_identity != rig.identity:
             raise CalibrationError(
                 "session.rig",

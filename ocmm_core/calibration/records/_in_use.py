@@ -105,6 +105,13 @@ def open_calibration(
     document, or the name of the rig, cannot be used.
     """
     design = open_design(document, uncalibrated=uncalibrated)
+    if design.rig.markers is not None:
+        unproven = usable.Blocker(
+            f"Nothing on this computer proves the stated noise and scale of tracker "
+            f"'{design.rig.name}'.",
+            "Measure with 'uncalibrated': such results prove nothing.",
+        )
+        return design.refused(unproven, usable.CalibrationStatus.NONE)
     place = store_folder(folder, design.rig.name)
 
     def with_store(design: CalibrationInUse, store: CalibrationStore) -> CalibrationInUse:

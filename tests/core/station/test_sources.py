@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,7 @@ from ocmm_core.composition import (
     source_of,
     sources,
 )
+from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
 from ocmm_sim.calibration_scenes import FreeMotionScene
@@ -39,6 +41,8 @@ _VALUES = {Origin.CAMERAS: "lo", Origin.RECORDING: "frames.rec", Origin.VIRTUAL:
 
 def named(spec: SourceSpec) -> str:
     """Return a name of the source."""
+    if spec.prefix == "igtl:":
+        return "igtl:localhost:18944"
     if spec.prefix == "genicam:":
         return spec.prefix + ",".join(str(camera.serial) for camera in _RIG.cameras)
     return spec.prefix + _VALUES[spec.origin] if spec.takes_value else spec.prefix
@@ -52,7 +56,10 @@ def made(spec: SourceSpec, folder: Path) -> Feed:
         FrameRecorder(folder / "frames.rec", simulated.description, _RIG).close()
         simulated.ring.close()
         source = f"{spec.prefix}{folder / 'frames.rec'}"
-    return make_feed(request(source), _PLAN, _RIG)
+    if not spec.rig:
+        return make_feed(request(source), _PLAN, _RIG)
+    rig = resource("rigs", spec.rig)
+    return make_feed(replace(request(source), rig=rig), _PLAN, load_rig(rig))
 
 
 def request(source: str) -> StationRequest:
@@ -76,7 +83,7 @@ def test_an_entry_lacks_nothing(spec: SourceSpec) -> None:
     assert (spec.hand is None) is (spec.practice is None) is (spec.scenes is None)
     assert {field.name for field in dataclasses.fields(SourceSpec)} == {
         "prefix", "forms", "takes_value", "origin", "live", "on_bus", "recorded_as", "make",
-        "segment", "scenes", "hand", "practice",
+        "segment", "scenes", "hand", "practice", "rig",
     }, "a new field of an entry needs a check here"  # fmt: skip
     assert source_of(named(spec)).spec is spec
     assert spec.prefix + source_of(named(spec)).value == named(spec)
@@ -88,7 +95,7 @@ def test_what_is_made_is_what_the_entry_says(spec: SourceSpec, tmp_path: Path) -
     feed = made(spec, tmp_path)
     try:
         assert feed.live is spec.live
-        in_process = spec.on_bus or spec.prefix.startswith("genicam:")
+        in_process = spec.on_bus or spec.prefix.startswith(("genicam:", "igtl:"))
         assert isinstance(feed.acquisition, ChildProcess) is in_process
         assert (feed.virtual is not None) is (spec.origin is Origin.VIRTUAL)
         assert bool(feed.recorded) is (spec.origin is Origin.RECORDING)

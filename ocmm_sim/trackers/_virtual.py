@@ -1,0 +1,93 @@
+"""The virtual rig seen by a software tracker, in a private network namespace.
+
+The program of this module runs the server and starts its reader.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.acquisition.bus_process import read_first_line
+from ocmm_core.acquisition.frames import FrameFlag, FrameRing
+from ocmm_core.camera import Rig, load_tracker
+from ocmm_core.composition import Feed
+from ocmm_core.errors import OcmmError
+from ocmm_core.fieldbus.wire import set_link
+from ocmm_sim.bus import VirtualWire, run_both
+from ocmm_sim.scene import RigScript
+from ocmm_sim.trackers._device import SoftwareTracker
+from ocmm_sim.trackers._server import IgtlEncoder, IgtlServer
+from ocmm_trackers import TrackerConfig, tracker_command, tracker_config, tracker_description
+
+_MODULE = "ocmm_sim.trackers._virtual"
+_FIRST_NS = 1_764_500_000_000_000_000
+_PORT = 18944
+_AHEAD, _PATIENCE_S = 8, 2.0
+"""The tracker is this many frames ahead of those that are read, and waits so long for more."""
+_CONNECT_S = 60.0
+
+
+def virtual_tracker_feed(script: RigScript, rig: Rig, name: str) -> Feed:
+    """Return the tracker of a script and its reader, ready to start."""
+    config, ring = tracker_config(
+        Path(script.rig), Path(script.probe), rig, f"127.0.0.1:{_PORT}", name
+    )
+    config = msgspec.structs.replace(config, stretched=True, connect_s=_CONNECT_S)
+    # For the server and for the reader.
+    lines = script.to_json().encode() + b"\n" + config.to_json() * 2
+    return Feed(VirtualWire(_MODULE, lines, ring), ring, tracker_description(config), live=True)
+
+
+def main() -> None:
+    """Inside the namespace: run the tracker, and start what reads it."""
+    try:
+        sys.exit(_run())
+    except OcmmError as error:
+        sys.stderr.write(f"{error}\n")
+        sys.exit(2)
+
+
+def _run() -> int:
+    descriptor = sys.stdin.fileno()
+    rig = msgspec.json.decode(read_first_line(descriptor), type=RigScript).build()
+    config = msgspec.json.decode(read_first_line(descriptor), type=TrackerConfig)
+    ring = FrameRing.attach(config.ring_path)
+    document = load_tracker(config.rig)
+    set_link("lo", up=True)
+    tracker, encoder = SoftwareTracker(rig, document, rig.seed), IgtlEncoder(document)
+    tracker.markers(0)
+    server = IgtlServer(config.port)
+
+    def serve(ended: Callable[[], bool]) -> None:
+        frame = missing = 0
+        sent_s = time.monotonic()
+        while not ended():
+            books = ring.books
+            ahead = frame - missing - books.frames - books.frames_lost
+            waits = ahead > _AHEAD and time.monotonic() - sent_s < _PATIENCE_S
+            if waits or not server.accepted():
+                time.sleep(1e-3)
+                continue
+            missing += max(0, ahead - _AHEAD)
+            sent_s = time.monotonic()
+            pressed = bool(rig.flags(rig.motion(frame, 1), frame)[0] & FrameFlag.BUTTON)
+            time_ns = _FIRST_NS + frame * rig.frame_period_ns
+            if not server.send(encoder.frame(tracker.markers(frame), time_ns, pressed=pressed)):
+                # The reader has ended, or is about to.
+                time.sleep(1e-2)
+            frame += 1
+
+    try:
+        return run_both(tracker_command(), rig, serve)
+    finally:
+        server.close()
+        ring.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,190 @@
+"""Markers of messages joined to frames by their time; every one is in one account."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.camera import TrackerDocument
+from ocmm_core.errors import AcquisitionError
+from ocmm_core.geometry import Float
+from ocmm_trackers._igtl import Element, Pose
+
+_RESTART_NS = 1_000_000_000
+_PAUSE_NS = 60_000_000_000
+_MOST_LATE = 100
+_FARTHEST = 1e7
+"""mm; no tracker reaches so far, also with coordinates in mm read as metres."""
+_RATED = 50
+_RATE_SHARE = 0.2
+_UNIT_MM = {"mm": 1.0, "m": 1000.0}
+
+
+@dataclass(slots=True)
+class FrameAccount:
+    """``markers == used + missing + repeated + unknown + late + doubled``, and frames."""
+
+    markers: int = 0
+    used: int = 0
+    missing: int = 0
+    """Reported as not seen, or farther away than any tracker reaches."""
+    repeated: int = 0
+    """The last place again, if that is a hidden marker, or a frame equal to the last one."""
+    unknown: int = 0
+    """Not named in the document."""
+    late: int = 0
+    """Older than a frame that is complete."""
+    doubled: int = 0
+    """A second time in the same frame."""
+    frames: int = 0
+    frames_lost: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class MarkerFrame:
+    """Markers of one exposure."""
+
+    time_ns: int
+    places: Float
+    """(M, 3), mm, right-handed, in the order of the document; NaN if not seen."""
+
+
+class FrameBuilder:
+    """Join markers to frames of increasing time.
+
+    A message with all markers completes its frame. Messages of single markers complete it with the
+    last marker, or with the first one of a later time.
+    """
+
+    def __init__(self, document: TrackerDocument) -> None:
+        self.account = FrameAccount()
+        self._index = {name: index for index, name in enumerate(document.markers)}
+        self._document = document
+        self._period_ns = round(1e9 / document.frame_rate_hz)
+        self._scale = _UNIT_MM[document.device_unit] * np.array(
+            [1.0, 1.0, 1.0 if document.handedness == "right" else -1.0]
+        )
+        self._open_ns = self._last_ns = 0
+        self._raw = self._nothing()
+        self._before = self._nothing()
+        self._late_running = 0
+        self._steps: deque[int] = deque(maxlen=_RATED)
+
+    def take(self, pose: Pose, time_ns: int) -> list[MarkerFrame]:
+        """Return the frames that a message completes.
+
+        AcquisitionError for poses of tools, messages without time, and a clock that was set.
+        """
+        known = [one for one in pose.elements if one.name in self._index]
+        self.account.markers += len(pose.elements)
+        self.account.unknown += len(pose.elements) - len(known)
+        if not known and not (pose.whole and not pose.elements):
+            return []
+        self._require_markers(known, time_ns)
+        if time_ns <= self._last_ns:
+            return self._refuse_old(len(known), time_ns)
+        self._late_running = 0
+        found = []
+        if self._open_ns and time_ns > self._open_ns:
+            found += self._complete()
+        elif time_ns < self._open_ns:
+            self.account.late += len(known)
+            return found
+        self._open_ns = time_ns
+        for one in known:
+            self._enter(one)
+        if pose.whole or np.isfinite(self._raw[:, 0]).all():
+            found += self._complete()
+        return found
+
+    def _nothing(self) -> Float:
+        return np.full((len(self._index), 3), np.nan)
+
+    def _require_markers(self, known: list[Element], time_ns: int) -> None:
+        for one in known:
+            if one.turned:
+                raise AcquisitionError(
+                    "igtl.poses",
+                    f"The tracker sends '{one.name}' as the pose of a tool, not as a marker: its "
+                    "markers, and so the uncertainty of a tip, are unknown.",
+                    "Let the device send its markers (points, strays, labelled markers), and name "
+                    "these in the document of the tracker.",
+                )
+        if known and not time_ns:
+            raise AcquisitionError(
+                "igtl.no_time",
+                "The tracker sends markers without a time stamp.",
+                "Switch the time stamps of the sender on: the time of arrival is not that of the "
+                "exposure.",
+            )
+
+    def _refuse_old(self, count: int, time_ns: int) -> list[MarkerFrame]:
+        if time_ns == self._last_ns:
+            self.account.doubled += count
+            return []
+        self.account.late += count
+        self._late_running += 1
+        if self._last_ns - time_ns > _RESTART_NS or self._late_running > _MOST_LATE:
+            raise AcquisitionError(
+                "igtl.clock_step",
+                f"The clock of the tracker went back by {(self._last_ns - time_ns) * 1e-9:.3f} s: "
+                "it was started again, or its time was set.",
+                "Let the tracker warm up, then open the job again.",
+            )
+        return []
+
+    def _enter(self, one: Element) -> None:
+        index, place = self._index[one.name], np.array(one.place)
+        if np.isfinite(self._raw[index, 0]):
+            self.account.doubled += 1
+        elif (
+            not np.isfinite(place).all()
+            or not place.any()
+            or np.abs(place * self._scale).max() > _FARTHEST
+        ):
+            self.account.missing += 1
+        elif self._document.missing == "frozen" and np.array_equal(place, self._before[index]):
+            self.account.repeated += 1
+        else:
+            self.account.used += 1
+            self._raw[index] = place
+
+    def _complete(self) -> list[MarkerFrame]:
+        raw, time_ns = self._raw, self._open_ns
+        self._raw, self._open_ns = self._nothing(), 0
+        step, self._last_ns = time_ns - self._last_ns, time_ns
+        if self.account.frames or self.account.frames_lost:
+            if step > _PAUSE_NS:
+                raise AcquisitionError(
+                    "igtl.clock_step",
+                    f"The clock of the tracker went on by {step * 1e-9:.0f} s between two frames.",
+                    "Let the tracker warm up, then open the job again.",
+                )
+            self.account.frames_lost += max(0, round(step / self._period_ns) - 1)
+            self._require_rate(step)
+        self.account.frames += 1
+        seen = np.isfinite(raw[:, 0])
+        if seen.any() and np.array_equal(raw, self._before, equal_nan=True):
+            # Noise never repeats all coordinates: nothing was measured.
+            count = int(np.count_nonzero(seen))
+            self.account.used -= count
+            self.account.repeated += count
+            return [MarkerFrame(time_ns, self._nothing())]
+        self._before = np.where(seen[:, None], raw, self._before)
+        return [MarkerFrame(time_ns, raw * self._scale)]
+
+    def _require_rate(self, step: int) -> None:
+        self._steps.append(step)
+        if len(self._steps) < _RATED:
+            return
+        usual = float(np.median(self._steps))
+        self._steps.clear()
+        if abs(usual / self._period_ns - 1.0) > _RATE_SHARE:
+            raise AcquisitionError(
+                "igtl.rate",
+                f"The tracker sends {1e9 / usual:.1f} frames a second, and its document says "
+                f"{self._document.frame_rate_hz}.",
+                "Correct 'frame_rate_hz' in the document, or the rate of the device.",
+            )

@@ -1,0 +1,83 @@
+"""The program that reads a tracker: packets of the network cannot end the station with it.
+
+It reads its configuration as one line of JSON from standard input, fills a ring, and ends on
+request in the ring, on SIGTERM, or at the end of standard input.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import msgspec
+import numpy as np
+
+from ocmm_core.acquisition.bus_process import read_first_line, stopped_by_parent
+from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
+from ocmm_core.camera import Vector3, load_rig, load_tracker
+from ocmm_core.failure import REOPEN, exit_with
+from ocmm_trackers._source import IgtlSource
+
+
+class TrackerConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A tracker, the probe that proves its unit and axes, and the ring for its frames."""
+
+    name: str
+    ring_path: str
+    host: str
+    port: int
+    rig: str
+    """Path of the document of the tracker."""
+    leds: tuple[Vector3, ...]
+    serials: tuple[int, ...]
+    period_ns: int
+    n_slots: int
+    stretched: bool = False
+    """A virtual tracker, whose time waits for this computer."""
+    connect_s: float = 5.0
+
+    def to_json(self) -> bytes:
+        """Return the configuration as one line of JSON."""
+        return msgspec.json.encode(self) + b"\n"
+
+
+def tracker_command() -> list[str]:
+    """Return the command of this program."""
+    return [sys.executable, "-m", "ocmm_trackers._process"]
+
+
+def tracker_description(config: TrackerConfig) -> SourceDescription:
+    return SourceDescription(
+        name=config.name,
+        camera_serials=config.serials,
+        frame_period_ns=config.period_ns,
+        cycle_period_ns=config.period_ns,
+        live=True,
+        simulated=config.stretched,
+        stretched=config.stretched,
+        n_slots=config.n_slots,
+    )
+
+
+def main() -> None:
+    """Run the program."""
+    try:
+        sys.exit(_run())
+    except Exception as error:
+        exit_with(error, "The tracker process", REOPEN)
+
+
+def _run() -> int:
+    config = msgspec.json.decode(read_first_line(sys.stdin.fileno()), type=TrackerConfig)
+    ring = FrameRing.attach(config.ring_path)
+    try:
+        source = IgtlSource(
+            tracker_description(config), (config.host, config.port), load_tracker(config.rig),
+            load_rig(config.rig), np.array(config.leds), config.connect_s,
+        )  # fmt: skip
+        return AcquisitionWorker(source, ring, stopped_by_parent()).run_program()
+    finally:
+        ring.close()
+
+
+if __name__ == "__main__":
+    main()
