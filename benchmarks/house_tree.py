@@ -16,7 +16,7 @@ from pathlib import Path
 
 ROOTS = (
     "ocmm_core", "ocmm_genicam", "ocmm_trackers", "ocmm_sim", "ocmm_cad", "ocmm_shop", "ocmm_cli",
-    "ocmm_gui", "ocmm_serve", "ocmm_bench", "ocmm_boards", "ocmm_machine",
+    "ocmm_gui", "ocmm_serve", "ocmm_bench", "ocmm_boards", "ocmm_machine", "ocmm_planner",
 )  # fmt: skip
 
 

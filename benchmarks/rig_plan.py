@@ -2,7 +2,7 @@
 
 Run: ``python -m benchmarks.rig_plan [--rigs 50] [--scenes 20] [--draws 2000] [--seed 1]``.
 
-For each rig (`tests.core.planning.rig_scenes`): predicted U of a tip and of a length against the
+For each rig (`tests.planner.rig_scenes`): predicted U of a tip and of a length against the
 whole chain: cameras, probe, sensor pattern and spots drawn from their covariances, poses solved by
 `tracking.solve`. For each scene: the search (`--evaluations` placements) against a grid (`--steps`)
 of places of each of two cameras that may be in a plane, by the same cost. Then the processor time
@@ -23,8 +23,8 @@ use_one_thread()
 
 import numpy as np  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
 
-from ocmm_core import planning  # noqa: E402 - as above
-from tests.core.planning import rig_scenes  # noqa: E402 - as above
+import ocmm_planner as planning  # noqa: E402 - as above
+from tests.planner import rig_scenes  # noqa: E402 - as above
 
 MOST_OFF, MOST_WORSE = 0.10, 0.05
 

@@ -25,7 +25,7 @@ TEXTS = ROOT / "resources" / "i18n"
 
 CORE = (
     "ocmm_core", "ocmm_boards", "ocmm_cad", "ocmm_genicam", "ocmm_trackers", "ocmm_machine",
-    "ocmm_shop", "ocmm_serve", "ocmm_sim",
+    "ocmm_planner", "ocmm_shop", "ocmm_serve", "ocmm_sim",
 )  # fmt: skip
 REPORTS = "ocmm_gui/reports"
 """All its texts and those of the core are collected."""

@@ -15,17 +15,18 @@ if TYPE_CHECKING:
     from ocmm_machine._command import correct_app
     from ocmm_machine._dialects import CSV_COLUMNS, DIALECTS, correction_file
     from ocmm_machine._document import (
-        CorrectionDocument, Drive, MachineFrame, Offset, load_corrections,
+        ControlOffset, CorrectionDocument, Drive, MachineFrame, load_corrections,
     )  # fmt: skip
     from ocmm_machine._facts import MeasuredValue, PartFacts, facts_of, read_parts
     from ocmm_machine._history import CorrectionLine, values_in_force
-    from ocmm_machine._proposal import Change, Effect, Proposal, propose
+    from ocmm_machine._proposal import Effect, OffsetChange, Proposal, propose
     from ocmm_machine._writing import Machine
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "CSV_COLUMNS", "DIALECTS", "Change", "CorrectionDocument", "CorrectionLine", "Drive", "Effect",
-    "Machine", "MachineFrame", "MeasuredValue", "Offset", "PartFacts", "Proposal", "correct_app",
-    "correction_file", "facts_of", "load_corrections", "propose", "read_parts", "values_in_force",
+    "CSV_COLUMNS", "DIALECTS", "ControlOffset", "CorrectionDocument", "CorrectionLine", "Drive",
+    "Effect", "Machine", "MachineFrame", "MeasuredValue", "OffsetChange", "PartFacts", "Proposal",
+    "correct_app", "correction_file", "facts_of", "load_corrections", "propose", "read_parts",
+    "values_in_force",
 ]  # fmt: skip

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from ocmm_core.errors import InputError
 from ocmm_core.export.report import spreadsheet_text
-from ocmm_machine._document import CorrectionDocument, Offset
+from ocmm_machine._document import ControlOffset, CorrectionDocument
 from ocmm_machine._history import CorrectionLine
 
 _CHECK = "CHECK: the control must show the old values before this is loaded"
@@ -114,7 +114,7 @@ def correction_file(
     return "\n".join([*(_comment(form, one) for one in comments), *lines, ""]).encode("ascii")
 
 
-def _line_of(form: _Form, offset: Offset, dialect: str) -> tuple[str, int]:
+def _line_of(form: _Form, offset: ControlOffset, dialect: str) -> tuple[str, int]:
     """Return the line of an offset, and the number in it."""
     number, kind = offset.number, f"{offset.kind} {offset.axis or offset.register}"
     if offset.kind == "radius" and offset.counts == "diameter":
@@ -149,7 +149,7 @@ def _comment(form: _Form, text: str) -> str:
 
 
 def _csv(
-    document: CorrectionDocument, moved: Sequence[Offset], texts: dict[str, str],
+    document: CorrectionDocument, moved: Sequence[ControlOffset], texts: dict[str, str],
     line: CorrectionLine, *, practice: bool,
 ) -> bytes:  # fmt: skip
     stream = io.StringIO(newline="")

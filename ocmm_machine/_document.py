@@ -50,7 +50,7 @@ class MachineFrame(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         return np.array([vector_of(self.x), vector_of(self.y), vector_of(self.z)])
 
 
-class Offset(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ControlOffset(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One value in the control; mm, of a rotation degrees."""
 
     name: Name
@@ -101,7 +101,7 @@ class CorrectionDocument(Document, frozen=True, kw_only=True):
     """Also the name of its register."""
     plan: str
     frame: MachineFrame
-    offset: Annotated[tuple[Offset, ...], Meta(min_length=1)]
+    offset: Annotated[tuple[ControlOffset, ...], Meta(min_length=1)]
     drive: Annotated[tuple[Drive, ...], Meta(min_length=1)]
     method: Literal["last", "mean", "trend"] = "last"
     """The last part; the mean of the last ``parts``; or their line, extended to the next part."""
@@ -113,7 +113,7 @@ class CorrectionDocument(Document, frozen=True, kw_only=True):
     """Smallest step of the control; changes are rounded towards zero to it."""
 
     @property
-    def named(self) -> dict[str, Offset]:
+    def named(self) -> dict[str, ControlOffset]:
         return {one.name: one for one in self.offset}
 
 

@@ -19,13 +19,13 @@ from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_machine._document import CorrectionDocument
 from ocmm_machine._facts import PartFacts
 from ocmm_machine._history import CorrectionLine, count_since, values_in_force
-from ocmm_machine._sensitivity import Row, row_of
+from ocmm_machine._sensitivity import SensitivityRow, row_of
 
 _SMALLEST = 1e-9
 _RANK = 1e-6
 
 
-class Change(msgspec.Struct, frozen=True, kw_only=True):
+class OffsetChange(msgspec.Struct, frozen=True, kw_only=True):
     """What happens to one offset; mm or degrees."""
 
     offset: str
@@ -74,12 +74,12 @@ class Proposal(msgspec.Struct, frozen=True, kw_only=True):
     """Why nothing may change, in sentences."""
     left_out: tuple[str, ...]
     """Parts and characteristics that do not count, in sentences."""
-    changes: tuple[Change, ...]
+    changes: tuple[OffsetChange, ...]
     effects: tuple[Effect, ...]
     """`changes`, `effects`: of all offsets and characteristics; empty if refused."""
 
     @property
-    def changed(self) -> tuple[Change, ...]:
+    def changed(self) -> tuple[OffsetChange, ...]:
         """Return the offsets that change; empty if anything refuses the correction."""
         return tuple(one for one in self.changes if one.change)
 
@@ -175,8 +175,8 @@ def _repeats(last: PartFacts, lines: Sequence[CorrectionLine], *, recut: bool) -
 
 
 def _solved(
-    document: CorrectionDocument, rows: Sequence[Row], values: Mapping[str, float]
-) -> tuple[list[Change], list[str]]:
+    document: CorrectionDocument, rows: Sequence[SensitivityRow], values: Mapping[str, float]
+) -> tuple[list[OffsetChange], list[str]]:
     """Return a change for every offset, and refusals that hold for all."""
     slopes = np.array([row.slopes for row in rows]).reshape(-1, len(document.offset))
     deviations = np.array([row.deviation for row in rows])
@@ -216,7 +216,7 @@ def _solved(
         if change and not one.lowest <= after <= one.highest:
             refusals.append(f"{one.name} would be {after:g}, beyond its limits: check the machine.")
         changes.append(
-            Change(
+            OffsetChange(
                 offset=one.name, unit=one.unit, before=values[one.name], found=float(found[k]),
                 expanded=float(bound[k]), needed=float(needed[k]), change=change, after=after,
                 why=why,
@@ -225,7 +225,7 @@ def _solved(
     return changes, refusals
 
 
-def _effect(result: CharacteristicResult, row: Row | None, made: Float) -> Effect:
+def _effect(result: CharacteristicResult, row: SensitivityRow | None, made: Float) -> Effect:
     deviation, expanded, predicted = result.deviation, result.uncertainty, None
     why = "Not in the document: the effect is not known." if row is None else row.why
     if row is not None and not why:
@@ -237,7 +237,7 @@ def _effect(result: CharacteristicResult, row: Row | None, made: Float) -> Effec
     )  # fmt: skip
 
 
-def _harms(rows: Sequence[Row], effects: Sequence[Effect], made: Float) -> Iterator[str]:
+def _harms(rows: Sequence[SensitivityRow], effects: Sequence[Effect], made: Float) -> Iterator[str]:
     """Yield why the changes must not be made although every one is proven."""
     for one in effects:
         if one.predicted is None or one.deviation is None:

@@ -11,7 +11,7 @@ from scipy import stats
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_machine._document import CorrectionDocument, Drive, Offset, vector_of
+from ocmm_machine._document import ControlOffset, CorrectionDocument, Drive, vector_of
 from ocmm_machine._facts import MeasuredValue, PartFacts
 
 _SIZES = {"diameter": 1.0, "width": 1.0, "radius": 0.5}
@@ -19,7 +19,7 @@ _SIZES = {"diameter": 1.0, "width": 1.0, "radius": 0.5}
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class SensitivityRow:
     """One characteristic: deviation, U, and its sensitivity to every offset."""
 
     deviation: float
@@ -43,20 +43,20 @@ def row_of(
     drive: Drive,
     parts: Sequence[PartFacts],
     values: Mapping[str, float],
-) -> Row:
+) -> SensitivityRow:
     """Return the row of a drive from its parts; it does not count unless proven in all of them."""
     found = [part.values.get(drive.characteristic) for part in parts]
     why = next(filter(None, map(_refusal, parts, found)), "")
     last, stated = found[-1], [one.result.stated for one in found if one is not None]
     if why or last is None or None in stated:
-        return Row(0.0, 1.0, (0.0,) * len(document.offset), 0.0, why)
+        return SensitivityRow(0.0, 1.0, (0.0,) * len(document.offset), 0.0, why)
     numbers = np.array(stated, dtype=np.float64)
     level, expanded = _level(document.method, numbers[:, 1], float(numbers[:, 2].max()))
     slopes = tuple(
         _slope(document, drive, one, last, parts[-1], values) if one.name in drive.offsets else 0.0
         for one in document.offset
     )
-    return Row(level, expanded, slopes, drive.weight, "")
+    return SensitivityRow(level, expanded, slopes, drive.weight, "")
 
 
 def _refusal(part: PartFacts, measured: MeasuredValue | None) -> str:
@@ -89,7 +89,7 @@ def _level(method: str, deviations: Float, expanded: float) -> tuple[float, floa
 def _slope(
     document: CorrectionDocument,
     drive: Drive,
-    offset: Offset,
+    offset: ControlOffset,
     measured: MeasuredValue,
     part: PartFacts,
     values: Mapping[str, float],

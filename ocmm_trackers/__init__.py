@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from ocmm_trackers._feed import tracker_config
     from ocmm_trackers._frames import FrameAccount, FrameBuilder, MarkerFrame
     from ocmm_trackers._igtl import (
-        IDENTITY, Element, Message, Pose, Status, checksum, decode, fraction_of,
+        IDENTITY, DeviceStatus, MarkerPlace, Message, Pose, checksum, decode, fraction_of,
     )  # fmt: skip
     from ocmm_trackers._process import TrackerConfig, tracker_command, tracker_description
-    from ocmm_trackers._proof import Geometry, judge_geometry
+    from ocmm_trackers._proof import GeometryProof, judge_geometry
     from ocmm_trackers._source import IgtlSource
     from ocmm_trackers._specs import IGTL
     from ocmm_trackers._stream import MessageAccount, MessageStream
@@ -25,8 +25,8 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "IDENTITY", "IGTL", "Element", "FrameAccount", "FrameBuilder", "Geometry", "IgtlSource",
-    "MarkerFrame", "Message", "MessageAccount", "MessageStream", "Pose", "Status", "TrackerConfig",
-    "checksum", "decode", "fraction_of", "judge_geometry", "tracker_command", "tracker_config",
-    "tracker_description",
+    "IDENTITY", "IGTL", "DeviceStatus", "FrameAccount", "FrameBuilder", "GeometryProof",
+    "IgtlSource", "MarkerFrame", "MarkerPlace", "Message", "MessageAccount", "MessageStream",
+    "Pose", "TrackerConfig", "checksum", "decode", "fraction_of", "judge_geometry",
+    "tracker_command", "tracker_config", "tracker_description",
 ]  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 from ocmm_core.camera import TrackerDocument
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
-from ocmm_trackers._igtl import Element, Pose
+from ocmm_trackers._igtl import MarkerPlace, Pose
 
 _RESTART_NS = 1_000_000_000
 _PAUSE_NS = 60_000_000_000
@@ -102,7 +102,7 @@ class FrameBuilder:
     def _nothing(self) -> Float:
         return np.full((len(self._index), 3), np.nan)
 
-    def _require_markers(self, known: list[Element], time_ns: int) -> None:
+    def _require_markers(self, known: list[MarkerPlace], time_ns: int) -> None:
         for one in known:
             if one.turned:
                 raise AcquisitionError(
@@ -135,7 +135,7 @@ class FrameBuilder:
             )
         return []
 
-    def _enter(self, one: Element) -> None:
+    def _enter(self, one: MarkerPlace) -> None:
         index, place = self._index[one.name], np.array(one.place)
         if np.isfinite(self._raw[index, 0]):
             self.account.doubled += 1

@@ -55,7 +55,7 @@ def fraction_of(time_ns: int) -> tuple[int, int]:
 
 
 @dataclass(frozen=True, slots=True)
-class Element:
+class MarkerPlace:
     """A named place in a message; NaN if the device sent no number."""
 
     name: str
@@ -69,19 +69,19 @@ class Element:
 class Pose:
     """Places of one time: markers, or tools."""
 
-    elements: tuple[Element, ...]
+    elements: tuple[MarkerPlace, ...]
     whole: bool
     """All markers of the time are in this message."""
 
 
 @dataclass(frozen=True, slots=True)
-class Status:
+class DeviceStatus:
     code: int
     text: str
 
 
 @dataclass(frozen=True, slots=True)
-class Sensor:
+class SensorValues:
     values: tuple[float, ...]
 
 
@@ -93,7 +93,7 @@ class Message:
     device: str
     time_ns: int
     """0 if the sender did not stamp it."""
-    content: Pose | Status | Sensor | None = field(default=None)
+    content: Pose | DeviceStatus | SensorValues | None = field(default=None)
 
 
 def name_of(raw: bytes) -> str:
@@ -130,18 +130,20 @@ def _floats(raw: bytes) -> Float:
     return np.array(struct.unpack(f">{len(raw) // 4}f", raw))
 
 
-def _element(name: str, place: Float, rotation: Float | tuple[float, ...] = IDENTITY) -> Element:
+def _element(
+    name: str, place: Float, rotation: Float | tuple[float, ...] = IDENTITY
+) -> MarkerPlace:
     x, y, z = (float(value) for value in place)
     with np.errstate(invalid="ignore"):
         turned = not bool(np.all(np.abs(np.asarray(rotation) - IDENTITY) <= _TURNED))
-    return Element(name, (x, y, z), turned)
+    return MarkerPlace(name, (x, y, z), turned)
 
 
-def _of_quaternion(name: str, place: Float, quaternion: Float) -> Element:
+def _of_quaternion(name: str, place: Float, quaternion: Float) -> MarkerPlace:
     """Return an element; a quaternion without real part is compressed, its parts still zero."""
     upright = bool(np.all(np.abs(quaternion[:3]) <= _TURNED))
     x, y, z = (float(value) for value in place)
-    return Element(name, (x, y, z), not upright)
+    return MarkerPlace(name, (x, y, z), not upright)
 
 
 def _transform(device: str, body: bytes) -> Pose:
@@ -187,20 +189,20 @@ def _points(_device: str, body: bytes) -> Pose:
     return Pose(tuple(_element(name_of(row[:64]), _floats(row[100:112])) for row in rows), True)
 
 
-def _status(_device: str, body: bytes) -> Status:
+def _status(_device: str, body: bytes) -> DeviceStatus:
     code = struct.unpack_from(">HQ20s", body)[0]
     text = body[30:].split(b"\0", 1)[0].decode("ascii", "replace")
-    return Status(code, "".join(one for one in text if one.isprintable())[:100])
+    return DeviceStatus(code, "".join(one for one in text if one.isprintable())[:100])
 
 
-def _sensor(_device: str, body: bytes) -> Sensor:
+def _sensor(_device: str, body: bytes) -> SensorValues:
     count, _, _ = struct.unpack_from(">BBQ", body)
     if len(body) != 10 + 8 * count:
         raise ValueError("SENSOR")
-    return Sensor(struct.unpack_from(f">{count}d", body, 10))
+    return SensorValues(struct.unpack_from(f">{count}d", body, 10))
 
 
-_READERS: dict[str, Callable[[str, bytes], Pose | Status | Sensor]] = {
+_READERS: dict[str, Callable[[str, bytes], Pose | DeviceStatus | SensorValues]] = {
     "TRANSFORM": _transform, "POSITION": _position, "TDATA": _tracking_data,
     "QTDATA": _quaternion_data, "POINT": _points, "STATUS": _status, "SENSOR": _sensor,
 }  # fmt: skip

@@ -19,7 +19,7 @@ _MOST_MARKERS = 10
 _LEAST_MARKERS = 4
 
 
-class Geometry(Enum):
+class GeometryProof(Enum):
     """Result of comparing markers with a probe."""
 
     UNKNOWN = auto()
@@ -35,19 +35,19 @@ def flatness(leds: Float) -> float:
     return float(spread[2] / np.sqrt(len(leds)))
 
 
-def judge_geometry(places: Float, leds: Float, sigma: float) -> Geometry:
+def judge_geometry(places: Float, leds: Float, sigma: float) -> GeometryProof:
     """Return whether markers (M, 3), NaN if not seen, prove unit and handedness.
 
     ``leds`` (L, 3): of the probe; ``sigma``: largest standard deviation of a marker; mm.
     """
     seen = places[np.isfinite(places[:, 0])][:_MOST_MARKERS]
     if len(seen) < 3:
-        return Geometry.UNKNOWN
+        return GeometryProof.UNKNOWN
     between, known = _distances(seen), _distances(leds)
     if between.max() * _WRONG_UNIT < known.max():
-        return Geometry.TOO_SMALL
+        return GeometryProof.TOO_SMALL
     if np.min(between + 1e12 * np.eye(len(seen))) > _WRONG_UNIT * known.max():
-        return Geometry.TOO_LARGE
+        return GeometryProof.TOO_LARGE
     gate = _GATE * np.sqrt(2.0) * sigma
     best: list[tuple[int, int]] = []
     for i, j, k in combinations(range(len(seen)), 3):
@@ -60,28 +60,28 @@ def judge_geometry(places: Float, leds: Float, sigma: float) -> Geometry:
         if len(best) == min(len(seen), len(leds)):
             break
     if len(best) < _LEAST_MARKERS:
-        return Geometry.UNKNOWN
+        return GeometryProof.UNKNOWN
     of_markers, of_leds = (list(one) for one in zip(*best, strict=True))
     plain, mirrored = (
         _residual(seen[of_markers], leds[of_leds] * sign) for sign in ([1, 1, 1], [1, 1, -1])
     )
     if plain <= _GATE * sigma and mirrored > _APART * _GATE * sigma:
-        return Geometry.PROVEN
+        return GeometryProof.PROVEN
     if mirrored <= _GATE * sigma and plain > _APART * _GATE * sigma:
-        return Geometry.MIRRORED
-    return Geometry.UNKNOWN
+        return GeometryProof.MIRRORED
+    return GeometryProof.UNKNOWN
 
 
-def refuse(found: Geometry, unit: str) -> None:
+def refuse(found: GeometryProof, unit: str) -> None:
     """Raise AcquisitionError if the probe contradicts unit or axes of the document."""
-    if found in (Geometry.TOO_SMALL, Geometry.TOO_LARGE):
+    if found in (GeometryProof.TOO_SMALL, GeometryProof.TOO_LARGE):
         raise AcquisitionError(
             "igtl.unit",
             "The distances between the markers are far smaller or larger than those of the "
             f"probe: the tracker does not send coordinates in {unit}, as its document says.",
             "Correct 'device_unit' in the document of the tracker.",
         )
-    if found is Geometry.MIRRORED:
+    if found is GeometryProof.MIRRORED:
         raise AcquisitionError(
             "igtl.handedness",
             "The markers are a mirror image of the probe: the axes of the tracker have another "

@@ -17,8 +17,8 @@ from ocmm_core.camera import REACH_MM, Rig, TrackerDocument, project
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
 from ocmm_trackers._frames import FrameBuilder, MarkerFrame
-from ocmm_trackers._igtl import Message, Pose, Sensor, Status
-from ocmm_trackers._proof import Geometry, judge_geometry, refuse
+from ocmm_trackers._igtl import DeviceStatus, Message, Pose, SensorValues
+from ocmm_trackers._proof import GeometryProof, judge_geometry, refuse
 from ocmm_trackers._stream import MessageStream
 
 _READ_S = 0.1
@@ -119,9 +119,9 @@ class IgtlSource:
         content = message.content
         if isinstance(content, Pose):
             return self.builder.take(content, message.time_ns)
-        if isinstance(content, Sensor) and message.device == self._document.button:
+        if isinstance(content, SensorValues) and message.device == self._document.button:
             self._pressed = bool(content.values and content.values[0] > 0.5)
-        if isinstance(content, Status):
+        if isinstance(content, DeviceStatus):
             self._reason = (
                 ""
                 if content.code == _OK
@@ -133,7 +133,7 @@ class IgtlSource:
         if not self._proven:
             found = judge_geometry(frame.places, self._leds, self._sigma)
             refuse(found, self._document.device_unit)
-            self._proven = found is Geometry.PROVEN
+            self._proven = found is GeometryProof.PROVEN
         return self._proven
 
     def _cycle(self, frames: list[MarkerFrame], flags: list[int]) -> Cycle:

@@ -31,7 +31,7 @@ def plan_rig(
     """
     from ocmm_core.documents import write_atomic
     from ocmm_core.measuring import map_range
-    from ocmm_core.planning import (
+    from ocmm_planner import (
         evaluate_plan,
         load_rig_plan,
         map_from_above,

@@ -10,7 +10,6 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core.export import write_together
-from ocmm_core.planning import RigSheet, read_sheet, sheet_sentences, shopping_list
 from ocmm_core.wording import ENGLISH, LANGUAGES, Speech
 from ocmm_gui.reports._canvas import (
     HEADING,
@@ -24,6 +23,7 @@ from ocmm_gui.reports._canvas import (
 )
 from ocmm_gui.reports._paper import draw
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+from ocmm_planner import RigSheet, read_sheet, sheet_sentences, shopping_list
 
 _NAMES = ("X", "Y", "Z", "Azimuth °", "Elevation °", "Roll °", "Focus", "Stop", "Exposure / µs")
 _LENGTHS = ("X", "Y", "Z", "Focus")

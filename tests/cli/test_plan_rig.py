@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.documents import resource
-from ocmm_core.planning import read_sheet
+from ocmm_planner import read_sheet
 from tests.commands import Ocmm
 
 

@@ -91,7 +91,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 def test_fits_need_the_core_alone(tmp_path: Path) -> None:
     hidden = (
         "ocmm_sim", "ocmm_cad", "ocmm_shop", "ocmm_cli", "ocmm_gui", "ocmm_serve", "ocmm_bench",
-        "ocmm_genicam", "ocmm_trackers", "ocmm_boards", "ocmm_machine",
+        "ocmm_genicam", "ocmm_trackers", "ocmm_boards", "ocmm_machine", "ocmm_planner",
         "PySide6",
         "pyqtgraph", "pysoem", "dask", "psycopg", "OCP", "typer", "rich",
     )  # fmt: skip

@@ -20,7 +20,7 @@ from ocmm_core.tracking import FrameStatus, TrackingPipeline
 from ocmm_sim.trackers import IgtlEncoder, IgtlServer, Kind, MarkerErrors, TrackerFaults, message
 from ocmm_trackers import (
     FrameBuilder,
-    Geometry,
+    GeometryProof,
     IgtlSource,
     MessageStream,
     Pose,
@@ -165,7 +165,7 @@ def test_hostile_packets_are_counted_or_end_with_a_sentence() -> None:
                 seen = np.isfinite(found[:, 0])
                 true = np.vstack([places, np.full((2, 3), np.nan)])
                 good = np.abs(found[seen] - true[seen]).max(initial=0.0) < 1e-3
-                proven = judge_geometry(found, BODY.leds_probe, _SIGMA_MM) is Geometry.PROVEN
+                proven = judge_geometry(found, BODY.leds_probe, _SIGMA_MM) is GeometryProof.PROVEN
                 wrong += proven and not good
         except OcmmError:
             ended += 1

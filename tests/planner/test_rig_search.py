@@ -9,9 +9,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.planning import evaluate_plan, placement_cost, search_places
-from ocmm_core.planning._plan import Box
-from tests.core.planning.rig_scenes import changed, given_plan, random_plan, search_scene
+from ocmm_planner import evaluate_plan, placement_cost, search_places
+from ocmm_planner._plan import Box
+from tests.planner.rig_scenes import changed, given_plan, random_plan, search_scene
 
 
 @pytest.mark.slow

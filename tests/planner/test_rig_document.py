@@ -12,7 +12,8 @@ import pytest
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.planning import (
+from ocmm_core.wording import Speech
+from ocmm_planner import (
     evaluate_plan,
     load_rig_plan,
     map_from_above,
@@ -20,8 +21,7 @@ from ocmm_core.planning import (
     sheet_sentences,
     shopping_list,
 )
-from ocmm_core.wording import Speech
-from tests.core.planning.rig_scenes import changed, given_plan
+from tests.planner.rig_scenes import changed, given_plan
 
 TEXT = resource("rig_plans", "thesis.toml").read_text("utf-8")
 

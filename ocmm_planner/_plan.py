@@ -25,7 +25,8 @@ from ocmm_core.camera import (
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, RigidTransform, rotation_xyz, unit
-from ocmm_core.planning._catalogue import (
+from ocmm_core.tracking import ProbeBody, load_probe
+from ocmm_planner._catalogue import (
     CameraType,
     LensType,
     NotNegative,
@@ -33,7 +34,6 @@ from ocmm_core.planning._catalogue import (
     Share,
     load_catalogue,
 )
-from ocmm_core.tracking import ProbeBody, load_probe
 
 SCHEMA = "ocmm.rig_plan/1"
 _PATTERN_LENGTH_PX = 20.0
@@ -51,7 +51,7 @@ class Box(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     max: Vector3
 
 
-class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class CameraPlace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Box, plane or line where a camera may be; equal limits fix a coordinate."""
 
     min: Vector3
@@ -74,7 +74,7 @@ class PlannedCamera(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     target: Vector3 | None = None
     roll_deg: Angle = 0.0
     focus: Positive | None = None
-    place: Place | None = None
+    place: CameraPlace | None = None
 
 
 class Attitudes(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -88,7 +88,7 @@ class Attitudes(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     share: Share = 1.0
 
 
-class Light(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class LedLight(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """LEDs with a light-emitting square of edge ``chip``, the longest exposure, and the filter."""
 
     intensity_mw_sr: Positive
@@ -131,7 +131,7 @@ class RigPlanDocument(Document, frozen=True, kw_only=True):
     ]
     catalogue: tuple[str, ...] = ()
     keep_out: tuple[Box, ...] = ()
-    light: Light | None = None
+    light: LedLight | None = None
     search_nodes: tuple[Count, Count, Count] = (3, 3, 3)
 
 

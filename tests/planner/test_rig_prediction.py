@@ -11,7 +11,7 @@ import pytest
 
 from ocmm_core.camera import on_sensor, project, projection_jacobians
 from ocmm_core.geometry import Float
-from ocmm_core.planning import (
+from ocmm_planner import (
     RigPlan,
     Scene,
     predict_map,
@@ -20,9 +20,9 @@ from ocmm_core.planning import (
     shared_covariance,
     spots_of,
 )
-from ocmm_core.planning import _optics as optics
-from ocmm_core.planning._plan import Box, attitudes_of
-from tests.core.planning.rig_scenes import changed, compare, given_plan, random_plan
+from ocmm_planner import _optics as optics
+from ocmm_planner._plan import Box, attitudes_of
+from tests.planner.rig_scenes import changed, compare, given_plan, random_plan
 
 MIDDLE = np.zeros((1, 3))
 

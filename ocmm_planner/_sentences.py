@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from ocmm_core.planning._sheet import BASE_GAIN, RigSheet, SheetFigures
+from ocmm_planner._sheet import BASE_GAIN, RigSheet, SheetFigures
 
 _SHORTEST_US = 1.0
 

@@ -10,7 +10,8 @@ import numpy as np
 from ocmm_core.camera import project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float
-from ocmm_core.planning import (
+from ocmm_core.tracking import load_probe, solve
+from ocmm_planner import (
     RigPlan,
     Scene,
     load_rig_plan,
@@ -19,9 +20,8 @@ from ocmm_core.planning import (
     shared_covariance,
     spots_of,
 )
-from ocmm_core.planning._catalogue import load_catalogue
-from ocmm_core.planning._plan import Place, attitudes_of
-from ocmm_core.tracking import load_probe, solve
+from ocmm_planner._catalogue import load_catalogue
+from ocmm_planner._plan import CameraPlace, attitudes_of
 
 CAMERAS = ("smart-2048", "imx174", "imx250", "imx304", "cmv4000-nir")
 
@@ -78,8 +78,8 @@ def search_scene(seed: int) -> RigPlan:
     pair = (plan.document.cameras[0], plan.document.cameras[-1])
     y = pair[0].centre[1]
     places = (
-        Place(min=(-900.0, y, -300.0), max=(-100.0, y, 500.0)),
-        Place(min=(100.0, y, -300.0), max=(900.0, y, 500.0)),
+        CameraPlace(min=(-900.0, y, -300.0), max=(-100.0, y, 500.0)),
+        CameraPlace(min=(100.0, y, -300.0), max=(900.0, y, 500.0)),
     )
     cameras = tuple(msgspec.structs.replace(one, place=place)
                     for one, place in zip(pair, places, strict=True))  # fmt: skip

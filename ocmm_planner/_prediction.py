@@ -13,9 +13,9 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from ocmm_core.geometry import Float, Int
-from ocmm_core.planning._optics import SEEN, Scene, spots_of
 from ocmm_core.tracking import tip_derivatives
 from ocmm_core.tracking.kernels import MAX_TIP_SIGMA
+from ocmm_planner._optics import SEEN, Scene, spots_of
 
 LEAST_LEDS = 4
 """LEDs seen by two cameras; fewer are not identified without doubt."""

@@ -15,10 +15,10 @@ from ocmm_core.camera import Vector3
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
-from ocmm_core.planning import _optics as optics
-from ocmm_core.planning._plan import RigPlan
-from ocmm_core.planning._prediction import LINE, RigMap, predict_map
-from ocmm_core.planning._search import cost_of, search_places
+from ocmm_planner import _optics as optics
+from ocmm_planner._plan import RigPlan
+from ocmm_planner._prediction import LINE, RigMap, predict_map
+from ocmm_planner._search import cost_of, search_places
 
 SCHEMA = "ocmm.rig_prediction/1"
 BASE_GAIN = 1.2

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.camera import Rig, on_sensor, project
 from ocmm_core.geometry import Float
-from ocmm_core.planning._plan import RigPlan
+from ocmm_planner._plan import RigPlan
 
 SEEN, OUTSIDE, AWAY, BLOCKED, BLURRED, DARK = range(6)
 """Whether a camera sees an LED, or the first reason why not."""
@@ -40,7 +40,7 @@ class Scene:
 
 
 @dataclass(frozen=True, slots=True)
-class Spots:
+class PlannedSpots:
     """Spots of n poses, each (n, C, L)."""
 
     uv: Float
@@ -76,7 +76,7 @@ def scene_of(plan: RigPlan, places: Float) -> Scene:
     return replace(scene, exposure_us=exposures)
 
 
-def spots_of(scene: Scene, rotations: Float, tips_world: Float) -> Spots:
+def spots_of(scene: Scene, rotations: Float, tips_world: Float) -> PlannedSpots:
     """Return the spots of poses (n, 3, 3) and (n, 3), mm, world from probe and ball centres."""
     plan, body = scene.plan, scene.plan.probe
     arms = body.leds_probe - body.tip_probe
@@ -105,7 +105,7 @@ def spots_of(scene: Scene, rotations: Float, tips_world: Float) -> Spots:
         inside = on_sensor(camera, places) & (radius <= 0.5 * plan.lenses[index].image_circle)
         found[~inside] = OUTSIDE
     uv[stage != SEEN] = np.nan
-    return Spots(uv, stage, white, blur, peak)
+    return PlannedSpots(uv, stage, white, blur, peak)
 
 
 def _spots_in(
