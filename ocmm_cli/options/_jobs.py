@@ -204,14 +204,6 @@ TABLE = {
     "plan new": (
         Option("output", ..., "Plan document to write.", flags="--output -o"),
     ),
-    "plan rig": (
-        argument("document", ..., "Rig plan (TOML).", metavar="RIG_PLAN"),
-        Option("out", Path(), "Folder for the prediction."),
-        Option("search", 3000, "Placements tried, 0 for none.", "placements-tried"),
-        Option("seed", 1, "Seed of the search.", "seed"),
-        Option("pdf", False, "Also write the sheet as PDF."),
-        Option("as_json", False, "Print the prediction as JSON instead.", flags="--json"),
-    ),
     "plan part": (
         argument("plan_file", ..., "Plan document.", metavar="PLAN"),
         Option("output", ..., "Document of the part to write.", flags="--output -o"),
