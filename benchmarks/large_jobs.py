@@ -1,12 +1,13 @@
 """A job of many points: opened again, looked at, and gone on with.
 
-    python -m benchmarks.large_jobs [--points 10000] [--features 500]
+    python -m benchmarks.large_jobs [--points 10000] [--features 500] [--report]
 
 Spheres of 6 mm all over the volume, touched in turn with the rig and probe of the resources; spots
 are those of the believed cameras with the white noise of the mean of the frames. ``opened`` is all
 of `reopen_job`; ``view`` is what a session takes to be looked at for the first time, ``one more``
 after one more point has come, the median of ten; all are processor times. Memory is what the
-process holds at its peak, libraries with it. Ends with 1 if 10,000 points take longer than 3 s to
+process holds at its peak, libraries with it. ``--report``: the PDF report of the opened job, with a
+row for each feature, in addition. Ends with 1 if 10,000 points take longer than 3 s to
 open or 20 ms for one more, or more than 600 MB.
 """
 
@@ -28,6 +29,7 @@ import numpy as np  # noqa: E402 - as above
 
 from benchmarks.recall_scenes import PROBE, RIG  # noqa: E402 - as above
 from ocmm_core.camera import load_rig, project  # noqa: E402 - as above
+from ocmm_core.export.report import report_of_job  # noqa: E402 - as above
 from ocmm_core.features.shapes import NominalFeature, Shape  # noqa: E402 - as above
 from ocmm_core.geometry import rotation_from_vector  # noqa: E402 - as above
 from ocmm_core.inspection.archive import reopen_job  # noqa: E402 - as above
@@ -38,6 +40,7 @@ from ocmm_core.measuring import MeasuredPoint  # noqa: E402 - as above
 from ocmm_core.storage import JobFile, make_head  # noqa: E402 - as above
 from ocmm_core.tolerances.zones import Characteristic  # noqa: E402 - as above
 from ocmm_core.tracking import load_probe, solve, spot_sigma_px  # noqa: E402 - as above
+from ocmm_gui.reports import drawing, write_pdf  # noqa: E402 - as above
 
 _RADIUS = 3.0
 _PITCH = 10.0
@@ -166,6 +169,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--points", type=int, default=10_000)
     parser.add_argument("--features", type=int, default=500)
+    parser.add_argument("--report", action="store_true", help="write the PDF report as well")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="ocmm-large-") as name:
         folder = Path(name)
@@ -177,6 +181,11 @@ def main() -> int:
             opened.append(time.process_time() - begun)
         if job.doubts:
             raise SystemExit(job.doubts[0])
+        if options.report:
+            begun = time.process_time()
+            with drawing():
+                write_pdf(report_of_job(job), folder)
+            sys.stdout.write(f"report {time.process_time() - begun:.2f} s\n")
         first, more = looked_at(load_plan(file), path)
     memory = limits.getrusage(limits.RUSAGE_SELF).ru_maxrss / 1024.0
     sys.stdout.write(

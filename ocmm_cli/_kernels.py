@@ -75,6 +75,11 @@ ocmm_core.features.zones._place_kernel
     move_zone f2 f1 f1 f1 f2 f1 f1
 ocmm_core.features.zones._kernel
     narrowest_zone f1 f2 f1 b f f1 i1 f1
+ocmm_core.measuring._pattern_kernel
+    blocks i2 f3 f4
+    bumps_of i2 f3
+    gather f3 i3 f4 f4
+    spread f3 i3 f4 f4 i
 ocmm_core.tolerances.monte_carlo._refit_kernel
     refit i f2 f i1 f2 f1 f2 f2 f1
 

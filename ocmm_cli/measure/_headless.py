@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-from ocmm_cli.measure._pages import print_pages
+from ocmm_cli.measure._pages import print_reports
 from ocmm_cli.terminal import DeferredInterrupt, heads, lead, print_grid, say, say_word, shown, told
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
@@ -114,15 +115,13 @@ def run_job(
 
 def _print_pages(job: Path, out: Path, console: Console, *, incomplete: bool) -> None:
     """Write the PDF from the closed file of the job."""
-    options = [str(job), "--out", str(out), *(["--incomplete"] if incomplete else [])]
-    for line in print_pages(
-        "ocmm_gui.reports",
-        [options],
-        "export.pdf",
-        "The PDF report was not written",
-        "The job and the other formats are not affected.",
-    ):
-        console.print(f"{lead('Report  ')}{line}")
+    from ocmm_core.export.report import report_of_job
+    from ocmm_core.export.template import paper_of
+    from ocmm_core.inspection.archive import reopen_job
+
+    data = replace(report_of_job(reopen_job(job)), paper=paper_of(job))
+    for path in print_reports([data], out, incomplete=incomplete):
+        console.print(f"{lead('Report  ')}{path}")
 
 
 def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import msgspec
 import typer
 from rich.console import Console
 
-from ocmm_cli.measure._pages import print_pages
+from ocmm_cli.measure._pages import print_reports
 from ocmm_cli.terminal import lead, make_console, progress_line, say
 from ocmm_core.errors import OcmmError
 from ocmm_core.processes import processes_for, side_by_side
@@ -98,40 +96,10 @@ def report_command(
         for path in write_report(data, written, folder, layout, incomplete=incomplete):
             console.print(f"{lead('Report  ')}{path}")
     if PDF.name in chosen:
-        paths = [one.path for one in read]
-        options = ["--given", msgspec.json.encode(given).decode()]
-        if template is not None:
-            options += ["--template", str(template)]
-        if incomplete:
-            options += ["--incomplete"]
-        for line in _print_pages(paths, folder, probes, calibrations, options):
-            console.print(f"{lead('Report  ')}{line}")
+        for path in print_reports(data, folder, incomplete=incomplete):
+            console.print(f"{lead('Report  ')}{path}")
     if faults:
         raise faults[0]
-
-
-def _print_pages(
-    jobs: Sequence[Path],
-    folder: Path,
-    probes: Path | None,
-    calibrations: Path | None,
-    others: Sequence[str],
-) -> list[str]:
-    """Write the PDF reports, many in parallel; return their paths in order."""
-    options = ["--out", str(folder), *others]
-    if probes is not None:
-        options += ["--probes", str(probes)]
-    if calibrations is not None:
-        options += ["--calibrations", str(calibrations)]
-    each = -(-len(jobs) // processes_for(len(jobs)))
-    parts = [jobs[first : first + each] for first in range(0, len(jobs), each)]
-    return print_pages(
-        "ocmm_gui.reports",
-        [[*map(str, part), *options] for part in parts],
-        "export.pdf",
-        "The PDF report was not written",
-        "The other formats are not affected.",
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +114,7 @@ class _Read:
 
 
 def _read_all(
-    jobs: Sequence[Path], probes: Path | None, calibrations: Path | None, console: Console
+    jobs: list[Path], probes: Path | None, calibrations: Path | None, console: Console
 ) -> tuple[list[_Read], list[OcmmError]]:
     """Open all jobs, many in parallel; print warnings of each, in order."""
     with progress_line() as tell:

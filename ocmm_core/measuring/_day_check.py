@@ -100,7 +100,10 @@ def touches_checked(count: int) -> Int:
 
 def check_noise(points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody) -> DayCheck:
     """Return the noise of some touches, as `touches_checked` selects, against the stated one."""
-    touches = [one for one in (_touch(point, rig, body) for point in points) if len(one.rest)]
+    leds = 3 * len(body.leds_probe)
+    roots = root_of(body.geometry_covariance[:leds, :leds]), root_of(rig.parameter_covariance)
+    seen = (_touch(point, rig, body, *roots) for point in points)
+    touches = [one for one in seen if len(one.rest)]
     if len(touches) < LEAST_TOUCHES:
         return DayCheck()
     rest = np.concatenate([one.rest for one in touches])
@@ -158,7 +161,9 @@ class _Touch:
     """Variance of a mean spot by the scatter of the frames, px^2."""
 
 
-def _touch(point: MeasuredPoint, rig: Rig, body: ProbeBody) -> _Touch:
+def _touch(
+    point: MeasuredPoint, rig: Rig, body: ProbeBody, geometry: Float, calibration: Float
+) -> _Touch:
     batch = solve(point.spots[None], rig, body, spot_sigma_px(rig))
     rotation, origin = batch.rotation_world_from_probe[0], batch.origin_world[0]
     seen = np.isfinite(point.spots).all(axis=2)
@@ -186,9 +191,8 @@ def _touch(point: MeasuredPoint, rig: Rig, body: ProbeBody) -> _Touch:
         moved = _marker_moves(by_place[seen], np.nonzero(seen)[1])
         of_pose = moved.T @ by_pose[seen].reshape(rows, _POSE)
         basis = moved @ np.linalg.qr(of_pose, mode="complete")[0][:, _POSE:]
-    geometry = root_of(body.geometry_covariance[: 3 * leds, : 3 * leds])
     of_geometry = by_leds[seen].reshape(rows, -1) @ geometry
-    of_cameras = by_cameras[seen].reshape(rows, -1) @ root_of(rig.parameter_covariance)
+    of_cameras = by_cameras[seen].reshape(rows, -1) @ calibration
     shared = basis.T @ np.hstack([of_geometry, of_cameras])
     rest = basis.T @ residuals[seen].ravel()
     scatter = point.chi2_per_dof * spot_sigma_px(rig) ** 2 - rig.noise.pattern_px**2

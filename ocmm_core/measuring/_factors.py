@@ -91,7 +91,7 @@ class PointFactors:
     def of(self, gradients: Rows | Float) -> Float:
         """Return the covariance (k, k) of values from their gradients: rows, or (k, 3 N + 1)."""
         rows = gradients if isinstance(gradients, Rows) else Rows.of_dense(gradients)
-        inner, flat = self._under(rows), rows.by_points.reshape(len(rows), -1)
+        inner, flat = self._of(rows.places), rows.by_points.reshape(len(rows), -1)
         answers = _answers(rows, inner.shared)
         if inner.pattern is not None:
             answers = np.hstack([answers, inner.pattern.answers(rows.by_points)])
@@ -101,7 +101,7 @@ class PointFactors:
 
     def moved(self, gradients: Rows) -> Rows:
         """Return the covariances of k values with the coordinates in their rows."""
-        inner = self._under(gradients)
+        inner = self._of(gradients.places)
         answers = _answers(gradients, inner.shared)
         together = answers @ inner.shared.T
         places = together[:, :-1].reshape(gradients.by_points.shape)
@@ -115,7 +115,7 @@ class PointFactors:
 
         (n, 3, 3) of each point, (n, 3) of each with the tip radius, and the variance of the radius.
         """
-        inner = self.kept(places)
+        inner = self._of(places)
         by_points, radius = inner.shared[:-1].reshape(len(places), 3, -1), inner.shared[-1]
         blocks = inner.own + by_points @ by_points.transpose(0, 2, 1)
         if inner.pattern is not None:
@@ -134,23 +134,22 @@ class PointFactors:
             return lambda rng, many: rng.standard_normal((many, root.shape[1])) @ root.T
         variances, vectors = np.linalg.eigh(self.own)
         alone = vectors * np.sqrt(np.maximum(variances, 0.0))[:, None, :]
-        pattern = self.pattern
-        bumps = None if pattern is None else pattern.bumps()
+        pattern = None if self.pattern is None else self.pattern.drawing()
 
         def drawn(rng: np.random.Generator, many: int) -> Float:
             moves: Float = rng.standard_normal((many, self.shared.shape[1])) @ self.shared.T
             places = np.einsum("nij,mnj->mni", alone, rng.standard_normal((many, self.count, 3)))
-            if pattern is not None and bumps is not None:
-                normal = rng.standard_normal((many, 2, bumps.shape[1]))
-                places = places + pattern.drawn(normal, bumps)
+            if pattern is not None:
+                bumps, by_pattern = pattern
+                places = places + by_pattern(rng.standard_normal((many, 2, bumps)))
             moves[:, :-1] += places.reshape(many, -1)
             return moves
 
         return drawn
 
-    def _under(self, rows: Rows) -> PointFactors:
+    def _of(self, places: Int) -> PointFactors:
         known = np.arange(self.count) if self.places is None else self.places
-        return self if np.array_equal(rows.places, known) else self.kept(rows.places)
+        return self if np.array_equal(places, known) else self.kept(places)
 
 
 def _answers(rows: Rows, shared: Float) -> Float:
@@ -177,25 +176,31 @@ def factors_of(
         if part.by is not None and part.covariance is not None:
             by, covariance = alike.get(id(part.by), (part.by, np.zeros_like(part.covariance)))
             alike[id(part.by)] = by, covariance + part.covariance
-    rows = [by @ root(covariance) for by, covariance in alike.values()]
+    rows = [_by_points(by, root(covariance)) for by, covariance in alike.values()]
     return PointFactors(np.hstack([np.zeros((3 * count + 1, 0)), *rows]), own, pattern)
+
+
+def _by_points(by: Float, root: Float) -> Float:
+    """Return ``by @ root``, point by point: the same bits for a point alone as among others."""
+    blocks = by[:-1].reshape(len(by) // 3, 3, len(root)) @ root
+    return np.vstack([blocks.reshape(len(by) - 1, root.shape[1]), by[-1:] @ root])
 
 
 def joined_factors(parts: Sequence[PointFactors]) -> PointFactors:
     """Return the joined factors of disjoint parts, with ``places``, that share the quantities."""
     if len(parts) == 1:
         return parts[0]
+    fields = [part.pattern for part in parts if part.pattern is not None]
+    joined = PointFactors(
+        np.concatenate([*(part.shared[:-1] for part in parts), parts[0].shared[-1:]]),
+        np.concatenate([part.own for part in parts]),
+        joined_fields(fields) if fields else None,
+    )
     places = np.concatenate([part.places for part in parts if part.places is not None])
     order = np.argsort(places)
-    rows = np.concatenate([part.shared[:-1] for part in parts])
-    blocks = rows.reshape(len(places), 3, -1)[order].reshape(rows.shape)
-    fields = [part.pattern for part in parts if part.pattern is not None]
-    return PointFactors(
-        np.concatenate([blocks, parts[0].shared[-1:]]),
-        np.concatenate([part.own for part in parts])[order],
-        joined_fields(fields).kept(order) if fields else None,
-        places[order],
-    )
+    if not np.array_equal(order, np.arange(len(places))):
+        joined = joined.kept(order)
+    return replace(joined, places=places[order])
 
 
 def factors_of_matrix(covariance: Float) -> PointFactors:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from itertools import islice
 
 import msgspec
 from PySide6.QtCore import QTimer
@@ -210,23 +211,34 @@ def answers(wanted: str) -> tuple[RemedyEntry, ...]:
     found = [
         RemedyEntry(tr(one.sign), tr(one.steps), ", ".join(one.codes))
         for one in SYMPTOMS
-        if _has(f"{tr(one.sign)} {tr(one.steps)} {' '.join(one.codes)}", words)
+        if _has(f"{tr(one.sign)} {tr(one.steps)} {' '.join(one.codes)}".casefold(), words)
         or any(_begins(word, one.codes) for word in words)
     ]
     if len("".join(words)) < _LEAST:
         return tuple(found)
+    lines = _lines(kit.language_in_use(), kit.numbers_in_use().comma)
+    known = (
+        RemedyEntry(_blank(what), _blank(steps), code)
+        for text, code, what, steps in lines
+        if _has(text, words)
+    )
+    return (*found, *islice(known, max(_MOST_CODES - len(found), 0)))
+
+
+@cache
+def _lines(language: str, comma: bool) -> list[tuple[str, str, str, str]]:  # used as cache key
+    """Return searched text, code, sentences and remedies of each code in the language in use."""
+    lines = []
     for code, told in told_by_code().items():
-        if _has(f"{code} {' '.join(kit.said(one.sentence) for one in told)}", words):
-            what = [kit.said(one.sentence) for one in told if not one.is_remedy]
-            steps = [kit.said(one.sentence) for one in told if one.is_remedy]
-            found.append(RemedyEntry(_blank(" ".join(what)), _blank(" ".join(steps)), code))
-        if len(found) >= _MOST_CODES:
-            break
-    return tuple(found)
+        said = [(kit.said(one.sentence), one.is_remedy) for one in told]
+        what = " ".join(text for text, is_remedy in said if not is_remedy)
+        steps = " ".join(text for text, is_remedy in said if is_remedy)
+        text = f"{code} {' '.join(text for text, _ in said)}"
+        lines.append((text.casefold(), code, what, steps))
+    return lines
 
 
-def _has(text: str, words: list[str]) -> bool:
-    folded = text.casefold()
+def _has(folded: str, words: list[str]) -> bool:
     return all(word in folded for word in words)
 
 

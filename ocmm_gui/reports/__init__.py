@@ -14,6 +14,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_gui.reports._batch import BatchTask
     from ocmm_gui.reports._paper import drawing
+    from ocmm_gui.reports._pdf import write_pdf
     from ocmm_gui.reports._preview import (
         CertificateTask, FormatText, PagePicture, PagePreview, PreviewTask, ReportTask,
         template_page,
@@ -25,4 +26,5 @@ else:
 __all__ = [
     "BatchTask", "CertificateTask", "FormatText", "PagePicture", "PagePreview", "PreviewTask",
     "ReportTask", "drawing", "pdf_bytes", "template_page",
+    "write_pdf",
 ]  # fmt: skip

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from html import escape
-from typing import cast
+from typing import IO, cast
 
 from pypdf import PageObject, PdfReader, PdfWriter
 from pypdf.errors import PyPdfError
@@ -134,39 +134,63 @@ def attached(pdf: bytes) -> tuple[int, dict[str, bytes]]:
         raise ValueError(str(error)) from error
 
 
+class _Written(PdfObject):
+    """An object in its bytes: pypdf takes seconds for dictionaries of thousands of elements."""
+
+    content = b""
+
+    def write_to_stream(self, stream: IO[bytes], encryption_key: str | bytes | None = None) -> None:
+        """Write the bytes."""
+        stream.write(self.content)
+
+
 def _structure(writer: PdfWriter, tags: Sequence[PageTag]) -> IndirectObject:
     """Turn the marks into marked content and return the tree of the elements."""
-    tree, top = _dict(Type=_n("StructTreeRoot")), ArrayObject()
-    root = _add(writer, tree)
-    document = _add(writer, _dict(Type=_n("StructElem"), S=_n("Document"), P=root, K=top))
-    nodes: list[IndirectObject] = []
-    kids: list[ArrayObject] = [ArrayObject() for _ in tags]
-    for index, tag in enumerate(tags):
-        parent = document if tag.parent < 0 else nodes[tag.parent]
-        node = _dict(Type=_n("StructElem"), S=_n(tag.role), P=parent, K=kids[index])
-        if tag.role == "TH":
-            node[_n("A")] = _dict(O=_n("Table"), Scope=_n("Column"))
-        if tag.words:
-            node[_n("Alt")] = TextStringObject(tag.words)
-        nodes.append(_add(writer, node))
-        (top if tag.parent < 0 else kids[tag.parent]).append(nodes[-1])
-    places = ArrayObject()
+    tree, document, places = _dict(Type=_n("StructTreeRoot")), _Written(), _Written()
+    root, top = _add(writer, tree), _add(writer, document)
+    elements = [_Written() for _ in tags]
+    nodes = [_place(_add(writer, element)) for element in elements]
+    # The last are those of the document.
+    kids: list[list[str]] = [[] for _ in (*tags, document)]
+    for tag, node in zip(tags, nodes, strict=True):
+        kids[tag.parent].append(node)
+    numbers = []
     for number, page in enumerate(writer.pages):
         drawn, place = page.get_contents(), page.indirect_reference
         found, content = _marked(b"" if drawn is None else drawn.get_data(), tags)
         for mark, index in enumerate(found):
-            kids[index].append(
-                _dict(Type=_n("MCR"), Pg=cast("IndirectObject", place), MCID=NumberObject(mark))
-            )
+            kids[index].append(f"<</Type/MCR/Pg {_place(place)}/MCID {mark}>>")
         page[_n("Contents")] = _add(writer, _stream(content).flate_encode())
         page[_n("StructParents")] = NumberObject(number)
         page[_n("Tabs")] = _n("S")
-        places += [NumberObject(number), ArrayObject(nodes[index] for index in found)]
+        numbers.append(f"{number}[{' '.join(nodes[index] for index in found)}]")
+    for element, tag, own in zip(elements, tags, kids[:-1], strict=True):
+        parent = _place(top) if tag.parent < 0 else nodes[tag.parent]
+        more = "/A<</O/Table/Scope/Column>>" if tag.role == "TH" else ""
+        element.content = (
+            f"<</Type/StructElem/S/{tag.role}/P {parent}/K[{' '.join(own)}]{more}".encode()
+            + _alternative(tag.words)
+        )
+    document.content = (
+        f"<</Type/StructElem/S/Document/P {_place(root)}/K[{' '.join(kids[-1])}]>>".encode()
+    )
+    places.content = f"<</Nums[{' '.join(numbers)}]>>".encode()
     after = NumberObject(len(writer.pages))
-    tree.update(_dict(
-        K=document, ParentTree=_add(writer, _dict(Nums=places)), ParentTreeNextKey=after
-    ))  # fmt: skip
+    tree.update(_dict(K=top, ParentTree=_add(writer, places), ParentTreeNextKey=after))
     return root
+
+
+def _place(reference: IndirectObject | None) -> str:
+    return "null" if reference is None else f"{reference.idnum} {reference.generation} R"
+
+
+def _alternative(words: str) -> bytes:
+    """Return the end of an element, with an alternative text if it has one."""
+    out = io.BytesIO()
+    if words:
+        out.write(b"/Alt ")
+        TextStringObject(words).write_to_stream(out)
+    return out.getvalue() + b">>"
 
 
 def _marked(content: bytes, tags: Sequence[PageTag]) -> tuple[list[int], bytes]:

@@ -46,12 +46,14 @@ def drawing() -> Iterator[None]:
     if sys.platform == "linux":
         # A report needs no screen, and there may be none.
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    application = QGuiApplication.instance() or QGuiApplication([])
+    application = None if QGuiApplication.instance() else QGuiApplication([])
     try:
         yield
     finally:
-        forget_faces()
-        del application
+        if application is not None:
+            forget_faces()
+            # Deleting the last reference does not suffice: PySide keeps one.
+            application.shutdown()
 
 
 def draw(write: Callable[[], None], part: str, safe: str) -> int:

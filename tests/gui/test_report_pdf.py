@@ -197,8 +197,8 @@ def test_the_file_is_whole_and_holds_the_numbers_for_programs(
     assert json.loads(inside)["job"]["uuid"] == data.head.job_uuid
 
 
-def test_the_command_line_writes_it_by_the_program_that_draws(
-    job_path: Path, data: ReportData, tmp_path: Path
+def test_the_command_line_writes_it(
+    job_path: Path, data: ReportData, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said = CliRunner().invoke(
         app, ["report", str(job_path), "--format", "pdf", "--out", str(tmp_path)]
@@ -211,6 +211,12 @@ def test_the_command_line_writes_it_by_the_program_that_draws(
     )
     assert isinstance(said.exception, StorageError)
     assert "cannot be written" in said.exception.what
+    monkeypatch.setattr(pdf, "lay_out", lambda data: 1 // 0)
+    said = CliRunner().invoke(
+        app, ["report", str(job_path), "--format", "pdf", "--out", str(tmp_path)]
+    )
+    assert isinstance(said.exception, StorageError)
+    assert "ZeroDivisionError" in said.exception.what
 
 
 @pytest.mark.usefixtures("qapp")

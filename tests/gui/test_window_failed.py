@@ -15,7 +15,6 @@ from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.app import main
 from ocmm_gui.kit import DASHES, THEMES, FitText, Mark, status_colour, status_mark
-from ocmm_gui.reports.__main__ import main as write_reports
 from tests.gui.conftest import Bench, OpenWindow
 from tests.host import HANG_MS, HANG_S
 
@@ -148,14 +147,3 @@ def test_the_program_of_the_window_ends_with_code_3_when_the_measuring_has_faile
     assert done.returncode == 3, done.stderr
     assert "The reconstruction failed: MemoryError: injected" in done.stderr
     assert "Traceback" not in done.stderr
-
-
-def test_a_report_that_nobody_foresaw_to_fail_ends_with_code_3(
-    qtbot: QtBot,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-) -> None:
-    monkeypatch.setattr("ocmm_gui.reports.__main__.reopen_job", _raising)
-    assert write_reports([str(tmp_path / "a.ocmm"), "--out", str(tmp_path)]) == 3
-    assert "The report failed: ValueError: injected" in capsys.readouterr().err

@@ -16,7 +16,8 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import partial
-from operator import is_
+from itertools import compress, count
+from operator import is_, is_not
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar, cast
 
@@ -58,6 +59,27 @@ class EvaluationCache:
         node = self._nodes.get(key)
         value = make(None if node is None else cast("T", node.value))
         self._nodes[key] = _Node((), value, {}, None)
+        return value
+
+    def appended(
+        self,
+        key: Hashable,
+        inputs: Sequence[object],
+        own: Sequence[Sequence[object]],
+        make: Callable[[int], T],
+        join: Callable[[T, T], T],
+    ) -> T:
+        """Return a node's result over parallel sequences ``own``.
+
+        If they only grew, it is the previous one, joined with that from an index on by ``make``.
+        """
+        node, length = self._nodes.get(key), len(own[0])
+        known = 0 if node is None or not node.has(inputs) else len(node.own[0])
+        if node is None or not 0 < known < length or not all(map(_starts_with, own, node.own)):
+            value = make(0)
+        else:
+            value = join(cast("T", node.value), make(known))
+        self._nodes[key] = _Node(tuple(inputs), value, {}, None, tuple(own))
         return value
 
     def table(
@@ -227,22 +249,27 @@ class Grouped(Generic[T]):
         return cls(points, values, found, owners)
 
 
+def _starts_with(new: Sequence[object], old: Sequence[object]) -> bool:
+    return len(old) <= len(new) and all(map(is_, old, new))
+
+
 def _first_change(old: Sequence[object], new: Sequence[object]) -> int:
     """Return the first index at which two sequences differ, or the length of the shorter one."""
-    return next(
-        (index for index, same in enumerate(map(is_, old, new)) if not same),
-        min(len(old), len(new)),
-    )
+    return next(compress(count(), map(is_not, old, new)), min(len(old), len(new)))
 
 
 @dataclass(frozen=True, slots=True)
 class _Node:
-    """A result and its inputs, the entries read by name, and all names if they were listed."""
+    """A result and its inputs, the entries read by name, and all names if they were listed.
+
+    `own`: sequences that it grew with, see `EvaluationCache.appended`.
+    """
 
     inputs: tuple[object, ...]
     value: object
     read: Mapping[str, object]
     names: tuple[str, ...] | None
+    own: tuple[Sequence[object], ...] = ()
 
     def has(self, inputs: Sequence[object]) -> bool:
         return len(inputs) == len(self.inputs) and all(map(_is_equal, inputs, self.inputs))

@@ -15,6 +15,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import add
 from typing import TypeVar
 
 import numpy as np
@@ -45,7 +46,7 @@ from ocmm_core.inspection.evaluation._quarantine import (
     scatter_of,
 )
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring import MeasuredPoint, PartTemperature, reported_points
+from ocmm_core.measuring import MeasuredPoint, reported_points
 from ocmm_core.tolerances.zones import Characteristic
 
 T = TypeVar("T")
@@ -209,7 +210,7 @@ class FeatureGraph:
         own = self.grouped("points", points, points)
         raw = own.by_feature
         return PointsByFeature(
-            cache.table("reported", (part,), (raw,), lambda name: self._reported(raw[name], part)),
+            cache.table("reported", (part,), (raw,), lambda name: self._reported(name, raw[name])),
             cache.table("places", (), (raw,), lambda name: tuple(one.number for one in raw[name])),
             own.owners,
         )
@@ -219,10 +220,14 @@ class FeatureGraph:
         points, values = tuple(points), tuple(values)
         return self.cache.grown(("grouped", key), lambda before: Grouped.of(points, values, before))
 
-    def _reported(
-        self, own: tuple[MeasuredPoint, ...], part: PartTemperature
-    ) -> tuple[MeasuredPoint, ...]:
-        return own if part.scale == 1.0 else tuple(reported_points(own, part))
+    def _reported(self, name: str, own: tuple[MeasuredPoint, ...]) -> tuple[MeasuredPoint, ...]:
+        part = self.options.climate.part
+        if part.scale == 1.0:
+            return own
+        return self.cache.appended(
+            ("reported", name), (part,), (own,),
+            lambda first: tuple(reported_points(own[first:], part)), add,
+        )  # fmt: skip
 
     def features(self, touched: PointsByFeature) -> dict[str, ActualFeature | FitError]:
         """Return every feature of the plan, probed or constructed, or why it is unknown."""

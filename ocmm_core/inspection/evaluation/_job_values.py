@@ -71,13 +71,21 @@ class ValueGraph:
         self, name: str, touched: PointsByFeature, sensitivities: Sequence[TipSensitivity]
     ) -> PointFactors:
         points, options, bound = touched.points[name], self._graph.options, self._graph.facts.bound
-        found = joint_factors(
-            points, sensitivities, self._rig, self._body, options.contact,
-            options.climate.part, doubt_of(bound), self._root,
+        numbers = touched.places[name]
+
+        def made(first: int) -> PointFactors:
+            found = joint_factors(
+                points[first:], sensitivities[first:], self._rig, self._body, options.contact,
+                options.climate.part, doubt_of(bound), self._root,
+            )  # fmt: skip
+            places = np.array(numbers[first:], dtype=np.int64)
+            order = np.argsort(places)
+            return replace(found.kept(order), places=places[order])
+
+        return self._cache.appended(
+            ("factors", name), (self._rig, self._body, options, bound), (points, sensitivities),
+            made, lambda *parts: joined_factors(parts),
         )  # fmt: skip
-        places = np.array(touched.places[name], dtype=np.int64)
-        order = np.argsort(places)
-        return replace(found.kept(order), places=places[order])
 
     def _root(self, covariance: Float) -> Float:
         key = covariance.shape, covariance.tobytes()

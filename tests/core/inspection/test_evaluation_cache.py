@@ -6,6 +6,7 @@ import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
+from operator import add
 
 import msgspec
 import numpy as np
@@ -269,3 +270,22 @@ def test_what_is_kept_is_good_for_the_very_inputs_only() -> None:
         source |= change
         cache.watched("all", (), source, lambda watch: made.append(f"all {len(list(watch))}"))
         assert sum(word.startswith("all") for word in made) == count
+
+
+def test_only_what_grew_is_appended() -> None:
+    cache = EvaluationCache()
+    made: list[int] = []
+
+    def kept(own: tuple[str, ...], plan: object) -> tuple[str, ...]:
+        def make(first: int) -> tuple[str, ...]:
+            made.append(first)
+            return own[first:]
+
+        return cache.appended("points", (plan,), (own,), make, add)
+
+    plan = object()
+    for own in (("a",), ("a", "b"), ("b", "a", "c"), ("b", "a"), ("b", "a", "d", "e")):
+        assert kept(own, plan) == own
+    assert made == [0, 1, 0, 0, 2]
+    assert kept(("b", "a", "d", "e", "f"), object()) == ("b", "a", "d", "e", "f")
+    assert made[-1] == 0
