@@ -66,6 +66,10 @@ class Spots:
     valid: int
     uv: Float
     """(8, 2), px."""
+    exposure: int
+    """Number of the exposure of its camera: 1, 2, 3 ..."""
+    heard_s: float
+    """Time of its arrival, on the monotonic clock of this computer."""
 
 
 def set_up(camera: Camera, expected: Expected) -> PixelFormat:
@@ -118,14 +122,14 @@ def exposure_us(camera: Camera) -> float:
 class Grabber:
     """Takes the buffers of one camera in a thread of its own.
 
-    `clock` is read once a second in the same thread: a camera has one owner. `wake` is called after
-    each new frame and at the end.
+    `clock` is read once a second in the same thread: a camera has one owner; None: exposure times
+    are not proven. `wake` is called after each new frame and at the end.
     """
 
     def __init__(
         self,
         camera: Camera,
-        clock: CameraClock,
+        clock: CameraClock | None,
         pixels: PixelFormat,
         expected: Expected,
         wake: Callable[[], None],
@@ -187,7 +191,7 @@ class Grabber:
                 image = self.camera.take(_TAKE_S)
                 if image is not None:
                     self.take(image)
-                if time.monotonic() > due:
+                if self._clock is not None and time.monotonic() > due:
                     self.clock_state = self._clock.state()
                     due = time.monotonic() + _CLOCK_S
         except Exception as error:
@@ -236,7 +240,9 @@ class Grabber:
             account.lost += 1
         else:
             valid = int(np.uint64(block.valid[0]))
-            self.frames.append(Spots(image.time_ns, flags, valid, block.uv[0]))
+            self.frames.append(
+                Spots(image.time_ns, flags, valid, block.uv[0], account.exposures, self.heard_s)
+            )
         self._wake()
 
     def _exposures_since(self, image: Image) -> int | None:

@@ -39,6 +39,8 @@ class GenicamConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     silence_s: float = 1.5
     button_line: int = -1
     """Input line of the first camera that the button of the probe is wired to; negative: none."""
+    untimed: bool = False
+    """Accept cameras without proof of a common clock and common exposures."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -59,7 +61,8 @@ def genicam_description(config: GenicamConfig) -> SourceDescription:
         live=True,
         simulated=config.stretched,
         stretched=config.stretched,
-        skew_ns=SKEW_BOUND_NS,
+        skew_ns=0 if config.untimed else SKEW_BOUND_NS,
+        untimed=config.untimed,
     )
 
 
@@ -89,7 +92,7 @@ def _run() -> int:
         source = GenicamSource(
             genicam_description(config),
             AravisCameras(_STRETCHED_US if config.stretched else FRAME_KEPT_US),
-            config.serials, expected, config.silence_s,
+            config.serials, expected, config.silence_s, untimed=config.untimed,
         )  # fmt: skip
         return AcquisitionWorker(source, ring, stop).run_program()
     finally:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from ocmm_core.acquisition.frames import (
@@ -20,7 +20,14 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.measuring import PointOptions, Touch, TouchCollector
 from ocmm_core.station._faults import StationFaults
 from ocmm_core.station._open_job import Gear
-from ocmm_core.tracking import ReferenceHome, TrackBlock, TrackingOptions, TrackingPipeline
+from ocmm_core.tracking import (
+    CameraSkew,
+    ReferenceHome,
+    SkewMeter,
+    TrackBlock,
+    TrackingOptions,
+    TrackingPipeline,
+)
 
 _BATCH = 800
 """Maximum batch of tracked frames; 10 ms at 8 kHz are 80."""
@@ -54,6 +61,8 @@ class Tracked:
     collecting: bool
     pipeline: TrackingPipeline
     """Its pipeline, for the labels and the reference body."""
+    skew: CameraSkew | None = None
+    """Of cameras without proof of a common exposure time."""
 
 
 class MeasureStep(Protocol):
@@ -76,7 +85,7 @@ class FrameLoop:
     touches. `home`: Pose of the reference body at the start of the job; None if not yet known.
     `step`: Receives every tracked block. `faults`: Stores why the loop or the recorder failed.
     `halt`: Ends the loop when set. `recorder`: Receives every raw frame. `history`: Keeps the last
-    frames in memory.
+    frames in memory. `skew`: Aligns frames of cameras without a common exposure time; else None.
     """
 
     def __init__(
@@ -92,8 +101,9 @@ class FrameLoop:
         halt: threading.Event,
         recorder: FrameSink | None = None,
         history: FrameHistory | None = None,
+        skew: SkewMeter | None = None,
     ) -> None:
-        self._ring, self._history = ring, history
+        self._ring, self._history, self._skew = ring, history, skew
         self._gear = gear
         self._tracking, self._point = tracking, point
         self._step, self._faults, self._recorder = step, faults, recorder
@@ -175,7 +185,16 @@ class FrameLoop:
             except Exception as error:
                 lost, self._recorder = self._recorder.check_name() is not None, None
                 (self._faults.fail if lost else self._faults.note)(error, RECORDING)
+        if self._skew is not None:
+            aligned = self._skew.align(block)
+            if aligned is None:
+                return
+            block = aligned
         track = self._pipeline.process(block)
+        skew = None
+        if self._skew is not None:
+            self._skew.learn(track)
+            skew = self._skew.skew()
         collector = self._collector
         if collector is None:
             period_s = self._ring.word(RingHeaderField.FRAME_PERIOD_NS) * 1e-9
@@ -184,5 +203,7 @@ class FrameLoop:
             self._take.clear()
             collector.arm()
         collector.pulled = self._step.awaits_pull
-        touches = collector.feed(track)
-        self._step.measure(Tracked(block, track, touches, collector.collecting, self._pipeline))
+        touches = [replace(touch, skew=skew) for touch in collector.feed(track)]
+        self._step.measure(
+            Tracked(block, track, touches, collector.collecting, self._pipeline, skew)
+        )

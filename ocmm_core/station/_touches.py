@@ -53,6 +53,7 @@ class TouchTaker:
     def measure(self, tracked: Tracked) -> None:
         """Measure a block of frames; on the reconstruction thread."""
         block, track, pipeline = tracked.block, tracked.track, tracked.pipeline
+        self._instruments.skew = tracked.skew
         for change in self._button.feed(block):
             self._events.emit(self._events.button, change)
         session = self._current.now.session
@@ -63,7 +64,9 @@ class TouchTaker:
         self._instruments.watch_probe(block)
         if self._maintenance.takes(block):
             return
-        self._instruments.watch_cameras(track)
+        if tracked.skew is None or tracked.skew.known:
+            # An unknown skew looks like a moved camera.
+            self._instruments.watch_cameras(track)
         if tracked.touches:
             self._judge(tracked, session)
         if self._follow is not None and not tracked.collecting:
