@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameFlag
-from ocmm_core.camera import SpotFinder
+from ocmm_core.camera import USUAL_SLOTS, SpotFinder
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.failure import REOPEN, contained
 from ocmm_core.geometry import Float
@@ -41,6 +41,7 @@ class Expected:
     period_ns: int
     button_line: int = -1
     """Input line that the button of the probe is wired to; negative: none."""
+    n_slots: int = USUAL_SLOTS
 
 
 @dataclass(slots=True)
@@ -65,7 +66,7 @@ class Spots:
     flags: int
     valid: int
     uv: Float
-    """(8, 2), px."""
+    """(S, 2), px."""
     exposure: int
     """Number of the exposure of its camera: 1, 2, 3 ..."""
     heard_s: float
@@ -146,7 +147,9 @@ class Grabber:
         """Time of the last complete image, on the monotonic clock."""
         self._clock, self._pixels, self._expected, self._wake = clock, pixels, expected, wake
         options = pixels.spot_options().at_period(expected.period_ns, expected.width)
-        self._finder = SpotFinder(expected.width, expected.height, options)
+        self._finder = SpotFinder(
+            expected.width, expected.height, options, n_slots=expected.n_slots
+        )
         # The first call may compile, which takes longer than a camera may be silent.
         dark = np.zeros(pixels.bytes_of(expected.width, expected.height), np.uint8)
         self._finder.take(unpack(pixels, dark, expected.width, expected.height))

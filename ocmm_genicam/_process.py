@@ -15,6 +15,7 @@ import msgspec
 
 from ocmm_core.acquisition.bus_process import read_first_line
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
+from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.failure import REOPEN, exit_with
 from ocmm_genicam._aravis import FRAME_KEPT_US, AravisCameras
 from ocmm_genicam._grabber import Expected
@@ -41,6 +42,8 @@ class GenicamConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """Input line of the first camera that the button of the probe is wired to; negative: none."""
     untimed: bool = False
     """Accept cameras without proof of a common clock and common exposures."""
+    n_slots: int = USUAL_SLOTS
+    """Spots of each camera."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -63,6 +66,7 @@ def genicam_description(config: GenicamConfig) -> SourceDescription:
         stretched=config.stretched,
         skew_ns=0 if config.untimed else SKEW_BOUND_NS,
         untimed=config.untimed,
+        n_slots=config.n_slots,
     )
 
 
@@ -86,7 +90,7 @@ def _run() -> int:
         threading.Thread(target=_until_end, args=(stop,), daemon=True).start()
         lines = [config.button_line, *[-1] * (len(config.cameras) - 1)]
         expected = [
-            Expected(*one, config.period_ns, line)
+            Expected(*one, config.period_ns, line, config.n_slots)
             for one, line in zip(config.cameras, lines, strict=True)
         ]
         source = GenicamSource(

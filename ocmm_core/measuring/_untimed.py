@@ -12,12 +12,13 @@ from ocmm_core.measuring._point import Refusal, RefusalCode
 from ocmm_core.measuring._stable_point import StablePoint
 from ocmm_core.tracking import CameraSkew, FrameStatus, ProbeBody, TrackBlock, tip_sensitivity
 
-SWING_MM_S = 5.0
-"""Largest speed of an LED while a point is measured: 1.25 mm in a window, with the ball at rest."""
+SWING_MM_S = 20.0
+"""Largest speed of an LED while a point is measured: 5 mm in a window, with the ball at rest."""
 
 UNKNOWN_SKEW = (
     "How far apart in time the cameras expose is not known yet.",
-    "Wave the probe in all directions before the cameras for some seconds, then touch again.",
+    "Hold the probe still before the cameras, then wave it in all directions for some seconds, and "
+    "touch again.",
 )
 """What a point is refused with, and its remedy, until the skew has been measured."""
 

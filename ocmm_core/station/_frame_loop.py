@@ -31,6 +31,8 @@ from ocmm_core.tracking import (
 
 _BATCH = 800
 """Maximum batch of tracked frames; 10 ms at 8 kHz are 80."""
+_UNTIMED_BATCH = 20
+"""The same while the skew of the cameras is learnt from them: it is used from the next batch on."""
 _IDLE_S = 0.002
 
 
@@ -160,7 +162,7 @@ class FrameLoop:
                 status = read_status(self._ring)
                 ended = status.state is AcquisitionState.STOPPED
                 # Frames written before the source's end flag are read after it.
-                block = self._ring.read(_BATCH)
+                block = self._ring.read(_BATCH if self._skew is None else _UNTIMED_BATCH)
                 if block is not None:
                     with self._exclusive:
                         self._feed(block)
@@ -193,8 +195,9 @@ class FrameLoop:
         track = self._pipeline.process(block)
         skew = None
         if self._skew is not None:
-            self._skew.learn(track)
+            # That of these frames: what they tell applies to the next ones.
             skew = self._skew.skew()
+            self._skew.learn(track)
         collector = self._collector
         if collector is None:
             period_s = self._ring.word(RingHeaderField.FRAME_PERIOD_NS) * 1e-9

@@ -19,7 +19,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking._body import ProbeBody
 from ocmm_core.tracking._body_tracker import spot_sigma_px
 from ocmm_core.tracking._pose import reprojection, solve
-from ocmm_core.tracking._result import FrameStatus, TrackBlock, in_rig, interruptions
+from ocmm_core.tracking._result import FrameStatus, TrackBlock, cut, in_rig, interruptions, join
 
 DRIFT = 100e-6
 """Of two quartz clocks, s/s: 50 ppm each. The skew of free-running cameras drifts by as much."""
@@ -98,6 +98,7 @@ class SkewMeter:
     period_ns: int
     _strokes: deque[_Stroke] = field(default_factory=lambda: deque(maxlen=_KEPT))
     _open: list[_Moving] = field(default_factory=list)
+    _rest: TrackBlock | None = None
     _before_ns: int = 0
     _applied: Float = field(init=False)
     _aligner: FrameAligner = field(init=False)
@@ -117,16 +118,19 @@ class SkewMeter:
             # The cameras may have been restarted, or paired again.
             self._open.clear()
             self._strokes.clear()
+            self._rest = None
         self._before_ns = int(seen.time_ns[-1])
-        for first in range(0, len(seen) - 2 * _HALF, _HALF + 1):
+        if self._rest is not None:
+            seen = join([self._rest, seen])
+        first = 0
+        while first + 2 * _HALF < len(seen):
             moving = self._moving(seen, slice(first, first + 2 * _HALF + 1))
             if moving is not None:
                 self._open.append(moving)
             if moving is None or moving.time_s - self._open[0].time_s > _STROKE_S:
                 self._close()
-        if self._strokes:
-            most = 0.5 * MOST_FRAMES * self.period_ns * 1e-9
-            self._applied = np.clip(self.skew().seconds, -most, most)
+            first += _HALF + 1
+        self._rest = cut(seen, first, len(seen)) if first < len(seen) else None
 
     def skew(self) -> CameraSkew:
         """Return the skew as of the last frames."""
@@ -213,3 +217,5 @@ class SkewMeter:
             if float(off @ np.linalg.solve(both, off)) > _JUMP**2 * count:
                 self._strokes.clear()
         self._strokes.append(found)
+        most = 0.5 * MOST_FRAMES * self.period_ns * 1e-9
+        self._applied = np.clip(self.skew().seconds, -most, most)

@@ -24,6 +24,7 @@ import numpy as np
 
 from ocmm_boards import take_pictures
 from ocmm_core.acquisition.frames import FrameBlock, SourceDescription
+from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
@@ -71,11 +72,17 @@ class Rig:
         self._thread = threading.Thread(target=self._expose)
         self._thread.start()
 
-    def source(self) -> GenicamSource:
+    def show(self, image: memoryview) -> None:
+        """Send the same image from now on."""
+        self._images = [image] * _TURN
+
+    def source(self, *, untimed: bool = False, n_slots: int = USUAL_SLOTS) -> GenicamSource:
         serials = tuple(int(one) for one in self.serials)
         description = SourceDescription("test", serials, PERIOD_NS, PERIOD_NS, True, True)
-        expected = [Expected(one, SIZE, SIZE, PERIOD_NS) for one in self.serials]
-        return GenicamSource(description, AravisCameras(), self.serials, expected, _SILENCE_S)
+        expected = [Expected(one, SIZE, SIZE, PERIOD_NS, n_slots=n_slots) for one in self.serials]
+        return GenicamSource(
+            description, AravisCameras(), self.serials, expected, _SILENCE_S, untimed=untimed
+        )
 
     def check(self, frames: FrameBlock, first_ns: int) -> None:
         """Count frames whose spots are, or are not, at the place of their time."""
@@ -214,6 +221,69 @@ def _controlled(repeats: int) -> Any:
     return {"told": told, "wrong": rig.wrong, "frames": frames}
 
 
+def _untimed(repeats: int) -> Any:
+    """Read cameras without PTP, clocks 7 s apart, while images of the first one are lost.
+
+    The same exposures must stay together: the spots of a frame are a constant number of exposures
+    apart.
+    """
+    rig = Rig(replace(CONFIG, ptp=""), replace(SECOND, ptp=""))
+    rig.cameras[1].faults.clock_step_ns = 7 * 10**9
+    source = rig.source(untimed=True)
+    apart: list[int] = []
+    try:
+        source.open()
+        for turn in range(4 * repeats):
+            rig.cameras[0].faults.refuse_resend = True
+            rig.cameras[0].faults.lose = 0.005 * (turn % 2)
+            until = time.monotonic() + 1.0
+            while time.monotonic() < until:
+                block = source.read().frames
+                if block is not None:
+                    apart += [_exposures_apart(uv) for uv in block.uv if _both_seen(uv)]
+    finally:
+        source.close()
+        rig.close()
+    usual = max(set(apart), key=apart.count)
+    lost = [one.lost for one in source.accounts.values()]
+    return {"wrong": sum(one != usual for one in apart), "frames": len(apart), "usual": usual,
+            "lost": lost}  # fmt: skip
+
+
+def _many_spots(_repeats: int) -> Any:
+    """Return how many of 64 spots are found over the wire, and how far off they are at most."""
+    places = [(17.4 + 31.0 * i, 16.8 + 31.0 * j) for i in range(8) for j in range(8)]
+    x = np.arange(SIZE)
+    each = [np.outer(np.exp(-0.5 * (x - v) ** 2), np.exp(-0.5 * (x - u) ** 2)) for u, v in places]
+    light = np.sum(each, axis=0)
+    rig = Rig(CONFIG, SECOND)
+    rig.show(packed((100 + 2800 * light).astype(np.uint16)).data.cast("B"))
+    source = rig.source(n_slots=64)
+    try:
+        source.open()
+        until, uv = time.monotonic() + 20.0, np.zeros((0, 2, 64, 2))
+        while time.monotonic() < until and not (len(uv) and np.isfinite(uv[-1]).all()):
+            block = source.read().frames
+            uv = block.uv if block is not None else uv
+    finally:
+        source.close()
+        rig.close()
+    apart = np.linalg.norm(uv[-1][:, :, None] - np.array(places), axis=3)
+    found = [len(set(np.argmin(one, axis=1))) for one in apart]
+    return {"wrong": 0, "found": found, "off": float(apart.min(axis=2).max())}
+
+
+def _both_seen(uv: np.ndarray) -> bool:
+    return bool((np.isfinite(uv[..., 0]).sum(axis=1) == 1).all())
+
+
+def _exposures_apart(uv: np.ndarray) -> int:
+    """Return how many exposures the second camera is ahead, by the places of its spot (2, 8, 2)."""
+    seen = np.nanmean(uv, axis=1) - SIZE / 2
+    turns = np.arctan2(seen[:, 1], seen[:, 0]) * _TURN / (2.0 * np.pi)
+    return round(float((turns[1] - turns[0] + _TURN / 2) % _TURN - _TURN / 2))
+
+
 def _pictures(repeats: int) -> Any:
     """Take views with the command, then return how far the spots of each lie apart, px."""
     text = resource("rigs", "recommended.toml").read_text(encoding="utf-8")
@@ -285,6 +355,8 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
     "no PTP": _sentence(_nothing, CONFIG, replace(SECOND, ptp=""), opens=False),
     "late exposures": _sentence(_first(late_ns=2_000_000), opens=False),
     "pictures": _pictures,
+    "untimed": _untimed,
+    "many spots": _many_spots,
     "absent": _sentence(lambda rig: rig.cameras.pop().close(), opens=False),
     "other size": _sentence(_nothing, CONFIG, replace(SECOND, width=128), opens=False),
     "colour": _sentence(_nothing, CONFIG, replace(SECOND, formats=("RGB8",)), opens=False),

@@ -66,6 +66,22 @@ def test_pictures_of_a_view_are_of_one_moment() -> None:
 
 
 @pytest.mark.slow
+def test_sixty_four_spots_of_each_camera_arrive() -> None:
+    result = played("many spots")
+    assert result["found"] == [64, 64]
+    assert result["off"] < 0.05
+
+
+@pytest.mark.slow
+def test_cameras_without_a_common_clock_are_paired_by_counting() -> None:
+    result = played("untimed")
+    assert result["frames"] >= 50
+    # Exposures that arrive together; lost ones do not shift the pairs.
+    assert abs(result["usual"]) <= 1
+    assert result["lost"][0] > 0
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "code"),
     [

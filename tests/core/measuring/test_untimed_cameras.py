@@ -2,7 +2,7 @@
 
 Virtual rig of 100 frames a second; every camera sees the probe at its own time. The probe is waved
 for 3 s, then touches with its ball at rest, while the hand trembles and the probe turns about the
-ball by up to 20 mrad/s: 3 mm/s at the LEDs. N and tolerances are stated with each test.
+ball by up to 80 mrad/s: 12 mm/s at the LEDs. N and tolerances are stated with each test.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Script:
 
 
 def script_of(
-    rng: np.random.Generator, *, waves: int, swing_rad_s: float, ball_mm_s: float
+    rng: np.random.Generator, *, waves: int, swing_rad_s: float, ball_mm_s: float, moving: bool
 ) -> Script:
     """Return waves, then touches whose probe turns and whose ball moves at these speeds."""
     low, high = RIG.volume_world
@@ -75,7 +75,9 @@ def script_of(
         script.go(0.3, place, turn)
         script.go(0.2, place, turn)
         script.rests.append((script.times[-1], place))
-        by_second = [_along(rng, swing_rad_s), _along(rng, ball_mm_s)]
+        # Hands differ; a moving one is not still by chance.
+        share = 1.0 if moving else rng.uniform()
+        by_second = [_along(rng, share * swing_rad_s), _along(rng, ball_mm_s)]
         for step in np.arange(0.1, 0.55, 0.1):
             script.go(0.1, place + step * by_second[1], turn + step * by_second[0])
     script.go(0.5, middle, np.zeros(3))
@@ -135,17 +137,16 @@ def play(
     skew_s: float,
     *,
     waves: int = 8,
-    swing_rad_s: float = 0.02,
+    swing_rad_s: float = 0.08,
     ball_mm_s: float = 0.0,
+    moving: bool = False,
     ppm: float = 0.0,
 ) -> list[Outcome]:
     """Return the touches of a world whose last camera exposes ``skew_s`` later."""
     rng = np.random.default_rng([seed, 43])
-    # Speeds up to the given one, as hands differ.
     script = script_of(
-        rng, waves=waves, swing_rad_s=swing_rad_s * rng.uniform(0.0, 1.0) if not ball_mm_s
-        and swing_rad_s <= 0.02 else swing_rad_s, ball_mm_s=ball_mm_s,
-    )  # fmt: skip
+        rng, waves=waves, swing_rad_s=swing_rad_s, ball_mm_s=ball_mm_s, moving=moving
+    )
     skews = np.linspace(0.0, skew_s, len(RIG.cameras))
     block = frames_of(script, skews, rng, ppm)
     meter, pipeline = SkewMeter(RIG, BODY, PERIOD_NS), TrackingPipeline(RIG, BODY)
@@ -183,7 +184,8 @@ def test_uncertainty_holds_whatever_the_skew(skew_s: float) -> None:
     """
     found = [one for seed in range(WORLDS) for one in play(seed, skew_s)]
     points = np.array([one.ratio for one in found if one.refusal is None])
-    assert len(points) >= 0.98 * WORLDS * TOUCHES
+    # In some places the drawn cameras fit the probe badly.
+    assert len(points) >= 0.9 * WORLDS * TOUCHES
     covered = float(np.mean(np.abs(points) < 2.0))
     low, high = (0.94, 0.97) if long_form() else (0.88, 1.0)
     assert low <= covered <= high, covered
@@ -212,19 +214,21 @@ def test_measured_skew_is_right_within_its_uncertainty(skew_s: float, ppm: float
 @pytest.mark.statistics
 @pytest.mark.parametrize("skew_s", [0.0, 0.010])
 @pytest.mark.parametrize(
-    ("ball_mm_s", "swing_rad_s"), [(2.0, 0.0), (10.0, 0.0), (0.0, 0.08)], ids=str
+    ("ball_mm_s", "swing_rad_s"), [(2.0, 0.0), (10.0, 0.0), (0.0, 0.4)], ids=str
 )
 def test_moving_probes_give_no_point(skew_s: float, ball_mm_s: float, swing_rad_s: float) -> None:
     """N = 300 touches (10 in the short form) of each: at least 99 % are refused.
 
     A ball that moves by 0.5 or 2.5 mm while it is measured, and a ball at rest whose probe turns by
-    80 mrad/s: 6 to 20 mm/s at the LEDs.
+    400 mrad/s: some 60 mm/s at the LEDs.
     """
     worlds = 30 if long_form() else 1
     found = [
         one
         for seed in range(worlds)
-        for one in play(1000 + seed, skew_s, ball_mm_s=ball_mm_s, swing_rad_s=swing_rad_s)
+        for one in play(
+            1000 + seed, skew_s, ball_mm_s=ball_mm_s, swing_rad_s=swing_rad_s, moving=True
+        )
     ]
     assert len(found) >= 0.9 * worlds * TOUCHES
     refused = np.mean([one.refusal is not None for one in found])
@@ -252,7 +256,7 @@ def test_points_are_refused_until_the_skew_is_known() -> None:
     assert isinstance(refusal, Refusal)
     assert refusal.code is RefusalCode.NOT_READY
     assert "not known yet" in refusal.what
-    assert "Wave the probe" in refusal.remedy
+    assert "wave it in all directions" in refusal.remedy
 
 
 def _circling(count: int, skew_s: Float, slots: int = 3) -> FrameBlock:
