@@ -34,8 +34,8 @@ class CalibrationView(usable.ViewInUse):
 
 
 _UNTIMED = (
-    "The cameras do not prove when they expose: how far apart that is is measured from the moving "
-    "probe and is in U, and a moving probe gives no point."
+    "The cameras do not prove when they expose. Their skew is measured from the moving probe and "
+    "is in U; a moving probe gives no point."
 )
 
 
