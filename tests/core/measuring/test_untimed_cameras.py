@@ -178,7 +178,9 @@ def play(
 @pytest.mark.statistics
 @pytest.mark.parametrize("skew_s", [0.0, 0.001, 0.003, 0.010])
 def test_uncertainty_holds_whatever_the_skew(skew_s: float) -> None:
-    """N = 1,000 points (30 in the short form) of 3 axes: 94 to 97 % within 2 u.
+    """N = 1,000 points (30 in the short form) of 3 axes: 94 to 98 % within 2 u.
+
+    As for resting balls before proven cameras (`benchmarks.stillness`).
 
     The short form allows for chance: 90 values scatter by 2.3 % (standard deviation).
     """
@@ -187,7 +189,7 @@ def test_uncertainty_holds_whatever_the_skew(skew_s: float) -> None:
     # In some places the drawn cameras fit the probe badly.
     assert len(points) >= 0.9 * WORLDS * TOUCHES
     covered = float(np.mean(np.abs(points) < 2.0))
-    low, high = (0.94, 0.97) if long_form() else (0.88, 1.0)
+    low, high = (0.94, 0.98) if long_form() else (0.88, 1.0)
     assert low <= covered <= high, covered
 
 
