@@ -10,6 +10,9 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import socket
+import struct
+import subprocess
 import sys
 import tempfile
 import threading
@@ -31,10 +34,13 @@ from ocmm_core.fieldbus.wire import set_link
 from ocmm_genicam import AravisCameras, GenicamSource
 from ocmm_genicam._grabber import Expected
 from ocmm_sim.genicam import GigeCamera, GigeConfig, packed
+from ocmm_sim.genicam._registers import HOST_PORT
 
 SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
 _TURN, _RADIUS = 400, 60.0
 _SILENCE_S = 1.0
+_ALL_PACKETS, _RECEIVE_FORCED = 3, 33
+"""ETH_P_ALL and SO_RCVBUFFORCE of Linux."""
 _CLEAR_PX = 0.1
 """The spot moves 0.94 px from one exposure to the next."""
 CONFIG = GigeConfig(
@@ -273,6 +279,44 @@ def _many_spots(_repeats: int) -> Any:
     return {"wrong": 0, "found": found, "off": float(apart.min(axis=2).max())}
 
 
+def _dissected(_repeats: int) -> Any:
+    """Return what another dissector (tshark) finds in the packets of cameras that fail."""
+    rig = Rig(CONFIG, SECOND)
+    source = rig.source()
+    tap = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(_ALL_PACKETS))
+    tap.bind(("lo", 0))
+    tap.setsockopt(socket.SOL_SOCKET, _RECEIVE_FORCED, 1 << 26)
+    tap.setblocking(False)
+    frames: list[bytes] = []
+    try:
+        source.open()
+        for fault in ("lose", "swap", "double"):
+            setattr(rig.cameras[0].faults, fault, 0.05)
+            read_for(rig, source, 0.5)
+            with contextlib.suppress(BlockingIOError):
+                while True:
+                    frames.append(tap.recv(65536))
+        ports = {one.memory.u32(HOST_PORT) for one in rig.cameras}
+    finally:
+        tap.close()
+        source.close()
+        rig.close()
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "cameras.pcap"
+        head = struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65536, 1)
+        records = [struct.pack("<IIII", 0, 0, len(one), len(one)) + one for one in frames]
+        path.write_bytes(head + b"".join(records))
+        decode = [word for port in ports for word in ("-d", f"udp.port=={port},gvsp")]
+        told = subprocess.run(
+            ["tshark", "-r", str(path), "-d", "udp.port==3956,gvcp", *decode, "-T", "fields",
+             "-e", "frame.protocols", "-e", "_ws.malformed"],
+            capture_output=True, text=True, check=True,
+        ).stdout.splitlines()  # fmt: skip
+    return {"wrong": rig.wrong, "malformed": sum("alformed" in one for one in told),
+            "gvcp": sum("gvcp" in one for one in told),
+            "gvsp": sum("gvsp" in one for one in told)}  # fmt: skip
+
+
 def _both_seen(uv: np.ndarray) -> bool:
     return bool((np.isfinite(uv[..., 0]).sum(axis=1) == 1).all())
 
@@ -356,6 +400,7 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
     "late exposures": _sentence(_first(late_ns=2_000_000), opens=False),
     "pictures": _pictures,
     "untimed": _untimed,
+    "dissected": _dissected,
     "many spots": _many_spots,
     "absent": _sentence(lambda rig: rig.cameras.pop().close(), opens=False),
     "other size": _sentence(_nothing, CONFIG, replace(SECOND, width=128), opens=False),

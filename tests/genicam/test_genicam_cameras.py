@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -63,6 +64,16 @@ def test_pictures_of_a_view_are_of_one_moment() -> None:
     ]
     assert max(result["apart"]) < 0.1
     assert result["away"] < 0.5
+
+
+@pytest.mark.slow
+def test_another_dissector_finds_no_malformed_packet() -> None:
+    if shutil.which("tshark") is None:
+        not_run("tshark is not installed")
+    result = played("dissected")
+    assert result["gvcp"] > 20
+    assert result["gvsp"] > 100
+    assert result["malformed"] == 0
 
 
 @pytest.mark.slow
