@@ -10,6 +10,8 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import os
+import signal
 import socket
 import struct
 import subprocess
@@ -26,12 +28,19 @@ import cv2
 import numpy as np
 
 from ocmm_boards import take_pictures
-from ocmm_core.acquisition.frames import FrameBlock, SourceDescription
+from ocmm_core.acquisition.bus_process import ChildProcess
+from ocmm_core.acquisition.frames import (
+    AcquisitionState,
+    FrameBlock,
+    FrameRing,
+    SourceDescription,
+    read_status,
+)
 from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
-from ocmm_genicam import AravisCameras, GenicamSource
+from ocmm_genicam import AravisCameras, GenicamConfig, GenicamSource, genicam_command
 from ocmm_genicam._grabber import Expected
 from ocmm_sim.genicam import GigeCamera, GigeConfig, packed
 from ocmm_sim.genicam._registers import HOST_PORT
@@ -279,6 +288,49 @@ def _many_spots(_repeats: int) -> Any:
     return {"wrong": 0, "found": found, "off": float(apart.min(axis=2).max())}
 
 
+def _killed(repeats: int) -> Any:
+    """Kill the camera process, then start another one until frames arrive again.
+
+    Returns message and seconds of each end, and of each return; cameras stay reserved for 3 s.
+    """
+    rig, ends, returns = Rig(CONFIG, SECOND), [], []
+    began = time.monotonic()
+    try:
+        for _ in range(repeats + 1):
+            process, ring = _reading(rig)
+            returns.append(time.monotonic() - began)
+            began = time.monotonic()
+            os.kill(process.pid or 0, signal.SIGKILL)
+            while read_status(ring).state is not AcquisitionState.STOPPED:
+                time.sleep(1e-3)
+            ends.append((read_status(ring).message, time.monotonic() - began))
+            process.join(5.0)
+            ring.close()
+    finally:
+        rig.close()
+    return {"wrong": 0, "ends": ends, "returns": returns[1:]}
+
+
+def _reading(rig: Rig) -> tuple[ChildProcess, FrameRing]:
+    """Return a camera process that delivers frames; tried again while the cameras are reserved."""
+    while True:
+        ring = FrameRing.create(2)
+        config = GenicamConfig(
+            name="test", ring_path=str(ring.path), serials=rig.serials,
+            cameras=tuple((one, SIZE, SIZE) for one in rig.serials),
+            rig_serials=tuple(map(int, rig.serials)), period_ns=PERIOD_NS,
+        )  # fmt: skip
+        process = ChildProcess(genicam_command(), config.to_json(), ring)
+        process.start()
+        while read_status(ring).state is not AcquisitionState.STOPPED:
+            if read_status(ring).frames > 0:
+                return process, ring
+            time.sleep(1e-3)
+        process.join(5.0)
+        assert "controlled by another program" in read_status(ring).message
+        ring.close()
+
+
 def _dissected(_repeats: int) -> Any:
     """Return what another dissector (tshark) finds in the packets of cameras that fail."""
     rig = Rig(CONFIG, SECOND)
@@ -401,6 +453,7 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
     "pictures": _pictures,
     "untimed": _untimed,
     "dissected": _dissected,
+    "killed": _killed,
     "many spots": _many_spots,
     "absent": _sentence(lambda rig: rig.cameras.pop().close(), opens=False),
     "other size": _sentence(_nothing, CONFIG, replace(SECOND, width=128), opens=False),

@@ -67,6 +67,16 @@ def test_pictures_of_a_view_are_of_one_moment() -> None:
 
 
 @pytest.mark.slow
+def test_a_killed_camera_process_is_a_sentence_and_can_be_started_again() -> None:
+    """Aravis may crash: the end is reported at once; the cameras are free after 3 s of silence."""
+    result = played("killed")
+    for message, seconds in result["ends"]:
+        assert "ended unexpectedly" in message
+        assert seconds < _SENTENCE_S
+    assert len(result["returns"]) == _REPEATS
+
+
+@pytest.mark.slow
 def test_another_dissector_finds_no_malformed_packet() -> None:
     if shutil.which("tshark") is None:
         not_run("tshark is not installed")
