@@ -83,7 +83,13 @@ class StationMaintenance:
             return False
         try:
             if self._untimed and watcher is not _look_away:
-                raise UNTIMED
+                raise MeasuringError(
+                    "maintenance.untimed",
+                    "Calibrations and acceptance tests need cameras that prove when they expose: "
+                    "this procedure gets no frames.",
+                    "Use cameras with a common clock (PTP), or calibrate with pictures of a board "
+                    "at rest.",
+                )
             watcher(block)
         except Exception as error:
             # The probe is still in use by the procedure: no points.
@@ -95,13 +101,6 @@ class StationMaintenance:
         """Write the bus report as text for support; InputError: nothing to report; StorageError."""
         write_together({path: bus_text(self._bus, self._rig).encode("utf-8")})
 
-
-UNTIMED = MeasuringError(
-    "maintenance.untimed",
-    "Calibrations and acceptance tests need cameras that prove when they expose: this procedure "
-    "gets no frames.",
-    "Use cameras with a common clock (PTP), or calibrate with pictures of a board at rest.",
-)
 
 _WATCHED = Blocker(
     "A procedure of Maintain uses the frames: no points are taken.", "Finish it, or leave it."

@@ -39,7 +39,7 @@ _MISFIT = 5.0
 _MODEL_SHARE, _FLOOR_S = 0.1, 2e-5
 """Of the correction by a measurement: its speed was not constant. And of all others."""
 _COARSE = 0.5
-"""Periods: standard uncertainty of a measurement that is not used."""
+"""Periods: standard uncertainty of a measurement that tells nothing of any camera."""
 _STROKES, _KEPT = 3, 48
 """Consistent measurements until the skew is known, and those that are kept."""
 _JUMP = 6.0
@@ -207,7 +207,7 @@ class SkewMeter:
             return
         covariance = np.linalg.inv(normal) * noise * len(frames)
         covariance += np.diag((_MODEL_SHARE * left) ** 2 + _FLOOR_S**2)
-        if np.diag(covariance).max() > (_COARSE * self.period_ns * 1e-9) ** 2:
+        if np.diag(covariance).min() > (_COARSE * self.period_ns * 1e-9) ** 2:
             return
         found = _Stroke(frames[0].time_s, self._applied[1:] + left, covariance)
         if self._strokes:

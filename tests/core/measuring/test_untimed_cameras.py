@@ -7,12 +7,14 @@ ball by up to 80 mrad/s: 12 mm/s at the LEDs. N and tolerances are stated with e
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
+from benchmarks.label_scenes import rig_with
 from ocmm_core.acquisition.frames import FrameAligner, FrameBlock
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
@@ -211,6 +213,17 @@ def test_measured_skew_is_right_within_its_uncertainty(skew_s: float, ppm: float
         drifts = [one.skew.seconds[-1] for one in found[:TOUCHES]]
         assert np.all(np.diff(drifts) > -2.0 * found[0].skew.largest_u_s)
         assert 2e-4 < drifts[-1] - skew_s < 2e-3
+
+
+def test_each_of_three_cameras_has_its_own_skew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """N = 10 touches; the second camera is 3 ms late, the third 6 ms: all within 3 u."""
+    monkeypatch.setattr(sys.modules[__name__], "RIG", rig_with(RIG, 3))
+    known = [one.skew for one in play(3, 0.006) if one.skew.known]
+    assert len(known) >= TOUCHES - 2
+    for skew in known:
+        sigma = np.sqrt(np.diag(skew.covariance))[1:]
+        assert np.all(np.abs(skew.seconds[1:] - [0.003, 0.006]) < 3.0 * sigma)
+        assert np.all(sigma < 5e-4)
 
 
 @pytest.mark.statistics
