@@ -4,7 +4,8 @@ In: images of cameras with one clock (PTP), by Aravis. Out: spots of all cameras
 the ring of a station.
 
 Read `_client` (what a camera must do), `_aravis` (that by the library Aravis), `_pixels` (formats),
-`_timing` (proof of a common clock), `_grabber` (one camera), `_source` (all of them), `_process`,
+`_timing` (proof of a common clock), `_grabber` (one camera), `_pairing` (exposures without a common
+clock), `_source` (all of them), `_process`,
 `_feed` and `_specs` (the entry of `ocmm.sources`). It must not import virtual cameras.
 """
 
@@ -12,7 +13,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
-    from ocmm_genicam._feed import genicam_config, require_cameras_of
+    from ocmm_genicam._feed import genicam_config, require_cameras_of, slots_for
     from ocmm_genicam._grabber import Expected
     from ocmm_genicam._pixels import unpack
     from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
@@ -23,5 +24,5 @@ else:
 
 __all__ = [
     "CAMERAS", "AravisCameras", "Expected", "GenicamConfig", "GenicamSource", "genicam_command",
-    "genicam_config", "genicam_description", "require_cameras_of", "unpack",
+    "genicam_config", "genicam_description", "require_cameras_of", "slots_for", "unpack",
 ]  # fmt: skip

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from ocmm_core.acquisition.bus_process import ChildProcess
 from ocmm_core.acquisition.frames import FrameRing
-from ocmm_core.camera import Rig
+from ocmm_core.camera import MAX_SLOTS, USUAL_SLOTS, Rig
 from ocmm_core.composition import Feed, StationRequest
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import Plan
+from ocmm_core.tracking import load_probe, load_reference
 from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
 
+UNTIMED = "untimed"
+"""Before the serial numbers: cameras without proof of a common exposure time."""
 
-def genicam_config(rig: Rig, serials: tuple[str, ...], ring: FrameRing, name: str) -> GenicamConfig:
+
+def genicam_config(
+    rig: Rig, serials: tuple[str, ...], ring: FrameRing, name: str, *, untimed: bool = False
+) -> GenicamConfig:
     """Return the configuration for cameras in the order of the rig."""
     return GenicamConfig(
         name=name,
@@ -20,15 +26,29 @@ def genicam_config(rig: Rig, serials: tuple[str, ...], ring: FrameRing, name: st
         cameras=tuple((one.name, one.width, one.height) for one in rig.cameras),
         rig_serials=tuple(one.serial for one in rig.cameras),
         period_ns=round(1e9 / rig.frame_rate_hz),
+        untimed=untimed,
+        n_slots=ring.n_slots,
     )
 
 
-def genicam_feed(_request: StationRequest, _plan: Plan, rig: Rig, value: str) -> Feed:
+def slots_for(n_leds: int) -> int:
+    """Return the number of spots of a camera: more than eight LEDs leave room for reflections."""
+    return USUAL_SLOTS if n_leds <= USUAL_SLOTS else min(n_leds + USUAL_SLOTS, MAX_SLOTS)
+
+
+def genicam_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> Feed:
     """Return the cameras named in a source; InputError if they are not those of the rig."""
-    serials = tuple(part.strip() for part in value.split(","))
+    first, *others = (part.strip() for part in value.split(","))
+    untimed = first == UNTIMED
+    serials = tuple(others) if untimed else (first, *others)
     require_cameras_of(rig, serials)
-    ring = FrameRing.create(len(rig.cameras))
-    config = genicam_config(rig, serials, ring, f"GenICam {', '.join(serials)}")
+    n_leds = load_probe(request.probe).n_leds
+    if request.reference is not None:
+        n_leds += load_reference(request.reference).n_leds
+    ring = FrameRing.create(len(rig.cameras), n_slots=slots_for(n_leds))
+    timing = "exposure times not proven" if untimed else "exposure times proven by PTP"
+    name = f"GenICam {', '.join(serials)} ({timing})"
+    config = genicam_config(rig, serials, ring, name, untimed=untimed)
     acquisition = ChildProcess(genicam_command(), config.to_json(), ring)
     return Feed(acquisition, ring, genicam_description(config), live=True)
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameFlag
-from ocmm_core.camera import SpotFinder
+from ocmm_core.camera import USUAL_SLOTS, SpotFinder
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.failure import REOPEN, contained
 from ocmm_core.geometry import Float
@@ -41,6 +41,7 @@ class Expected:
     period_ns: int
     button_line: int = -1
     """Input line that the button of the probe is wired to; negative: none."""
+    n_slots: int = USUAL_SLOTS
 
 
 @dataclass(slots=True)
@@ -65,7 +66,11 @@ class Spots:
     flags: int
     valid: int
     uv: Float
-    """(8, 2), px."""
+    """(S, 2), px."""
+    exposure: int
+    """Number of the exposure of its camera: 1, 2, 3 ..."""
+    heard_s: float
+    """Time of its arrival, on the monotonic clock of this computer."""
 
 
 def set_up(camera: Camera, expected: Expected) -> PixelFormat:
@@ -118,14 +123,14 @@ def exposure_us(camera: Camera) -> float:
 class Grabber:
     """Takes the buffers of one camera in a thread of its own.
 
-    `clock` is read once a second in the same thread: a camera has one owner. `wake` is called after
-    each new frame and at the end.
+    `clock` is read once a second in the same thread: a camera has one owner; None: exposure times
+    are not proven. `wake` is called after each new frame and at the end.
     """
 
     def __init__(
         self,
         camera: Camera,
-        clock: CameraClock,
+        clock: CameraClock | None,
         pixels: PixelFormat,
         expected: Expected,
         wake: Callable[[], None],
@@ -142,7 +147,9 @@ class Grabber:
         """Time of the last complete image, on the monotonic clock."""
         self._clock, self._pixels, self._expected, self._wake = clock, pixels, expected, wake
         options = pixels.spot_options().at_period(expected.period_ns, expected.width)
-        self._finder = SpotFinder(expected.width, expected.height, options)
+        self._finder = SpotFinder(
+            expected.width, expected.height, options, n_slots=expected.n_slots
+        )
         # The first call may compile, which takes longer than a camera may be silent.
         dark = np.zeros(pixels.bytes_of(expected.width, expected.height), np.uint8)
         self._finder.take(unpack(pixels, dark, expected.width, expected.height))
@@ -187,7 +194,7 @@ class Grabber:
                 image = self.camera.take(_TAKE_S)
                 if image is not None:
                     self.take(image)
-                if time.monotonic() > due:
+                if self._clock is not None and time.monotonic() > due:
                     self.clock_state = self._clock.state()
                     due = time.monotonic() + _CLOCK_S
         except Exception as error:
@@ -236,7 +243,9 @@ class Grabber:
             account.lost += 1
         else:
             valid = int(np.uint64(block.valid[0]))
-            self.frames.append(Spots(image.time_ns, flags, valid, block.uv[0]))
+            self.frames.append(
+                Spots(image.time_ns, flags, valid, block.uv[0], account.exposures, self.heard_s)
+            )
         self._wake()
 
     def _exposures_since(self, image: Image) -> int | None:

@@ -12,6 +12,7 @@ import msgspec
 
 from ocmm_core.acquisition.bus_process import read_first_line, stopped_by_parent
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
+from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.failure import REOPEN, exit_with
 from ocmm_genicam._aravis import FRAME_KEPT_US, AravisCameras
 from ocmm_genicam._grabber import Expected
@@ -36,6 +37,10 @@ class GenicamConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     silence_s: float = 1.5
     button_line: int = -1
     """Input line of the first camera that the button of the probe is wired to; negative: none."""
+    untimed: bool = False
+    """Accept cameras without proof of a common clock and common exposures."""
+    n_slots: int = USUAL_SLOTS
+    """Spots of each camera."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -56,7 +61,9 @@ def genicam_description(config: GenicamConfig) -> SourceDescription:
         live=True,
         simulated=config.stretched,
         stretched=config.stretched,
-        skew_ns=SKEW_BOUND_NS,
+        skew_ns=0 if config.untimed else SKEW_BOUND_NS,
+        untimed=config.untimed,
+        n_slots=config.n_slots,
     )
 
 
@@ -76,13 +83,13 @@ def _run() -> int:
         stop = stopped_by_parent()
         lines = [config.button_line, *[-1] * (len(config.cameras) - 1)]
         expected = [
-            Expected(*one, config.period_ns, line)
+            Expected(*one, config.period_ns, line, config.n_slots)
             for one, line in zip(config.cameras, lines, strict=True)
         ]
         source = GenicamSource(
             genicam_description(config),
             AravisCameras(_STRETCHED_US if config.stretched else FRAME_KEPT_US),
-            config.serials, expected, config.silence_s,
+            config.serials, expected, config.silence_s, untimed=config.untimed,
         )  # fmt: skip
         return AcquisitionWorker(source, ring, stop).run_program()
     finally:

@@ -13,6 +13,7 @@ from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock, Source
 from ocmm_core.errors import AcquisitionError
 from ocmm_genicam._client import Camera, Cameras
 from ocmm_genicam._grabber import BufferAccount, Expected, Grabber, Spots, exposure_us, set_up
+from ocmm_genicam._pairing import ExposurePairing
 from ocmm_genicam._timing import MOST_SKEW_NS, CameraClock, require_bound, wait_until_bound
 
 _READ_S = 0.1
@@ -25,7 +26,7 @@ class GenicamSource:
     """A `FrameSource` of GenICam cameras, in the order of the rig.
 
     `silence_s`: a camera without complete image, or cameras without common exposure, for this time
-    are a fault.
+    are a fault. `untimed`: frames are joined by counting exposures, without a common clock.
     """
 
     def __init__(
@@ -35,10 +36,13 @@ class GenicamSource:
         serials: Sequence[str],
         expected: Sequence[Expected],
         silence_s: float,
+        *,
+        untimed: bool = False,
     ) -> None:
         self.description = description
         self._cameras, self._serials, self._expected = cameras, tuple(serials), tuple(expected)
         self._silence_s = silence_s
+        self._count = ExposurePairing(expected[0].period_ns) if untimed else None
         self._grabbers: list[Grabber] = []
         self._opened: list[Camera] = []
         self._fresh = threading.Event()
@@ -61,9 +65,12 @@ class GenicamSource:
             set_up(camera, expected)
             for camera, expected in zip(self._opened, self._expected, strict=True)
         ]
-        _require_alike(self._opened)
-        clocks = [CameraClock(camera) for camera in self._opened]
-        wait_until_bound(clocks, _CLOCK_S)
+        clocks: list[CameraClock | None] = [None] * len(self._opened)
+        if self._count is None:
+            _require_alike(self._opened)
+            proven = [CameraClock(camera) for camera in self._opened]
+            wait_until_bound(proven, _CLOCK_S)
+            clocks = [*proven]
         self._grabbers = [
             Grabber(*one, self._fresh.set)
             for one in zip(self._opened, clocks, formats, self._expected, strict=True)
@@ -127,6 +134,8 @@ class GenicamSource:
     def _join(self) -> list[list[Spots]]:
         """Return the exposures that all cameras made at one time; drop those of some only."""
         queues = [one.frames for one in self._grabbers]
+        if self._count is not None:
+            return self._count.join(queues)
         joined = []
         while all(queues):
             times = [queue[0].time_ns for queue in queues]
@@ -146,7 +155,8 @@ class GenicamSource:
         before, before_ns = self._last
         lost = 0
         for frame in joined:
-            time_ns = min(one.time_ns for one in frame)
+            # Clocks without a common time: that of the first camera.
+            time_ns = (frame[0] if self._count else min(frame, key=_time_of)).time_ns
             if self.origin_ns is None:
                 self.origin_ns = before_ns = time_ns
                 steps = 1
@@ -191,6 +201,10 @@ class GenicamSource:
                 "PTP aligns clocks, not exposures: trigger all cameras by one line, or by a signal "
                 "that each derives from PTP.",
             )
+
+
+def _time_of(spots: Spots) -> int:
+    return spots.time_ns
 
 
 def _scaled(counts: NDArray[np.uint16], full_scale: int) -> NDArray[np.uint16]:

@@ -12,6 +12,11 @@ CAMERAS = SourceSpec(
             "GigE Vision cameras with a common clock (PTP), by their serial numbers in the order "
             "of the rig; needs the library Aravis",
         ),
+        (
+            "genicam:untimed,SERIAL,SERIAL",
+            "the same without a common clock: the skew of the exposures is measured from the "
+            "moving probe and is in U, and a moving probe gives no point",
+        ),
     ),
     takes_value=True,
     origin=Origin.CAMERAS,

@@ -24,7 +24,7 @@ def record_source(
 ) -> None:
     """Record until a source ends or ``seconds`` of bus time; AcquisitionError keeps the frames."""
     plan, rig = load_plan(request.plan), calibration_of(request).rig
-    feed = make_feed(request, plan, rig)
+    feed = make_feed(request, plan, rig, untimed=True)
     frames = 0
     limit = feed.script_frames
     if seconds is not None:

@@ -23,14 +23,14 @@ class FinderState:
     """State of a camera between frames; the arrays are updated in place."""
 
     slots: Float
-    """(8, N_SLOT): columns in `windows`."""
+    """(S, N_SLOT): columns in `windows`."""
     cursor: Int
     """(2,) int64: position of the search, see `search`."""
 
     @classmethod
-    def fresh(cls) -> FinderState:
+    def fresh(cls, n_slots: int = USUAL_SLOTS) -> FinderState:
         """Return the state after switch-on."""
-        slots = np.zeros((USUAL_SLOTS, windows.N_SLOT))
+        slots = np.zeros((n_slots, windows.N_SLOT))
         slots[:, [windows.HOME_U, windows.HOME_V]] = np.nan
         return cls(slots, np.full(2, 0, dtype=np.int64))
 
@@ -43,7 +43,7 @@ class SpotFinder:
     """Find and follow spots, frame by frame; one for each camera, for one thread.
 
     ``start`` has the search regions of the first slots, in order; further slots stay free. Without
-    any, all slots search everywhere.
+    any, all slots search everywhere. ``n_slots``: `MAX_SLOTS` at most.
     """
 
     def __init__(
@@ -52,18 +52,20 @@ class SpotFinder:
         height: int,
         options: SpotOptions | None = None,
         start: tuple[Window, ...] = (),
+        n_slots: int = USUAL_SLOTS,
     ) -> None:
+        self.n_slots = n_slots
         self.width, self.height = width, height
         self.options = options or SpotOptions()
         self.packed = self.options.packed()
         self.anywhere = not start
-        self.regions = _regions(start or (Window(0, 0, width, height),), width, height)
-        self.state = FinderState.fresh()
+        self.regions = _regions(start or (Window(0, 0, width, height),), width, height, n_slots)
+        self.state = FinderState.fresh(n_slots)
         """May be replaced by an earlier `copy` to restore it."""
 
     def windows(self) -> tuple[Window | None, ...]:
         """Return the windows of the next frame by slot; None for a free slot."""
-        corners = np.empty((USUAL_SLOTS, 2), np.int64)
+        corners = np.empty((self.n_slots, 2), np.int64)
         windows.predict_windows(self.state.slots, self.packed, self.width, self.height, corners)
         size = self.options.window
         return tuple(
@@ -73,13 +75,13 @@ class SpotFinder:
     def take(self, image: NDArray[np.uint16], black: NDArray[np.uint16] = NO_BLACK) -> SpotBlock:
         """Return the result of a frame (height, width): only windows and search, less ``black``."""
         slots, size, step = self.state.slots, self.options.window, self.options.search_step
-        corners = np.empty((USUAL_SLOTS, 2), np.int64)
+        corners = np.empty((self.n_slots, 2), np.int64)
         windows.predict_windows(slots, self.packed, self.width, self.height, corners)
-        pixels = np.zeros((USUAL_SLOTS, size, size), np.uint16)
+        pixels = np.zeros((self.n_slots, size, size), np.uint16)
         for slot, (left, top) in enumerate(corners):
             if left >= 0:
                 pixels[slot] = image[top : top + size, left : left + size]
-        readings = np.empty((USUAL_SLOTS, centroid.N_READING))
+        readings = np.empty((self.n_slots, centroid.N_READING))
         windows.measure_windows(pixels, corners, black, slots, self.packed, readings)
         search_in = (slots, self.regions, self.anywhere, self.packed)
         lines = np.empty((self.options.search_lines, 3), np.int64)
@@ -88,18 +90,20 @@ class SpotFinder:
         for line, (left, row, n) in zip(samples, lines[:count], strict=False):
             line[:n] = image[row, left : left + n * step : step]
         search.look(samples, lines, count, black, *search_in)
-        block = SpotBlock.empty(1)
-        block.valid[0], block.saturated[0] = windows.report(
+        block = SpotBlock.empty(1, self.n_slots)
+        valid, block.saturated[0] = windows.report(
             readings, block.uv[0], block.variance[0], block.status[0]
         )
+        # The sign is the bit of the last of 64 slots.
+        block.valid[0] = valid & (1 << self.n_slots) - 1
         return block
 
 
-def _regions(start: tuple[Window, ...], width: int, height: int) -> Int:
-    if len(start) > USUAL_SLOTS:
+def _regions(start: tuple[Window, ...], width: int, height: int, n_slots: int) -> Int:
+    if len(start) > n_slots:
         raise InputError(
             "camera.windows",
-            f"There are {len(start)} windows, but a camera has {USUAL_SLOTS}.",
+            f"There are {len(start)} windows, but a camera has {n_slots}.",
             "Remove windows.",
         )
     for window in start:

@@ -1,8 +1,8 @@
 """Spot detection of the camera electronics: options, status values and results.
 
-Each of eight slots has a window that follows its LED; its light gives a position with variance, or
-a status with the reason. `finder` implements it, with the loops in `centroid` (one window),
-`windows` (tracking) and `search` (detection).
+Each slot, of eight or up to 64, has a window that follows its LED; its light gives a position with
+variance, or a status with the reason. `finder` implements it, with the loops in `centroid` (one
+window), `windows` (tracking) and `search` (detection).
 """
 
 from __future__ import annotations
@@ -148,25 +148,25 @@ class SpotOptions:
 class SpotBlock:
     """Result of a camera for consecutive frames."""
 
-    valid: NDArray[np.uint16]
-    """(n,) uint16: bit s is set if slot s holds a spot."""
+    valid: NDArray[np.uint64]
+    """(n,) uint64: bit s is set if slot s holds a spot."""
     saturated: NDArray[np.bool_]
     """(n,) bool: a spot is overexposed."""
     status: NDArray[np.uint8]
-    """(n, 8) uint8: `SpotStatus`."""
+    """(n, S) uint8: `SpotStatus`."""
     uv: Float
     variance: Float
-    """`uv`, `variance`: (n, 8, 2), px and px^2; NaN where not valid."""
+    """`uv`, `variance`: (n, S, 2), px and px^2; NaN where not valid."""
 
     @classmethod
-    def empty(cls, n: int) -> SpotBlock:
+    def empty(cls, n: int, n_slots: int = USUAL_SLOTS) -> SpotBlock:
         """Return arrays for ``n`` frames."""
         return cls(
-            valid=np.zeros(n, np.uint16),
+            valid=np.zeros(n, np.uint64),
             saturated=np.zeros(n, np.bool_),
-            status=np.full((n, USUAL_SLOTS), SpotStatus.FREE, np.uint8),
-            uv=np.full((n, USUAL_SLOTS, 2), np.nan),
-            variance=np.full((n, USUAL_SLOTS, 2), np.nan),
+            status=np.full((n, n_slots), SpotStatus.FREE, np.uint8),
+            uv=np.full((n, n_slots, 2), np.nan),
+            variance=np.full((n, n_slots, 2), np.nan),
         )
 
     def __len__(self) -> int:

@@ -1,4 +1,4 @@
-"""Compiled bookkeeping of the eight windows: prediction, validation, tracking, release.
+"""Compiled bookkeeping of the windows: prediction, validation, tracking, release.
 
 A window is placed at the expected position of its LED: the last one plus the motion of one frame.
 The window of a hidden LED moves with the others, so that it often meets its LED again; nothing is
@@ -45,7 +45,7 @@ def corner(position: float, size: int, limit: int) -> int:
 
 @compiled(centroid)
 def predict_windows(slots: Float, options: Float, width: int, height: int, corners: Int) -> None:
-    """Write the next windows, ``corners`` (8, 2): left and top; -1 for a free slot."""
+    """Write the next windows, ``corners`` (S, 2): left and top; -1 for a free slot."""
     size = int(options[centroid.WINDOW])
     for s in range(len(slots)):
         if slots[s, PHASE] == NOBODY:
@@ -65,7 +65,7 @@ def measure_windows(
     options: Float,
     readings: Float,
 ) -> None:
-    """Measure the windows ``pixels`` (8, w, w) at ``corners`` (8, 2) and update the slots."""
+    """Measure the windows ``pixels`` (S, w, w) at ``corners`` (S, 2) and update the slots."""
     size = pixels.shape[1]
     light = np.empty((size, size))
     mark = np.empty((size, size), np.uint8)
@@ -84,7 +84,7 @@ def measure_windows(
 
 @compiled(centroid)
 def update_tracks(slots: Float, options: Float, readings: Float) -> None:
-    """Validate the readings (8, N_READING) of one frame together and update the slots.
+    """Validate the readings (S, N_READING) of one frame together and update the slots.
 
     The status of a good reading may become SHARED (another window holds the same spot), JUMPED (its
     light is not that of this LED) or UNCONFIRMED (too new).
@@ -214,7 +214,7 @@ def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
 def report(
     readings: Float, uv: Float, variance: Float, status: NDArray[np.uint8]
 ) -> tuple[int, bool]:
-    """Write ``uv``, ``variance`` (8, 2), ``status``; return valid bits, and if overexposed."""
+    """Write ``uv``, ``variance`` (S, 2), ``status``; return valid bits, and if overexposed."""
     valid, saturated = 0, False
     for s in range(len(readings)):
         found = int(readings[s, centroid.STATUS])

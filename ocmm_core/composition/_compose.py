@@ -89,13 +89,19 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     if device is not None:
         # Checked before opening cameras; the station repeats it for each job.
         refuse_unproven(device, allowed=plan.cameras == "unproven")
-    feed = make_feed(request, plan if begun is None else open_plan(plan, begun), calibration.rig)
+    feed = make_feed(
+        request, plan if begun is None else open_plan(plan, begun), calibration.rig, untimed=True
+    )
     try:
         _check_slots(probe.body, reference, feed.description)
+        _check_timing(reference, feed.description)
     except BaseException:
         feed.ring.close()
         raise
-    calibration = calibration_choice.checked_for_replay(calibration, feed.recorded)
+    calibration = replace(
+        calibration_choice.checked_for_replay(calibration, feed.recorded),
+        untimed=feed.description.untimed,
+    )
     probe = calibration_choice.checked_probe_for_replay(
         replace(probe, body=climate.body), feed.recorded
     )
@@ -149,6 +155,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
                 plan_file=request.plan if begun is None else None,
                 released_only=request.released_only,
                 simulated=feed.description.simulated,
+                frame_period_ns=feed.description.frame_period_ns,
             ),
             recorder,
             FrameHistory(feed.description, calibration.rig),
@@ -249,6 +256,17 @@ def _check_slots(
             f"'{source.name}' sends the spots of {source.n_slots} windows.",
             f"Choose bodies with {source.n_slots} LEDs together at most, or the source "
             "'simulated', which has as many windows as LEDs.",
+        )
+
+
+def _check_timing(reference: tracking.ReferenceBody | None, source: SourceDescription) -> None:
+    """Refuse a reference body, which may move, before cameras without a common exposure time."""
+    if reference is not None and source.untimed:
+        raise InputError(
+            "reference.untimed",
+            f"A reference body may move, and the source '{source.name}' does not prove that its "
+            "cameras expose at the same time.",
+            "Use cameras with a common clock (PTP), or measure without a reference body.",
         )
 
 

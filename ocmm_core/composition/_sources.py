@@ -186,9 +186,22 @@ def source_help(specs: Sequence[SourceSpec] | None = None) -> str:
     return "; ".join(f"'{form}': {words}" for spec in specs for form, words in spec.forms) + "."
 
 
-def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
-    """Return the requested source, ready to start; InputError as `source_of`."""
+def make_feed(request: StationRequest, plan: Plan, rig: Rig, *, untimed: bool = False) -> Feed:
+    """Return the requested source, ready to start; InputError as `source_of`.
+
+    `untimed`: accept cameras without proof of a common exposure time. Their reader must measure it.
+    """
     source = source_of(request.source)
     if source.spec.on_bus:
         require_linux("The camera bus")
-    return source.spec.make(request, plan, rig, source.value)
+    feed: Feed = source.spec.make(request, plan, rig, source.value)
+    if feed.description.untimed and not untimed:
+        feed.ring.close()
+        raise InputError(
+            "source.untimed",
+            f"The source '{feed.description.name}' does not prove that its cameras expose at the "
+            "same time, as calibrations and acceptance tests require.",
+            "Use cameras with a common clock (PTP). Cameras can also be calibrated with a board "
+            "that rests: ocmm calibrate boards.",
+        )
+    return feed

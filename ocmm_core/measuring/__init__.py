@@ -5,10 +5,10 @@ Out: a point with probe side and compensation, or a refusal; the joint uncertain
 factors.
 
 Read `_trigger` (detection of a point), `_stable_point` (from a window of frames to one ball
-centre), `_point` (its record), `_compensation` (the touched side), `_temperature`, then
-`_contributions` (effect of each error on all points) with `_factors`, `_pattern_field` and `_rows`
-(its storage). `_probe_report` and `_probe_budget` predict it before measuring. The
-package is independent of features and plans.
+centre), `_untimed` (cameras that do not prove when they expose), `_point` (its record),
+`_compensation` (the touched side), `_temperature`, then `_contributions` (effect of each error on
+all points) with `_factors`, `_pattern_field` and `_rows` (its storage). `_probe_report` and
+`_probe_budget` predict it before measuring. The package is independent of features and plans.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -38,18 +38,19 @@ if TYPE_CHECKING:
         reported_points,
     )  # fmt: skip
     from ocmm_core.measuring._trigger import Touch, TouchCollector, approach_direction
+    from ocmm_core.measuring._untimed import UNKNOWN_SKEW, with_skew
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
     "CAMERAS", "CLIMATE_EVENT", "COVERAGE_FACTOR", "FRAME", "IMAGE_NOISE", "METHODS", "TIP_RADIUS",
-    "BudgetTerm", "Climate", "Contribution", "DayCheck", "Examination", "FrameDoubt",
-    "MeasuredPoint", "Mechanics", "NoiseRatio", "PartTemperature", "PointFactors", "PointOptions",
-    "ProbeReport", "ProbeState", "Refusal", "RefusalCode", "Rows", "Side", "StablePoint", "Touch",
-    "TouchCollector", "TouchNoise", "approach_direction", "average", "check_noise", "check_part",
-    "climate_of_text", "colour_at", "contributions", "examine", "explain", "explain_reference",
-    "factors_of", "factors_of_matrix", "joined_factors", "joint_factors", "label_verdict",
-    "label_words", "map_range", "mechanics_words", "point_uncertainty", "record_text",
-    "reported_points", "rigid_movement", "root_of", "side_of", "systematic_covariance",
-    "touches_checked",
+    "UNKNOWN_SKEW", "BudgetTerm", "Climate", "Contribution", "DayCheck", "Examination",
+    "FrameDoubt", "MeasuredPoint", "Mechanics", "NoiseRatio", "PartTemperature", "PointFactors",
+    "PointOptions", "ProbeReport", "ProbeState", "Refusal", "RefusalCode", "Rows", "Side",
+    "StablePoint", "Touch", "TouchCollector", "TouchNoise", "approach_direction", "average",
+    "check_noise", "check_part", "climate_of_text", "colour_at", "contributions", "examine",
+    "explain", "explain_reference", "factors_of", "factors_of_matrix", "joined_factors",
+    "joint_factors", "label_verdict", "label_words", "map_range", "mechanics_words",
+    "point_uncertainty", "record_text", "reported_points", "rigid_movement", "root_of", "side_of",
+    "systematic_covariance", "touches_checked", "with_skew",
 ]  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.geometry import Float
 from ocmm_core.measuring._stable_point import PointOptions
-from ocmm_core.tracking import FrameStatus, TrackBlock, cut, interruptions, join
+from ocmm_core.tracking import CameraSkew, FrameStatus, TrackBlock, cut, interruptions, join
 
 MIN_FRAMES = 25
 """Minimum frames of a window, to estimate its scatter."""
@@ -44,6 +44,8 @@ class Touch:
     """The stream was interrupted before the window was full."""
     pull_world: Float = field(default_factory=lambda: np.empty((0, 3)))
     """(k, 3), mm: ball positions after the window, oldest first; empty unless waited for."""
+    skew: CameraSkew | None = None
+    """Of cameras without proof of a common exposure time, which the frames were aligned by."""
 
 
 class TouchCollector:

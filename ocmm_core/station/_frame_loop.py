@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from ocmm_core.acquisition import frames
@@ -20,10 +20,19 @@ from ocmm_core.station._maintenance import StationMaintenance
 from ocmm_core.station._name_watch import JOB
 from ocmm_core.station._open_job import CurrentJob, Gear
 from ocmm_core.station.stream import ButtonWatch
-from ocmm_core.tracking import ReferenceHome, TrackBlock, TrackingOptions, TrackingPipeline
+from ocmm_core.tracking import (
+    CameraSkew,
+    ReferenceHome,
+    SkewMeter,
+    TrackBlock,
+    TrackingOptions,
+    TrackingPipeline,
+)  # fmt: skip
 
 _BATCH = 800
 """Maximum batch of tracked frames; 10 ms at 8 kHz are 80."""
+_UNTIMED_BATCH = 20
+"""The same while the skew of the cameras is learnt from them: it is used from the next batch on."""
 _IDLE_S = 0.002
 
 
@@ -54,6 +63,8 @@ class Tracked:
     collecting: bool
     pipeline: TrackingPipeline
     """Its pipeline, for the labels and the reference body."""
+    skew: CameraSkew | None = None
+    """Of cameras without proof of a common exposure time."""
 
 
 class MeasureStep(Protocol):
@@ -76,7 +87,7 @@ class FrameLoop:
     touches. `home`: Pose of the reference body at the start of the job; None if not yet known.
     `step`: Receives every tracked block. `faults`: Stores why the loop or the recorder failed.
     `halt`: Ends the loop when set. `recorder`: Receives every raw frame. `history`: Keeps the last
-    frames in memory.
+    frames in memory. `skew`: Aligns frames of cameras without a common exposure time; else None.
     """
 
     def __init__(
@@ -92,8 +103,9 @@ class FrameLoop:
         halt: threading.Event,
         recorder: FrameSink | None = None,
         history: FrameHistory | None = None,
+        skew: SkewMeter | None = None,
     ) -> None:
-        self._ring, self._history = ring, history
+        self._ring, self._history, self._skew = ring, history, skew
         self._gear = gear
         self._tracking, self._point = tracking, point
         self._step, self._faults, self._recorder = step, faults, recorder
@@ -150,7 +162,7 @@ class FrameLoop:
                 status = frames.read_status(self._ring)
                 ended = status.state is frames.AcquisitionState.STOPPED
                 # Frames written before the source's end flag are read after it.
-                block = self._ring.read(_BATCH)
+                block = self._ring.read(_BATCH if self._skew is None else _UNTIMED_BATCH)
                 if block is not None:
                     with self._exclusive:
                         self._feed(block)
@@ -175,7 +187,17 @@ class FrameLoop:
             except Exception as error:
                 lost, self._recorder = self._recorder.check_name() is not None, None
                 (self._faults.fail if lost else self._faults.note)(error, RECORDING)
+        if self._skew is not None:
+            aligned = self._skew.align(block)
+            if aligned is None:
+                return
+            block = aligned
         track = self._pipeline.process(block)
+        skew = None
+        if self._skew is not None:
+            # That of these frames: what they tell applies to the next ones.
+            skew = self._skew.skew()
+            self._skew.learn(track)
         collector = self._collector
         if collector is None:
             period_s = self._ring.word(frames.RingHeaderField.FRAME_PERIOD_NS) * 1e-9
@@ -184,8 +206,10 @@ class FrameLoop:
             self._take.clear()
             collector.arm()
         collector.pulled = self._step.awaits_pull
-        touches = collector.feed(track)
-        self._step.measure(Tracked(block, track, touches, collector.collecting, self._pipeline))
+        touches = [replace(touch, skew=skew) for touch in collector.feed(track)]
+        self._step.measure(
+            Tracked(block, track, touches, collector.collecting, self._pipeline, skew)
+        )
 
 
 Intent = Callable[[int], str | None]
@@ -225,6 +249,7 @@ class TouchTaker:
     def measure(self, tracked: Tracked) -> None:
         """Measure a block of frames; on the reconstruction thread."""
         block, track, pipeline = tracked.block, tracked.track, tracked.pipeline
+        self._instruments.skew = tracked.skew
         for change in self._button.feed(block):
             self._events.emit(self._events.button, change)
         session = self._current.now.session
@@ -235,7 +260,9 @@ class TouchTaker:
         self._instruments.watch_probe(block)
         if self._maintenance.takes(block):
             return
-        self._instruments.watch_cameras(track)
+        if tracked.skew is None or tracked.skew.known:
+            # An unknown skew looks like a moved camera.
+            self._instruments.watch_cameras(track)
         if tracked.touches:
             self._judge(tracked, session)
         if self._follow is not None and not tracked.collecting:

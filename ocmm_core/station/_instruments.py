@@ -19,12 +19,12 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import is_virtual_interface
-from ocmm_core.measuring import RefusalCode
+from ocmm_core.measuring import UNKNOWN_SKEW, RefusalCode
 from ocmm_core.station._bus_watch import BusWatch
 from ocmm_core.station._calibration_watch import CalibrationWatch
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._open_job import CurrentJob, Gear, OpenJob
-from ocmm_core.tracking import TrackBlock, in_rig
+from ocmm_core.tracking import CameraSkew, TrackBlock, in_rig
 
 
 class Instruments:
@@ -49,6 +49,8 @@ class Instruments:
         self._gear, self._calibration, self._current = gear, calibration, current
         self._bus, self._simulated = bus, simulated
         self._faults, self._events = faults, events
+        self.skew: CameraSkew | None = None
+        """As of the last frames; None before them, and for cameras with proven exposure times."""
 
     @property
     def simulated(self) -> bool:
@@ -103,7 +105,7 @@ class Instruments:
         return probe_overview(self._gear.probe.store, datetime.now(UTC))
 
     def blocking_reason(self) -> tuple[RefusalCode, Blocker | None]:
-        """Return why points are blocked by disk, calibration or tip, or None."""
+        """Return why points are blocked by disk, cameras or tip, or None."""
         view, now = self._calibration.view(), self._current.now
         lost = now.file.given_up
         if lost is not None:
@@ -111,7 +113,10 @@ class Instruments:
         cameras = view.blocking_reason or (None if view.uncalibrated else now.changes.doubt)
         if cameras is not None:
             return RefusalCode.CALIBRATION, cameras
-        return RefusalCode.TIP, now.probe.view().blocking_reason
+        tip = now.probe.view().blocking_reason
+        if tip is None and self._gear.calibration.untimed and not (self.skew and self.skew.known):
+            return RefusalCode.NOT_READY, Blocker(*UNKNOWN_SKEW)
+        return RefusalCode.TIP, tip
 
     def note_start(self, job: OpenJob) -> None:
         """Store the equipment of a job's points from now on."""

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.records import Blocker
+from ocmm_core.errors import MeasuringError
 from ocmm_core.export import write_together
 from ocmm_core.station._bus_watch import BusWatch, bus_text
 from ocmm_core.station._calibration_watch import CalibrationWatch
@@ -18,7 +19,8 @@ class StationMaintenance:
     """Maintain probe, cameras and bus while the station runs.
 
     `current`: its watch of the tip learns changes. `calibration`: writes into cameras. `bus`: or
-    None. `rig`: its name for the bus report.
+    None. `rig`: its name for the bus report. `untimed`: procedures get no frames, because they move
+    the probe before cameras that do not prove when they expose.
     """
 
     def __init__(
@@ -29,8 +31,11 @@ class StationMaintenance:
         rig: str,
         faults: StationFaults,
         events: StationEvents,
+        *,
+        untimed: bool = False,
     ) -> None:
         self._current, self._calibration, self._bus, self._rig = current, calibration, bus, rig
+        self._untimed = untimed
         self._faults, self._events = faults, events
         self._watcher: Callable[[FrameBlock], None] | None = None
 
@@ -77,6 +82,14 @@ class StationMaintenance:
         if watcher is None:
             return False
         try:
+            if self._untimed and watcher is not _look_away:
+                raise MeasuringError(
+                    "maintenance.untimed",
+                    "Calibrations and acceptance tests need cameras that prove when they expose: "
+                    "this procedure gets no frames.",
+                    "Use cameras with a common clock (PTP), or calibrate with pictures of a board "
+                    "at rest.",
+                )
             watcher(block)
         except Exception as error:
             # The probe is still in use by the procedure: no points.

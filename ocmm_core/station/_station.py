@@ -41,7 +41,7 @@ from ocmm_core.station._probe_watch import PAUSE
 from ocmm_core.station.coaching import CoachWatch
 from ocmm_core.station.stream import StreamOptions, StreamServer
 from ocmm_core.storage import JobFile
-from ocmm_core.tracking import TrackingOptions
+from ocmm_core.tracking import SkewMeter, TrackingOptions
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +64,8 @@ class StationOptions:
     released_only: bool = False
     simulated: bool = False
     """The frames come from a virtual rig, which the job states permanently."""
+    frame_period_ns: int = 0
+    """Of cameras without proof of a common exposure time."""
 
 
 _log = logging.getLogger(__name__)
@@ -129,7 +131,9 @@ class MeasuringStation:
         self.instruments = instruments = Instruments(
             gear, watch, current, bus, faults, events, simulated=options.simulated
         )
-        self.maintenance = StationMaintenance(current, watch, bus, gear.rig.name, faults, events)
+        self.maintenance = StationMaintenance(
+            current, watch, bus, gear.rig.name, faults, events, untimed=calibration.untimed
+        )
         self.looks = looks = Looks(ring, live, bus, instruments, self.maintenance, faults)
         self.coach = CoachWatch(
             gear.rig, gear.body, looks, failed=lambda error: faults.note(error, "The coach")
@@ -150,6 +154,11 @@ class MeasuringStation:
             halt=halt,
             recorder=recorder,
             history=history,
+            skew=(
+                SkewMeter(gear.rig, gear.body, options.frame_period_ns)
+                if calibration.untimed
+                else None
+            ),
         )
         self.job = StationJob(current, self.looks, frames, faults, events)
         self._parts = PartLoader(faults, events)

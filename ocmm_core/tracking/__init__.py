@@ -6,9 +6,9 @@ Out: for every frame labels, pose, tip in mm with covariance and chi-square, or 
 Read `_body` (LEDs and ball of a probe), `_identify` (assignment of slots to LEDs), `_body_tracker`
 (one body through blocks of frames), `_pipeline` (probe and reference body), `_result` (result of
 each frame), `_pose` (poses and their derivatives). Then `_sensitivity`, `_stillness` with
-`_spot_spectrum`, `_ambiguity`, `_strobe`, and the reference body: `_reference_body`, `_reference`.
-`kernels` is the compiled hot path. The package is independent of calibration
-records, touches and points.
+`_spot_spectrum`, `_ambiguity`, `_strobe`, `_skew`, and the reference body: `_reference_body`,
+`_reference`. `kernels` is the compiled hot path. The package is independent of calibration records,
+touches and points.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from ocmm_core.tracking._sensitivity import (
         TipDerivatives, TipSensitivity, tip_derivatives, tip_sensitivities, tip_sensitivity,
     )  # fmt: skip
+    from ocmm_core.tracking._skew import CameraSkew, SkewMeter
     from ocmm_core.tracking._spot_spectrum import SpotSpectrum, spot_course
     from ocmm_core.tracking._stillness import (
         BallMotion, HandDrift, Stillness, batch_labels, judge_stillness, wildness,
@@ -45,15 +46,15 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "AMBIGUITY_LIMIT_MM", "ARRAYS", "SCHEMA", "Ambiguity", "BallMotion", "FrameStatus", "HandDrift",
-    "IdentifyOptions", "LedBody", "LedEntry", "Method", "OrientationRule", "PoseBatch", "ProbeBody",
-    "ProbeDocument", "ReferenceBody", "ReferenceHome", "ReferenceTrack", "SpotSpectrum",
-    "Stillness", "StrobeEntry", "TipDerivatives", "TipSensitivity", "TrackBlock", "TrackingOptions",
-    "TrackingPipeline", "batch_labels", "body_of", "check_labels", "check_together", "cut",
-    "dark_bits", "home_of", "identify", "identify_many", "in_rig", "interruptions", "join",
-    "judge_stillness", "load_probe", "load_reference", "motion_to_world", "nearest_ambiguity",
-    "ordered_spots", "pick", "relative_sensitivities", "relative_sensitivity", "reprojection",
-    "require_spots", "satisfies_rules", "simultaneous", "solve", "solve_leds", "spot_course",
-    "spot_sigma_px", "tip_derivatives", "tip_sensitivities", "tip_sensitivity", "triangulate",
-    "wildness",
+    "AMBIGUITY_LIMIT_MM", "ARRAYS", "SCHEMA", "Ambiguity", "BallMotion", "CameraSkew",
+    "FrameStatus", "HandDrift", "IdentifyOptions", "LedBody", "LedEntry", "Method",
+    "OrientationRule", "PoseBatch", "ProbeBody", "ProbeDocument", "ReferenceBody", "ReferenceHome",
+    "ReferenceTrack", "SkewMeter", "SpotSpectrum", "Stillness", "StrobeEntry", "TipDerivatives",
+    "TipSensitivity", "TrackBlock", "TrackingOptions", "TrackingPipeline", "batch_labels",
+    "body_of", "check_labels", "check_together", "cut", "dark_bits", "home_of", "identify",
+    "identify_many", "in_rig", "interruptions", "join", "judge_stillness", "load_probe",
+    "load_reference", "motion_to_world", "nearest_ambiguity", "ordered_spots", "pick",
+    "relative_sensitivities", "relative_sensitivity", "reprojection", "require_spots",
+    "satisfies_rules", "simultaneous", "solve", "solve_leds", "spot_course", "spot_sigma_px",
+    "tip_derivatives", "tip_sensitivities", "tip_sensitivity", "triangulate", "wildness",
 ]  # fmt: skip

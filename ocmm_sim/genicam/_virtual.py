@@ -22,7 +22,7 @@ from ocmm_core.composition import Feed
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
 from ocmm_core.geometry import Float
-from ocmm_genicam import genicam_command, genicam_config, genicam_description
+from ocmm_genicam import genicam_command, genicam_config, genicam_description, slots_for
 from ocmm_sim.bus import VirtualWire, run_both
 from ocmm_sim.genicam._device import GigeCamera
 from ocmm_sim.genicam._registers import Feature, GigeConfig
@@ -52,9 +52,9 @@ _SILENCE_S = 60.0
 """The cameras wait for a station that compiles."""
 
 
-def virtual_genicam_feed(script: RigScript, rig: Rig, name: str) -> Feed:
+def virtual_genicam_feed(script: RigScript, rig: Rig, name: str, n_leds: int) -> Feed:
     """Return the cameras of a script and their reader, ready to start."""
-    ring = FrameRing.create(len(rig.cameras))
+    ring = FrameRing.create(len(rig.cameras), n_slots=slots_for(n_leds))
     serials = tuple(str(one.serial) for one in rig.cameras)
     config = msgspec.structs.replace(
         genicam_config(rig, serials, ring, name),

@@ -165,7 +165,7 @@ def run(
     anywhere: bool,
     options: Float,
     height: int,
-    valid: NDArray[np.uint16],
+    valid: NDArray[np.uint64],
     saturated: NDArray[np.bool_],
     status: NDArray[np.uint8],
     uv: Float,

@@ -92,7 +92,7 @@ class PixelFrames:
         block = self.spots(camera, first, count)
         probe = self.rig.flags(self.rig.motion(first, count), first)
         saturated = np.where(block.saturated, FrameFlag.SATURATED, 0)
-        return block.valid, (probe | saturated).astype(np.uint16), block.uv
+        return block.valid.astype(np.uint16), (probe | saturated).astype(np.uint16), block.uv
 
     def frames(self, first: int, count: int) -> FrameBlock:
         """Return the frames of all cameras, joined as on the host."""

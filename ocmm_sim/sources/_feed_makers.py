@@ -301,7 +301,8 @@ def genicam_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> 
     rate = request.frame_rate_hz or GENICAM_RATE_HZ
     script = script_of(replace(request, frame_rate_hz=rate), plan)
     name = f"{GENICAM.recorded_as} ({rig.name}, seed {request.seed})"
-    return _played(virtual_genicam_feed(script, rig, name), script.build())
+    virtual = script.build()
+    return _played(virtual_genicam_feed(script, rig, name, virtual.n_leds), virtual)
 
 
 def tracker_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:

@@ -10,6 +10,11 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import os
+import signal
+import socket
+import struct
+import subprocess
 import sys
 import tempfile
 import threading
@@ -23,17 +28,28 @@ import cv2
 import numpy as np
 
 from ocmm_boards import take_pictures
-from ocmm_core.acquisition.frames import FrameBlock, SourceDescription
+from ocmm_core.acquisition.bus_process import ChildProcess
+from ocmm_core.acquisition.frames import (
+    AcquisitionState,
+    FrameBlock,
+    FrameRing,
+    SourceDescription,
+    read_status,
+)
+from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
-from ocmm_genicam import AravisCameras, GenicamSource
+from ocmm_genicam import AravisCameras, GenicamConfig, GenicamSource, genicam_command
 from ocmm_genicam._grabber import Expected
 from ocmm_sim.genicam import GigeCamera, GigeConfig, packed
+from ocmm_sim.genicam._registers import HOST_PORT
 
 SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
 _TURN, _RADIUS = 400, 60.0
 _SILENCE_S = 1.0
+_ALL_PACKETS, _RECEIVE_FORCED = 3, 33
+"""ETH_P_ALL and SO_RCVBUFFORCE of Linux."""
 _CLEAR_PX = 0.1
 """The spot moves 0.94 px from one exposure to the next."""
 CONFIG = GigeConfig(
@@ -71,11 +87,17 @@ class Rig:
         self._thread = threading.Thread(target=self._expose)
         self._thread.start()
 
-    def source(self) -> GenicamSource:
+    def show(self, image: memoryview) -> None:
+        """Send the same image from now on."""
+        self._images = [image] * _TURN
+
+    def source(self, *, untimed: bool = False, n_slots: int = USUAL_SLOTS) -> GenicamSource:
         serials = tuple(int(one) for one in self.serials)
         description = SourceDescription("test", serials, PERIOD_NS, PERIOD_NS, True, True)
-        expected = [Expected(one, SIZE, SIZE, PERIOD_NS) for one in self.serials]
-        return GenicamSource(description, AravisCameras(), self.serials, expected, _SILENCE_S)
+        expected = [Expected(one, SIZE, SIZE, PERIOD_NS, n_slots=n_slots) for one in self.serials]
+        return GenicamSource(
+            description, AravisCameras(), self.serials, expected, _SILENCE_S, untimed=untimed
+        )
 
     def check(self, frames: FrameBlock, first_ns: int) -> None:
         """Count frames whose spots are, or are not, at the place of their time."""
@@ -214,6 +236,150 @@ def _controlled(repeats: int) -> Any:
     return {"told": told, "wrong": rig.wrong, "frames": frames}
 
 
+def _untimed(repeats: int) -> Any:
+    """Read cameras without PTP, clocks 7 s apart, while images of the first one are lost.
+
+    The same exposures must stay together: the spots of a frame are a constant number of exposures
+    apart.
+    """
+    rig = Rig(replace(CONFIG, ptp=""), replace(SECOND, ptp=""))
+    rig.cameras[1].faults.clock_step_ns = 7 * 10**9
+    source = rig.source(untimed=True)
+    apart: list[int] = []
+    try:
+        source.open()
+        for turn in range(4 * repeats):
+            rig.cameras[0].faults.refuse_resend = True
+            rig.cameras[0].faults.lose = 0.005 * (turn % 2)
+            until = time.monotonic() + 1.0
+            while time.monotonic() < until:
+                block = source.read().frames
+                if block is not None:
+                    apart += [_exposures_apart(uv) for uv in block.uv if _both_seen(uv)]
+    finally:
+        source.close()
+        rig.close()
+    usual = max(set(apart), key=apart.count)
+    lost = [one.lost for one in source.accounts.values()]
+    return {"wrong": sum(one != usual for one in apart), "frames": len(apart), "usual": usual,
+            "lost": lost}  # fmt: skip
+
+
+def _many_spots(_repeats: int) -> Any:
+    """Return how many of 64 spots are found over the wire, and how far off they are at most."""
+    places = [(17.4 + 31.0 * i, 16.8 + 31.0 * j) for i in range(8) for j in range(8)]
+    x = np.arange(SIZE)
+    each = [np.outer(np.exp(-0.5 * (x - v) ** 2), np.exp(-0.5 * (x - u) ** 2)) for u, v in places]
+    light = np.sum(each, axis=0)
+    rig = Rig(CONFIG, SECOND)
+    rig.show(packed((100 + 2800 * light).astype(np.uint16)).data.cast("B"))
+    source = rig.source(n_slots=64)
+    try:
+        source.open()
+        until, uv = time.monotonic() + 20.0, np.zeros((0, 2, 64, 2))
+        while time.monotonic() < until and not (len(uv) and np.isfinite(uv[-1]).all()):
+            block = source.read().frames
+            uv = block.uv if block is not None else uv
+    finally:
+        source.close()
+        rig.close()
+    apart = np.linalg.norm(uv[-1][:, :, None] - np.array(places), axis=3)
+    found = [len(set(np.argmin(one, axis=1))) for one in apart]
+    return {"wrong": 0, "found": found, "off": float(apart.min(axis=2).max())}
+
+
+def _killed(repeats: int) -> Any:
+    """Kill the camera process, then start another one until frames arrive again.
+
+    Returns message and seconds of each end, and of each return; cameras stay reserved for 3 s.
+    """
+    rig, ends, returns = Rig(CONFIG, SECOND), [], []
+    began = time.monotonic()
+    try:
+        for _ in range(repeats + 1):
+            process, ring = _reading(rig)
+            returns.append(time.monotonic() - began)
+            began = time.monotonic()
+            os.kill(process.pid or 0, signal.SIGKILL)
+            while read_status(ring).state is not AcquisitionState.STOPPED:
+                time.sleep(1e-3)
+            ends.append((read_status(ring).message, time.monotonic() - began))
+            process.join(5.0)
+            ring.close()
+    finally:
+        rig.close()
+    return {"wrong": 0, "ends": ends, "returns": returns[1:]}
+
+
+def _reading(rig: Rig) -> tuple[ChildProcess, FrameRing]:
+    """Return a camera process that delivers frames; tried again while the cameras are reserved."""
+    while True:
+        ring = FrameRing.create(2)
+        config = GenicamConfig(
+            name="test", ring_path=str(ring.path), serials=rig.serials,
+            cameras=tuple((one, SIZE, SIZE) for one in rig.serials),
+            rig_serials=tuple(map(int, rig.serials)), period_ns=PERIOD_NS,
+        )  # fmt: skip
+        process = ChildProcess(genicam_command(), config.to_json(), ring)
+        process.start()
+        while read_status(ring).state is not AcquisitionState.STOPPED:
+            if read_status(ring).frames > 0:
+                return process, ring
+            time.sleep(1e-3)
+        process.join(5.0)
+        assert "controlled by another program" in read_status(ring).message
+        ring.close()
+
+
+def _dissected(_repeats: int) -> Any:
+    """Return what another dissector (tshark) finds in the packets of cameras that fail."""
+    rig = Rig(CONFIG, SECOND)
+    source = rig.source()
+    tap = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(_ALL_PACKETS))
+    tap.bind(("lo", 0))
+    tap.setsockopt(socket.SOL_SOCKET, _RECEIVE_FORCED, 1 << 26)
+    tap.setblocking(False)
+    frames: list[bytes] = []
+    try:
+        source.open()
+        for fault in ("lose", "swap", "double"):
+            setattr(rig.cameras[0].faults, fault, 0.05)
+            read_for(rig, source, 0.5)
+            with contextlib.suppress(BlockingIOError):
+                while True:
+                    frames.append(tap.recv(65536))
+        ports = {one.memory.u32(HOST_PORT) for one in rig.cameras}
+    finally:
+        tap.close()
+        source.close()
+        rig.close()
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "cameras.pcap"
+        head = struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65536, 1)
+        records = [struct.pack("<IIII", 0, 0, len(one), len(one)) + one for one in frames]
+        path.write_bytes(head + b"".join(records))
+        decode = [word for port in ports for word in ("-d", f"udp.port=={port},gvsp")]
+        told = subprocess.run(
+            ["tshark", "-r", str(path), "-d", "udp.port==3956,gvcp", *decode, "-T", "fields",
+             "-e", "frame.protocols", "-e", "_ws.malformed"],
+            capture_output=True, text=True, check=True,
+        ).stdout.splitlines()  # fmt: skip
+    return {"wrong": rig.wrong, "malformed": sum("alformed" in one for one in told),
+            "gvcp": sum("gvcp" in one for one in told),
+            "gvsp": sum("gvsp" in one for one in told)}  # fmt: skip
+
+
+def _both_seen(uv: np.ndarray) -> bool:
+    return bool((np.isfinite(uv[..., 0]).sum(axis=1) == 1).all())
+
+
+def _exposures_apart(uv: np.ndarray) -> int:
+    """Return how many exposures the second camera is ahead, by the places of its spot (2, 8, 2)."""
+    seen = np.nanmean(uv, axis=1) - SIZE / 2
+    turns = np.arctan2(seen[:, 1], seen[:, 0]) * _TURN / (2.0 * np.pi)
+    return round(float((turns[1] - turns[0] + _TURN / 2) % _TURN - _TURN / 2))
+
+
 def _pictures(repeats: int) -> Any:
     """Take views with the command, then return how far the spots of each lie apart, px."""
     text = resource("rigs", "recommended.toml").read_text(encoding="utf-8")
@@ -285,6 +451,10 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
     "no PTP": _sentence(_nothing, CONFIG, replace(SECOND, ptp=""), opens=False),
     "late exposures": _sentence(_first(late_ns=2_000_000), opens=False),
     "pictures": _pictures,
+    "untimed": _untimed,
+    "dissected": _dissected,
+    "killed": _killed,
+    "many spots": _many_spots,
     "absent": _sentence(lambda rig: rig.cameras.pop().close(), opens=False),
     "other size": _sentence(_nothing, CONFIG, replace(SECOND, width=128), opens=False),
     "colour": _sentence(_nothing, CONFIG, replace(SECOND, formats=("RGB8",)), opens=False),

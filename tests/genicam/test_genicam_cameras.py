@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -63,6 +64,42 @@ def test_pictures_of_a_view_are_of_one_moment() -> None:
     ]
     assert max(result["apart"]) < 0.1
     assert result["away"] < 0.5
+
+
+@pytest.mark.slow
+def test_a_killed_camera_process_is_a_sentence_and_can_be_started_again() -> None:
+    """Aravis may crash: the end is reported at once; the cameras are free after 3 s of silence."""
+    result = played("killed")
+    for message, seconds in result["ends"]:
+        assert "ended unexpectedly" in message
+        assert seconds < _SENTENCE_S
+    assert len(result["returns"]) == _REPEATS
+
+
+@pytest.mark.slow
+def test_another_dissector_finds_no_malformed_packet() -> None:
+    if shutil.which("tshark") is None:
+        not_run("tshark is not installed")
+    result = played("dissected")
+    assert result["gvcp"] > 20
+    assert result["gvsp"] > 100
+    assert result["malformed"] == 0
+
+
+@pytest.mark.slow
+def test_sixty_four_spots_of_each_camera_arrive() -> None:
+    result = played("many spots")
+    assert result["found"] == [64, 64]
+    assert result["off"] < 0.05
+
+
+@pytest.mark.slow
+def test_cameras_without_a_common_clock_are_paired_by_counting() -> None:
+    result = played("untimed")
+    assert result["frames"] >= 50
+    # Exposures that arrive together; lost ones do not shift the pairs.
+    assert abs(result["usual"]) <= 1
+    assert result["lost"][0] > 0
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ Out: the same frames in a ring of fixed size, for one reader, and cycle counters
 
 Start with `_frames` (contents, protocol of all sources), `_ring` (shared memory, overruns and
 cycles counted), then `_worker` (source to ring). `_join` joins the cameras per exposure, and counts
-across bring-ups.
+across bring-ups; `_align` interpolates frames of cameras that do not expose together.
 
 It must not depend on the kind of source: bus, virtual rig and replay are equivalent.
 """
@@ -13,6 +13,7 @@ It must not depend on the kind of source: bus, virtual rig and replay are equiva
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
+    from ocmm_core.acquisition.frames._align import MOST_FRAMES, FrameAligner
     from ocmm_core.acquisition.frames._frames import (
         SUBPIXEL, Cycle, CycleVerdict, FrameBlock, FrameFlag, FrameSource, SourceDescription,
         frame_dtype, from_records, quantise, to_records,
@@ -27,8 +28,9 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "SUBPIXEL", "AcquisitionState", "AcquisitionStatus", "AcquisitionWorker", "Books", "Cycle",
-    "CycleVerdict", "ExposureCount", "FrameBlock", "FrameFlag", "FrameJoiner", "FrameRing",
-    "FrameSource", "Given", "RingHeaderField", "SourceDescription", "StopReason", "frame_dtype",
-    "from_records", "leave_error", "quantise", "read_status", "to_records",
+    "MOST_FRAMES", "SUBPIXEL", "AcquisitionState", "AcquisitionStatus", "AcquisitionWorker",
+    "Books", "Cycle", "CycleVerdict", "ExposureCount", "FrameAligner", "FrameBlock", "FrameFlag",
+    "FrameJoiner", "FrameRing", "FrameSource", "Given", "RingHeaderField", "SourceDescription",
+    "StopReason", "frame_dtype", "from_records", "leave_error", "quantise", "read_status",
+    "to_records",
 ]  # fmt: skip

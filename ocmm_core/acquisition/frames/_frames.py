@@ -136,6 +136,8 @@ class SourceDescription:
     n_slots: int = USUAL_SLOTS
     skew_ns: int = 0
     """Largest difference of the exposure times in a frame; 0 for one schedule of all cameras."""
+    untimed: bool = False
+    """Nothing proves that the cameras expose at the same time: their skew is measured."""
 
 
 @runtime_checkable

@@ -67,6 +67,7 @@ class FrameRecorder:
             started_utc=datetime.now(UTC).isoformat(timespec="microseconds"),
             simulated=description.simulated,
             n_slots=description.n_slots,
+            untimed=description.untimed,
         )
         try:
             self._stream = self.path.open("x+b", buffering=0)
@@ -234,6 +235,7 @@ class ReplaySource:
             live=False,
             simulated=head.is_simulated,
             n_slots=head.n_slots,
+            untimed=head.untimed,
         )
         self._speed = speed
         self._next = 0

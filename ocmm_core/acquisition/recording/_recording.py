@@ -58,6 +58,8 @@ class RecordingHead(
     """Frames of a virtual rig. Omitted if False, so that the checksum of older recordings holds."""
     n_slots: int = USUAL_SLOTS
     """Slots of every camera; omitted if `USUAL_SLOTS`, as above."""
+    untimed: bool = False
+    """Of cameras without proof of a common exposure time; omitted if False, as above."""
 
     @property
     def is_simulated(self) -> bool:

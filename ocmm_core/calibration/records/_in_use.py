@@ -33,6 +33,12 @@ class CalibrationView(usable.ViewInUse):
         return f"{word} {self.identity[:12]}"
 
 
+_UNTIMED = (
+    "The cameras do not prove when they expose. Their skew is measured from the moving probe and "
+    "is in U; a moving probe gives no point."
+)
+
+
 @dataclass(frozen=True, slots=True)
 class CalibrationInUse(usable.InUse[CalibrationStore, CalibrationView, CameraRecord]):
     """Calibration at the start of a job; see also `InUse`."""
@@ -44,11 +50,14 @@ class CalibrationInUse(usable.InUse[CalibrationStore, CalibrationView, CameraRec
     """None if the rig comes from the rig document."""
     device: DeviceDescription | None = None
     """Description of the cameras; None for our own."""
+    untimed: bool = False
+    """Nothing proves that the cameras expose at the same time."""
 
     @property
     def camera_doubts(self) -> tuple[str, ...]:
-        """Return unproven properties of described cameras, in sentences; empty for our own."""
-        return () if self.device is None else doubt_sentences(self.device)
+        """Return unproven properties of the cameras, in sentences; empty for our own."""
+        doubts = () if self.device is None else doubt_sentences(self.device)
+        return (*doubts, _UNTIMED) if self.untimed else doubts
 
     @property
     def used(self) -> CameraRecord | None:
@@ -62,7 +71,10 @@ class CalibrationInUse(usable.InUse[CalibrationStore, CalibrationView, CameraRec
             rig=self.rig.name,
             identity=self.rig.identity,
             uncalibrated=self.uncalibrated,
-            warnings=() if self.device is None else (doubt_line(self.device),),
+            warnings=(
+                *(() if self.device is None else (doubt_line(self.device),)),
+                *((_UNTIMED,) if self.untimed else ()),
+            ),
             record=self.record,
         )
 

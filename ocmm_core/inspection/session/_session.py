@@ -40,6 +40,7 @@ from ocmm_core.measuring import (
     TouchNoise,
     approach_direction,
     average,
+    with_skew,
 )
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import ProbeBody, ReferenceHome, TipSensitivity
@@ -56,7 +57,7 @@ class TouchIntake:
         options: PointOptions,
         assignment: TouchAssigner,
     ) -> None:
-        self._ledger, self._rig, self._options = ledger, rig, options
+        self._ledger, self._rig, self._body, self._options = ledger, rig, body, options
         self._noise = TouchNoise(rig, body)
         self._assignment = assignment
 
@@ -92,6 +93,8 @@ class TouchIntake:
                 0.0,
             )
         stable = average(touch.window, touch.expected, self._rig, self._options, self._noise)
+        if not isinstance(stable, Refusal) and touch.skew is not None:
+            stable = with_skew(stable, touch.window, self._rig, self._body, touch.skew)
         if isinstance(stable, Refusal):
             return stable
         near_mm = self._options.approach_mm

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,6 +61,23 @@ def make(start: tuple[Window, ...] = (), options: SpotOptions = OPTIONS) -> Spot
 
 
 FOUR: tuple[Place, ...] = ((30.2, 40.7), (80.9, 20.3), (120.4, 90.6), (60.5, 100.1))
+
+
+def test_sixty_four_leds_are_found_as_exactly_as_a_few() -> None:
+    """A grid of 64 LEDs 20 px apart; the noise of a spot is 0.03 px along each axis."""
+    rng = np.random.default_rng(2)
+    places = [(15.3 + 20.0 * i, 14.6 + 20.0 * j) for i in range(8) for j in range(8)]
+    shape = (170, 170)
+    options = replace(OPTIONS, search_lines=40)
+    finder = SpotFinder(shape[1], shape[0], options, n_slots=64)
+    mean = np.sum([spot(u, v, shape, LIGHT) for u, v in places], axis=0)
+    for _ in range(30):
+        block = finder.take(picture(mean, rng))
+    assert int(block.valid[0]) == 2**64 - 1
+    apart = np.linalg.norm(block.uv[0][:, None] - np.array(places), axis=2)
+    # Every LED is in one slot, and its place is right.
+    assert sorted(apart.argmin(axis=1)) == list(range(64))
+    assert np.sqrt(np.mean(apart.min(axis=1) ** 2)) < 0.06
 
 
 def test_every_led_gets_a_slot_of_its_own_and_keeps_it() -> None:
