@@ -43,11 +43,12 @@ from ocmm_core.fieldbus.wire import set_link
 from ocmm_genicam import AravisCameras, GenicamConfig, GenicamSource, genicam_command
 from ocmm_genicam._grabber import Expected
 from ocmm_sim.genicam import GigeCamera, GigeConfig, packed
-from ocmm_sim.genicam._registers import HOST_PORT
 
 SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
 _TURN, _RADIUS = 400, 60.0
 _SILENCE_S = 1.0
+HOST_PORT = 0x0D00
+"""Register of GigE Vision: where the first stream goes."""
 _ALL_PACKETS, _RECEIVE_FORCED = 3, 33
 """ETH_P_ALL and SO_RCVBUFFORCE of Linux."""
 _CLEAR_PX = 0.1
