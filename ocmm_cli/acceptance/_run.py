@@ -7,10 +7,10 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from ocmm_cli.acceptance._acceptance import RunSetup
 from ocmm_cli.calibrate import record_observations
 from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_later, say_word
 from ocmm_core import acceptance, composition
@@ -21,6 +21,9 @@ from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
+
+if TYPE_CHECKING:
+    from ocmm_cli.acceptance._acceptance import RunSetup
 
 _AGAIN = say_later(
     "Start the command again: it continues this test. A recording is replayed from its beginning, "
