@@ -43,13 +43,14 @@ from ocmm_core.fieldbus.wire import set_link
 from ocmm_genicam import AravisCameras, GenicamConfig, GenicamSource, genicam_command
 from ocmm_genicam._grabber import Expected
 from ocmm_sim.genicam import GigeCamera, GigeConfig, packed
-from ocmm_sim.genicam._registers import HOST_PORT
 
 SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
 _TURN, _RADIUS = 400, 60.0
 _SILENCE_S = 1.0
 _ALL_PACKETS, _RECEIVE_FORCED = 3, 33
 """ETH_P_ALL and SO_RCVBUFFORCE of Linux."""
+_HOST_PORT = 0x0D00
+"""Register of the stream channel, GigE Vision."""
 _CLEAR_PX = 0.1
 """The spot moves 0.94 px from one exposure to the next."""
 CONFIG = GigeConfig(
@@ -348,7 +349,7 @@ def _dissected(_repeats: int) -> Any:
             with contextlib.suppress(BlockingIOError):
                 while True:
                     frames.append(tap.recv(65536))
-        ports = {one.memory.u32(HOST_PORT) for one in rig.cameras}
+        ports = {one.memory.u32(_HOST_PORT) for one in rig.cameras}
     finally:
         tap.close()
         source.close()
