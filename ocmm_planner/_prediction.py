@@ -88,13 +88,22 @@ def predict_tips(scene: Scene, rotations: Float, tips_world: Float) -> Tips:
         found: Float = scaled @ tips.by_spots.transpose(0, 2, 1)
         return found
 
-    white = spots.white[good]
-    pattern = np.array([one.pattern_px**2 for one in scene.plan.cameras])[:, None]
+    # The pattern of one sensor is correlated over the distance of spots, as in a job.
+    uv = np.nan_to_num(spots.uv[good].reshape(len(good), size, 2))
+    uv = np.take_along_axis(uv, order[:, :, None], axis=1)
+    camera = order // seen.shape[2]
+    sigma = np.array([one.pattern_px for one in scene.plan.cameras])[camera]
+    squares = np.sum((uv[:, :, None] - uv[:, None]) ** 2, axis=3)
+    alike = np.exp(-0.5 * squares / rig.noise.pattern_length_px**2)
+    alike *= (camera[:, :, None] == camera[:, None]) * sigma[:, :, None] * sigma[:, None]
+    u, v = tips.by_spots[:, :, 0::2], tips.by_spots[:, :, 1::2]
+    pattern = u @ alike @ u.transpose(0, 2, 1) + v @ alike @ v.transpose(0, 2, 1)
+    white = by_noise(spots.white[good])
     # The kernel refuses each frame by its own noise.
-    frame = np.einsum("nii->n", by_noise(white + pattern))
+    frame = np.einsum("nii->n", white + pattern)
     stage[good] = np.where(tips.answered & (frame <= MAX_TIP_SIGMA**2), SEEN, LINE)
     own = np.full((n, 3, 3), np.nan)
-    own[good] = by_noise(white / scene.plan.document.measuring.frames + pattern)
+    own[good] = white / scene.plan.document.measuring.frames + pattern
     by_shared = np.full((n, 3, tips.by_cameras.shape[2] + tips.by_geometry.shape[2]), np.nan)
     by_shared[good] = np.concatenate([tips.by_cameras, tips.by_geometry], axis=2)
     own[stage != SEEN] = by_shared[stage != SEEN] = np.nan
