@@ -75,7 +75,7 @@ ocmm_core.features.zones._place_kernel
     move_zone f2 f1 f1 f1 f2 f1 f1
 ocmm_core.features.zones._kernel
     narrowest_zone f1 f2 f1 b f f1 i1 f1
-ocmm_core.measuring._pattern_kernel
+ocmm_core.measuring._pattern_field
     blocks i2 f3 f4
     bumps_of i2 f3
     gather f3 i3 f4 f4

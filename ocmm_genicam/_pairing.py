@@ -10,7 +10,7 @@ import numpy as np
 from ocmm_genicam._grabber import Spots
 
 _FIRST = 25
-"""Exposures of each camera whose arrival tells which of them belong together."""
+"""Exposures of each camera, paired by their arrival."""
 _GAIN = 1.0 / 64.0
 _SLIP = 1.0
 """Paired exposures that arrive this many periods further apart than at first have slipped."""
@@ -20,7 +20,7 @@ class ExposurePairing:
     """Pair the exposures of cameras that run at one rate without a common clock.
 
     The first pairs are the exposures that arrive together; then exposures are counted, so that the
-    skew of the cameras stays the same whatever arrives late or not at all. Free-running cameras
+    skew of the cameras does not depend on late or missing frames. Free-running cameras
     drift apart: after a period they are paired again, with a gap that ends all that was learnt of
     their skew.
     """

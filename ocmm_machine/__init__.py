@@ -3,7 +3,7 @@
 In: finished jobs, and the document of a machine's offsets. Out: changes of work offsets, tool
 lengths and radii beyond U and the dead band, as files for controls.
 
-Read `_document` (offsets, their limits, and what acts on them), `_facts` (what a job proves),
+Read `_document` (offsets, their limits, and what acts on them), `_facts` (results of a job),
 `_proposal` (deviations to changes, signs and handedness), `_history` (the signed register),
 `_dialects` (files for controls) and `_writing` (preview, confirmed write, undo). `_command` is
 `ocmm correct`, an entry point of `ocmm.commands`; nothing imports this package.

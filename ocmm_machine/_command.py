@@ -43,7 +43,7 @@ def preview(
     *, job: Path, machine: ChosenMachine, recut: bool, json: bool, probes: Path | None,
     calibrations: Path | None,
 ) -> None:  # fmt: skip
-    """Show what a job would correct, and the effect on each characteristic; nothing is written.
+    """Show the corrections from a job, and the effect on each characteristic; nothing is written.
 
     The code at the end confirms exactly this correction: ocmm correct write --confirm CODE.
     """

@@ -40,7 +40,7 @@ class MachineFrame(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     y: SignedAxis
     z: SignedAxis
     handedness: Literal["right", "left"]
-    """Of the machine's axes; stated again, so that one wrong sign is found."""
+    """Handedness of the machine's axes; stated again, so that one wrong sign is found."""
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """mm: zero of the work offset in the part frame; the centre of its rotation."""
 
@@ -56,11 +56,11 @@ class ControlOffset(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     name: Name
     kind: Literal["work", "length", "radius", "turn-x", "turn-z"]
     number: Count
-    """Of the work offset (1 is G54), or of the tool."""
+    """Number of the work offset (1 is G54) or tool."""
     axis: Literal["", "x", "y", "z", "c"] = ""
-    """Of a work offset; ``"c"`` is its rotation from X towards Y of the machine."""
+    """Axis of a work offset; ``"c"`` is its rotation from X towards Y of the machine."""
     register: Literal["wear", "geometry"] = "wear"
-    """Of a tool."""
+    """Register of a tool."""
     counts: Literal["radius", "diameter"] = "radius"
     """How the control counts ``radius`` or ``turn-x``; a machine parameter."""
     present: Value
@@ -72,7 +72,7 @@ class ControlOffset(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     highest: Value
     """`lowest`, `highest`: Limits of the value in the control."""
     share: Share = 0.7
-    """Of the found change that is made."""
+    """Share of the found change that is made."""
 
     @property
     def unit(self) -> Literal["mm", "deg"]:

@@ -27,7 +27,7 @@ class MeasuredValue:
 
     result: CharacteristicResult
     axis: str
-    """Of the part frame, from the plan; empty if it has none."""
+    """Axis of the part frame, from the plan; empty if none."""
     why: str = ""
     """Reason why its value does not count, as far as known from other results."""
 

@@ -1,4 +1,4 @@
-"""Corrections from finished jobs: which offsets change, by how much, and the effect of it.
+"""Corrections from finished jobs: changes of offsets, and their effect.
 
 The deviations are linear in the offsets: d_after = d + S * change. The change is the least-squares
 solution with weights by 1 / U². Contributions to U that the characteristics share are unknown here,
@@ -55,7 +55,7 @@ class Effect(msgspec.Struct, frozen=True, kw_only=True):
     lower: float
     upper: float
     predicted: float | None
-    """None if the effect is not known."""
+    """None if the effect is unknown."""
     why: str
 
 
@@ -98,7 +98,7 @@ def propose(
     recut: bool = False,
     unread: Iterable[str] = (),
 ) -> Proposal:
-    """Return the corrections from the last part, and from earlier ones as far as asked for.
+    """Return the corrections from the last part, and from earlier ones by the document.
 
     Parameters
     ----------
@@ -191,9 +191,7 @@ def _solved(
         scaled = roots[:, None] * slopes[:, left] / norms
         if np.linalg.matrix_rank(scaled, tol=_RANK) < len(left):
             names = ", ".join(document.offset[k].name for k in left)
-            refusals.append(
-                f"The measured characteristics cannot tell the effects of {names} apart."
-            )
+            refusals.append(f"The measured characteristics cannot separate the effects of {names}.")
             break
         gain = np.linalg.pinv(scaled) / norms[:, None] * roots
         found[left], bound[left] = -gain @ deviations, np.abs(gain) @ expanded

@@ -51,7 +51,7 @@ class Machine:
         self, job: Path, *, recut: bool = False, probes: Path | None = None,
         calibrations: Path | None = None,
     ) -> Proposal:  # fmt: skip
-        """Return what a job would correct; errors as of `reopen_job`."""
+        """Return the corrections from a job; errors as of `reopen_job`."""
         lines = self.register.items
         many = self.document.parts > 1 or self.document.dead_parts > 0
         # Parts before an undone correction count again.

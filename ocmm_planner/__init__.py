@@ -1,6 +1,6 @@
 """Planner of rigs: uncertainty, sight, light and places of cameras before they are bought.
 
-In: a document of volume, probe, attitudes and cameras from a catalogue, and where they may be.
+In: a document of volume, probe, attitudes and cameras from a catalogue, and their permitted places.
 Out: a map of U over the volume, the best placement found, changes of it, and their sentences.
 
 Read `_catalogue` (cameras and lenses), `_plan` (the document), `_optics` (spots: what hides an LED,

@@ -52,7 +52,7 @@ class Box(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
 
 class CameraPlace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Box, plane or line where a camera may be; equal limits fix a coordinate."""
+    """Permitted box, plane or line of a camera; equal limits fix a coordinate."""
 
     min: Vector3
     max: Vector3
@@ -61,7 +61,7 @@ class CameraPlace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class PlannedCamera(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One camera: ids of its types, projection centre, and the point that it looks at.
+    """One camera: ids of its types, projection centre, and the point on its axis.
 
     Defaults: the middle of the volume, focused there, and fixed where it is.
     """
@@ -270,7 +270,7 @@ def _known(path: Path, kinds: dict[str, T], name: str) -> T:
 
 
 def _contradictions(plan: RigPlan) -> list[tuple[str, str]]:
-    """Return fields that contradict others, each with what is wrong."""
+    """Return fields that contradict others, each with its fault."""
     document, places = plan.document, plan.places
     solid = [("volume_max", document.volume_min, document.volume_max)]
     solid += [("keep_out", box.min, box.max) for box in document.keep_out]

@@ -18,7 +18,7 @@ from ocmm_core.tracking.kernels import MAX_TIP_SIGMA
 from ocmm_planner._optics import SEEN, Scene, spots_of
 
 LEAST_LEDS = 4
-"""LEDs seen by two cameras; fewer are not identified without doubt."""
+"""LEDs seen by two cameras; fewer cannot be identified reliably."""
 LINE = 6
 """Obstacle, next to those of `_optics`: enough LEDs are seen, but they are close to one line."""
 _CHUNK = 2000

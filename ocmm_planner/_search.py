@@ -22,7 +22,7 @@ _UNSEEN = 1e3
 def search_places(
     plan: RigPlan, *, seed: int, evaluations: int, step: Callable[[float], None]
 ) -> tuple[Float, int]:
-    """Return the places (C, 6), mm, with the smallest worst U found, and how many were tried.
+    """Return the places (C, 6), mm, with the smallest worst U found, and the number of trials.
 
     U is that of the tip at the search nodes. Differential evolution (Storn and Price 1997) over the
     coordinates that may change; the given placement is one of the first generation.

@@ -10,7 +10,7 @@ _SHORTEST_US = 1.0
 
 
 def sheet_sentences(sheet: RigSheet) -> list[str]:
-    """Return what a person must know, the most important first."""
+    """Return the sentences of a result, the most important first."""
     best, told = sheet.best, _figures(sheet.best)
     said = [f"U of the tip (k = 2, longest half axis): {told}"]
     if best.length_worst_um is not None:
@@ -50,7 +50,7 @@ def sheet_sentences(sheet: RigSheet) -> list[str]:
 
 
 def shopping_list(sheet: RigSheet) -> list[str]:
-    """Return how many to buy of what."""
+    """Return the articles to buy, with their numbers."""
     wanted = Counter(name for one in sheet.cameras for name in (one.camera, one.lens))
     return [f"{count} x {name}" for name, count in wanted.items()]
 

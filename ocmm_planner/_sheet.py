@@ -34,7 +34,7 @@ WHY = {
 
 
 class SheetCamera(msgspec.Struct, frozen=True, kw_only=True):
-    """Where a camera is mounted, mm and degrees in the frame of the document.
+    """Place of a camera, mm and degrees in the frame of the document.
 
     Azimuth of the view from +Y towards +X, elevation upwards; ``highest_rate_hz`` of sensor and
     link, ``load`` of the link at the planned rate.

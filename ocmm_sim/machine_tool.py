@@ -1,4 +1,4 @@
-"""Simulated machine tool: where it cuts with its offsets, and how it drifts from part to part.
+"""Simulated machine tool: its cuts with given offsets, and its drifts from part to part.
 
 Positions are built from the physical axes of the machine and of the clamped part, not from the
 formulas of the corrections that are tested with them.

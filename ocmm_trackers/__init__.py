@@ -1,6 +1,6 @@
 """Trackers as sources of frames: markers in space, by OpenIGTLink.
 
-In: messages of a tracker. Out: spots of the cameras that stand for it (`ocmm_core.camera`), in the
+In: messages of a tracker. Out: spots of its equivalent cameras (`ocmm_core.camera`), in the
 ring of a station.
 
 Read `_igtl` (messages), `_stream` (bytes to messages, with an account), `_frames` (markers to

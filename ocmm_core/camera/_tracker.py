@@ -1,4 +1,4 @@
-"""Trackers: their document, and the three virtual cameras that stand for one.
+"""Trackers: their document, and three virtual cameras that are equivalent to one.
 
 A tracker reports markers in space, with a noise across and along its line of sight. Three cameras
 on a cone about that line, at an angle a, give a marker the information
@@ -56,7 +56,7 @@ class TrackerNoise(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     scale_sigma: float
     """Relative standard uncertainty of the scale."""
     correlation: float
-    """Of the noise of consecutive frames of a resting marker, by filters of the device."""
+    """Correlation of consecutive frames of a resting marker, by filters of the device."""
     rounding: float
     """Step of the reported coordinates; 0: none."""
 
@@ -70,7 +70,7 @@ class TrackerDocument(Document, frozen=True, kw_only=True):
     device_unit: Literal["mm", "m"]
     """Unit of the coordinates that the device sends."""
     handedness: Literal["right", "left"]
-    """Of its axes; z of left-handed ones is reversed."""
+    """Handedness of its axes; z of left-handed ones is reversed."""
     missing: Literal["absent", "zero", "frozen"]
     """Report of a hidden marker: absent, all zero, or its last place repeated exactly."""
     markers: tuple[str, ...]
@@ -86,7 +86,7 @@ class TrackerDocument(Document, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class MarkerModel:
-    """Properties of a rig whose cameras stand for a tracker."""
+    """Properties of a rig of equivalent cameras."""
 
     correlation: float
     """As in `TrackerNoise`."""
@@ -96,7 +96,7 @@ class MarkerModel:
 
 @dataclass(frozen=True, slots=True)
 class VirtualCameras:
-    """Three cameras that stand for a tracker, and their uncertainty."""
+    """Three equivalent cameras of a tracker, and their uncertainty."""
 
     cameras: tuple[CameraModel, ...]
     pattern_px: float
@@ -145,7 +145,7 @@ def load_tracker(path: Path | str) -> TrackerDocument:
 
 
 def virtual_cameras(path: Path | str, document: TrackerDocument) -> VirtualCameras:
-    """Return the cameras that stand for a tracker; InputError if its volume is at its head."""
+    """Return the equivalent cameras of a tracker; InputError if its volume is at its head."""
     noise, head = document.noise, np.array(document.head)
     volume = np.array([document.volume_min, document.volume_max])
     centre = volume.mean(axis=0)

@@ -20,7 +20,7 @@ UNKNOWN_SKEW = (
     "Hold the probe still before the cameras, then wave it in all directions for some seconds, and "
     "touch again.",
 )
-"""What a point is refused with, and its remedy, until the skew has been measured."""
+"""Reason of a refusal, and its remedy, until the skew has been measured."""
 
 
 def with_skew(

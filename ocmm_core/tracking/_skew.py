@@ -1,4 +1,4 @@
-"""Skew of the cameras: how far apart in time they expose, measured from a moving probe.
+"""Skew of the cameras: the time between their exposures, measured from a moving probe.
 
 A camera that exposes ``s`` later sees an LED that moves at ``v`` px/s off by ``v s``. No pose of
 the rigid probe explains that, except for the part along its derivatives: the rest of the
@@ -39,7 +39,7 @@ _MISFIT = 5.0
 _MODEL_SHARE, _FLOOR_S = 0.1, 2e-5
 """Of the correction by a measurement: its speed was not constant. And of all others."""
 _COARSE = 0.5
-"""Periods: standard uncertainty of a measurement that tells nothing of any camera."""
+"""Periods: standard uncertainty of a measurement without information on any camera."""
 _STROKES, _KEPT = 3, 48
 """Consistent measurements until the skew is known, and those that are kept."""
 _JUMP = 6.0
@@ -161,7 +161,7 @@ class SkewMeter:
         return CameraSkew(seconds, covariance, known)
 
     def _moving(self, seen: TrackBlock, part: slice) -> _Moving | None:
-        """Return what some frames tell, or None if the probe rests or was not followed."""
+        """Return the measurement of some frames, or None if the probe rests or was not followed."""
         followed = np.isin(seen.status[part], (FrameStatus.OK, FrameStatus.DOUBTFUL)).all()
         if not followed or np.any(np.diff(seen.counter[part]) != 1):
             return None

@@ -25,6 +25,5 @@ else:
 
 __all__ = [
     "BatchTask", "CertificateTask", "FormatText", "PagePicture", "PagePreview", "PreviewTask",
-    "ReportTask", "drawing", "pdf_bytes", "template_page",
-    "write_pdf",
+    "ReportTask", "drawing", "pdf_bytes", "template_page", "write_pdf",
 ]  # fmt: skip

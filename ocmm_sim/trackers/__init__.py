@@ -1,6 +1,6 @@
 """Software tracker: markers of the virtual rig with the noise of a document, by OpenIGTLink.
 
-In: frames of a virtual rig, the document of a tracker. Out: what a real tracker sends; faults on
+In: frames of a virtual rig, the document of a tracker. Out: messages of a tracker; faults on
 request.
 
 Read `_device` (markers and their errors), `_server` (messages, faults), then `_virtual` (the

@@ -21,7 +21,7 @@ _RESTART_NS = 3_600_000_000_000
 
 @dataclass(slots=True)
 class TrackerFaults:
-    """Shares of frames from 0 to 1, and what is wrong in all of them."""
+    """Shares of frames from 0 to 1, and faults of all frames."""
 
     lose: float = 0.0
     late: float = 0.0
@@ -65,7 +65,7 @@ class IgtlEncoder:
         self._before = np.zeros((len(document.markers), 3))
 
     def frame(self, places: Float, time_ns: int, *, pressed: bool = False) -> bytes:
-        """Return what is sent for markers (M, 3), mm, world, NaN if hidden, of one exposure."""
+        """Return the messages for markers (M, 3), mm, world, NaN if hidden, of one exposure."""
         faults = self.faults
         lose, late, double, swap, damage = self._rng.random(5) < (
             faults.lose, faults.late, faults.double, faults.swap, faults.damage

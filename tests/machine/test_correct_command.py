@@ -32,7 +32,7 @@ def measure(bench: Bench) -> Measure:  # noqa: F811 - the fixture
     ) -> Path:  # fmt: skip
         path, document = bench.folder / f"{name}.ocmm", bench.folder / "plan.toml"
         text = PLAN.read_text(encoding="utf-8")
-        # The part has its nominal size: the plan asks for another one.
+        # The part has its nominal size, and the plan states another one.
         text = text.replace("nominal = 20.34", "nominal = 20.28")
         document.write_text(text, encoding="utf-8")
         head = make_head(plan=document, rig=RIG, probe=PROBE, operator="me", part="P", serial="1")
@@ -203,7 +203,7 @@ def test_practice_is_marked_and_loads_nothing(
     lines = (tmp_path / "a.nc").read_text(encoding="ascii").splitlines()
     assert "PRACTICE" in lines[0]
     assert all(line[0] == "(" and line[-1] == ")" for line in lines)
-    # The register of the machine knows nothing of it.
+    # It is not in the register of the machine.
     assert "corrected" not in correct("history", plan).stdout
     assert "corrected" in correct("history", plan, "--practice").stdout
 

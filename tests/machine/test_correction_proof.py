@@ -169,7 +169,7 @@ def test_offsets_that_cannot_be_told_apart_are_refused(tmp_path: Path) -> None:
     )  # fmt: skip
     found = propose(both, [part([measured("a", "distance", 0.05)])], [])
     assert not found.changed
-    assert "cannot tell the effects of H1, Z apart" in found.refusals[0]
+    assert "cannot separate the effects of H1, Z." in found.refusals[0]
 
 
 def test_an_offset_below_its_u_stays_and_the_others_take_its_share(tmp_path: Path) -> None:
@@ -191,7 +191,7 @@ def test_an_offset_below_its_u_stays_and_the_others_take_its_share(tmp_path: Pat
 
 
 def test_u_of_a_change_is_that_of_errors_that_go_together(tmp_path: Path) -> None:
-    """A mean of ten characteristics with one common error is no better than one of them."""
+    """A mean of ten characteristics with one common error is not better than one."""
     names = [f"c{k}" for k in range(10)]
     many = document(
         tmp_path, [{"name": "H1", "kind": "length", "number": 1}],

@@ -102,7 +102,7 @@ def test_looks_where_it_is_aimed(tmp_path: Path) -> None:
     left = plan.rig(plan.places).cameras[0]
     upwards = left.T_camera_from_world.apply(np.array([0.0, 0.0, 100.0]))
     assert left.centre_world == pytest.approx([-165.0, -1000.0, 0.0])
-    # The target is on the axis; turned about it, what was up is beside.
+    # The target is on the axis; a turn about it moves up to the side.
     assert left.T_camera_from_world.apply(np.zeros(3))[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert abs(upwards[0]) == pytest.approx(100.0)
     assert upwards[1] == pytest.approx(0.0, abs=1e-9)

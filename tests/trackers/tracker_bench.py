@@ -38,7 +38,7 @@ def written(folder: Path, **values: object) -> Path:
 
 @dataclass(slots=True)
 class Bench:
-    """A tracker as its document says, and the same as it is."""
+    """A tracker by its document, and the real one."""
 
     rig: Rig
     document: TrackerDocument
