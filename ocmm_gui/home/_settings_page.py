@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QPushButton,
     QScrollArea,
+    QSizePolicy,
     QStackedWidget,
     QWidget,
 )
@@ -38,6 +39,8 @@ _APPLY = kit.ActionInfo(
     ("F8",),
 )  # fmt: skip
 _NOTES_SHOWN = 4
+_SECTION_PX = 46
+"""All fit on a screen of 720 px; larger where there is room."""
 _HEAD = "report"
 
 
@@ -66,16 +69,16 @@ class SettingsPage(kit.Sheet):
         self._sections = QButtonGroup(self)
         names = kit.vbox(spacing=5)
         for number, (section, title) in enumerate(SECTIONS.items()):
-            names.addWidget(self._section_button(tr(title), number))
+            names.addWidget(self._section_button(tr(title), number), 1)
             self._pages.addWidget(
                 self._with_preview(section) if section == _HEAD else self._section(section)
             )
         self.keys_list = KeyList()
         self.keys_list.changed.connect(lambda keys: self._commit("window.keys", keys))
-        names.addWidget(self._section_button(tr("Keys"), len(SECTIONS)))
+        names.addWidget(self._section_button(tr("Keys"), len(SECTIONS)), 1)
         self._pages.addWidget(self.keys_list)
         self.sounds = SoundsPage()
-        names.addWidget(self._section_button(tr("Test of sounds"), len(SECTIONS) + 1))
+        names.addWidget(self._section_button(tr("Test of sounds"), len(SECTIONS) + 1), 1)
         self._pages.addWidget(self.sounds)
         names.addStretch(1)
         self._sections.idClicked.connect(self.show_section)
@@ -143,7 +146,9 @@ class SettingsPage(kit.Sheet):
         button = kit.NarrowButton(title)
         button.setCheckable(True)
         button.setAccessibleName(title)
-        button.setMinimumHeight(HIGH_PX)
+        button.setMinimumHeight(_SECTION_PX)
+        button.setMaximumHeight(HIGH_PX)
+        button.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
         button.setFont(kit.text_font(17))
         self._sections.addButton(button, number)
         return button

@@ -141,19 +141,25 @@ class ResultTable(kit.DataTable):
                 bold = column in (_DEVIATION, _VERDICT)
                 font = kit.digit_font if column in _NUMBERS else kit.text_font
                 self._cell(row, column).setFont(font(pixels, bold=bold))
+        # A hidden column keeps the width it had.
+        self.setColumnHidden(1, False)
         self.resizeColumnsToContents()
         # Kind and features are also next to the table.
-        self.setColumnHidden(1, narrow)
+        room = self.viewport().width() - self._widths_but(1) - 4
+        if narrow or room < self.columnWidth(1):
+            self.setColumnHidden(1, True)
+            room = self.viewport().width() - self._widths_but(0) - 4
         wide = 0 if self.isColumnHidden(1) else 1
-        rest = sum(self.columnWidth(c) for c in range(self.columnCount()) if c != wide)
-        room = self.viewport().width() - rest - 4
         smaller = next((size for size in _SMALLER_PX if size < pixels), 0)
-        if smaller and room < (self.columnWidth(0) if wide == 0 else 60):
+        if smaller and room < self.columnWidth(wide):
             # Long words get smaller letters, so that the verdict stays visible.
             self._least = smaller
             self._share_width()
             return
-        self.setColumnWidth(wide, max(room, self.columnWidth(wide) if wide == 0 else 60))
+        self.setColumnWidth(wide, max(room, self.columnWidth(wide)))
+
+    def _widths_but(self, column: int) -> int:
+        return sum(self.columnWidth(c) for c in range(self.columnCount()) if c != column)
 
     def _on_row(self, row: int) -> None:
         if 0 <= row < len(self._results):
