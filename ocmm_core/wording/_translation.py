@@ -54,7 +54,7 @@ C = TypeVar("C")
 
 _LETTERS = re.compile(r"[^\W\d_]+")
 _LOWER_WORDS = re.compile(r"(?<![\w'\"/.])[a-z]{2,}(?![\w'\"/.])")
-_SAYS_SOMETHING = re.compile(r"(?:\b[a-z]{2,} ){4}|\w[.!?] [A-Z][a-z]")
+_SAYS_SOMETHING = re.compile(r"(?:\b[a-z]{2,} ){4}|\w[.!?] [A-Z][a-z]|[a-z]{2}[.!?] [A-Z]")
 _END_OF_SENTENCE = re.compile(r"(?<=[.!?:;)])\s+|\n+")
 _BEFORE_A_SENTENCE = frozenset(":;,")
 _POINT = re.compile(r"(?<=\d)\.(?=\d)")
@@ -165,7 +165,7 @@ class Translation:
         """Return one sentence in this language; None where it is unknown or in doubt."""
         if text in self._plain:
             return self._plain[text]
-        found = [known for known in self._candidates(text, depth) if known.said.fillings(text)]
+        found = [known for known in self._candidates(text, depth) if _may_be(known.said, text)]
         found = [known for known in found if code in known.codes] or found
         if not found:
             return self._before_another(text, code, depth)
@@ -242,6 +242,17 @@ class Translation:
                     rest[first] = told + between + (rest[last + 1] or "")
                     break
         return rest[0]
+
+
+def _may_be(pattern: Pattern, text: str) -> bool:
+    """Return whether a text is this sentence, with no other one where a name should be."""
+    return any(
+        not any(
+            mark != SENTENCE and _SAYS_SOMETHING.search(value)
+            for mark, value in zip(pattern.marks, values, strict=True)
+        )
+        for values in pattern.fillings(text)
+    )
 
 
 def _whole_words(pattern: Pattern) -> set[str]:

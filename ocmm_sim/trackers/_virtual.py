@@ -28,7 +28,8 @@ _MODULE = "ocmm_sim.trackers._virtual"
 _FIRST_NS = 1_764_500_000_000_000_000
 _PORT = 18944
 _AHEAD, _PATIENCE_S = 8, 2.0
-"""The tracker is this many frames ahead of those that are read, and waits so long for more."""
+"""The tracker is this many frames ahead of its reader, and of the station, which else would learn
+only after the script that a touch is missing; it waits so long for them."""
 _CONNECT_S = 60.0
 
 
@@ -69,7 +70,8 @@ def _run() -> int:
         while not ended():
             books = ring.books
             ahead = frame - missing - books.frames - books.frames_lost
-            waits = ahead > _AHEAD and time.monotonic() - sent_s < _PATIENCE_S
+            unread = ring.capacity - ring.free()
+            waits = max(ahead, unread) > _AHEAD and time.monotonic() - sent_s < _PATIENCE_S
             if waits or not server.accepted():
                 time.sleep(1e-3)
                 continue

@@ -274,3 +274,15 @@ def test_what_is_still_to_do_has_a_sentence_for_one(texts: Texts) -> None:
 def _says_one(sentence: str, found: re.Match[str]) -> bool:
     head, tail = re.escape(found.string[: found.start()]), re.escape(found[1] + found[2])
     return re.match(rf"{head}(1|\{{\w+(:n)?\}}) {tail}\b(?!s)", sentence) is not None
+
+
+def test_a_sentence_is_not_taken_for_a_name() -> None:
+    translation = Translation(
+        {
+            "{name} does not count. {why:s}": "{name} zählt nicht. {why}",
+            "{job} has no such characteristic.": "{job} hat kein solches Merkmal.",
+        },
+        {},
+    )
+    text = "Bore X does not count. DEMO-001 has no such characteristic."
+    assert translation.of(text) == "Bore X zählt nicht. DEMO-001 hat kein solches Merkmal."
