@@ -12,13 +12,13 @@ import msgspec
 import typer
 from rich.console import Console
 
-from ocmm_cli.calibrate import is_yes
 from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
+from ocmm_core.door import TYPE_CHECKING
 from ocmm_core.errors import MeasuringError
-from ocmm_core.storage import read_summary
-from ocmm_machine._history import CorrectionLine
-from ocmm_machine._proposal import Proposal
-from ocmm_machine._writing import Machine
+
+if TYPE_CHECKING:
+    # Loaded by the commands, not by their help.
+    from ocmm_machine import CorrectionLine, Machine, Proposal
 
 correct_app = typer.Typer(
     no_args_is_help=True, help="Correct the offsets of a machine tool from finished jobs."
@@ -35,6 +35,8 @@ class ChosenMachine:
     records: Path | None
 
     def open(self) -> Machine:
+        from ocmm_machine import Machine
+
         return Machine.open(self.document, self.records, practice=self.practice)
 
 
@@ -65,6 +67,9 @@ def write(
     Every job corrects once: given again, the same values are written again. On a terminal you are
     asked; elsewhere give --confirm with the code of the preview. Ends with 1 if nothing changes.
     """
+    from ocmm_cli.calibrate import is_yes
+    from ocmm_core.storage import read_summary
+
     console, opened = make_console(soft_wrap=True), machine.open()
     if opened.is_last(read_summary(job).head.job_uuid):
         _tell(console, opened.write_again(dialect, out), out)

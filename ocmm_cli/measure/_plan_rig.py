@@ -17,7 +17,6 @@ from ocmm_cli.terminal import (
     progress_line,
     say,
     say_word,
-    tip_map,
 )
 
 
@@ -29,6 +28,7 @@ def plan_rig(
     Writes the prediction as JSON, a map from above as SVG, and with --pdf a sheet with places,
     angles, expected U, and what to buy. An example: resources/rig_plans/thesis.toml.
     """
+    from ocmm_cli.terminal import tip_map
     from ocmm_core.documents import write_atomic
     from ocmm_core.measuring import map_range
     from ocmm_planner import (
