@@ -51,8 +51,6 @@ HOST_PORT = 0x0D00
 """Register of GigE Vision: where the first stream goes."""
 _ALL_PACKETS, _RECEIVE_FORCED = 3, 33
 """ETH_P_ALL and SO_RCVBUFFORCE of Linux."""
-_HOST_PORT = 0x0D00
-"""Register of the stream channel, GigE Vision."""
 _CLEAR_PX = 0.1
 """The spot moves 0.94 px from one exposure to the next."""
 CONFIG = GigeConfig(
@@ -351,7 +349,7 @@ def _dissected(_repeats: int) -> Any:
             with contextlib.suppress(BlockingIOError):
                 while True:
                     frames.append(tap.recv(65536))
-        ports = {one.memory.u32(_HOST_PORT) for one in rig.cameras}
+        ports = {one.memory.u32(HOST_PORT) for one in rig.cameras}
     finally:
         tap.close()
         source.close()
