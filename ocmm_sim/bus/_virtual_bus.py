@@ -14,8 +14,8 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, NoReturn
 
 import msgspec
 
@@ -39,6 +39,8 @@ _ERRAND, _ORDERS = "errand", "orders"
 _STOP_S = 2.0
 _FAREWELL_S = 10.0
 """Time for a stopping bus process to release its cameras."""
+_AHEAD, _PATIENCE_S = 8, 2.0
+"""Frames ahead of those that are joined, and of those that the station reads; longest wait."""
 
 
 class VirtualWire(bus_process.ChildProcess):
@@ -114,17 +116,23 @@ def maintain_virtual(
 
 def main() -> None:
     """Inside the namespace: create the cable, start the bus command, run the cameras."""
+    run_inside(_run)
+
+
+def run_inside(run: Callable[[], int]) -> NoReturn:
+    """End the program inside a namespace with the code of ``run``, or with an error's sentence."""
     try:
-        command = bus_process.bus_command()
-        if sys.argv[1:2] == [_ERRAND]:
-            command = [*command[:-1], sys.argv[2]]
-        sys.exit(_run(bus_process.read_first_line(sys.stdin.fileno()), command))
+        sys.exit(run())
     except OcmmError as error:
         sys.stderr.write(f"{error}\n")
         sys.exit(2)
 
 
-def _run(content: bytes, command: Sequence[str]) -> int:
+def _run() -> int:
+    command = bus_process.bus_command()
+    if sys.argv[1:2] == [_ERRAND]:
+        command = [*command[:-1], sys.argv[2]]
+    content = bus_process.read_first_line(sys.stdin.fileno())
     config = msgspec.json.decode(content, type=SegmentConfig)
     make_link(HOST_INTERFACE, config.interface)
     wire = make_wire(config)
@@ -175,6 +183,29 @@ def run_both(
             bus.kill()
             code = bus.wait()
     return code
+
+
+def paced(ring: FrameRing, ended: Callable[[], bool], ready: Callable[[], bool]) -> Iterator[int]:
+    """Yield the numbers of the frames to send, a few ahead of their reader and of the station.
+
+    Of a station far behind, the scripted operator learns only after the script that a touch is
+    missing.
+    """
+    frame = missing = 0
+    sent_s = time.monotonic()
+    while not ended():
+        books = ring.books
+        ahead = frame - missing - books.frames - books.frames_lost
+        unread = ring.capacity - ring.free()
+        waits = max(ahead, unread) > _AHEAD and time.monotonic() - sent_s < _PATIENCE_S
+        if waits or not ready():
+            time.sleep(1e-3)
+            continue
+        # Frames before the first one that arrived are in no account.
+        missing += max(0, ahead - _AHEAD)
+        sent_s = time.monotonic()
+        yield frame
+        frame += 1
 
 
 def _obey(orders: socket.socket, provider: object) -> None:

@@ -8,7 +8,6 @@ from some frames that are rendered once.
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable
 
 import msgspec
@@ -19,11 +18,10 @@ from ocmm_core.acquisition.bus_process import read_first_line
 from ocmm_core.acquisition.frames import FrameFlag, FrameRing
 from ocmm_core.camera import Rig
 from ocmm_core.composition import Feed
-from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
 from ocmm_core.geometry import Float
 from ocmm_genicam import genicam_command, genicam_config, genicam_description, slots_for
-from ocmm_sim.bus import VirtualWire, run_both
+from ocmm_sim.bus import VirtualWire, paced, run_both, run_inside
 from ocmm_sim.genicam._device import GigeCamera
 from ocmm_sim.genicam._registers import Feature, GigeConfig
 from ocmm_sim.scene import RigScript, Sensor, SensorOptions, VirtualRig, normal_table
@@ -46,8 +44,6 @@ _PACKET_SIZE = 32_768
 _FIRST_NS = 1_764_500_000_000_000_000
 _PRESSED_FRAMES = 12
 """The line of the button is read between images, and the virtual hand presses for 40 ms."""
-_AHEAD, _PATIENCE_S = 8, 2.0
-"""The cameras are this many frames ahead of those that are joined, and wait so long for more."""
 _SILENCE_S = 60.0
 """The cameras wait for a station that compiles."""
 
@@ -107,11 +103,7 @@ def packed(counts: NDArray[np.uint16]) -> NDArray[np.uint8]:
 
 def main() -> None:
     """Inside the namespace: run the cameras, and start what reads them."""
-    try:
-        sys.exit(_run())
-    except OcmmError as error:
-        sys.stderr.write(f"{error}\n")
-        sys.exit(2)
+    run_inside(_run)
 
 
 def _run() -> int:
@@ -135,24 +127,13 @@ def _run() -> int:
     ]  # fmt: skip
 
     def serve(ended: Callable[[], bool]) -> None:
-        frame = released = missing = 0
-        sent_s = time.monotonic()
-        while not ended():
-            books = ring.books
-            ahead = frame - missing - books.frames - books.frames_lost
-            waits = ahead > _AHEAD and time.monotonic() - sent_s < _PATIENCE_S
-            if waits or not all(camera.acquiring.is_set() for camera in cameras):
-                time.sleep(1e-3)
-                continue
-            # Frames before the first one that all cameras delivered are in no account.
-            missing += max(0, ahead - _AHEAD)
-            sent_s = time.monotonic()
+        released = 0
+        for frame in paced(ring, ended, lambda: all(one.acquiring.is_set() for one in cameras)):
             if rig.flags(rig.motion(frame, 1), frame)[0] & FrameFlag.BUTTON:
                 released = frame + _PRESSED_FRAMES
             cameras[0].memory.set_integer(Feature.LINES, int(frame < released))
             for camera, image in zip(cameras, images, strict=True):
                 camera.send(image.image(frame), _FIRST_NS + frame * rig.frame_period_ns)
-            frame += 1
 
     try:
         return run_both(genicam_command(), rig, serve)

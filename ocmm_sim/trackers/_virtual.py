@@ -16,9 +16,8 @@ from ocmm_core.acquisition.bus_process import read_first_line
 from ocmm_core.acquisition.frames import FrameFlag, FrameRing
 from ocmm_core.camera import Rig, load_tracker
 from ocmm_core.composition import Feed
-from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
-from ocmm_sim.bus import VirtualWire, run_both
+from ocmm_sim.bus import VirtualWire, paced, run_both, run_inside
 from ocmm_sim.scene import RigScript
 from ocmm_sim.trackers._device import SoftwareTracker
 from ocmm_sim.trackers._server import IgtlEncoder, IgtlServer
@@ -27,9 +26,6 @@ from ocmm_trackers import TrackerConfig, tracker_command, tracker_config, tracke
 _MODULE = "ocmm_sim.trackers._virtual"
 _FIRST_NS = 1_764_500_000_000_000_000
 _PORT = 18944
-_AHEAD, _PATIENCE_S = 8, 2.0
-"""The tracker is this many frames ahead of its reader, and of the station, which else would learn
-only after the script that a touch is missing; it waits so long for them."""
 _CONNECT_S = 60.0
 
 
@@ -46,11 +42,7 @@ def virtual_tracker_feed(script: RigScript, rig: Rig, name: str) -> Feed:
 
 def main() -> None:
     """Inside the namespace: run the tracker, and start what reads it."""
-    try:
-        sys.exit(_run())
-    except OcmmError as error:
-        sys.stderr.write(f"{error}\n")
-        sys.exit(2)
+    run_inside(_run)
 
 
 def _run() -> int:
@@ -65,24 +57,12 @@ def _run() -> int:
     server = IgtlServer(config.port)
 
     def serve(ended: Callable[[], bool]) -> None:
-        frame = missing = 0
-        sent_s = time.monotonic()
-        while not ended():
-            books = ring.books
-            ahead = frame - missing - books.frames - books.frames_lost
-            unread = ring.capacity - ring.free()
-            waits = max(ahead, unread) > _AHEAD and time.monotonic() - sent_s < _PATIENCE_S
-            if waits or not server.accepted():
-                time.sleep(1e-3)
-                continue
-            missing += max(0, ahead - _AHEAD)
-            sent_s = time.monotonic()
+        for frame in paced(ring, ended, server.accepted):
             pressed = bool(rig.flags(rig.motion(frame, 1), frame)[0] & FrameFlag.BUTTON)
             time_ns = _FIRST_NS + frame * rig.frame_period_ns
             if not server.send(encoder.frame(tracker.markers(frame), time_ns, pressed=pressed)):
                 # The reader has ended, or is about to.
                 time.sleep(1e-2)
-            frame += 1
 
     try:
         return run_both(tracker_command(), rig, serve)
