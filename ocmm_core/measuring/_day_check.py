@@ -174,7 +174,6 @@ def _touch(
     arms = body.leds_probe @ rotation.T
     cameras, leds = seen.shape
     residuals, by_pose = np.zeros((cameras, leds, 2)), np.zeros((cameras, leds, 2, _POSE))
-    by_place = np.zeros((cameras, leds, 2, 3))
     by_leds = np.zeros((cameras, leds, 2, leds, 3))
     by_cameras = np.zeros((cameras, leds, 2, cameras, _CAMERA_NUMBERS))
     every = np.arange(leds)
@@ -183,12 +182,11 @@ def _touch(
         residuals[c] = point.spots[c] - project(model, arms + origin)
         by_pose[c] = np.concatenate([np.cross(arms[:, None], d_point), d_point], axis=2)
         by_leds[c, every, :, every] = d_point @ rotation
-        by_place[c] = d_point
     rows = 2 * len(camera)
     if rig.markers is None:
         basis = np.linalg.qr(by_pose[seen].reshape(rows, _POSE), mode="complete")[0][:, _POSE:]
     else:
-        moved = _marker_moves(by_place[seen], np.nonzero(seen)[1])
+        moved = _marker_moves(by_pose[seen][..., 3:], np.nonzero(seen)[1])
         of_pose = moved.T @ by_pose[seen].reshape(rows, _POSE)
         basis = moved @ np.linalg.qr(of_pose, mode="complete")[0][:, _POSE:]
     of_geometry = by_leds[seen].reshape(rows, -1) @ geometry

@@ -92,7 +92,7 @@ class BodyTracker:
         for first, last in pairwise(sorted({0, *breaks, len(block)})):
             if first in breaks:
                 self._forget("the frames were interrupted")
-            self._track(_part(block, first, last) if breaks else block, pieces)
+            self._track(block.part(slice(first, last)) if breaks else block, pieces)
         return join(pieces)
 
     def without_claimed(self, block: FrameBlock) -> FrameBlock:
@@ -260,14 +260,6 @@ class BodyTracker:
 def spot_sigma_px(rig: Rig) -> float:
     """Return the standard deviation of one spot of one frame, px, with all effects."""
     return float(np.hypot(rig.noise.white_px, rig.noise.pattern_px))
-
-
-def _part(block: FrameBlock, first: int, last: int) -> FrameBlock:
-    part = slice(first, last)
-    return FrameBlock(
-        block.counter[part], block.time_ns[part], block.flags[part], block.valid[part],
-        block.uv[part],
-    )  # fmt: skip
 
 
 def enough_spots(uv: Float) -> NDArray[np.bool_]:

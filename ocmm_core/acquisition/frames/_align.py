@@ -37,12 +37,12 @@ class FrameAligner:
         steps = np.diff(held.time_ns)
         breaks = np.flatnonzero((steps <= 0) | (steps > reach_ns))
         if len(breaks):
-            held, self._sent_ns = _part(held, slice(int(breaks[-1]) + 1, None)), -1
+            held, self._sent_ns = held.part(slice(int(breaks[-1]) + 1, None)), -1
         skew_ns = np.round(skew_s * 1e9).astype(np.int64)
         latest = int(held.time_ns[-1]) + min(0, int(skew_ns.min())) - self._period_ns
         chosen = np.flatnonzero((held.time_ns > self._sent_ns) & (held.time_ns <= latest))
         keep_ns = latest - reach_ns - 2 * self._period_ns
-        self._held = _part(held, held.time_ns >= keep_ns)
+        self._held = held.part(held.time_ns >= keep_ns)
         if not len(chosen):
             return None
         self._sent_ns = int(held.time_ns[chosen[-1]])
@@ -96,7 +96,3 @@ def _joined(first: FrameBlock, then: FrameBlock) -> FrameBlock:
             for name in FrameBlock.__slots__
         )
     )
-
-
-def _part(block: FrameBlock, frames: slice | np.ndarray) -> FrameBlock:
-    return FrameBlock(*(getattr(block, name)[frames] for name in FrameBlock.__slots__))

@@ -57,6 +57,13 @@ class FrameBlock:
     def __len__(self) -> int:
         return len(self.counter)
 
+    def part(self, frames: slice | NDArray[np.bool_]) -> FrameBlock:
+        """Return some frames of the block."""
+        return FrameBlock(
+            self.counter[frames], self.time_ns[frames], self.flags[frames], self.valid[frames],
+            self.uv[frames],
+        )  # fmt: skip
+
 
 @dataclass(frozen=True, slots=True)
 class Cycle:

@@ -130,17 +130,9 @@ class SweepWatch:
 
     def feed(self, block: FrameBlock) -> None:
         for first in range(0, len(block), _LOOK_FRAMES):
-            part = slice(first, first + _LOOK_FRAMES)
-            self._spots.feed(
-                FrameBlock(
-                    counter=block.counter[part],
-                    time_ns=block.time_ns[part],
-                    flags=block.flags[part],
-                    valid=block.valid[part],
-                    uv=block.uv[part],
-                )
-            )
-            self._now_ns = int(block.time_ns[part][-1])
+            part = block.part(slice(first, first + _LOOK_FRAMES))
+            self._spots.feed(part)
+            self._now_ns = int(part.time_ns[-1])
             self._live = self._spots.live()
             look = self._look() if self._live.ready else None
             if look is not None:
