@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from pathlib import Path
 from typing import Any
 
-from ocmm_core.documents import LARGEST_DOCUMENT, read_text, shortened
+from ocmm_core.documents import schema_of, shortened
 from ocmm_core.errors import InputError
 from ocmm_core.settings._specs import Kind, SettingSpec, Value
 from ocmm_core.side_files import open_guarded
@@ -179,8 +178,8 @@ def _keys(spec: SettingSpec, value: object) -> dict[str, tuple[str, ...]]:
 
 def _schema_of(path: Path) -> str:
     try:
-        found = tomllib.loads(read_text(path, LARGEST_DOCUMENT)).get("schema", "")
-    except (InputError, ValueError, RecursionError):
+        found = schema_of(path)
+    except InputError:
         return ""
     return found if isinstance(found, str) else ""
 
