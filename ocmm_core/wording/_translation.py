@@ -165,14 +165,29 @@ class Translation:
         """Return one sentence in this language; None where it is unknown or in doubt."""
         if text in self._plain:
             return self._plain[text]
-        found = [known for known in self._candidates(text, depth) if _may_be(known.said, text)]
-        found = [known for known in found if code in known.codes] or found
+        found = [(known, known.said.fillings(text)) for known in self._candidates(text, depth)]
+        found = [(known, ways) for known, ways in found if self._may_be(known.said, ways)]
+        found = [(known, ways) for known, ways in found if code in known.codes] or found
         if not found:
             return self._before_another(text, code, depth)
         # One sentence can be a special case of another; its own words decide.
-        most = max(known.said.weight for known in found)
-        shown = {self._shown(known, text, depth) for known in found if known.said.weight == most}
+        most = max(known.said.weight for known, _ in found)
+        shown = {
+            self._filled(known, values, depth)
+            for known, ways in found if known.said.weight == most
+            for values in ways
+        }  # fmt: skip
         return shown.pop() if len(shown) == 1 else None
+
+    def _may_be(self, pattern: Pattern, ways: Sequence[Sequence[str]]) -> bool:
+        """Return whether one of the fillings has no sentence where a name should be."""
+        return any(
+            not any(
+                mark != SENTENCE and _SAYS_SOMETHING.search(value) and self.word(value) == value
+                for mark, value in zip(pattern.marks, values, strict=True)
+            )
+            for values in ways
+        )
 
     def _before_another(self, text: str, code: str, depth: int) -> str | None:
         """Return what leads to the next sentence: ``PART CONFORMS:``."""
@@ -188,10 +203,6 @@ class Translation:
             yield from self._by_word.get(word, ())
         if not depth:
             yield from self._wordless
-
-    def _shown(self, known: _Known, text: str, depth: int) -> str | None:
-        shown = {self._filled(known, values, depth) for values in known.said.fillings(text)}
-        return shown.pop() if len(shown) == 1 else None
 
     def _filled(self, known: _Known, values: Sequence[str], depth: int) -> str | None:
         filled = {}
@@ -242,17 +253,6 @@ class Translation:
                     rest[first] = told + between + (rest[last + 1] or "")
                     break
         return rest[0]
-
-
-def _may_be(pattern: Pattern, text: str) -> bool:
-    """Return whether a text is this sentence, with no other one where a name should be."""
-    return any(
-        not any(
-            mark != SENTENCE and _SAYS_SOMETHING.search(value)
-            for mark, value in zip(pattern.marks, values, strict=True)
-        )
-        for values in pattern.fillings(text)
-    )
 
 
 def _whole_words(pattern: Pattern) -> set[str]:

@@ -276,6 +276,13 @@ def _says_one(sentence: str, found: re.Match[str]) -> bool:
     return re.match(rf"{head}(1|\{{\w+(:n)?\}}) {tail}\b(?!s)", sentence) is not None
 
 
+def test_a_known_phrase_of_many_words_is_a_word() -> None:
+    away, weg = "leaning away from the cameras", "von den Kameras weg geneigt"
+    translation = Translation({"Hold it {hold:w}.": "{hold} halten.", away: weg}, {})
+    assert translation.of(f"Hold it {away}.") == f"{weg} halten."
+    assert translation.of("Hold it leaning away from the door.").startswith("Hold")
+
+
 def test_a_sentence_is_not_taken_for_a_name() -> None:
     translation = Translation(
         {
