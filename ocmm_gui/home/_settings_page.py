@@ -5,16 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import (
-    QButtonGroup,
-    QGridLayout,
-    QPushButton,
-    QScrollArea,
-    QSizePolicy,
-    QStackedWidget,
-    QWidget,
-)
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QButtonGroup, QGridLayout, QPushButton, QStackedWidget, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import (
@@ -39,8 +31,6 @@ _APPLY = kit.ActionInfo(
     ("F8",),
 )  # fmt: skip
 _NOTES_SHOWN = 4
-_SECTION_PX = 46
-"""All fit on a screen of 720 px; larger where there is room."""
 _HEAD = "report"
 
 
@@ -67,18 +57,18 @@ class SettingsPage(kit.Sheet):
         self.preview = TemplatePreview()
         self._pages = QStackedWidget()
         self._sections = QButtonGroup(self)
-        names = kit.vbox(spacing=5)
+        names = kit.vbox(spacing=2)
         for number, (section, title) in enumerate(SECTIONS.items()):
-            names.addWidget(self._section_button(tr(title), number), 1)
+            names.addWidget(self._section_button(tr(title), number))
             self._pages.addWidget(
                 self._with_preview(section) if section == _HEAD else self._section(section)
             )
         self.keys_list = KeyList()
         self.keys_list.changed.connect(lambda keys: self._commit("window.keys", keys))
-        names.addWidget(self._section_button(tr("Keys"), len(SECTIONS)), 1)
+        names.addWidget(self._section_button(tr("Keys"), len(SECTIONS)))
         self._pages.addWidget(self.keys_list)
         self.sounds = SoundsPage()
-        names.addWidget(self._section_button(tr("Test of sounds"), len(SECTIONS) + 1), 1)
+        names.addWidget(self._section_button(tr("Test of sounds"), len(SECTIONS) + 1))
         self._pages.addWidget(self.sounds)
         names.addStretch(1)
         self._sections.idClicked.connect(self.show_section)
@@ -86,7 +76,13 @@ class SettingsPage(kit.Sheet):
         self.browser.chosen.connect(self._on_chosen)
         self.browser.left.connect(lambda: self._whole.setCurrentIndex(0))
         self._browsed = ""
-        row = kit.hbox(names, (self._pages, 1), spacing=12)
+        column = QWidget()
+        column.setLayout(names)
+        names.setContentsMargins(0, 0, 2, 0)
+        beside = kit.scrolled(column)
+        bar = beside.verticalScrollBar().sizeHint().width()
+        beside.setFixedWidth(column.sizeHint().width() + bar)
+        row = kit.hbox(beside, (self._pages, 1), spacing=12)
         both = QWidget()
         both.setLayout(row)
         row.setContentsMargins(0, 0, 0, 0)
@@ -146,9 +142,7 @@ class SettingsPage(kit.Sheet):
         button = kit.NarrowButton(title)
         button.setCheckable(True)
         button.setAccessibleName(title)
-        button.setMinimumHeight(_SECTION_PX)
-        button.setMaximumHeight(HIGH_PX)
-        button.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
+        button.setMinimumHeight(HIGH_PX)
         button.setFont(kit.text_font(17))
         self._sections.addButton(button, number)
         return button
@@ -171,12 +165,7 @@ class SettingsPage(kit.Sheet):
         if section != _HEAD:
             grid.setColumnStretch(5, 4)
         grid.setRowStretch(99, 1)
-        area = QScrollArea()
-        area.setWidgetResizable(True)
-        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setWidget(kit.panel(grid))
-        return area
+        return kit.scrolled(kit.panel(grid))
 
     def _commit(self, key: str, value: Value) -> None:
         notes: tuple[Note, ...] = ()

@@ -7,14 +7,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QListWidget,
-    QListWidgetItem,
-    QPushButton,
-    QScrollArea,
-    QWidget,
-)
+from PySide6.QtWidgets import QGridLayout, QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from ocmm_gui import kit
 from ocmm_gui.home._setting_row import HIGH_PX
@@ -273,12 +266,7 @@ class SoundsPage(QWidget):
         head.setFont(kit.text_font(15))
         head.setProperty("role", "muted")
         head.setWordWrap(True)
-        area = QScrollArea()
-        area.setWidgetResizable(True)
-        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setWidget(kit.panel(grid))
-        kit.vbox(head, (area, 1), self.told, parent=self, margins=0)
+        kit.vbox(head, (kit.scrolled(kit.panel(grid)), 1), self.told, parent=self, margins=0)
 
     def use(self, *, enabled: bool, volume: int) -> None:
         """Set the volume, or show that sounds are off."""

@@ -43,8 +43,8 @@ if TYPE_CHECKING:
         AnswerPanel, OwnKeysField, PathPanel, ReasonPanel, dropped_file, list_step,
     )  # fmt: skip
     from ocmm_gui.kit._parts import (
-        ColouredRow, DataTable, NumberTable, dressed, fill, hbox, panel, sentence_label, stacked,
-        value_label, vbox,
+        ColouredRow, DataTable, NumberTable, dressed, fill, hbox, panel, scrolled, sentence_label,
+        stacked, value_label, vbox,
     )  # fmt: skip
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, LateParts, Sheet, caption, form_field
     from ocmm_gui.kit._shortcuts import (
@@ -83,10 +83,10 @@ __all__ = [
     "make_actions", "make_button", "mark_colour", "millimetres", "mode_words", "named_quantity",
     "next_step", "numbers_in_use", "outlier_count", "outlier_words", "paint_mark", "panel",
     "plain_number", "progress_word", "quantity", "read_number", "reference_led_name",
-    "reference_words", "said", "said_word", "seen_cameras", "seen_targets", "sentence_label",
-    "shape_word", "shortcuts_of", "show_mode", "slot_names", "split_unit", "stacked",
-    "status_colour", "status_mark", "step_text", "style_of", "text_font", "time_words", "to_mm",
-    "tr", "tr_all", "trouble", "typed_value", "unit_word", "usable_keys", "use_language",
+    "reference_words", "said", "said_word", "scrolled", "seen_cameras", "seen_targets",
+    "sentence_label", "shape_word", "shortcuts_of", "show_mode", "slot_names", "split_unit",
+    "stacked", "status_colour", "status_mark", "step_text", "style_of", "text_font", "time_words",
+    "to_mm", "tr", "tr_all", "trouble", "typed_value", "unit_word", "usable_keys", "use_language",
     "use_numbers", "use_role", "use_shortcuts", "value_label", "vbox", "verdict_colour",
     "verdict_line", "verdict_mark", "verdict_sound", "with_unit", "wrapped_pixels",
 ]  # fmt: skip

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLabel,
     QLayout,
+    QScrollArea,
     QSizePolicy,
     QStyle,
     QStyledItemDelegate,
@@ -266,6 +267,16 @@ def panel(layout: QVBoxLayout | QGridLayout) -> QFrame:
     layout.setContentsMargins(10, 6, 10, 6)
     frame.setLayout(layout)
     return frame
+
+
+def scrolled(content: QWidget) -> QScrollArea:
+    """Return an area that scrolls up and down where its content is higher."""
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setWidget(content)
+    return area
 
 
 def stacked(*widgets: QWidget) -> QVBoxLayout:

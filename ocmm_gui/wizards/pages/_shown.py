@@ -21,7 +21,8 @@ from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.processes import process_context
 from ocmm_core.tables import TableReader
-from ocmm_gui.kit import Mark, PlainLabel, dressed, later, said, sentence_label, text_font, tr
+from ocmm_gui import kit
+from ocmm_gui.kit import Mark, PlainLabel, later, said, sentence_label, text_font, tr
 
 Watcher: TypeAlias = Callable[[FrameBlock], None]
 Tap: TypeAlias = Callable[[Watcher | None], None]
@@ -83,11 +84,9 @@ def figures_area(told: QVBoxLayout) -> QScrollArea:
     """Return a scrollable area of figures and reasons, for small windows."""
     holder = QWidget()
     holder.setLayout(told)
-    area = dressed(QScrollArea(), tr("Figures and reasons"))
-    area.setWidgetResizable(True)
+    area = kit.dressed(kit.scrolled(holder), tr("Figures and reasons"))
     area.setFrameShape(QFrame.Shape.NoFrame)
-    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    area.setWidget(holder)
+    area.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
     return area
 
 
