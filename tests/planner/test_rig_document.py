@@ -82,7 +82,7 @@ def test_a_catalogue_of_ones_own(tmp_path: Path) -> None:
 
 
 def test_the_example_of_the_guide_is_a_plan(tmp_path: Path) -> None:
-    guide = Path(__file__).parents[3] / "docs" / "technician" / "planning_a_rig.md"
+    guide = Path(__file__).parents[2] / "docs" / "technician" / "planning_a_rig.md"
     text = guide.read_text("utf-8").partition("```toml\n")[2].partition("```")[0]
     text = text.replace("my_cameras.toml", str(tmp_path / "my_cameras.toml"))
     text = text.replace('"standard.toml"', f'"{resource("probes", "standard.toml")}"')

@@ -6,6 +6,7 @@ import os
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -57,16 +58,16 @@ class Apt:
 
 
 @pytest.fixture
-def keys(tmp_path: Path) -> Iterator[str]:
+def keys() -> Iterator[str]:
     needs_tools("gpg", "apt-get", "dpkg-deb", "dpkg-scanpackages")
-    home = tmp_path / "keys"
-    home.mkdir(mode=0o700)
-    made = ("--batch", "--passphrase", "", "--quick-gen-key", ADDRESS, "ed25519", "sign")
-    result = _run("gpg", *made, GNUPGHOME=str(home))
-    assert result.returncode == 0, result.stderr
-    yield str(home)
-    # GnuPG leaves its agent running.
-    _run("gpgconf", "--kill", "gpg-agent", GNUPGHOME=str(home))
+    # The name of the socket of GnuPG's agent may have 107 characters; `tmp_path` is too long.
+    with TemporaryDirectory(prefix="gpg") as home:
+        made = ("--batch", "--passphrase", "", "--quick-gen-key", ADDRESS, "ed25519", "sign")
+        result = _run("gpg", *made, GNUPGHOME=home)
+        assert result.returncode == 0, result.stderr
+        yield home
+        # GnuPG leaves its agent running.
+        _run("gpgconf", "--kill", "gpg-agent", GNUPGHOME=home)
 
 
 def _make(keys: str, out: Path, *packages: Path, key: str = ADDRESS) -> tuple[int, str]:
