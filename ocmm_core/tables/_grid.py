@@ -30,18 +30,20 @@ _MOST_ODD = 8
 def require_no_codes(path: Path, rows: Sequence[tuple[int, Sequence[str]]]) -> None:
     """Raise InputError if a cell such as -9999 stands for a missing value.
 
-    ``rows``: line, texts of coordinates. A code has fewer decimals than the rest of its column.
+    ``rows``: line, texts of coordinates. A code has fewer decimals than the rest of its column, or
+    is far beyond it.
     """
     for place in range(len(rows[0][1])):
         found = [(line, row[place]) for line, row in rows if _CODE.fullmatch(row[place])]
         if not found:
             continue
-        others = [_decimals(row[place]) for _, row in rows if not _CODE.fullmatch(row[place])]
+        rest = [row[place] for _, row in rows if not _CODE.fullmatch(row[place])]
+        others, digits = [_decimals(text) for text in rest], max(map(_digits, rest), default=9)
         for line, text in found:
             # Whole coordinates of three nines, or a quarter more, are no rare measurements.
             is_long = text.strip("+-").startswith("9999")
             least = max(others, default=0) if is_long else min(others, default=0)
-            if _decimals(text) < least:
+            if _decimals(text) < least or (is_long and _digits(text) > digits):
                 raise fault(
                     path, line, "number", text, "may be a code for a missing value",
                     "Skip the line, or write the coordinate with all decimals, as the others.",
@@ -50,6 +52,11 @@ def require_no_codes(path: Path, rows: Sequence[tuple[int, Sequence[str]]]) -> N
 
 def _decimals(text: str) -> int:
     return len(re.split("[.,]", text)[-1]) if re.search("[.,]", text) else 0
+
+
+def _digits(text: str) -> int:
+    """Return the number of digits before the decimal sign."""
+    return len(re.split("[.,]", text)[0].strip("+-"))
 
 
 def require_like_names(path: Path, names: Sequence[tuple[int, str]]) -> None:

@@ -59,6 +59,19 @@ def statements_in(lines: Iterable[tuple[int, str]]) -> list[tuple[int, UnitState
     )
 
 
+def require_above(
+    path: Path, statements: Sequence[tuple[int, UnitStatement]], first: int, last: int
+) -> None:
+    """Raise InputError if the unit is stated between the rows only, whose unit it may be."""
+    line, unit = next(((line, one.unit) for line, one in statements if one.unit), (0, None))
+    if unit is not None and unit.factor != 1.0 and first < line < last:
+        raise InputError(
+            "table.unit",
+            f"{path}, line {line}: the unit {unit.symbol} is stated below the first points.",
+            "State the unit of all lengths above them.",
+        )
+
+
 def choose_unit(
     path: Path,
     statements: Sequence[tuple[int, UnitStatement]],

@@ -108,7 +108,7 @@ READ: dict[str, tuple[str | bytes, float]] = {
 CODES = [
     "NaN", "#NV", "#DIV/0!", "#WERT!", "n.a.", "n/a", "NULL", "-", "--", "∞", "1.#QNAN",
     "-nan(ind)", "?", "fehlt", "#N/A", "-9999", "9999", "-99999", "1e30", "***", "k.A.", "s/o",
-    "无", "欠測",
+    "无", "欠測", "99999,0000", "-999999,0000",
 ]  # fmt: skip
 OTHERS: dict[str, str | bytes] = {
     "percent": table(number=lambda x: f"{de(x)}%"), "column twice": table("X;X;Y"),
@@ -130,6 +130,8 @@ OTHERS: dict[str, str | bytes] = {
     "µm in bytes of DOS": table("X;Y;Z\nµm;µm;µm").encode("cp850"),
     "two tables": table(end="\n" + table("Y;X;Z", points=SWAPPED)),
     "two units": table(top="# unit: mm\n", end="\n# unit: inch\n1,5;2,5;3,5"),
+    "inch below the first points": table(
+        end="\n# unit: inch\n1,5;2,5;3,5\n2,5;2,5;3,5"),
     "sigmas below": table("Name;X;Y;Z", end="\n3s;1,5;2,5;3,5"),
     "mean below a line": table(end="\n-----\n1,5;2,5;3,5"),
     "size of a ball": table(top="# 25 mm\n"), "size in inch": table(top="# 0.5 inch\n"),
