@@ -31,7 +31,7 @@ import numpy as np
 
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Artefact, ArtefactCertificate, ArtefactHead, artefact_of
-from ocmm_core.documents import load_document
+from ocmm_core.documents import load_with_text
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Points3
 
@@ -85,7 +85,7 @@ class Board:
 
 def load_board(path: Path | str, temperature: Temperature | None = None) -> Board:
     """Return the board of a document at a temperature; InputError if malformed."""
-    document = load_document(path, BoardDocument, BOARD_SCHEMA)
+    document, text = load_with_text(path, BoardDocument, BOARD_SCHEMA)
     for field in ("columns", "rows"):
         if not FEWEST <= getattr(document, field) <= MOST:
             raise _wrong(path, field, f"Give the inner corners, {FEWEST} to {MOST}.")
@@ -98,7 +98,7 @@ def load_board(path: Path | str, temperature: Temperature | None = None) -> Boar
             raise _wrong(path, field, "Give its uncertainty in mm; it is never zero.")
     if document.pattern == "charuco" and not 0.0 < document.marker < document.pitch:
         raise _wrong(path, "marker", "Give the side of a marker in mm; it is below the pitch.")
-    artefact = artefact_of(path, document, document.certificate)
+    artefact = artefact_of(path, document, document.certificate, text)
     x, y = np.meshgrid(np.arange(document.columns), np.arange(document.rows))
     corners = document.pitch * np.stack([x.ravel(), y.ravel(), 0.0 * x.ravel()], axis=1)
     corners -= corners.mean(axis=0)

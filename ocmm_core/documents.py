@@ -59,8 +59,14 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
     InputError if the file is missing, unreadable, not TOML, of another schema or unit, has an
     unknown, missing or mistyped field, or holds a number that is not finite.
     """
+    return load_with_text(path, kind, schema)[0]
+
+
+def load_with_text(path: Path | str, kind: type[T], schema: str) -> tuple[T, str]:
+    """Return what `load_document` returns, and the text it was read from, for its identity."""
     path = Path(path)
-    data = _parsed(path, read_text(path, LARGEST_DOCUMENT))
+    text = read_text(path, LARGEST_DOCUMENT)
+    data = _parsed(path, text)
     found = data.get("schema")
     if found != schema:
         raise InputError(
@@ -76,7 +82,7 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
         )
     _refuse_unusable(path, data, "")
     try:
-        return msgspec.convert(kind.completed(data), kind)
+        return msgspec.convert(kind.completed(data), kind), text
     except (msgspec.ValidationError, UnicodeError) as error:
         raise InputError(
             "document.field",
@@ -209,6 +215,21 @@ def files_of_folder(folder: Path, suffix: str) -> list[Path]:
 def digest(path: Path | str) -> str:
     """Return the SHA-256 of the file at ``path`` as hexadecimal text."""
     return hashlib.sha256(read_bytes(Path(path))).hexdigest()
+
+
+def text_digest(text: str) -> str:
+    """Return the SHA-256 of a file with this text, as `digest`."""
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()
+
+
+def require_same(path: Path, text: str, identity: str) -> None:
+    """Raise InputError unless a text is that of the file that was read before."""
+    if text_digest(text) != identity:
+        raise InputError(
+            "document.changed",
+            f"{path}: the file was changed while it was read.",
+            "Wait until whatever writes it is done, then open it again.",
+        )
 
 
 def write_atomic(path: Path, content: bytes) -> None:

@@ -22,7 +22,7 @@ from ocmm_core.camera import (
     Vector3,
     known_points_covariance,
 )
-from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.documents import Document, load_with_text, text_digest
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, RigidTransform, rotation_xyz, unit
 from ocmm_core.tracking import ProbeBody, load_probe
@@ -231,12 +231,12 @@ def load_rig_plan(path: Path | str) -> RigPlan:
     InputError if it, its probe or a catalogue is malformed, or a value contradicts another.
     """
     path = Path(path)
-    document = load_document(path, RigPlanDocument, SCHEMA)
+    document, text = load_with_text(path, RigPlanDocument, SCHEMA)
     kinds, lenses = load_catalogue([path.parent / name for name in document.catalogue])
     body = load_probe(path.parent / document.probe)
     design = shipped_design(body)
     found = RigPlan(
-        path, digest(path), document, body,
+        path, text_digest(text), document, body,
         () if design is None else tuple(leds_behind_body(body, load_design(design, body))),
         tuple(_known(path, kinds, one.camera) for one in document.cameras),
         tuple(_known(path, lenses, one.lens) for one in document.cameras),

@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 
 import msgspec
 
-from ocmm_core.documents import Document, digest, load_document, resource
+from ocmm_core.documents import Document, load_with_text, resource, text_digest
 from ocmm_core.errors import InputError
 
 PROCEDURE_SCHEMA = "ocmm.acceptance/1"
@@ -237,7 +237,7 @@ class ProcedureDocument(Document, frozen=True, kw_only=True):
 
 def load_procedure(path: Path | str) -> tuple[ProcedureDocument, str]:
     """Return a procedure and the SHA-256 of its file; raise InputError if invalid."""
-    procedure = load_document(path, ProcedureDocument, PROCEDURE_SCHEMA)
+    procedure, text = load_with_text(path, ProcedureDocument, PROCEDURE_SCHEMA)
     for name, limit in procedure.limits.items():
         if not (limit.constant > 0.0 and limit.per_length >= 0.0) or (
             limit.largest is not None and limit.largest < limit.constant
@@ -249,7 +249,7 @@ def load_procedure(path: Path | str) -> tuple[ProcedureDocument, str]:
         raise _wrong(path, "climate", "is no range, or 'fixing' is below zero")
     if not procedure.climate.per_hour > 0.0:
         raise _wrong(path, "climate.per_hour", "is not above zero")
-    return procedure, digest(path)
+    return procedure, text_digest(text)
 
 
 def procedure_files(*, of_jobs: bool = False) -> dict[str, Path]:

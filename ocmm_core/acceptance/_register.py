@@ -21,7 +21,7 @@ from ocmm_core.calibration.guided import utc_text
 from ocmm_core.calibration.probe_design import HIGHEST_C, LARGEST_U_K, LOWEST_C
 from ocmm_core.calibration.records import ArtefactUse, LengthBar, Sphere
 from ocmm_core.chain_file import ChainFile
-from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.documents import Document, load_with_text, text_digest
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals import KnownEnd, SealState, Signed, recall, remember
 
@@ -281,9 +281,13 @@ def default_artefact_folder() -> Path:
 
 def load_artefact(path: Path | str) -> ArtefactEntry:
     """Return the artefact of a document (`ocmm.artefact/1`); InputError if invalid."""
-    entry = load_document(path, ArtefactEntry, ARTEFACT_SCHEMA)
+    return _checked_artefact(path)[0]
+
+
+def _checked_artefact(path: Path | str) -> tuple[ArtefactEntry, str]:
+    entry, text = load_with_text(path, ArtefactEntry, ARTEFACT_SCHEMA)
     check_entry(entry, str(path))
-    return entry
+    return entry, text_digest(text)
 
 
 def check_entry(entry: ArtefactEntry, where: str) -> None:
@@ -345,8 +349,8 @@ def used_sphere(sphere: Sphere) -> UsedArtefact:
 
 def load_used(path: Path) -> UsedArtefact:
     """Return a register document's artefact in the form used by tests."""
-    entry = load_artefact(path)
-    return msgspec.structs.replace(entry.used(), identity=digest(path))
+    entry, identity = _checked_artefact(path)
+    return msgspec.structs.replace(entry.used(), identity=identity)
 
 
 def _used(role: str, one: LengthBar | Sphere, sizes: tuple[float, ...]) -> UsedArtefact:

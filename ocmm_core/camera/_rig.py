@@ -13,7 +13,7 @@ import numpy as np
 from ocmm_core.camera import _model as model
 from ocmm_core.camera import _tracker as tracker
 from ocmm_core.camera._model import Vector3
-from ocmm_core.documents import Document, digest, load_document, schema_of
+from ocmm_core.documents import Document, load_with_text, schema_of, text_digest
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 
@@ -161,7 +161,7 @@ def load_rig(path: Path | str) -> Rig:
     """
     if schema_of(path) == tracker.TRACKER_SCHEMA:
         return _tracker_rig(Path(path))
-    document = load_document(path, RigDocument, SCHEMA)
+    document, text = load_with_text(path, RigDocument, SCHEMA)
     _check(Path(path), document)
     cameras = tuple(camera_of(entry) for entry in document.cameras)
     covariance = np.zeros((model.N_PARAMETERS * len(cameras),) * 2)
@@ -179,12 +179,13 @@ def load_rig(path: Path | str) -> Rig:
         noise=document.noise,
         volume_world=np.array([document.volume_min, document.volume_max]),
         parameter_covariance=covariance,
-        identity=digest(path),
+        identity=text_digest(text),
     )
 
 
 def _tracker_rig(path: Path) -> Rig:
-    document = tracker.load_tracker(path)
+    document, text = load_with_text(path, tracker.TrackerDocument, tracker.TRACKER_SCHEMA)
+    tracker.check_tracker(path, document)
     virtual = tracker.virtual_cameras(path, document)
     return Rig(
         name=document.name,
@@ -198,7 +199,7 @@ def _tracker_rig(path: Path) -> Rig:
         ),
         volume_world=np.array([document.volume_min, document.volume_max]),
         parameter_covariance=virtual.parameter_covariance,
-        identity=digest(path),
+        identity=text_digest(text),
         markers=virtual.model,
     )
 

@@ -108,6 +108,12 @@ class VirtualCameras:
 def load_tracker(path: Path | str) -> TrackerDocument:
     """Return the tracker document at ``path``; InputError if it is malformed or implausible."""
     document = load_document(path, TrackerDocument, TRACKER_SCHEMA)
+    check_tracker(path, document)
+    return document
+
+
+def check_tracker(path: Path | str, document: TrackerDocument) -> None:
+    """Raise InputError for an implausible value."""
     noise = document.noise
     for field, value, low, high in (
         ("serial", document.serial, 1, 2**31),
@@ -141,7 +147,6 @@ def load_tracker(path: Path | str) -> TrackerDocument:
             f"{path}: field 'volume_max' is not above 'volume_min' in every axis.",
             "Give the two opposite corners of the calibrated volume, lowest values first.",
         )
-    return document
 
 
 def virtual_cameras(path: Path | str, document: TrackerDocument) -> VirtualCameras:

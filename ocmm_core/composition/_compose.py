@@ -18,16 +18,16 @@ from ocmm_core.composition._climate import climate_in_use
 from ocmm_core.composition._defaults import RECOMMENDED_RIG
 from ocmm_core.composition._feeds import Remaining, ScriptedRig, StationRequest, written_folders
 from ocmm_core.composition._sources import make_feed, source_of
-from ocmm_core.documents import digest, resource
+from ocmm_core.documents import resource, text_digest
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.fieldbus.described import refuse_unproven, resting_doubt_mm
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader, SessionOptions, open_plan
 from ocmm_core.inspection.plan import (
     Plan,
-    load_plan,
     note_release,
     plan_release,
+    read_plan,
     require_consistent,
     require_released,
     stored_plan,
@@ -68,18 +68,20 @@ def build_station(request: StationRequest) -> BuiltStation:
     if request.resume is None:
         if request.released_only:
             require_released(request.plan, plan_release(request.plan))
-        plan = load_plan(request.plan)
+        plan, text = read_plan(request.plan)
         require_consistent(request.plan, plan)
-        return _built(request, plan, None)
+        return _built(request, plan, text, None)
     job = JobFile.open(request.resume)
     try:
-        return _built(request, stored_plan(job.head), job)
+        return _built(request, stored_plan(job.head), job.head.plan_text, job)
     except BaseException:
         job.close()
         raise
 
 
-def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltStation:
+def _built(
+    request: StationRequest, plan: Plan, plan_text: str, begun: JobFile | None
+) -> BuiltStation:
     probe = probe_of(request)
     reference = reference_of(request, probe.body)
     made = probe.records.calibration if probe.records is not None else None
@@ -115,9 +117,9 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         near = None
         if reference is None and begun is None and request.batch:
             near = previous_part_pose(
-                request.out, request.batch, digest(request.plan), calibration.rig.identity
+                request.out, request.batch, text_digest(plan_text), calibration.rig.identity
             )
-        job = begun or _new_job(request, plan, calibration, probe, passed_over)
+        job = begun or _new_job(request, plan, plan_text, calibration, probe, passed_over)
         if request.record is not None:
             recorder = FrameRecorder(request.record, feed.description, calibration.rig)
         station = MeasuringStation(
@@ -189,6 +191,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
 def _new_job(
     request: StationRequest,
     plan: Plan,
+    plan_text: str,
     calibration: CalibrationInUse,
     probe: ProbeInUse,
     passed_over: list[OcmmError],
@@ -206,7 +209,10 @@ def _new_job(
         part=header.part,
         serial=header.serial,
     )
-    head = replace(head, rig_text=calibration.rig_text, probe_text=probe.probe_text)
+    # As they were read: the files may have been replaced since.
+    head = replace(
+        head, plan_text=plan_text, rig_text=calibration.rig_text, probe_text=probe.probe_text
+    )
     job = JobFile.create(job_path, head)
     job.append_event(NAMED, job_path.stem)
     if request.order or request.batch:

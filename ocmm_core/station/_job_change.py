@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from ocmm_core.documents import digest, read_text
+from ocmm_core.documents import digest
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import REOPEN, contained
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.inspection.plan import (
-    load_plan,
     plan_release,
+    read_plan,
     require_consistent,
     require_released,
     stored_plan,
@@ -140,10 +140,10 @@ def _job_by(
     path: Path, header: JobHeader, like: JobHead, before: PlanInUse, folder: Path
 ) -> tuple[JobFile, PlanInUse]:
     """Return a new job by a plan file, and the plan; `like`, `before`: head and plan before."""
-    plan = load_plan(path)
+    plan, text = read_plan(path)
     require_consistent(path, plan)
     use = before.with_plan(plan, path)
-    head = replace(like, plan_text=read_text(path))
+    head = replace(like, plan_text=text)
     header = replace(header, part=plan.part)
     return job_for(header, head, plan, folder, plan_release(path)), use
 

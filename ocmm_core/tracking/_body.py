@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.camera import MAX_LEDS, ThermalShare, Vector3
-from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.documents import Document, load_with_text, text_digest
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM as AMBIGUITY_LIMIT_MM
@@ -203,7 +203,8 @@ def load_probe(path: Path | str) -> ProbeBody:
     InputError if it is malformed, has too few or too many LEDs, LEDs in one place or on one line, a
     tip diameter that is not positive, or labels that can be confused.
     """
-    return body_of(load_document(path, ProbeDocument, SCHEMA), path, digest(path))
+    document, text = load_with_text(path, ProbeDocument, SCHEMA)
+    return body_of(document, path, text_digest(text))
 
 
 def body_of(document: ProbeDocument, path: Path | str, identity: str) -> ProbeBody:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.camera import MAX_LEDS
-from ocmm_core.documents import Document, digest, load_document, read_text
+from ocmm_core.documents import Document, load_with_text, text_digest
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.instructions import njit
@@ -92,7 +92,7 @@ def load_reference(path: Path | str) -> ReferenceBody:
     InputError if malformed, or LEDs are too few, too many, in one place, in line or confusable.
     """
     path = Path(path)
-    document = load_document(path, ReferenceDocument, SCHEMA)
+    document, text = load_with_text(path, ReferenceDocument, SCHEMA)
     check_leds(path, "reference", document.leds, rule_directions(document.orientation_rules))
     check_stated(path, "reference", document)
     positions = np.array([led.position for led in document.leds])
@@ -108,8 +108,8 @@ def load_reference(path: Path | str) -> ReferenceBody:
     return ReferenceBody(
         leds=leds,
         geometry_covariance=document.led_sigma**2 * np.eye(positions.size),
-        text=read_text(path),
-        identity=digest(path),
+        text=text,
+        identity=text_digest(text),
     )
 
 

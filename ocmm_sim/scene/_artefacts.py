@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core.camera import CameraModel, Vector3
-from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.documents import Document, load_with_text, text_digest
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector, unit
 from ocmm_sim.scene._surfaces import (
@@ -149,13 +149,13 @@ class Part:
 
 def load_part(path: Path | str) -> Part:
     """Return the part of a document; raise InputError if it is invalid."""
-    document = load_document(path, PartDocument, SCHEMA)
+    document, text = load_with_text(path, PartDocument, SCHEMA)
     _check(Path(path), document)
     return Part(
         name=document.name,
         T_world_from_part=document.pose.motion(),
         artefacts=tuple(document.features),
-        identity=digest(path),
+        identity=text_digest(text),
         T_part_from_reference=document.reference.motion() if document.reference else None,
     )
 

@@ -23,7 +23,7 @@ from ocmm_core.calibration.probe_design import (
     require_temperature,
 )
 from ocmm_core.calibration.records._records import ArtefactUse
-from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.documents import Document, load_with_text, text_digest
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.typed_numbers import EXPANDED, EXPANSION, EXPANSION_SIGMA, PER_LENGTH, SIZE
 
@@ -226,7 +226,7 @@ class Sphere:
 
 def load_bar(path: Path | str) -> LengthBar:
     """Return a length bar; InputError if malformed, places not ascending, or not two LEDs."""
-    document = load_document(path, BarDocument, BAR_SCHEMA)
+    document, text = load_with_text(path, BarDocument, BAR_SCHEMA)
     for field, places in (("nests", document.nests), ("leds", document.leds)):
         if any(after <= before for before, after in pairwise(places)):
             raise _wrong(
@@ -240,17 +240,17 @@ def load_bar(path: Path | str) -> LengthBar:
         for place in places[1:]:
             _require_certified(path, document, field, place - places[0])
     return LengthBar(
-        artefact_of(path, document, document.certificate), document.nests, document.leds
+        artefact_of(path, document, document.certificate, text), document.nests, document.leds
     )
 
 
 def load_sphere(path: Path | str) -> Sphere:
     """Return the sphere of a document; raise InputError if malformed."""
-    document = load_document(path, SphereDocument, SPHERE_SCHEMA)
+    document, text = load_with_text(path, SphereDocument, SPHERE_SCHEMA)
     if not 0.0 < document.diameter <= SIZE.quantity.most:
         raise _wrong(path, "diameter", f"is {document.diameter:g}", "Give it in millimetres.")
     _require_certified(path, document, "diameter", document.diameter)
-    return Sphere(artefact_of(path, document, document.certificate), document.diameter)
+    return Sphere(artefact_of(path, document, document.certificate, text), document.diameter)
 
 
 _TYPED = {
@@ -263,9 +263,9 @@ NO_CERTIFICATE = ArtefactCertificate(number="", sha256="", due_utc="9999-12-31T0
 
 
 def artefact_of(
-    path: Path | str, document: ArtefactHead, certificate: ArtefactCertificate | None
+    path: Path | str, document: ArtefactHead, certificate: ArtefactCertificate | None, text: str
 ) -> Artefact:
-    """Return the artefact of the document at ``path``; InputError for numbers out of range."""
+    """Return the artefact of a document and its text; InputError for numbers out of range."""
     certificate = certificate or NO_CERTIFICATE
     for field, number in _TYPED.items():
         value, one = getattr(document, field), number.quantity
@@ -302,7 +302,7 @@ def artefact_of(
         expanded_per_length=document.expanded_per_length,
         expansion=document.expansion,
         expansion_sigma=document.expansion_sigma,
-        identity=digest(path),
+        identity=text_digest(text),
         temperatures=document.temperatures,
     )
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan._findings import PlanFinding, plan_findings, require_consistent
     from ocmm_core.inspection.plan._plan import (
         MAX_EXPANSION_PPM, CadModel, Material, Plan, check_plan, climate_for, load_plan,
-        material_expansion, step_fault,
+        material_expansion, read_plan, step_fault,
     )  # fmt: skip
     from ocmm_core.inspection.plan._requirements import (
         PlanSource, Requirement, RequirementState, requirement_count, requirement_states, source_of,
@@ -53,7 +53,7 @@ __all__ = [
     "carry_pictures", "check_plan", "climate_for", "environment_doubt", "environment_words",
     "feature_table", "list_plans", "load_plan", "material_expansion", "move_item", "new_plan",
     "note_release", "note_room_in", "noted_rooms", "part_of_plan", "plan_card", "plan_findings",
-    "plan_release", "release_in_job", "release_plan", "remove_item", "replace_item",
+    "plan_release", "read_plan", "release_in_job", "release_plan", "remove_item", "replace_item",
     "require_consistent", "require_released", "requirement_count", "requirement_states",
     "save_plan", "source_of", "step_fault", "stored_plan", "surface_profile", "taught_plan",
     "usual_points", "with_alignment", "with_head", "with_model", "with_model_fit", "with_picture",

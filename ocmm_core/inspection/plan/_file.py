@@ -15,10 +15,10 @@ from typing import Any
 import msgspec
 
 from ocmm_core import seals
-from ocmm_core.documents import digest, write_atomic
+from ocmm_core.documents import text_digest, write_atomic
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.inspection.plan._findings import require_consistent
-from ocmm_core.inspection.plan._plan import Plan, check_plan, load_plan
+from ocmm_core.inspection.plan._plan import Plan, check_plan, load_plan, read_plan
 from ocmm_core.inspection.plan._requirements import requirement_count
 from ocmm_core.leftovers import scratch_folder
 from ocmm_core.storage import JobEvent, JobFile, JobHead
@@ -171,10 +171,10 @@ class PlanSummary:
 
 def plan_card(path: Path) -> PlanSummary:
     """Return the summary of a plan; InputError as `load_plan`."""
-    plan = load_plan(path)
+    plan, text = read_plan(path)
     count = requirement_count(plan)
     return PlanSummary(
-        path.absolute(), digest(path), plan.name, plan.part, plan_release(path),
+        path.absolute(), text_digest(text), plan.name, plan.part, plan_release(path),
         "" if count is None else count.words,
     )  # fmt: skip
 

@@ -15,7 +15,7 @@ import msgspec
 
 from ocmm_core.alignment import OLDEST, Alignment, BoundAlignment, alignment_fault
 from ocmm_core.calibration.probe_design import MaterialExpansion
-from ocmm_core.documents import Document, load_document, shortened, stays_inside
+from ocmm_core.documents import Document, load_with_text, shortened, stays_inside
 from ocmm_core.errors import InputError
 from ocmm_core.features import measured
 from ocmm_core.features.shapes import (
@@ -226,9 +226,14 @@ class Plan(Document, frozen=True, kw_only=True):
 
 def load_plan(path: Path | str) -> Plan:
     """Return the plan of a document; InputError, with the field, if malformed or unmeasurable."""
-    plan = load_document(path, Plan, SCHEMA)
+    return read_plan(path)[0]
+
+
+def read_plan(path: Path | str) -> tuple[Plan, str]:
+    """Return the plan of a document, and the text it was read from; InputError as `load_plan`."""
+    plan, text = load_with_text(path, Plan, SCHEMA)
     check_plan(Path(path), plan)
-    return plan
+    return plan, text
 
 
 def check_plan(path: Path, plan: Plan) -> None:
