@@ -81,7 +81,11 @@ class ChangeWatch:
         settled = self.settle()
         if self._doubt is not None:
             return self._cleared(view) or settled
-        alarm = next((item for item in self._monitor.feed(track) if item.alarm), None)
+        alarms = (item for item in self._monitor.feed(track) if item.alarm)
+        if self._in_use.rig.markers is not None:
+            # The views of a tracker are computed: none of them moves.
+            alarms = (item for item in alarms if item.cause is monitor.ChangeCause.PROBE)
+        alarm = next(alarms, None)
         if alarm is None:
             return settled
         self._raise(alarm, int(track.time_ns[-1]), view)
