@@ -348,9 +348,10 @@ class Port:
         deadline = time.monotonic_ns() + time_ns
         while waiting():
             rest = deadline - time.monotonic_ns()
-            ready: list[socket.socket] = []
-            with contextlib.suppress(OSError, ValueError):
+            try:
                 ready, _, _ = select.select(self._channels, [], [], max(0.0, rest * 1e-9))
+            except (OSError, ValueError):
+                return
             if not ready:
                 return
             for frame in self.collect(service):
