@@ -10,6 +10,8 @@ with matching time; exposures missed between bring-ups are a gap.
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +20,6 @@ from numpy.typing import NDArray
 from ocmm_core.acquisition.frames._frames import FrameBlock
 from ocmm_core.fieldbus.cycle import Schedule
 from ocmm_core.fieldbus.device import FRAME_DTYPE, decode_spots
-from ocmm_core.geometry import Int
 
 DEFAULT_CAPACITY = 4096
 """Maximum lead of the fastest camera in exposures; half a second at 8 kHz."""
@@ -50,10 +51,8 @@ class FrameJoiner:
         self._next = 0
         self._upto = [0] * n_cameras
         self._gaps: list[tuple[int, int]] = []
-        self._frames = np.zeros((n_cameras, capacity), FRAME_DTYPE)
-        self._flags, self._valid = self._frames["flags"], self._frames["valid"]
-        # Copying bytes costs a tenth of an assignment of structures.
-        self._bytes = [row.data for row in self._frames.view(np.uint8)]
+        # Parts of the inputs with the number of their first exposure: nothing is copied.
+        self._held: list[deque[tuple[int, memoryview]]] = [deque() for _ in range(n_cameras)]
 
     @property
     def next_exposure(self) -> int:
@@ -73,12 +72,7 @@ class FrameJoiner:
         if begin > known:
             self._gaps.append((known, begin))
         self._upto[camera] = end
-        store, at = self._bytes[camera], begin % self._capacity * _FRAME_BYTES
-        fresh = frames[(begin - first) * _FRAME_BYTES :]
-        room = min(len(fresh), len(store) - at)
-        store[at : at + room] = fresh[:room]
-        if room < len(fresh):
-            store[: len(fresh) - room] = fresh[room:]
+        self._held[camera].append((begin, frames[(begin - first) * _FRAME_BYTES :]))
         return begin - first
 
     def pull(self) -> Joined:
@@ -88,27 +82,29 @@ class FrameJoiner:
         self._next = max(begin, end)
         if given_up:
             self._gaps = [gap for gap in self._gaps if gap[1] > begin]
+            for held in self._held:
+                _ = [*_cut(held, begin, begin)]
         if end <= begin:
             return Joined(None, given_up)
         counter = np.arange(begin, end)
-        at = begin % self._capacity
-        place: slice | Int = slice(at, at + end - begin)
-        if self._gaps or at + end - begin > self._capacity:
-            counter = counter[self._complete(begin, end)]
-            place = counter % self._capacity
+        parts = [part for held in self._held for part in _cut(held, begin, end)]
+        frames = np.frombuffer(b"".join([part for _, part in parts]), FRAME_DTYPE)
+        if self._gaps:
+            complete = self._complete(begin, end)
+            numbers = [first + np.arange(len(part) // _FRAME_BYTES) for first, part in parts]
+            frames = frames[complete[np.concatenate(numbers) - begin]]
+            counter = counter[complete]
         lost = given_up + end - begin - len(counter)
         if not len(counter):
             return Joined(None, lost)
-        return Joined(
-            FrameBlock(
-                counter=counter,
-                time_ns=self._start_ns + counter * self._period_ns,
-                flags=np.bitwise_or.reduce(self._flags[:, place], axis=0).astype(np.uint32),
-                valid=self._valid[:, place].T.astype(np.uint64),
-                uv=decode_spots(self._frames[:, place]).swapaxes(0, 1),
-            ),
-            lost,
-        )
+        frames = frames.reshape(len(self._held), -1)
+        flags = np.zeros(len(counter), np.uint32)
+        if any(frames["flags"].tobytes()):
+            np.bitwise_or.reduce(frames["flags"], axis=0, out=flags)
+        valid = frames["valid"].T.astype(np.uint64)
+        time_ns = self._start_ns + counter * self._period_ns
+        uv = decode_spots(frames).swapaxes(0, 1)
+        return Joined(FrameBlock(counter, time_ns, flags, valid, uv), lost)
 
     def _complete(self, begin: int, end: int) -> NDArray[np.bool_]:
         """Return which of these exposures no camera left out."""
@@ -117,6 +113,19 @@ class FrameJoiner:
             complete[max(0, first - begin) : max(0, last - begin)] = False
         self._gaps = [gap for gap in self._gaps if gap[1] > end]
         return complete
+
+
+def _cut(
+    held: deque[tuple[int, memoryview]], begin: int, end: int
+) -> Iterator[tuple[int, memoryview]]:
+    """Remove the frames before `end`, and yield those from `begin` on."""
+    while held and held[0][0] < end:
+        first, frames = held.popleft()
+        size = (end - first) * _FRAME_BYTES
+        if size < len(frames):
+            held.appendleft((end, frames[size:]))
+        begin = max(begin, first)
+        yield begin, frames[(begin - first) * _FRAME_BYTES : size]
 
 
 _SAME_CLOCK_NS = 5_000_000
