@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.acquisition.frames._join import DEFAULT_CAPACITY, Joined
+from ocmm_core.acquisition.frames import FrameBlock, Given
 from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.geometry import Float, Int
 
@@ -18,9 +17,7 @@ class PlainJoiner:
     of a camera in exposures before these are given up.
     """
 
-    def __init__(
-        self, n_cameras: int, start_ns: int, period_ns: int, capacity: int = DEFAULT_CAPACITY
-    ) -> None:
+    def __init__(self, n_cameras: int, start_ns: int, period_ns: int, capacity: int) -> None:
         self._start_ns = start_ns
         self._period_ns = period_ns
         self._capacity = capacity
@@ -61,13 +58,13 @@ class PlainJoiner:
         self._upto[camera] = int(counter[-1]) + 1
         return len(fresh) - len(counter)
 
-    def pull(self) -> Joined:
+    def pull(self) -> Given:
         """Return completed frames, and count those that never will be."""
         given_up = max(0, max(self._upto) - self._capacity - self._next)
         self._next += given_up
         end = min(self._upto)
         if end <= self._next:
-            return Joined(None, given_up)
+            return Given(None, given_up)
         counter = np.arange(self._next, end)
         place = counter % self._capacity
         complete = np.all(self._owner[:, place] == counter, axis=0)
@@ -75,8 +72,8 @@ class PlainJoiner:
         lost = given_up + int(np.count_nonzero(~complete))
         counter, place = counter[complete], place[complete]
         if not len(counter):
-            return Joined(None, lost)
-        return Joined(
+            return Given(None, lost)
+        return Given(
             FrameBlock(
                 counter=counter,
                 time_ns=self._start_ns + counter * self._period_ns,
