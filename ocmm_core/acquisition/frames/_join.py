@@ -65,7 +65,7 @@ class FrameJoiner:
         `first`: exposure number of the first frame. `frames`: consecutive, bytes of `FRAME_DTYPE`.
         """
         known, end = self._upto[camera], first + len(frames) // _FRAME_BYTES
-        # A push must not overwrite itself; excess exposures are given up.
+        # A push longer than the capacity is the maximum lead itself: its beginning is given up.
         begin = max(first, known, self._next, end - self._capacity)
         if begin >= end:
             return end - first

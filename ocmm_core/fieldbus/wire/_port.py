@@ -147,8 +147,8 @@ class Passage(NamedTuple):
     """At least one answer of any kind arrived."""
     sent_ns: int
     answered_ns: int
-    """`sent_ns`, `answered_ns`: host times of the first frame sent, and of complete process data or
-    the end of the wait."""
+    """`sent_ns`, `answered_ns`: host times of the first frame sent, and of the last answer or the
+    end of the wait."""
     untaken: bool = False
     """All answers arrived, but the master library had no time to receive all of them."""
 
