@@ -83,11 +83,11 @@ class FrameJoiner:
         if given_up:
             self._gaps = [gap for gap in self._gaps if gap[1] > begin]
             for held in self._held:
-                _ = [*_cut(held, begin, begin)]
+                _ = [*_cut(held, begin)]
         if end <= begin:
             return Joined(None, given_up)
         counter = np.arange(begin, end)
-        parts = [part for held in self._held for part in _cut(held, begin, end)]
+        parts = [part for held in self._held for part in _cut(held, end)]
         frames = np.frombuffer(b"".join([part for _, part in parts]), FRAME_DTYPE)
         if self._gaps:
             complete = self._complete(begin, end)
@@ -115,17 +115,14 @@ class FrameJoiner:
         return complete
 
 
-def _cut(
-    held: deque[tuple[int, memoryview]], begin: int, end: int
-) -> Iterator[tuple[int, memoryview]]:
-    """Remove the frames before `end`, and yield those from `begin` on."""
+def _cut(held: deque[tuple[int, memoryview]], end: int) -> Iterator[tuple[int, memoryview]]:
+    """Remove and yield the frames before `end`."""
     while held and held[0][0] < end:
         first, frames = held.popleft()
         size = (end - first) * _FRAME_BYTES
         if size < len(frames):
             held.appendleft((end, frames[size:]))
-        begin = max(begin, first)
-        yield begin, frames[(begin - first) * _FRAME_BYTES : size]
+        yield first, frames[:size]
 
 
 _SAME_CLOCK_NS = 5_000_000

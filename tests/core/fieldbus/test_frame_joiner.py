@@ -50,12 +50,12 @@ def assert_same_block(found: FrameBlock | None, expected: FrameBlock | None) -> 
 
 @pytest.mark.parametrize("capacity", [16, 100, 4096])
 def test_joined_frames_are_those_of_the_plain_joiner_to_the_last_bit(capacity: int) -> None:
-    """Three cameras, 6,000 pushes: random bytes, gaps, repeats, and leads beyond the capacity."""
+    """Three cameras, 1,500 pushes: random bytes, gaps, repeats, and leads beyond the capacity."""
     rng = np.random.default_rng(41)
     joiner = FrameJoiner(3, START, PERIOD, capacity)
     plain = PlainJoiner(3, START, PERIOD, capacity)
     upto, given, lost, skipped = [0, 0, 0], 0, 0, 0
-    for _ in range(6000):
+    for _ in range(1500):
         camera = int(rng.integers(3)) if rng.random() < 0.1 else int(np.argmin(upto))
         step = int(rng.integers(-20, 40)) if rng.random() < 0.05 else 0
         first, count = max(0, upto[camera] + step), int(rng.integers(0, 13))
@@ -73,9 +73,9 @@ def test_joined_frames_are_those_of_the_plain_joiner_to_the_last_bit(capacity: i
             assert_same_block(found.frames, right.frames)
             lost += found.lost
             given += 0 if found.frames is None else len(found.frames)
-    assert given > 3000
-    assert lost > 300
-    assert skipped > 300
+    assert given > 800
+    assert lost > 80
+    assert skipped > 80
 
 
 def test_the_button_of_any_camera_is_the_button() -> None:
