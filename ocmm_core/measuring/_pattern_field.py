@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -161,7 +162,7 @@ def blocks(camera: Int, place: Float, gain: Float) -> Float:
     return found
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PatternField:
     """Derivatives of N points by the fields of all sensors; at most S spots each."""
 
@@ -178,13 +179,13 @@ class PatternField:
 
     def answers(self, gradients: Float) -> Float:
         """Return derivatives (k, f) by the relevant bumps, of values with gradients (k, N, 3)."""
-        first, heights, bumps = bumps_of(self.camera, self.place)
+        first, heights, bumps = _bumps(self)
         found = spread(np.ascontiguousarray(gradients), first, heights, self.gain, bumps)
         return found.reshape(len(found), -1)
 
     def moved(self, gradients: Float) -> Float:
         """Return the covariances (k, N, 3) of all coordinates with values of these gradients."""
-        first, heights, bumps = bumps_of(self.camera, self.place)
+        first, heights, bumps = _bumps(self)
         # Most rows of an element are zero: a sphere has no direction.
         live = np.any(gradients, axis=(1, 2))
         found = np.zeros(gradients.shape)
@@ -201,8 +202,14 @@ class PatternField:
 
         The function takes them as (m, 2, f), one per bump and axis.
         """
-        first, heights, bumps = bumps_of(self.camera, self.place)
+        first, heights, bumps = _bumps(self)
         return bumps, lambda normal: gather(normal, first, heights, self.gain)
+
+
+@lru_cache(maxsize=1)
+def _bumps(field: PatternField) -> tuple[Int, Float, int]:
+    """Return `bumps_of` a field: after a point its feature asks for several sums over it."""
+    return bumps_of(field.camera, field.place)
 
 
 def joined_fields(parts: Sequence[PatternField]) -> PatternField:

@@ -6,13 +6,10 @@ import gc
 import time
 from collections.abc import Callable, Iterator, Sequence
 
-import numpy as np
-
 from ocmm_core.acquisition.frames import (
     Cycle,
     CycleVerdict,
     ExposureCount,
-    FrameJoiner,
     Given,
     SourceDescription,
 )
@@ -35,7 +32,7 @@ from ocmm_core.fieldbus.cycle import (
     judge,
 )
 from ocmm_core.fieldbus.described import Role
-from ocmm_core.fieldbus.device import INPUT_DTYPE, decode_spots
+from ocmm_core.fieldbus.device import frames_of
 from ocmm_core.fieldbus.objects import ObjectService, RequestPort, Thermometer
 from ocmm_core.fieldbus.report import Alarm, BusPhase, BusReport, encode_report, pace_words
 from ocmm_core.fieldbus.wire import HostTime, MasterWatch, is_virtual_cable, is_virtual_interface
@@ -146,14 +143,11 @@ class EthercatSource:
 
     def read(self) -> Cycle:
         """Run the next bus cycle or recovery step; raise BusError if not open."""
-        if self._pacer is None or self._exposures.joiner is None:
+        if self._pacer is None:
             raise BusError("bus.closed", "The camera bus is not open.", "Open it first.")
         wanted = self._supervisor.next(self._time.now_ns())
-        cycle = (
-            self._exchange(self._pacer, self._exposures.joiner)
-            if wanted is Next.CYCLE
-            else self._recover(self._pacer)
-        )
+        step = self._exchange if wanted is Next.CYCLE else self._recover
+        cycle = step(self._pacer)
         self._accounts.cycle(cycle.verdict.value, cycle.skipped.value, cycle.elapsed)
         self._listen()
         self._tell()
@@ -167,7 +161,7 @@ class EthercatSource:
             self._supervisor.phase = BusPhase.CLOSED
             self._tell()
 
-    def _exchange(self, pacer: CyclePacer, joiner: FrameJoiner) -> Cycle:
+    def _exchange(self, pacer: CyclePacer) -> Cycle:
         self.lateness_ns = self._time.wait_until(pacer.deadline_ns)
         now_ns = self._time.now_ns()
         elapsed = pacer.begin(now_ns)
@@ -187,7 +181,7 @@ class EthercatSource:
         if fault is not None:
             self._bus.look_closer()
             return self._refuse(self._or_the_computer(fault, elapsed), elapsed)
-        given = self._take(answer, joiner)
+        given = self._take(answer)
         end_ns = self._time.now_ns()
         if self._supervisor.good(end_ns):
             self._note(OPERATION, "The cameras are in operation.", end_ns)
@@ -308,38 +302,18 @@ class EthercatSource:
         self._accounts.lost(gap)
         self._supervisor.brought_up(self._time.now_ns())
 
-    def _take(self, answer: CycleAnswer, joiner: FrameJoiner) -> Given:
+    def _take(self, answer: CycleAnswer) -> Given:
         """Add frames that are new by their counters; return the completed ones."""
         schedule = self._bus.schedule
-        places: list[tuple[int, int, int]] = []
         for camera, header in enumerate(answer.headers):
-            record = self._records[camera]
-            if self._accounts.taken(record, header, schedule):
+            record, first = self._records[camera], first_frame(header, schedule)
+            if self._accounts.taken(record, header, first):
                 words = f"Camera '{record.name}' was power-cycled."
                 self._note(Alarm.RESTARTED, words, self._time.now_ns(), camera=record.name)
-            first = first_frame(header, schedule)
-            places.append((first, max(0, record.next_frame - first), header.frames_valid))
-            self._records[camera] = advance(record, header, schedule)
-        # Input sizes are equal, or `judge` had refused them.
-        frames_of = np.frombuffer(b"".join(answer.inputs), INPUT_DTYPE)["frames"]
-        first, known, end = places[0]
-        if known < end and places.count(places[0]) == len(places):
-            together = frames_of[:, known:end]
-            given = self._exposures.pass_on(
-                first + known, together["flags"], together["valid"], decode_spots(together)
-            )
-            if given is not None:
-                return given
-        for camera, (first, known, end) in enumerate(places):
-            frames = frames_of[camera, known:end]
-            exposures = first + known + np.arange(len(frames))
-            joiner.push(
-                camera,
-                schedule.start_ns + exposures * schedule.period_ns,
-                frames["flags"],
-                frames["valid"],
-                decode_spots(frames),
-            )
+            known = max(0, record.next_frame - first)
+            frames = frames_of(answer.inputs[camera], known, header.frames_valid)
+            self._exposures.push(camera, first + known, frames)
+            self._records[camera] = advance(record, header, first)
         return self._exposures.pull()
 
     def _listen(self) -> None:

@@ -53,21 +53,6 @@ class Books(NamedTuple):
     frames: int = 0
     frames_lost: int = 0
 
-    def plus(self, **amounts: int) -> Books:
-        """Return the counters with these amounts added."""
-        return self._replace(
-            **{name: getattr(self, name) + amount for name, amount in amounts.items()}
-        )
-
-
-def write_books(words: memoryview, books: Books) -> None:
-    """Publish the next page; only the writer of the ring may call this."""
-    number = words[NEWEST_PAGE] + 1
-    begin = _FIRST_WORD + number % _PAGES * len(Books._fields)
-    for place, value in enumerate(books, begin):
-        words[place] = value
-    words[NEWEST_PAGE] = number
-
 
 def read_books(words: memoryview) -> Books:
     """Return the newest page, consistent despite concurrent writing."""
@@ -225,7 +210,13 @@ class FrameRing:
 
     def enter(self, **amounts: int) -> None:
         """Add to the counters; only the writer of the ring may call this."""
-        write_books(self._words, read_books(self._words).plus(**amounts))
+        words, number = self._words, self._words[NEWEST_PAGE] + 1
+        size = len(Books._fields)
+        now, then = (_FIRST_WORD + page % _PAGES * size for page in (number - 1, number))
+        for place, name in enumerate(Books._fields):
+            words[then + place] = words[now + place] + amounts.get(name, 0)
+        # Last: a writer killed before this leaves the page in use as it was.
+        words[NEWEST_PAGE] = number
 
     def set_text(self, text: str) -> None:
         """Set the writer's message, such as the reason for stopping."""

@@ -13,8 +13,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-
 from ocmm_core.acquisition.frames import FrameBlock, FrameJoiner
 from ocmm_core.acquisition.recording._packets import (
     CameraArea,
@@ -26,9 +24,7 @@ from ocmm_core.acquisition.recording._packets import (
 from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.device import (
     COUNTER_MODULUS,
-    FRAME_DTYPE,
     FRAMES_PER_CYCLE,
-    HEADER_STRUCT,
     INPUT_LAYOUTS,
     NEWEST_LAYOUT,
     NO_MARK,
@@ -36,7 +32,7 @@ from ocmm_core.fieldbus.device import (
     Header,
     InputLayout,
     data_mark,
-    decode_spots,
+    frames_of,
 )
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, frame_index, has_passed
 
@@ -298,18 +294,9 @@ class BusCapture:
         if not header.frames_valid - known or self._joiner is None:
             return False
         account.missing += max(0, first - expected)
-        frames = np.frombuffer(
-            content, FRAME_DTYPE, count=FRAMES_PER_CYCLE, offset=HEADER_STRUCT.size
-        )[known : header.frames_valid]
-        counter = first + known + np.arange(len(frames))
-        self._joiner.push(
-            place,
-            self._start_ns + counter * self._period_ns,
-            frames["flags"],
-            frames["valid"],
-            decode_spots(frames),
-        )
-        account.frames += len(frames)
+        frames = frames_of(content, known, header.frames_valid)
+        self._joiner.push(place, first + known - self._base, frames)
+        account.frames += header.frames_valid - known
         track.next_frame = first + header.frames_valid
         return True
 

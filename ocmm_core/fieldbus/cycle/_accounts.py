@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from ocmm_core.fieldbus.cycle._bringup import BusSettings
 from ocmm_core.fieldbus.cycle._bus import CameraBus
-from ocmm_core.fieldbus.cycle._health import CameraPast, Schedule, first_frame
+from ocmm_core.fieldbus.cycle._health import CameraPast
 from ocmm_core.fieldbus.cycle._supervisor import Supervisor
 from ocmm_core.fieldbus.cycle._watch import CameraView
 from ocmm_core.fieldbus.device import CameraIdentity, CameraStatus, Header
@@ -163,10 +163,9 @@ class BusAccounts:
         self.cycles[skipped] += elapsed - 1
         self.elapsed += elapsed
 
-    def taken(self, record: CameraPast, header: Header, schedule: Schedule) -> bool:
-        """Count the frames of an accepted header; return whether the camera was restarted."""
+    def taken(self, record: CameraPast, header: Header, first: int) -> bool:
+        """Count accepted frames from number `first` on; return whether the camera restarted."""
         account = self._cameras[record.name]
-        first = first_frame(header, schedule)
         end = first + header.frames_valid
         account.frames += max(0, end - max(first, record.next_frame))
         if header.frames_valid and first > record.next_frame:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         OUTPUT_STRUCT, PRODUCT_CODE, REVISION, SM_INPUTS, SM_MAILBOX_IN, SM_MAILBOX_OUT, SM_OUTPUTS,
         SUBPIXELS, SYNC0_NS, SYNC1_NS, SYNC_MANAGERS, VENDOR_ID, VENDOR_NAME, CameraConfig,
         CameraMode, CameraStatus, Control, DataType, Pdo, Window, decode_spots, encode_frames,
-        require_raw,
+        frames_of, require_raw,
     )  # fmt: skip
     from ocmm_core.fieldbus.device._esi import (
         CLOCK_MODES, CONTROLLERS, DC_ACTIVATE, DEVICE_GROUP, ESI_FILE, MAILBOX_REPEATS, MEMORY_END,
@@ -70,5 +70,5 @@ __all__ = [
     "DictionaryObject", "ErrorCode", "ErrorRegister", "Firmware", "FoundDevice", "Header",
     "InputLayout", "Intrinsics", "ObjectEntry", "Pdo", "SnapshotCommand", "Window", "Work",
     "assign", "check_sensor", "configuration_values", "data_mark", "decode_spots", "encode_frames",
-    "esi_document", "object_dictionary", "require_raw", "type_name",
+    "esi_document", "frames_of", "object_dictionary", "require_raw", "type_name",
 ]  # fmt: skip

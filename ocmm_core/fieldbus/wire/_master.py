@@ -2,8 +2,7 @@
 
 pysoem does not check the size of the process image, the length of outputs or the interface name,
 leaves a socket open after a failed open, and waits 8 ms for an answer whatever timeout is set
-(measured). These cases are checked here or in sibling modules. One thread owns a master from open
-to close.
+(measured). These cases are checked here or in sibling modules. One thread owns an open master.
 """
 
 from __future__ import annotations
@@ -24,8 +23,8 @@ from ocmm_core.fieldbus.wire._other_masters import refuse_other_programs
 from ocmm_core.fieldbus.wire._port import HostTime, Passage, Port
 from ocmm_core.fieldbus.wire._scan import stored_serial
 from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
-from ocmm_core.fieldbus.wire._sockets import drain, packet_sockets
-from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
+from ocmm_core.fieldbus.wire._sockets import drain, packet_sockets, receive_only
+from ocmm_core.fieldbus.wire._tally import N_INDICES, OWN_TOKEN
 from ocmm_core.host import HOST
 
 if HOST.is_linux_like:
@@ -104,6 +103,8 @@ class Master:
                     "Install the pysoem version required by this program.",
                 )
             self._own = [socket.socket(fileno=os.dup(number)) for number in opened]
+            for own in self._own:
+                receive_only(own, range(N_INDICES))
             self._port = Port(interfaces, self._time, token)
             refuse_other_programs(interfaces)
         except BaseException:

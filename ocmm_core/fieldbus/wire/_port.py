@@ -23,7 +23,7 @@ from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram, decode_frame, frame_index
 from ocmm_core.fieldbus.wire._other_masters import FEW, LISTEN_S, foreign_frames, is_foreign
 from ocmm_core.fieldbus.wire._service import FIRST_INDEX, Job, ServiceChannel
-from ocmm_core.fieldbus.wire._sockets import LinkWatch, listen, transmit, waiting_on
+from ocmm_core.fieldbus.wire._sockets import INDICES, LinkWatch, listen, transmit, waiting_on
 from ocmm_core.fieldbus.wire._tally import N_INDICES, OWN_TOKEN, AnswerTally
 
 
@@ -147,8 +147,8 @@ class Passage(NamedTuple):
     """At least one answer of any kind arrived."""
     sent_ns: int
     answered_ns: int
-    """`sent_ns`, `answered_ns`: host times of the first frame sent, and of complete process data or
-    the end of the wait."""
+    """`sent_ns`, `answered_ns`: host times of the first frame sent, and of the last answer or the
+    end of the wait."""
     untaken: bool = False
     """All answers arrived, but the master library had no time to receive all of them."""
 
@@ -178,14 +178,18 @@ class Port:
         self._strange = 0.0
         self._names = tuple(interfaces)
         try:
-            for name in interfaces:
-                self._channels.append(listen(name))
+            if self.ring is None:
+                # The service frame is sent last and has a socket of its own: waiting for its answer
+                # first, one wake-up serves all answers of a cycle.
+                for indices in (INDICES[:FIRST_INDEX], INDICES[FIRST_INDEX:]):
+                    self._channels.append(listen(interfaces[0], indices))
+            else:
+                self._channels += map(listen, interfaces)
         except OSError as error:
             self.close()
             raise BusError(
                 "bus.unusable",
-                f"Interface '{interfaces[len(self._channels)]}' cannot be opened "
-                f"({error.strerror}).",
+                f"Interface '{' or '.join(interfaces)}' cannot be opened ({error.strerror}).",
                 "Check the adapter and its driver.",
             ) from error
 
@@ -259,6 +263,9 @@ class Port:
         if self._time.stretched:
             self._wait_for_all(service)
             return tally.missing == 0, tally.any_came or self._service_came, time.monotonic_ns()
+        if service.waits:
+            rest = min(_SERVICE_WAIT_NS, deadline_ns - time.monotonic_ns())
+            self._wait(lambda: service.waits, service, rest, first=1)
         self._wait(lambda: tally.missing > 0, service, deadline_ns - time.monotonic_ns())
         answered_ns = time.monotonic_ns()
         whole = tally.missing == 0
@@ -344,13 +351,17 @@ class Port:
             if stands_still or not self._time.on_their_way(sent, self._came):
                 return
 
-    def _wait(self, waiting: Callable[[], bool], service: ServiceChannel, time_ns: int) -> None:
-        deadline = time.monotonic_ns() + time_ns
+    def _wait(
+        self, waiting: Callable[[], bool], service: ServiceChannel, time_ns: int, first: int = 0
+    ) -> None:
+        """Wait for frames on the channels from `first` on; process those of all."""
+        channels, deadline = self._channels[first:], time.monotonic_ns() + time_ns
         while waiting():
             rest = deadline - time.monotonic_ns()
-            ready: list[socket.socket] = []
-            with contextlib.suppress(OSError, ValueError):
-                ready, _, _ = select.select(self._channels, [], [], max(0.0, rest * 1e-9))
+            try:
+                ready, _, _ = select.select(channels, [], [], max(0.0, rest * 1e-9))
+            except (OSError, ValueError):
+                return
             if not ready:
                 return
             for frame in self.collect(service):
