@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from ocmm_core.geometry import Float
+from ocmm_trackers._messages import DeviceStatus, MarkerPlace, Message, Pose, SensorValues, name_of
 
 HEADER = struct.Struct(">H12s20sIIQQ")
 MOST_BODY = 1 << 16
@@ -52,56 +52,6 @@ def checksum(content: bytes) -> int:
 def fraction_of(time_ns: int) -> tuple[int, int]:
     """Return seconds and fraction (units of 2^-32 s) of a time stamp."""
     return time_ns // 10**9, ((time_ns % 10**9 << 32) + 10**9 - 1) // 10**9
-
-
-@dataclass(frozen=True, slots=True)
-class MarkerPlace:
-    """A named place in a message; NaN if the device sent no number."""
-
-    name: str
-    place: tuple[float, float, float]
-    """In the unit of the device."""
-    turned: bool = False
-    """It has a rotation: it is the pose of a tool, not a marker."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """Places of one time: markers, or tools."""
-
-    elements: tuple[MarkerPlace, ...]
-    whole: bool
-    """All markers of the time are in this message."""
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceStatus:
-    code: int
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class SensorValues:
-    values: tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Message:
-    """A message with a correct checksum; `content` is None for kinds that are not read."""
-
-    kind: str
-    device: str
-    time_ns: int
-    """0 if the sender did not stamp it."""
-    content: Pose | DeviceStatus | SensorValues | None = field(default=None)
-
-
-def name_of(raw: bytes) -> str:
-    """Return a text field of fixed size; ValueError unless printable ASCII."""
-    text = raw.split(b"\0", 1)[0].decode("ascii")
-    if not text.isprintable():
-        raise ValueError("name")
-    return text
 
 
 def decode(kind: str, device: str, version: int, stamp: tuple[int, int], body: bytes) -> Message:

@@ -2,35 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from ocmm_core.camera import TrackerDocument
 from ocmm_core.errors import AcquisitionError
-from ocmm_trackers._igtl import HEADER, MOST_BODY, Message, checksum, decode, name_of
+from ocmm_trackers._igtl import HEADER, MOST_BODY, checksum, decode
+from ocmm_trackers._messages import Message, MessageAccount, name_of
 
 _MOST_PASSED = 1 << 28
 _VERSIONS = (1, 2, 3)
 
 
-@dataclass(slots=True)
-class MessageAccount:
-    """``received == decoded + unread + damaged + malformed``, messages."""
+class IgtlDecoder:
+    """A `Decoder` of OpenIGTLink; its server sends without requests."""
 
-    received: int = 0
-    decoded: int = 0
-    unread: int = 0
-    """Of kinds that are not read, or too large."""
-    damaged: int = 0
-    """With a wrong checksum."""
-    malformed: int = 0
+    ready = True
+    wait_s = 0.1
+    group = None
 
-
-class MessageStream:
-    """Messages in the bytes of one connection; holds one message at most."""
-
-    def __init__(self) -> None:
+    def __init__(self, _document: TrackerDocument) -> None:
         self.account = MessageAccount()
         self._buffer = bytearray()
         self._passed = 0
+
+    def requests(self, _now_s: float) -> bytes:
+        """Return nothing."""
+        return b""
 
     def feed(self, data: bytes) -> list[Message]:
         """Return the messages that these bytes complete.
