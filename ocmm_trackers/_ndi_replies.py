@@ -74,7 +74,7 @@ def read_bx(body: bytes) -> list[NdiFrame]:
         _, counted = cursor.take("II")
         number = max(number, counted)
         for index, place in enumerate(_places(cursor)):
-            found.tools.append(MarkerPlace(f"{handle:02X}:{index + 1}", place))
+            found.tools.append(MarkerPlace(f"{handle:02X}:{index}", place))
     found.strays = _places(cursor)
     cursor.take("H")
     if cursor.left:

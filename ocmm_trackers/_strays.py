@@ -36,7 +36,11 @@ class StrayNames:
         for marker, slot in zip(*linear_sum_assignment(cost), strict=True):
             if away[marker, slot] <= _FARTHEST_MM:
                 slots[marker] = slot
-        for marker in np.flatnonzero(slots < 0).tolist():
+        known = slots >= 0
+        if known.any():
+            # Hidden markers move with the others.
+            self._places += (places[known] - self._places[slots[known]]).mean(axis=0)
+        for marker in np.flatnonzero(~known).tolist():
             free = [slot for slot in np.flatnonzero(self._hidden > _KEPT) if slot not in slots]
             if not free:
                 self._places = np.vstack([self._places, places[marker]])

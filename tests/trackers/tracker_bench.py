@@ -48,13 +48,15 @@ def places_of(rng: np.random.Generator) -> np.ndarray:
     return BODY.leds_probe @ turn.T + rng.uniform(-80.0, 80.0, 3)
 
 
-def source_to(protocol: str, path: Path, server: TrackerServer) -> tuple[TrackerSource, FrameRing]:
+def source_to(
+    protocol: str, path: Path, server: TrackerServer, connect_s: float = 5.0
+) -> tuple[TrackerSource, FrameRing]:
     """Return a source of a server, not opened."""
     address = f"127.0.0.1:{server.port}"
     config, ring = tracker_config(protocol, path, PROBE, load_rig(path), address, "test")
     source = TrackerSource(
         tracker_description(config), PROTOCOLS[protocol], (config.host, config.port),
-        load_tracker(path), load_rig(path), np.array(config.leds), config.connect_s,
+        load_tracker(path), load_rig(path), np.array(config.leds), connect_s,
     )  # fmt: skip
     return source, ring
 
@@ -62,14 +64,14 @@ def source_to(protocol: str, path: Path, server: TrackerServer) -> tuple[Tracker
 @contextmanager
 def playing(
     server: TrackerServer, encoder: MarkerEncoder, frames: Sequence[tuple[np.ndarray, int]]
-) -> Iterator[Event]:
-    """Play markers and times to the client of a server; yield an event for their end."""
-    ended, played = Event(), Event()
+) -> Iterator[tuple[Event, Event]]:
+    """Answer the client of a server; yield events that start the frames and report their end."""
+    ended, opened, played = Event(), Event(), Event()
 
     def play() -> None:
         left = deque(frames)
         while not ended.is_set():
-            if not server.accepted() or not left:
+            if not server.accepted() or not left or not opened.is_set():
                 sleep(1e-4)
                 continue
             server.send(encoder.frame(*left.popleft()))
@@ -79,24 +81,35 @@ def playing(
     thread = Thread(target=play)
     thread.start()
     try:
-        yield played
+        yield opened, played
     finally:
         ended.set()
         thread.join()
 
 
 def measured(
-    protocol: str, path: Path, encoder: MarkerEncoder, frames: Sequence[tuple[np.ndarray, int]]
+    protocol: str,
+    path: Path,
+    encoder: MarkerEncoder,
+    frames: Sequence[tuple[np.ndarray, int]],
+    reasons: list[str] | None = None,
 ) -> tuple[TrackerSource, list[FrameBlock]]:
-    """Return a source after all frames of a software tracker; errors as it raises them."""
+    """Return a source after all frames of a software tracker; errors as it raises them.
+
+    ``reasons`` gets those of reads without frames.
+    """
     server, blocks = TrackerServer(encoder), []
     source, ring = source_to(protocol, path, server)
     try:
-        with playing(server, encoder, frames) as played:
+        with playing(server, encoder, frames) as (opened, played):
             source.open()
+            opened.set()
             while True:
                 last = played.is_set()
-                block = source.read().frames
+                cycle = source.read()
+                block = cycle.frames
+                if reasons is not None and cycle.reason:
+                    reasons.append(cycle.reason)
                 blocks += [] if block is None else [block]
                 if last and block is None:
                     return source, blocks
