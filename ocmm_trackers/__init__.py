@@ -3,11 +3,10 @@
 In: messages of a tracker. Out: spots of its equivalent cameras (`ocmm_core.camera`), in the
 ring of a station.
 
-Read `_messages` (what all protocols have in common), the decoders `_igtl` with `_igtl_stream`,
-`_natnet`, `_ndi` with `_ndi_replies` and `_strays`, `_qtm`, then `_protocols` (their table),
-`_link`, `_frames` (markers to frames), `_proof` (unit and axes by the probe), `_source`,
-`_process`, `_feed` and `_specs` (the entries of `ocmm.sources`). It must not import virtual
-trackers.
+Read `_messages` (what all protocols have in common), the decoders `_igtl`, `_natnet`, `_ndi` with
+`_ndi_replies`, and `_qtm`, then `_link`, `_frames` (markers to frames), `_proof` (unit and axes by
+the probe), `_source`, `_process`, `_feed` and `_specs` (the entries of `ocmm.sources`). It must not
+import virtual trackers.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -15,24 +14,28 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_trackers._feed import tracker_config
     from ocmm_trackers._frames import FrameAccount, FrameBuilder, MarkerFrame
-    from ocmm_trackers._igtl import IDENTITY, checksum, decode, fraction_of
-    from ocmm_trackers._igtl_stream import IgtlDecoder
+    from ocmm_trackers._igtl import IDENTITY, IgtlDecoder, checksum, decode, fraction_of
+    from ocmm_trackers._link import DatagramLink
     from ocmm_trackers._messages import (
-        Cursor, Decoder, DeviceStatus, MarkerPlace, Message, MessageAccount, Pose,
+        Decoder, DeviceStatus, MarkerPlace, Message, MessageAccount, Pose,
     )  # fmt: skip
+    from ocmm_trackers._natnet import NatNetDecoder
+    from ocmm_trackers._ndi import NdiDecoder
     from ocmm_trackers._ndi_replies import checksum_ndi
-    from ocmm_trackers._process import TrackerConfig, tracker_command, tracker_description
+    from ocmm_trackers._process import (
+        PROTOCOLS, TrackerConfig, tracker_command, tracker_description,
+    )  # fmt: skip
     from ocmm_trackers._proof import GeometryProof, judge_geometry
-    from ocmm_trackers._protocols import PROTOCOLS, TrackerProtocol
+    from ocmm_trackers._qtm import QtmDecoder
     from ocmm_trackers._source import TrackerSource
     from ocmm_trackers._specs import IGTL, NATNET, NDI, QTM
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "IDENTITY", "IGTL", "NATNET", "NDI", "PROTOCOLS", "QTM", "Cursor", "Decoder", "DeviceStatus",
-    "FrameAccount", "FrameBuilder", "GeometryProof", "IgtlDecoder", "MarkerFrame", "MarkerPlace",
-    "Message", "MessageAccount", "Pose", "TrackerConfig", "TrackerProtocol", "TrackerSource",
-    "checksum", "checksum_ndi", "decode", "fraction_of", "judge_geometry", "tracker_command",
-    "tracker_config", "tracker_description",
+    "IDENTITY", "IGTL", "NATNET", "NDI", "PROTOCOLS", "QTM", "DatagramLink", "Decoder",
+    "DeviceStatus", "FrameAccount", "FrameBuilder", "GeometryProof", "IgtlDecoder", "MarkerFrame",
+    "MarkerPlace", "Message", "MessageAccount", "NatNetDecoder", "NdiDecoder", "Pose", "QtmDecoder",
+    "TrackerConfig", "TrackerSource", "checksum", "checksum_ndi", "decode", "fraction_of",
+    "judge_geometry", "tracker_command", "tracker_config", "tracker_description",
 ]  # fmt: skip

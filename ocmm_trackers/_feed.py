@@ -11,9 +11,8 @@ from ocmm_core.composition import Feed, StationRequest
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.tracking import load_probe
-from ocmm_trackers._process import TrackerConfig, tracker_command, tracker_description
+from ocmm_trackers._process import PROTOCOLS, TrackerConfig, tracker_command, tracker_description
 from ocmm_trackers._proof import flatness
-from ocmm_trackers._protocols import PROTOCOLS
 
 _FLAT_SIGMAS = 20.0
 """LEDs nearer to one plane, in standard deviations of a marker, do not prove the handedness."""

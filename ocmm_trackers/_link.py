@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import select
 import socket
-from typing import Protocol
 
 from ocmm_core.errors import AcquisitionError
 
@@ -13,21 +12,8 @@ _MOST_WAITING = 64
 """Datagrams of one read."""
 
 
-class Link(Protocol):
-    """A connection; its methods raise OSError, and AcquisitionError at its end."""
-
-    def send(self, data: bytes) -> None:
-        """Send bytes."""
-
-    def receive(self, wait_s: float) -> list[bytes]:
-        """Return what has arrived, or nothing after a wait, s."""
-
-    def close(self) -> None:
-        """End the connection; idempotent."""
-
-
 class StreamLink:
-    """A `Link` by TCP."""
+    """A connection by TCP; OSError if there is none."""
 
     def __init__(self, address: tuple[str, int], connect_s: float) -> None:
         self._socket = socket.create_connection(address, connect_s)
@@ -35,9 +21,11 @@ class StreamLink:
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def send(self, data: bytes) -> None:
+        """Send bytes."""
         self._socket.sendall(data)
 
     def receive(self, wait_s: float) -> list[bytes]:
+        """Return what has arrived, or nothing after a wait, s; AcquisitionError at its end."""
         self._socket.settimeout(wait_s)
         try:
             data = self._socket.recv(_CHUNK)
@@ -56,20 +44,23 @@ class StreamLink:
         return [data]
 
     def close(self) -> None:
+        """End the connection; idempotent."""
         self._socket.close()
 
 
 class DatagramLink:
-    """A `Link` by UDP; datagrams of other computers are dropped."""
+    """Datagrams (UDP) to and from one computer; those of others are dropped."""
 
     def __init__(self, address: tuple[str, int], _connect_s: float) -> None:
         self._address = (socket.gethostbyname(address[0]), address[1])
         self._sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM)]
 
     def send(self, data: bytes) -> None:
+        """Send a datagram."""
         self._sockets[0].sendto(data, self._address)
 
     def receive(self, wait_s: float) -> list[bytes]:
+        """Return the datagrams that have arrived, or nothing after a wait, s."""
         found: list[bytes] = []
         ready = select.select(self._sockets, [], [], wait_s)[0]
         while ready and len(found) < _MOST_WAITING:
@@ -93,5 +84,6 @@ class DatagramLink:
         one.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, both)
 
     def close(self) -> None:
+        """Close all sockets; idempotent."""
         for one in self._sockets:
             one.close()

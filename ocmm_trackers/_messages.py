@@ -1,13 +1,16 @@
-"""Messages of a tracker in the form that all protocols share, and the interface of a protocol."""
+"""Messages of trackers in the form that all protocols share, and the base of their decoders."""
 
 from __future__ import annotations
 
 import struct
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
-MOST_NAME = 64
-"""Characters of a name."""
+from ocmm_core.camera import TrackerDocument
+from ocmm_core.errors import AcquisitionError
+
+HIDDEN = (float("nan"),) * 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +46,7 @@ class SensorValues:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A message with a correct checksum; `content` is None for kinds that are not read."""
+    """An intact message; `content` is None for kinds that are not read."""
 
     kind: str
     device: str
@@ -65,37 +68,84 @@ class MessageAccount:
     malformed: int = 0
 
 
-class Decoder(Protocol):
-    """One protocol: bytes of a device to messages, and the requests to the device.
+class DamagedPacketError(ValueError):
+    """A packet has a wrong checksum."""
 
-    It holds one message at most, and raises AcquisitionError for bytes of another protocol and for
-    devices that refuse to send.
-    """
 
-    account: MessageAccount
-    ready: bool
+class Decoder(ABC):
+    """One protocol: bytes of a device to messages, and the requests to the device."""
+
+    name: ClassVar[str]
+    """In recordings."""
+    port: ClassVar[int]
+    """If the source names none."""
+    server: ClassVar[str]
+    """To be started at the device."""
+    datagrams: ClassVar[bool] = False
+    ready = True
     """The device has answered all requests before its first frame."""
-    wait_s: float
+    wait_s = 0.1
     """Longest wait for bytes before `requests` is to be called again."""
-    group: tuple[str, int] | None
+    group: tuple[str, int] | None = None
     """Multicast address and port of its frames; None: they come to the sender of the requests."""
 
-    def requests(self, now_s: float) -> bytes:
+    def __init__(self, _document: TrackerDocument) -> None:
+        self.account = MessageAccount()
+        self._buffer = bytearray()
+
+    def requests(self, _now_s: float) -> bytes:
         """Return the bytes to send now, or none; ``now_s``: of a monotonic clock."""
+        return b""
 
     def feed(self, data: bytes) -> list[Message]:
-        """Return the messages that these bytes, one datagram if it is one, complete."""
+        """Return the messages that these bytes, one datagram if it is one, complete.
+
+        AcquisitionError for bytes of another protocol, and for devices that refuse to send.
+        """
+        found: list[Message] = []
+        self._buffer += data
+        while (packet := self._cut()) is not None:
+            self.account.received += 1
+            try:
+                messages = self._read(packet)
+            except DamagedPacketError:
+                self.account.damaged += 1
+            except (ValueError, struct.error):
+                self.account.malformed += 1
+            else:
+                self.account.decoded += messages is not None
+                self.account.unread += messages is None
+                found += messages or ()
+        return found
+
+    @abstractmethod
+    def _cut(self) -> bytes | None:
+        """Remove and return the next packet in the buffer; None if it is not complete."""
+
+    @abstractmethod
+    def _read(self, packet: bytes) -> list[Message] | None:
+        """Return the messages of a packet, None for a kind that is not read.
+
+        ValueError if it does not have the form of its kind.
+        """
+
+    def _foreign(self) -> AcquisitionError:
+        return AcquisitionError(
+            "tracker.stream",
+            f"The tracker sent bytes that are not of the protocol {self.name}.",
+            f"Check host and port (usually {self.port}), and that {self.server} is there.",
+        )
 
 
 class Cursor:
     """Little-endian numbers and texts of a packet, one after another; ValueError at its end."""
 
     def __init__(self, packet: bytes) -> None:
-        self._packet, self.at = packet, 0
+        self._packet, self._at = packet, 0
 
     @property
     def left(self) -> int:
-        return len(self._packet) - self.at
+        return len(self._packet) - self._at
 
     def take(self, form: str) -> tuple[Any, ...]:
         """Return the next numbers, of a format of `struct`."""
@@ -105,27 +155,20 @@ class Cursor:
         """Return the next bytes."""
         if not 0 <= size <= self.left:
             raise ValueError("end of packet")
-        self.at += size
-        return self._packet[self.at - size : self.at]
+        self._at += size
+        return self._packet[self._at - size : self._at]
 
     def text(self) -> bytes:
         """Return the bytes before the next zero."""
-        found = self._packet.find(b"\0", self.at)
-        if found < 0:
-            raise ValueError("end of text")
-        raw = self.skip(found - self.at)
-        self.at += 1
-        return raw
+        return self.skip(self._packet.index(b"\0", self._at) + 1 - self._at)[:-1]
 
 
-def name_of(raw: bytes) -> str:
-    """Return a text field of fixed size; ValueError unless printable ASCII."""
-    text = raw.split(b"\0", 1)[0].decode("ascii")
-    if not text.isprintable():
-        raise ValueError("name")
-    return text
+def printable(raw: bytes) -> str:
+    """Return a text of a device for a sentence, at most 100 characters."""
+    text = raw.split(b"\0", 1)[0].decode("ascii", "replace")
+    return "".join(one for one in text if one.isprintable())[:100]
 
 
-def frame_of(device: str, time_ns: int, elements: list[MarkerPlace]) -> Message:
+def frame_of(device: str, time_ns: int, elements: list[MarkerPlace]) -> list[Message]:
     """Return the message of all markers of one exposure."""
-    return Message("frame", device, time_ns, Pose(tuple(elements), whole=True))
+    return [Message("frame", device, time_ns, Pose(tuple(elements), whole=True))]

@@ -10,12 +10,20 @@ import struct
 from collections import deque
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from ocmm_core.camera import TrackerDocument
 from ocmm_core.errors import AcquisitionError
-from ocmm_trackers._messages import Message, MessageAccount, frame_of
+from ocmm_core.geometry import Float
+from ocmm_trackers._messages import (
+    DamagedPacketError,
+    Decoder,
+    MarkerPlace,
+    Message,
+    frame_of,
+    printable,
+)
 from ocmm_trackers._ndi_replies import NdiFrame, checksum_ndi, read_bx, read_bx2, read_tx
-from ocmm_trackers._strays import StrayNames
 
 _START = ("TSTOP:", "INIT:", "PHSR:02", "PHSR:03", "TSTART:")
 """A device that still tracks for an earlier client refuses the others before the first."""
@@ -23,33 +31,32 @@ _POLLS = ("BX2:--6d=tools --3d=all", "BX:1009", "TX:1001")
 _UNKNOWN = ("ERROR01", "ERROR07")
 """Unknown command or parameter."""
 _SHORT, _LONG = 0xA5C4, 0xA5C8
+"""Starts of binary replies, by the size of their length."""
 _MOST_TEXT, _MOST_BINARY = 1 << 13, 1 << 16
 _WAIT_S, _REPEAT_S = 0.1, 1.0
 _PAUSE = 0.1
 """Wait before the next poll after one without a new frame, in periods."""
 _HIGHEST = 1e7
 """mm; larger coordinates stand for a marker that is not seen."""
+_FARTHEST_MM = 20.0
+"""Way of a marker between two frames, beyond that of the others: 1.2 m/s at 60 Hz."""
+_KEPT = 30
+"""Frames for which the name of a hidden marker is kept."""
 
 
-class NdiDecoder:
-    """A `Decoder` of NDI devices, their stray markers and the markers of their tools.
+class NdiDecoder(Decoder):
+    """Stray markers are named S1, S2, ..., those of tools TOOL:MARKER."""
 
-    Stray markers are named S1, S2, ..., those of tools TOOL:MARKER.
-    """
-
-    group = None
+    name, port, server = "NDI", 8765, "the tracker"
+    ready = False
 
     def __init__(self, document: TrackerDocument) -> None:
-        self.account = MessageAccount()
-        self.ready = False
-        self.wait_s = _WAIT_S
-        self._queue = deque(_START)
-        self._polls = deque(_POLLS)
+        super().__init__(document)
+        self._queue, self._polls = deque(_START), deque(_POLLS)
         self._sent, self._repeat_s, self._next_s = "", 0.0, 0.0
         self._paused, self._pause_s = False, _PAUSE / document.frame_rate_hz
         self._last_ns = 0
         self._names = StrayNames()
-        self._buffer = bytearray()
 
     def requests(self, now_s: float) -> bytes:
         """Return the next command, or the last one again if no reply came."""
@@ -59,79 +66,50 @@ class NdiDecoder:
             return b""
         self._sent = self._sent or (self._queue or self._polls)[0]
         self._repeat_s, self.wait_s = now_s + _REPEAT_S, _WAIT_S
-        return command(self._sent)
+        return f"{self._sent}{checksum_ndi(self._sent.encode()):04X}\r".encode()
 
-    def feed(self, data: bytes) -> list[Message]:
-        """Return the frames that these bytes complete.
-
-        AcquisitionError if they are of another protocol, or if the device refuses a command.
-        """
-        found: list[Message] = []
-        self._buffer += data
-        while len(self._buffer) >= 2:
-            (start,) = struct.unpack_from("<H", self._buffer)
-            reply = self._binary(start) if start in (_SHORT, _LONG) else self._text()
-            if reply is None:
-                break
-            self.account.received += 1
-            content, intact = reply
-            if not intact:
-                # The command is sent again.
-                self.account.damaged += 1
-                self._repeat_s = 0.0
-                continue
-            try:
-                found += self._take(content)
-            except ValueError:
-                self.account.malformed += 1
-            else:
-                self.account.decoded += 1
-        return found
-
-    def _binary(self, start: int) -> tuple[bytes | str, bool] | None:
-        form = "<HHH" if start == _SHORT else "<HIH"
-        head = struct.calcsize(form)
-        if len(self._buffer) < head:
+    def _cut(self) -> bytes | None:
+        start = int.from_bytes(self._buffer[:2], "little")
+        if start in (_SHORT, _LONG):
+            form = struct.Struct("<HHH" if start == _SHORT else "<HIH")
+            if len(self._buffer) < form.size:
+                return None
+            _, size, stated = form.unpack_from(self._buffer)
+            if size > _MOST_BINARY or checksum_ndi(self._buffer[: form.size - 2]) != stated:
+                raise self._foreign()
+            size += form.size + 2
+        else:
+            size = self._buffer.find(b"\r") + 1
+            if max(size, (not size) * len(self._buffer)) > _MOST_TEXT:
+                raise self._foreign()
+        if not 0 < size <= len(self._buffer):
             return None
-        _, size, stated = struct.unpack_from(form, self._buffer)
-        if size > _MOST_BINARY or checksum_ndi(bytes(self._buffer[: head - 2])) != stated:
-            raise _foreign()
-        if len(self._buffer) < head + size + 2:
-            return None
-        body = bytes(self._buffer[head : head + size])
-        (stated,) = struct.unpack_from("<H", self._buffer, head + size)
-        del self._buffer[: head + size + 2]
-        return body, checksum_ndi(body) == stated
+        packet = bytes(self._buffer[:size])
+        del self._buffer[:size]
+        return packet
 
-    def _text(self) -> tuple[bytes | str, bool] | None:
-        end = self._buffer.find(b"\r")
-        if end > _MOST_TEXT or (end < 0 and len(self._buffer) > _MOST_TEXT):
-            raise _foreign()
-        if end < 0:
-            return None
-        line = bytes(self._buffer[:end])
-        del self._buffer[: end + 1]
-        text, stated = line[:-4], line[-4:]
-        intact = f"{checksum_ndi(text):04X}".encode() == stated.upper() and text.isascii()
-        return text.decode("ascii", "replace"), intact
-
-    def _take(self, reply: bytes | str) -> list[Message]:
-        """Return the frames of an intact reply; ValueError if it is none to the last command."""
-        sent = self._sent
-        if not sent:
-            raise ValueError("not requested")
-        self._sent = ""
-        if isinstance(reply, str) and reply.startswith(("ERROR", "RESET")):
-            self._refused(sent, reply)
+    def _read(self, packet: bytes) -> list[Message] | None:
+        head = {_SHORT: 6, _LONG: 8}.get(int.from_bytes(packet[:2], "little"), 0)
+        body, stated = packet[head:-2], int.from_bytes(packet[-2:], "little")
+        if not head:
+            body, stated = packet[:-5], int(packet[-5:-1], 16)
+        if checksum_ndi(body) != stated:
+            # The command is sent again.
+            self._repeat_s = 0.0
+            raise DamagedPacketError
+        sent, self._sent = self._sent, ""
+        text = "" if head else body.decode("ascii")
+        if text.startswith(("ERROR", "RESET")):
+            self._refused(sent, text)
             return []
+        if not sent or (head > 0) is not (sent[:2] == "BX"):
+            raise ValueError("reply to another command")
         if self._queue:
-            self._started(sent, reply)
+            self._started(sent, text)
             return []
-        if isinstance(reply, str):
-            if not sent.startswith("TX:"):
-                raise ValueError("text")
-            return self._messages(read_tx(reply))
-        return self._messages((read_bx2 if sent.startswith("BX2:") else read_bx)(reply))
+        if text:
+            return self._messages(read_tx(text))
+        return self._messages(read_bx2(body) if sent[:3] == "BX2" else read_bx(body))
 
     def _refused(self, sent: str, reply: str) -> None:
         if sent == _START[0]:
@@ -139,17 +117,14 @@ class NdiDecoder:
         elif not self._queue and reply[:7] in _UNKNOWN and len(self._polls) > 1:
             self._polls.popleft()
         else:
-            shown = "".join(one for one in reply if one.isprintable())[:40]
             raise AcquisitionError(
                 "ndi.refused",
-                f"The tracker answered {sent.partition(':')[0]} with {shown}.",
+                f"The tracker answered {sent.partition(':')[0]} with {printable(reply.encode())}.",
                 "Check its status lights and the tools plugged in, switch it off and on, then "
                 "open the job again.",
             )
 
-    def _started(self, sent: str, reply: bytes | str) -> None:
-        if not isinstance(reply, str):
-            raise ValueError("binary")
+    def _started(self, sent: str, reply: str) -> None:
         self._queue.popleft()
         if sent.startswith("PHSR:"):
             if re.fullmatch("[0-9A-F]{2}(?:[0-9A-F]{5})*", reply) is None:
@@ -160,14 +135,8 @@ class NdiDecoder:
         self.ready = not self._queue
 
     def _messages(self, frames: list[NdiFrame]) -> list[Message]:
-        new = [one for one in frames if one.time_ns != self._last_ns or not one.time_ns]
-        if not new:
-            self._paused, self.wait_s = True, self._pause_s
-        found = []
-        for one in new:
-            self._last_ns = one.time_ns
-            strays = np.array(one.strays).reshape(-1, 3)
-            seen = np.abs(strays).max(axis=1, initial=0.0) < _HIGHEST
+        found: list[Message] = []
+        for one in frames:
             if not one.time_ns:
                 raise AcquisitionError(
                     "ndi.no_tool",
@@ -175,19 +144,51 @@ class NdiDecoder:
                     "Load a tool definition into the device, or plug a tool in; its markers need "
                     "not be seen.",
                 )
-            elements = [*one.tools, *self._names.named(strays[seen])]
-            found.append(frame_of("NDI", one.time_ns, elements))
+            if one.time_ns != self._last_ns:
+                self._last_ns = one.time_ns
+                strays = np.array(one.strays).reshape(-1, 3)
+                seen = np.abs(strays).max(axis=1, initial=0.0) < _HIGHEST
+                elements = [*one.tools, *self._names.named(strays[seen])]
+                found += frame_of(self.name, one.time_ns, elements)
+        self._paused = not found
+        self.wait_s = _WAIT_S if found else self._pause_s
         return found
 
 
-def command(text: str) -> bytes:
-    """Return a command with its checksum."""
-    return f"{text}{checksum_ndi(text.encode()):04X}\r".encode()
+class StrayNames:
+    """Names S1, S2, ... for stray markers, which the device lists in any order.
 
+    A name tells which marker of the frame before it was, not which LED it is: that follows from
+    the distances between the markers, as with the spots of cameras.
+    """
 
-def _foreign() -> AcquisitionError:
-    return AcquisitionError(
-        "ndi.stream",
-        "The tracker sent bytes that are no reply of an NDI device.",
-        "Check host and port, and that no other program uses the device.",
-    )
+    def __init__(self) -> None:
+        self._places = np.zeros((0, 3))
+        self._hidden = np.zeros(0, np.int64)
+        """Frames since a marker of this name was seen."""
+
+    def named(self, places: Float) -> list[MarkerPlace]:
+        """Return the markers (n, 3), mm, of the next frame with their names."""
+        self._hidden += 1
+        away = np.linalg.norm(places[:, None] - self._places, axis=2)
+        away[:, self._hidden > _KEPT] = np.inf
+        names = np.full(len(places), -1)
+        cost = np.minimum(away, 2.0 * _FARTHEST_MM) ** 2
+        for marker, name in zip(*linear_sum_assignment(cost), strict=True):
+            names[marker] = name if away[marker, name] <= _FARTHEST_MM else -1
+        known = names >= 0
+        if known.any():
+            # Hidden markers move with the others.
+            self._places += (places[known] - self._places[names[known]]).mean(axis=0)
+        for marker in np.flatnonzero(~known):
+            free = np.setdiff1d(np.flatnonzero(self._hidden > _KEPT), names)
+            if not len(free):
+                free = np.array([len(self._hidden)])
+                self._places = np.vstack([self._places, places[marker]])
+                self._hidden = np.append(self._hidden, 0)
+            names[marker] = free[0]
+        self._places[names], self._hidden[names] = places, 0
+        return [
+            MarkerPlace(f"S{name + 1}", (x, y, z))
+            for name, (x, y, z) in zip(names.tolist(), places.tolist(), strict=True)
+        ]

@@ -17,10 +17,9 @@ from ocmm_core.camera import REACH_MM, Rig, TrackerDocument, project
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
 from ocmm_trackers._frames import FrameBuilder, MarkerFrame
-from ocmm_trackers._link import DatagramLink, Link
-from ocmm_trackers._messages import DeviceStatus, Message, Pose, SensorValues
+from ocmm_trackers._link import DatagramLink, StreamLink
+from ocmm_trackers._messages import Decoder, DeviceStatus, Message, Pose, SensorValues
 from ocmm_trackers._proof import GeometryProof, judge_geometry, refuse
-from ocmm_trackers._protocols import TrackerProtocol
 
 _OK = 1
 _UNPROVEN = (
@@ -38,7 +37,7 @@ class TrackerSource:
     def __init__(
         self,
         description: SourceDescription,
-        protocol: TrackerProtocol,
+        decoder: Decoder,
         address: tuple[str, int],
         document: TrackerDocument,
         rig: Rig,
@@ -46,11 +45,11 @@ class TrackerSource:
         connect_s: float,
     ) -> None:
         self.description = description
-        self._protocol, self._address, self._connect_s = protocol, address, connect_s
+        self._address, self._connect_s = address, connect_s
         self._document, self._rig, self._leds = document, rig, leds
         self._period_ns = description.frame_period_ns
-        self.decoder, self.builder = protocol.decoder(document), FrameBuilder(document)
-        self._link: Link | None = None
+        self.decoder, self.builder = decoder, FrameBuilder(document)
+        self._link: DatagramLink | StreamLink | None = None
         self._proven = self._pressed = False
         self._reason = ""
         self._origin_ns = -1
@@ -62,7 +61,8 @@ class TrackerSource:
         """Connect; AcquisitionError if no tracker answers."""
         deadline = time.monotonic() + self._connect_s
         try:
-            self._link = self._protocol.link(self._address, self._connect_s)
+            link = DatagramLink if self.decoder.datagrams else StreamLink
+            self._link = link(self._address, self._connect_s)
             while not self.decoder.ready and time.monotonic() < deadline:
                 self._receive()
             if self.decoder.group is not None and isinstance(self._link, DatagramLink):
@@ -111,7 +111,7 @@ class TrackerSource:
         return AcquisitionError(
             "tracker.connect",
             f"No tracker answers at {self._address[0]}:{self._address[1]} ({why}).",
-            f"Start {self._protocol.server}; check host, port and firewall.",
+            f"Start {self.decoder.server}; check host, port and firewall.",
         )
 
     def _take(self, message: Message) -> list[MarkerFrame]:

@@ -12,7 +12,7 @@ from ocmm_core.camera import load_tracker
 from ocmm_core.documents import resource
 from ocmm_core.errors import AcquisitionError
 from ocmm_sim.trackers import NatNetEncoder, NdiEncoder, QtmEncoder, TrackerServer
-from ocmm_trackers import PROTOCOLS, Decoder, Pose, checksum_ndi
+from ocmm_trackers import PROTOCOLS, DatagramLink, Decoder, Pose, checksum_ndi
 from tests.trackers.tracker_bench import TRACKER, measured, places_of, source_to
 
 _FIRST_NS = 1_764_500_000_000_000_000
@@ -21,7 +21,7 @@ _OPTITRACK, _NDI = resource("rigs", "tracker_natnet.toml"), resource("rigs", "tr
 
 
 def decoder_of(protocol: str) -> Decoder:
-    return PROTOCOLS[protocol].decoder(load_tracker(TRACKER))
+    return PROTOCOLS[protocol](load_tracker(TRACKER))
 
 
 def text(reply: str) -> bytes:
@@ -78,12 +78,12 @@ def test_markers_filled_in_by_motive_are_hidden() -> None:
 
 
 def test_multicast_frames_are_received() -> None:
-    link = PROTOCOLS["natnet"].link(("127.0.0.1", 1), 1.0)
+    link = DatagramLink(("127.0.0.1", 1), 1.0)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.bind(("127.0.0.1", 0))
         sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
         try:
-            link.join(_GROUP, 21511)  # type: ignore[attr-defined] # A link of datagrams.
+            link.join(_GROUP, 21511)
             sender.sendto(b"frame", (_GROUP, 21511))
             assert link.receive(5.0) == [b"frame"]
         finally:
@@ -128,7 +128,7 @@ def test_a_hostile_list_of_labels_is_refused() -> None:
 @pytest.mark.parametrize("protocol", ["ndi", "qtm"])
 def test_bytes_of_another_protocol_are_refused(protocol: str) -> None:
     error = refusal(protocol, b"HTTP/1.1 400 Bad Request\n" * 500)
-    assert error.code == f"{protocol}.stream"
+    assert error.code == "tracker.stream"
 
 
 def test_a_device_of_ndi_in_another_state_is_named() -> None:

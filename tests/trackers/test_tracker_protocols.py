@@ -81,7 +81,7 @@ NEWEST = ("natnet 4.1", "ndi BX2", "qtm")
 def started(device: Device) -> tuple[Decoder, MarkerEncoder]:
     """Return both ends of a dialogue after all requests of the receiver."""
     encoder, now = device.encoder(), 0.0
-    decoder = PROTOCOLS[device.protocol].decoder(device.document)
+    decoder = PROTOCOLS[device.protocol](device.document)
     if encoder.greeting:
         decoder.feed(encoder.greeting)
     while not (decoder.ready and encoder.ready):

@@ -54,9 +54,10 @@ def source_to(
     """Return a source of a server, not opened."""
     address = f"127.0.0.1:{server.port}"
     config, ring = tracker_config(protocol, path, PROBE, load_rig(path), address, "test")
+    document = load_tracker(path)
     source = TrackerSource(
-        tracker_description(config), PROTOCOLS[protocol], (config.host, config.port),
-        load_tracker(path), load_rig(path), np.array(config.leds), connect_s,
+        tracker_description(config), PROTOCOLS[protocol](document), (config.host, config.port),
+        document, load_rig(path), np.array(config.leds), connect_s,
     )  # fmt: skip
     return source, ring
 
