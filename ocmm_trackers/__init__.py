@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ocmm_trackers._igtl import IDENTITY, IgtlDecoder, checksum, decode, fraction_of
     from ocmm_trackers._link import DatagramLink
     from ocmm_trackers._messages import (
-        Decoder, DeviceStatus, MarkerPlace, Message, MessageAccount, Pose,
+        Decoder, DeviceStatus, MarkerPlace, Message, MessageAccount, Pose, SensorValues,
     )  # fmt: skip
     from ocmm_trackers._natnet import NatNetDecoder
     from ocmm_trackers._ndi import NdiDecoder
@@ -36,6 +36,6 @@ __all__ = [
     "IDENTITY", "IGTL", "NATNET", "NDI", "PROTOCOLS", "QTM", "DatagramLink", "Decoder",
     "DeviceStatus", "FrameAccount", "FrameBuilder", "GeometryProof", "IgtlDecoder", "MarkerFrame",
     "MarkerPlace", "Message", "MessageAccount", "NatNetDecoder", "NdiDecoder", "Pose", "QtmDecoder",
-    "TrackerConfig", "TrackerSource", "checksum", "checksum_ndi", "decode", "fraction_of",
-    "judge_geometry", "tracker_command", "tracker_config", "tracker_description",
+    "SensorValues", "TrackerConfig", "TrackerSource", "checksum", "checksum_ndi", "decode",
+    "fraction_of", "judge_geometry", "tracker_command", "tracker_config", "tracker_description",
 ]  # fmt: skip

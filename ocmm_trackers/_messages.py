@@ -169,6 +169,11 @@ def printable(raw: bytes) -> str:
     return "".join(one for one in text if one.isprintable())[:100]
 
 
+def sensor_of(device: str, values: tuple[float, ...]) -> Message:
+    """Return the message of the values of a device, such as a button."""
+    return Message("sensor", device, 0, SensorValues(values))
+
+
 def frame_of(device: str, time_ns: int, elements: list[MarkerPlace]) -> list[Message]:
     """Return the message of all markers of one exposure."""
     return [Message("frame", device, time_ns, Pose(tuple(elements), whole=True))]

@@ -10,7 +10,15 @@ import struct
 from collections.abc import Callable
 
 from ocmm_core.errors import AcquisitionError
-from ocmm_trackers._messages import HIDDEN, Cursor, Decoder, MarkerPlace, Message, frame_of
+from ocmm_trackers._messages import (
+    HIDDEN,
+    Cursor,
+    Decoder,
+    MarkerPlace,
+    Message,
+    frame_of,
+    sensor_of,
+)
 
 _CONNECT, _SERVER, _FRAME, _KEEP_ALIVE = 0, 1, 7, 10
 _OLDEST, _WITH_SIZES, _NEWEST = (3, 0), (4, 1), 4
@@ -88,14 +96,13 @@ class NatNetDecoder(Decoder):
                 "a tip is unknown.",
                 "Switch on the labelled markers in the streaming settings of Motive.",
             )
-        # Force plates, and other devices.
-        for _ in range(2):
-            _pass_over(cursor, sized, _pass_channels)
+        _sensors(cursor, sized, "force plate ")
+        sensors = _sensors(cursor, sized)
         if cursor.left < _SUFFIX:
             raise ValueError("end of frame")
         # Time code, time since the start, and the clock at the middle of the exposure.
         *_, exposed = cursor.take("IIdQ")
-        return frame_of("Motive", exposed * 10**9 // self._clock_hz, elements)
+        return sensors + frame_of(self.name, exposed * 10**9 // self._clock_hz, elements)
 
 
 def _pass_over(cursor: Cursor, sized: bool, one: Callable[[Cursor], object]) -> None:
@@ -123,9 +130,16 @@ def _pass_set(cursor: Cursor) -> None:
     cursor.skip(12 * cursor.take("I")[0])
 
 
-def _pass_channels(cursor: Cursor) -> None:
-    for _ in range(cursor.take("II")[1]):
-        cursor.skip(4 * cursor.take("I")[0])
+def _sensors(cursor: Cursor, sized: bool, kind: str = "") -> list[Message]:
+    """Return the newest values of the channels of devices, which are named by their numbers."""
+    (count,) = cursor.take("I")
+    block = Cursor(cursor.skip(*cursor.take("I"))) if sized else cursor
+    found = []
+    for _ in range(count):
+        number, channels = block.take("II")
+        values = [block.take(f"{block.take('I')[0]}f")[-1:] for _ in range(channels)]
+        found.append(sensor_of(f"{kind}{number}", tuple(one for (one,) in filter(None, values))))
+    return found
 
 
 def _marker(row: Cursor) -> MarkerPlace:

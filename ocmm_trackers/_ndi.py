@@ -22,12 +22,13 @@ from ocmm_trackers._messages import (
     Message,
     frame_of,
     printable,
+    sensor_of,
 )
 from ocmm_trackers._ndi_replies import NdiFrame, checksum_ndi, read_bx, read_bx2, read_tx
 
 _START = ("TSTOP:", "INIT:", "PHSR:02", "PHSR:03", "TSTART:")
 """A device that still tracks for an earlier client refuses the others before the first."""
-_POLLS = ("BX2:--6d=tools --3d=all", "BX:1009", "TX:1001")
+_POLLS = ("BX2:--6d=tools --3d=all --1d=buttons", "BX:1009", "TX:1001")
 _UNKNOWN = ("ERROR01", "ERROR07")
 """Unknown command or parameter."""
 _SHORT, _LONG = 0xA5C4, 0xA5C8
@@ -45,7 +46,7 @@ _KEPT = 30
 
 
 class NdiDecoder(Decoder):
-    """Stray markers are named S1, S2, ..., those of tools TOOL:MARKER."""
+    """Stray markers are named S1, S2, ..., those of tools TOOL:MARKER, their buttons TOOL."""
 
     name, port, server = "NDI", 8765, "the tracker"
     ready = False
@@ -149,6 +150,7 @@ class NdiDecoder(Decoder):
                 strays = np.array(one.strays).reshape(-1, 3)
                 seen = np.abs(strays).max(axis=1, initial=0.0) < _HIGHEST
                 elements = [*one.tools, *self._names.named(strays[seen])]
+                found += [sensor_of(name, (float(on),)) for name, on in one.buttons.items()]
                 found += frame_of(self.name, one.time_ns, elements)
         self._paused = not found
         self.wait_s = _WAIT_S if found else self._pause_s

@@ -14,15 +14,17 @@ from ocmm_trackers._messages import HIDDEN, Cursor, MarkerPlace
 
 _STRAYS = 0xFFFF
 """Handle of stray markers in BX2."""
-_FRAME, _MARKERS = 1, 3
+_FRAME, _MARKERS, _BUTTONS = 1, 3, 4
 """Components of BX2."""
 _VALID, _MISSING, _DISABLED = 1, 2, 4
 _UNSEEN, _SEEN = 1, (0, 4, 5)
 """States of a marker: without coordinates; seen, out of the volume, that but used."""
+_SWITCHES = 0x0E
+"""Bits of the port status."""
 _FRAMES_HZ = 60
 """Of the frame numbers, also if the device measures less often."""
 _TOOL = re.compile(
-    "[0-9A-F]{2}(?:UNOCCUPIED|(?:MISSING|DISABLED|[+-][0-9+-]{50})[0-9A-F]{8}([0-9A-F]{8}))\n"
+    "([0-9A-F]{2})(?:UNOCCUPIED|(?:MISSING|DISABLED|[+-][0-9+-]{50})([0-9A-F]{8})([0-9A-F]{8}))\n"
 )
 
 
@@ -33,6 +35,8 @@ class NdiFrame:
     time_ns: int
     """0 if the reply states no time."""
     tools: list[MarkerPlace] = field(default_factory=list)
+    buttons: dict[str, bool] = field(default_factory=dict)
+    """Whether a button of a tool is pressed, by its handle."""
     strays: list[tuple[float, float, float]] = field(default_factory=list)
 
 
@@ -57,7 +61,9 @@ def read_bx(body: bytes) -> list[NdiFrame]:
             raise ValueError("state")
         if state == _VALID:
             cursor.take("8f")
-        number = max(number, cursor.take("II")[1])
+        status, counted = cursor.take("II")
+        number = max(number, counted)
+        found.buttons[f"{handle:02X}"] = bool(status & _SWITCHES)
         found.tools += [
             MarkerPlace(f"{handle:02X}:{index}", place)
             for index, place in enumerate(_places(cursor))
@@ -80,22 +86,27 @@ def read_bx2(body: bytes) -> list[NdiFrame]:
             for inner, values, items in _components(part):
                 if inner == _MARKERS:
                     _read_markers(values, items, frame)
+                elif inner == _BUTTONS:
+                    for _ in range(items):
+                        handle, size = values.take("HH")
+                        frame.buttons[f"{handle:02X}"] = any(values.skip(size))
             found.append(frame)
     return found
 
 
 def read_tx(text: str) -> list[NdiFrame]:
     """Return the frame of a reply to TX with poses and strays (option 1001), to 0.01 mm."""
-    at, number = 2, 0
+    at, number, found = 2, 0, NdiFrame(0)
     for _ in range(int(text[:2], 16)):
         tool = _TOOL.match(text, at)
         if tool is None:
             raise ValueError("tool")
-        number, at = max(number, int(tool[1] or "0", 16)), tool.end()
+        number, at = max(number, int(tool[3] or "0", 16)), tool.end()
+        found.buttons[tool[1]] = bool(int(tool[2] or "0", 16) & _SWITCHES)
     count = int(text[at : at + 2], 16)
     # A bit for each one out of the volume, which the stated volume judges.
     at += 2 - (-count // 4)
-    found = NdiFrame(_time_of(number))
+    found.time_ns = _time_of(number)
     for start in range(at, at + 21 * count, 21):
         x, y, z = (int(text[start + k : start + k + 7]) / 100.0 for k in (0, 7, 14))
         found.strays.append((x, y, z))

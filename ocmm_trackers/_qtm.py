@@ -1,4 +1,4 @@
-"""Packets of Qualisys Track Manager, real-time protocol 1.25: labelled markers (3DRes).
+"""Packets of Qualisys Track Manager, real-time protocol 1.25: labelled markers, analog devices.
 
 Source: the open-source client qtm-rt of Qualisys; it is not used, because a packet of size 0 stops
 it in an endless loop and a packet of an unknown kind ends it. Little endian (port 22223), mm.
@@ -19,22 +19,23 @@ from ocmm_trackers._messages import (
     Message,
     frame_of,
     printable,
+    sensor_of,
 )
 
 _HEADER = struct.Struct("<II")
 _ERROR, _COMMAND, _XML, _DATA, _END = range(5)
-_MARKERS = 9
-"""Component with markers and residuals."""
+_MARKERS, _ANALOG = 9, 13
+"""Components: markers with residuals, and the newest values of analog devices."""
 _MOST_BYTES = 1 << 20
 _VERSION, _PARAMETERS = b"Version 1.25", b"GetParameters 3d"
-_STREAM = b"StreamFrames AllFrames 3DRes"
+_STREAM = b"StreamFrames AllFrames 3DRes AnalogSingle"
 _MOST_NAME = 64
 _FIRST_NS = 1000
 """Added to all times: that of a first frame can be zero, which stands for no time stamp."""
 
 
 class QtmDecoder(Decoder):
-    """Markers are named by their labels."""
+    """Markers are named by their labels, analog devices by their numbers."""
 
     name, port, server = "QTM", 22223, "Qualisys Track Manager with its real-time output"
     ready = False
@@ -93,14 +94,21 @@ class QtmDecoder(Decoder):
 
     def _frame(self, cursor: Cursor) -> list[Message]:
         time_us, _, components = cursor.take("QII")
+        found: list[Message] = []
+        markers = None
         for _ in range(components):
             size, kind = cursor.take("II")
             part = Cursor(cursor.skip(size - _HEADER.size))
             if kind == _MARKERS:
                 # NaN if not seen.
-                elements = [MarkerPlace(one, part.take("4f")[:3]) for one in self._labelled(part)]
-                return frame_of(self.name, 1000 * time_us + _FIRST_NS, elements)
-        raise ValueError("component")
+                markers = [MarkerPlace(one, part.take("4f")[:3]) for one in self._labelled(part)]
+            elif kind == _ANALOG:
+                for _ in range(*part.take("I")):
+                    number, channels = part.take("II")
+                    found.append(sensor_of(str(number), part.take(f"{channels}f")))
+        if markers is None:
+            raise ValueError("component")
+        return found + frame_of(self.name, 1000 * time_us + _FIRST_NS, markers)
 
     def _labelled(self, part: Cursor) -> tuple[str, ...]:
         """Return the labels of a component; ValueError if there are new ones."""

@@ -44,5 +44,5 @@ QTM = _tracker(
     "qtm", "QTM",
     "a Qualisys system: the labelled markers of Qualisys Track Manager in real time; with a "
     "document of the tracker",
-    "tracker.toml",
+    "tracker_qtm.toml",
 )  # fmt: skip

@@ -16,9 +16,7 @@ if TYPE_CHECKING:
         scenes_of_relocation, scenes_of_verification, verification_by_step,
     )  # fmt: skip
     from ocmm_sim.sources._feed_makers import part_as_planned, part_text, script_of, segment_of
-    from ocmm_sim.sources._specs import (
-        GENICAM, NATNET, NDI, PIXELS, QTM, SIMULATED, TRACKER, WIRE,
-    )  # fmt: skip
+    from ocmm_sim.sources._specs import GENICAM, NATNET, NDI, PIXELS, QTM, SIMULATED, TRACKER, WIRE
     from ocmm_sim.sources._truth import true_values
 else:
     __getattr__ = door(__name__)

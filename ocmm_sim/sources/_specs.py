@@ -105,10 +105,10 @@ NATNET = _virtual_tracker(
 )
 
 NDI = _virtual_tracker(
-    "ndi", "virtual NDI", "the same by the stray markers of an NDI device; 60 Hz",
+    "ndi", "virtual NDI", "the same by the stray markers of an NDI device",
     "tracker_ndi.toml",
 )  # fmt: skip
 
 QTM = _virtual_tracker(
-    "qtm", "virtual QTM", "the same by the protocol of Qualisys Track Manager", "tracker.toml"
+    "qtm", "virtual QTM", "the same by the protocol of Qualisys Track Manager", "tracker_qtm.toml"
 )

@@ -74,20 +74,16 @@ class MarkerEncoder(ABC):
             name: (x, y, z) if np.isfinite(x) else None
             for name, (x, y, z) in zip(self.document.markers, device.tolist(), strict=False)
         }
-        sent = self._packets(named, 0 if faults.unstamped else time_ns)
+        sent = self._packets(named, 0 if faults.unstamped else time_ns, pressed)
         if damage and sent:
             sent = sent[:-1] + bytes([sent[-1] ^ 1])
         sent = b"" if lose else sent * (2 if double else 1)
         self._held, sent = (sent, b"") if late else (b"", sent + self._held)
-        return self._sensor(time_ns, pressed) + sent if self.document.button else sent
+        return sent
 
     @abstractmethod
-    def _packets(self, named: NamedPlaces, time_ns: int) -> bytes:
-        """Return the bytes of one exposure; time 0: not stamped."""
-
-    def _sensor(self, _time_ns: int, _pressed: bool) -> bytes:
-        """Return the state of the button, if the protocol has one."""
-        return b""
+    def _packets(self, named: NamedPlaces, time_ns: int, pressed: bool) -> bytes:
+        """Return the bytes of one exposure; time 0: not stamped. ``pressed``: of the button."""
 
     def _in_device(self, places: Float) -> Float:
         """Return the markers in axes and unit of the device, hidden ones as it reports them."""

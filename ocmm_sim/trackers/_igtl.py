@@ -35,11 +35,10 @@ class IgtlEncoder(MarkerEncoder):
         super().__init__(document, seed)
         self._kind, self._version = kind, version
 
-    def _sensor(self, time_ns: int, pressed: bool) -> bytes:
+    def _packets(self, named: NamedPlaces, time_ns: int, pressed: bool) -> bytes:
         value = struct.pack(">BBQd", 1, 0, 0, float(pressed))
-        return message("SENSOR", self.document.button, time_ns, value)
-
-    def _packets(self, named: NamedPlaces, time_ns: int) -> bytes:
+        sensor = message("SENSOR", self.document.button, time_ns, value)
+        sent = sensor if self.document.button else b""
         rotation = _TURNED if self.faults.poses else IDENTITY
         quaternion = (0.0, 0.0, 0.6, 0.8) if self.faults.poses else (0.0, 0.0, 0.0, 1.0)
         named = {name: place for name, place in named.items() if place is not None}
@@ -61,9 +60,9 @@ class IgtlEncoder(MarkerEncoder):
         else:
             single = {"TRANSFORM": (">12f", rotation, ()), "POSITION": (">7f", (), quaternion)}
             form, before, after = single[self._kind]
-            return b"".join(
+            return sent + b"".join(
                 message(self._kind, name, time_ns, struct.pack(form, *before, *place, *after),
                         self._version)
                 for name, place in named.items()
             )  # fmt: skip
-        return message(self._kind, "Tracker", time_ns, content, self._version)
+        return sent + message(self._kind, "Tracker", time_ns, content, self._version)

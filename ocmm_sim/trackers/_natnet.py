@@ -41,7 +41,7 @@ class NatNetEncoder(MarkerEncoder):
             + multicast,
         )  # fmt: skip
 
-    def _packets(self, named: NamedPlaces, time_ns: int) -> bytes:
+    def _packets(self, named: NamedPlaces, time_ns: int, pressed: bool) -> bytes:
         self._number += 1
         seen = np.array([place for place in named.values() if place is not None]).reshape(-1, 3)
         middle = seen.mean(axis=0) if len(seen) else np.zeros(3)
@@ -61,7 +61,7 @@ class NatNetEncoder(MarkerEncoder):
             *([[]] if self._version >= (4, 1) else []),
             rows,
             [],
-            [struct.pack("<IIIf", 1, 1, 1, 0.5)],
+            [struct.pack("<IIIf", 1, 1, 1, float(pressed))],
         ]
         content = struct.pack("<I", self._number)
         for block in blocks:

@@ -14,7 +14,7 @@ Newest = Literal["BX2", "BX", "TX"]
 _COMMANDS: dict[Newest, tuple[str, ...]] = {
     "BX2": ("BX2", "BX", "TX"), "BX": ("BX", "TX"), "TX": ("TX",),
 }  # fmt: skip
-_TOOL = 1
+_TOOL, _PORT, _SWITCH = 1, 0x31, 0x02
 _MISSING = 2
 _HZ = 60
 _FAR = (-3.697314e28,) * 3
@@ -70,7 +70,7 @@ class NdiEncoder(MarkerEncoder):
             return _text(f"01{_TOOL:02X}001")
         return _text(_TEXTS.get(name, "ERROR01"))
 
-    def _packets(self, named: NamedPlaces, time_ns: int) -> bytes:
+    def _packets(self, named: NamedPlaces, time_ns: int, pressed: bool) -> bytes:
         """Return the reply to the last poll."""
         self._first_ns = self._first_ns or time_ns
         number = _STARTED + round((time_ns - self._first_ns) * _HZ / 1e9)
@@ -78,17 +78,29 @@ class NdiEncoder(MarkerEncoder):
         self._polled, self.ready = "", False
         places = [one for one in named.values() if self._as_tool or one is not None]
         if name == "BX2":
-            return _binary(_gbf(places, time_ns, number, self._as_tool))
+            return _binary(self._bx2(places, time_ns, number, pressed))
+        status = _PORT | (_SWITCH if pressed else 0)
         if name == "BX":
-            return _binary(self._bx(places, number, int(options, 16)))
-        return _text(_tx(places, number, int(options, 16))) if name else b""
+            return _binary(self._bx(places, status, number, int(options, 16)))
+        return _text(_tx(places, status, number, int(options, 16))) if name else b""
 
-    def _bx(self, places: Places, number: int, options: int) -> bytes:
+    def _bx2(self, places: Places, time_ns: int, number: int, pressed: bool) -> bytes:
+        markers = struct.pack("<HH", _TOOL if self._as_tool else 0xFFFF, len(places))
+        for index, place in enumerate(places):
+            markers += struct.pack("<BBH", int(place is None), 0, index)
+            markers += struct.pack("<3f", *place) if place else b""
+        pose, button = struct.pack("<HH", _TOOL, 0x100 | 31), struct.pack("<HHB", _TOOL, 1, pressed)
+        frame = struct.pack("<BBHIII", 2, 0, 0, number, *divmod(time_ns, 10**9))
+        frame += struct.pack("<HH", 1, 3)
+        frame += _component(2, pose) + _component(3, markers) + _component(4, button)
+        return struct.pack("<HH", 1, 1) + _component(1, frame)
+
+    def _bx(self, places: Places, status: int, number: int, options: int) -> bytes:
         content = struct.pack("<BBB", 1, _TOOL, 1 if self._as_tool else _MISSING)
         if options & 1:
-            if self._as_tool:
-                content += struct.pack("<8f", 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1)
-            content += struct.pack("<II", 0x31, number)
+            pose = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1)
+            content += struct.pack("<8f", *pose) if self._as_tool else b""
+            content += struct.pack("<II", status, number)
         if options & 8:
             content += _listed(places if self._as_tool else [])
         if options & 0x1000:
@@ -101,24 +113,12 @@ def _listed(places: Places) -> bytes:
     return content + b"".join(struct.pack("<3f", *(place or _FAR)) for place in places)
 
 
-def _gbf(places: Places, time_ns: int, number: int, as_tool: bool) -> bytes:
-    markers = struct.pack("<HH", _TOOL if as_tool else 0xFFFF, len(places))
-    for index, place in enumerate(places):
-        markers += struct.pack("<BBH", int(place is None), 0, index)
-        markers += struct.pack("<3f", *place) if place else b""
-    pose = struct.pack("<HH", _TOOL, 0x100 | 31)
-    inner = struct.pack("<HH", 1, 2) + _component(2, pose) + _component(3, markers)
-    seconds, rest = divmod(time_ns, 10**9)
-    frame = struct.pack("<BBHIII", 2, number & 0xFF, 0, number, seconds, rest) + inner
-    return struct.pack("<HH", 1, 1) + _component(1, frame)
-
-
 def _component(kind: int, content: bytes) -> bytes:
     return struct.pack("<HIHI", kind, 12 + len(content), 0, 1) + content
 
 
-def _tx(places: Places, number: int, options: int) -> str:
-    text = f"01{_TOOL:02X}MISSING{0x31:08X}{number:08X}\n"
+def _tx(places: Places, status: int, number: int, options: int) -> str:
+    text = f"01{_TOOL:02X}MISSING{status:08X}{number:08X}\n"
     if options & 0x1000:
         text += f"{len(places):02X}" + "0" * -(-len(places) // 4)
         text += "".join(f"{round(100 * x):+07d}" for place in places for x in place or _FAR)
@@ -127,9 +127,7 @@ def _tx(places: Places, number: int, options: int) -> str:
 
 def _binary(body: bytes) -> bytes:
     head = struct.pack("<HH", 0xA5C4, len(body))
-    return (
-        head + struct.pack("<H", checksum_ndi(head)) + body + struct.pack("<H", checksum_ndi(body))
-    )
+    return b"".join(one + struct.pack("<H", checksum_ndi(one)) for one in (head, body))
 
 
 def _text(text: str) -> bytes:

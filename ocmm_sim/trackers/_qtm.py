@@ -9,7 +9,7 @@ from ocmm_core.camera import TrackerDocument
 from ocmm_sim.trackers._encoder import MarkerEncoder, NamedPlaces
 
 _ERROR, _ANSWER, _XML, _DATA = 0, 1, 2, 3
-_MARKERS, _BODIES = 9, 11
+_MARKERS, _BODIES, _ANALOG = 9, 11, 13
 _NAN = (float("nan"),) * 3
 
 
@@ -53,7 +53,7 @@ class QtmEncoder(MarkerEncoder):
             return _packet(_ANSWER, b"Ok\0")
         return _packet(_ERROR, b"Parse error\0")
 
-    def _packets(self, named: NamedPlaces, time_ns: int) -> bytes:
+    def _packets(self, named: NamedPlaces, time_ns: int, pressed: bool) -> bytes:
         self._number += 1
         places = [named.get(name) or _NAN for name in self.document.markers]
         markers = b"".join(struct.pack("<4f", *place, 0.2) for place in places)
@@ -61,6 +61,7 @@ class QtmEncoder(MarkerEncoder):
         body = struct.pack("<IHH13f", 1, 0, 0, *((float("nan"),) * 13))
         parts = [
             (_BODIES, body), (_MARKERS, struct.pack("<IHH", len(places), 0, 0) + markers),
+            (_ANALOG, struct.pack("<IIIf", 1, 1, 1, float(pressed))),
         ]  # fmt: skip
         content = struct.pack("<QII", time_ns // 1000, self._number, len(parts))
         for kind, part in parts:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import Rig, TrackerDocument, load_rig, load_tracker, project
@@ -25,14 +26,24 @@ from ocmm_sim.trackers import (
     QtmEncoder,
     datagrams_of,
 )
-from ocmm_trackers import PROTOCOLS, Decoder, FrameBuilder, MarkerFrame, Pose, checksum_ndi
-from tests.trackers.tracker_bench import BODY, TRACKER, measured, places_of
+from ocmm_trackers import (
+    PROTOCOLS,
+    Decoder,
+    FrameBuilder,
+    MarkerFrame,
+    Pose,
+    SensorValues,
+    checksum_ndi,
+)
+from tests.trackers.tracker_bench import BODY, measured, places_of
 
 FIRST_NS = 1_764_500_000_000_000_000
 _HOSTILE, _MIXED, _FAULTY = 10_000, 100, 300
 _FAR = 49.0
 """Square of seven standard deviations: a tip farther away is wrong."""
-_OPTITRACK, _NDI = resource("rigs", "tracker_natnet.toml"), resource("rigs", "tracker_ndi.toml")
+_OPTITRACK, _NDI, _QTM = (
+    resource("rigs", f"tracker_{one}.toml") for one in ("natnet", "ndi", "qtm")
+)
 
 
 @dataclass(frozen=True)
@@ -42,10 +53,11 @@ class Device:
     make: Callable[[TrackerDocument], MarkerEncoder]
     atol: float
     """mm, of a marker of 100 mm by its coding."""
+    rate_hz: int = 100
 
     @cached_property
     def document(self) -> TrackerDocument:
-        return load_tracker(self.path)
+        return replace(load_tracker(self.path), frame_rate_hz=self.rate_hz)
 
     @cached_property
     def rig(self) -> Rig:
@@ -55,8 +67,7 @@ class Device:
         return self.make(self.document)
 
     def times(self, count: int) -> list[int]:
-        rate = self.document.frame_rate_hz
-        return [FIRST_NS + round(n * 1e9 / rate) for n in range(count)]
+        return [FIRST_NS + round(n * 1e9 / self.rate_hz) for n in range(count)]
 
 
 def _natnet(version: tuple[int, int]) -> Device:
@@ -70,10 +81,10 @@ DEVICES = {
     "natnet 4.0": _natnet((4, 0)),
     "natnet 4.1": _natnet((4, 1)),
     "ndi BX2": Device("ndi", _NDI, NdiEncoder, 2e-5),
-    "ndi BX": Device("ndi", _NDI, lambda one: NdiEncoder(one, "BX"), 2e-5),
+    "ndi BX": Device("ndi", _NDI, lambda one: NdiEncoder(one, "BX"), 2e-5, 60),
     # Rounded to 0.01 mm.
-    "ndi TX": Device("ndi", _NDI, lambda one: NdiEncoder(one, "TX"), 5.1e-3),
-    "qtm": Device("qtm", TRACKER, QtmEncoder, 2e-5),
+    "ndi TX": Device("ndi", _NDI, lambda one: NdiEncoder(one, "TX"), 5.1e-3, 60),
+    "qtm": Device("qtm", _QTM, QtmEncoder, 2e-5),
 }
 NEWEST = ("natnet 4.1", "ndi BX2", "qtm")
 
@@ -292,6 +303,21 @@ def test_faults_lose_frames_and_give_no_wrong_tip(name: str, fault: dict[str, fl
     assert good > 0.5 * _FAULTY
     if "lose" in fault:
         assert source.builder.account.frames_lost > 0
+
+
+@pytest.mark.parametrize("name", DEVICES)
+def test_the_button_is_that_of_the_document(name: str) -> None:
+    device = DEVICES[name]
+    decoder, encoder = started(device)
+    pressed = []
+    for n, time_ns in enumerate(device.times(4)):
+        answer(decoder, encoder, 1e3 + n)
+        places = places_of(np.random.default_rng(n))
+        data = encoder.frame(places, time_ns, pressed=n in (1, 2))
+        for one in decoder.feed(data):
+            if isinstance(one.content, SensorValues) and one.device == device.document.button:
+                pressed.append(one.content.values[0] > 0.5)
+    assert pressed == [False, True, True, False]
 
 
 @pytest.mark.parametrize("name", NEWEST)
