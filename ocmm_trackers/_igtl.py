@@ -75,7 +75,7 @@ def name_of(raw: bytes) -> str:
 class IgtlDecoder(Decoder):
     """OpenIGTLink; its server sends without requests."""
 
-    name, port, server = "OpenIGTLink", 18944, "the OpenIGTLink server of the tracker"
+    name, port = "OpenIGTLink", 18944
     _passed = 0
 
     def _cut(self) -> bytes | None:
@@ -87,7 +87,8 @@ class IgtlDecoder(Decoder):
             return None
         version, kind, device, _, _, size, _ = _HEADER.unpack_from(self._buffer)
         try:
-            known = name_of(kind) and (name_of(device) or True) and version in _VERSIONS
+            name_of(device)
+            known = bool(name_of(kind)) and version in _VERSIONS
         except ValueError:
             known = False
         if not known or size > _MOST_PASSED:

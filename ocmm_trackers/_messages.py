@@ -76,11 +76,9 @@ class Decoder(ABC):
     """One protocol: bytes of a device to messages, and the requests to the device."""
 
     name: ClassVar[str]
-    """In recordings."""
+    """In sentences and recordings."""
     port: ClassVar[int]
     """If the source names none."""
-    server: ClassVar[str]
-    """To be started at the device."""
     datagrams: ClassVar[bool] = False
     ready = True
     """The device has answered all requests before its first frame."""
@@ -133,7 +131,8 @@ class Decoder(ABC):
         return AcquisitionError(
             "tracker.stream",
             f"The tracker sent bytes that are not of the protocol {self.name}.",
-            f"Check host and port (usually {self.port}), and that {self.server} is there.",
+            f"Check host and port (usually {self.port}), and that the tracker sends by "
+            f"{self.name}.",
         )
 
 

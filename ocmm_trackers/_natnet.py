@@ -32,7 +32,7 @@ _OCCLUDED, _MEASURED, _FROM_MODEL = 1, 2, 4
 class NatNetDecoder(Decoder):
     """Markers are named MODEL:MARKER by their numbers in Motive, such as 1:3."""
 
-    name, port, server = "NatNet", 1510, "Motive with its data streaming"
+    name, port = "NatNet", 1510
     datagrams = True
     ready = False
     _version = (0, 0)
@@ -96,8 +96,8 @@ class NatNetDecoder(Decoder):
                 "a tip is unknown.",
                 "Switch on the labelled markers in the streaming settings of Motive.",
             )
-        _sensors(cursor, sized, "force plate ")
-        sensors = _sensors(cursor, sized)
+        # Force plates, then other devices.
+        _, sensors = (_sensors(cursor, sized) for _ in range(2))
         if cursor.left < _SUFFIX:
             raise ValueError("end of frame")
         # Time code, time since the start, and the clock at the middle of the exposure.
@@ -130,7 +130,7 @@ def _pass_set(cursor: Cursor) -> None:
     cursor.skip(12 * cursor.take("I")[0])
 
 
-def _sensors(cursor: Cursor, sized: bool, kind: str = "") -> list[Message]:
+def _sensors(cursor: Cursor, sized: bool) -> list[Message]:
     """Return the newest values of the channels of devices, which are named by their numbers."""
     (count,) = cursor.take("I")
     block = Cursor(cursor.skip(*cursor.take("I"))) if sized else cursor
@@ -138,7 +138,7 @@ def _sensors(cursor: Cursor, sized: bool, kind: str = "") -> list[Message]:
     for _ in range(count):
         number, channels = block.take("II")
         values = [block.take(f"{block.take('I')[0]}f")[-1:] for _ in range(channels)]
-        found.append(sensor_of(f"{kind}{number}", tuple(one for (one,) in filter(None, values))))
+        found.append(sensor_of(str(number), tuple(one for (one,) in filter(None, values))))
     return found
 
 

@@ -28,7 +28,7 @@ from ocmm_trackers._ndi_replies import NdiFrame, checksum_ndi, read_bx, read_bx2
 
 _START = ("TSTOP:", "INIT:", "PHSR:02", "PHSR:03", "TSTART:")
 """A device that still tracks for an earlier client refuses the others before the first."""
-_POLLS = ("BX2:--6d=tools --3d=all --1d=buttons", "BX:1009", "TX:1001")
+_POLLS = (" ".join(("BX2:--6d=tools", "--3d=all", "--1d=buttons")), "BX:1009", "TX:1001")
 _UNKNOWN = ("ERROR01", "ERROR07")
 """Unknown command or parameter."""
 _SHORT, _LONG = 0xA5C4, 0xA5C8
@@ -48,7 +48,7 @@ _KEPT = 30
 class NdiDecoder(Decoder):
     """Stray markers are named S1, S2, ..., those of tools TOOL:MARKER, their buttons TOOL."""
 
-    name, port, server = "NDI", 8765, "the tracker"
+    name, port = "NDI", 8765
     ready = False
 
     def __init__(self, document: TrackerDocument) -> None:
@@ -118,9 +118,10 @@ class NdiDecoder(Decoder):
         elif not self._queue and reply[:7] in _UNKNOWN and len(self._polls) > 1:
             self._polls.popleft()
         else:
+            command, shown = sent.partition(":")[0], printable(reply.encode())
             raise AcquisitionError(
                 "ndi.refused",
-                f"The tracker answered {sent.partition(':')[0]} with {printable(reply.encode())}.",
+                f"The tracker answered {command} with {shown}.",
                 "Check its status lights and the tools plugged in, switch it off and on, then "
                 "open the job again.",
             )

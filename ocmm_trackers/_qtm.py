@@ -37,7 +37,7 @@ _FIRST_NS = 1000
 class QtmDecoder(Decoder):
     """Markers are named by their labels, analog devices by their numbers."""
 
-    name, port, server = "QTM", 22223, "Qualisys Track Manager with its real-time output"
+    name, port = "QTM", 22223
     ready = False
     _labels: tuple[str, ...] = ()
     _pending: tuple[bytes, ...] = (_VERSION, _PARAMETERS)
@@ -67,15 +67,15 @@ class QtmDecoder(Decoder):
         if kind == _XML:
             self._label(content)
             return []
+        text = printable(content) if kind == _ERROR else "no measurement is running"
         if kind == _ERROR and not self.ready:
             raise AcquisitionError(
                 "qtm.refused",
-                f"Qualisys Track Manager refused the request: {printable(content)}.",
+                f"Qualisys Track Manager refused the request: {text}.",
                 "Open a project, start a new measurement (or its preview), then open the job "
                 "again.",
             )
         if kind in (_ERROR, _END):
-            text = printable(content) if kind == _ERROR else "no measurement is running"
             return [Message("status", self.name, 0, DeviceStatus(0, text))]
         return None
 

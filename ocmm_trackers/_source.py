@@ -111,7 +111,8 @@ class TrackerSource:
         return AcquisitionError(
             "tracker.connect",
             f"No tracker answers at {self._address[0]}:{self._address[1]} ({why}).",
-            f"Start {self.decoder.server}; check host, port and firewall.",
+            f"Start the tracker and its output by {self.decoder.name}; check host, port and "
+            "firewall.",
         )
 
     def _take(self, message: Message) -> list[MarkerFrame]:

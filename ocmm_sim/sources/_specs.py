@@ -101,14 +101,17 @@ TRACKER = _virtual_tracker(
 )  # fmt: skip
 
 NATNET = _virtual_tracker(
-    "natnet", "virtual NatNet", "the same by NatNet 4.1, in metres", "tracker_natnet.toml"
-)
+    "natnet", "virtual NatNet",
+    "the virtual rig by an optical tracker that sends NatNet 4.1, in metres; 100 Hz",
+    "tracker_natnet.toml",
+)  # fmt: skip
 
 NDI = _virtual_tracker(
-    "ndi", "virtual NDI", "the same by the stray markers of an NDI device",
+    "ndi", "virtual NDI", "the virtual rig by the stray markers of an NDI device; 100 Hz",
     "tracker_ndi.toml",
 )  # fmt: skip
 
 QTM = _virtual_tracker(
-    "qtm", "virtual QTM", "the same by the protocol of Qualisys Track Manager", "tracker_qtm.toml"
-)
+    "qtm", "virtual QTM", "the virtual rig by the protocol of Qualisys Track Manager; 100 Hz",
+    "tracker_qtm.toml",
+)  # fmt: skip

@@ -41,21 +41,21 @@ class IgtlEncoder(MarkerEncoder):
         sent = sensor if self.document.button else b""
         rotation = _TURNED if self.faults.poses else IDENTITY
         quaternion = (0.0, 0.0, 0.6, 0.8) if self.faults.poses else (0.0, 0.0, 0.0, 1.0)
-        named = {name: place for name, place in named.items() if place is not None}
+        seen = [(name, place) for name, place in named.items() if place is not None]
         if self._kind == "TDATA":
             content = b"".join(
                 struct.pack(">20sBB12f", name.encode(), 3, 0, *rotation, *place)
-                for name, place in named.items()
+                for name, place in seen
             )
         elif self._kind == "QTDATA":
             content = b"".join(
                 struct.pack(">20sBB7f", name.encode(), 3, 0, *place, *quaternion)
-                for name, place in named.items()
+                for name, place in seen
             )
         elif self._kind == "POINT":
             content = b"".join(
                 struct.pack(">64s32s4B4f20s", name.encode(), b"", 0, 0, 0, 0, *place, 1.0, b"")
-                for name, place in named.items()
+                for name, place in seen
             )
         else:
             single = {"TRANSFORM": (">12f", rotation, ()), "POSITION": (">7f", (), quaternion)}
@@ -63,6 +63,6 @@ class IgtlEncoder(MarkerEncoder):
             return sent + b"".join(
                 message(self._kind, name, time_ns, struct.pack(form, *before, *place, *after),
                         self._version)
-                for name, place in named.items()
+                for name, place in seen
             )  # fmt: skip
         return sent + message(self._kind, "Tracker", time_ns, content, self._version)

@@ -176,7 +176,7 @@ def test_stray_markers_keep_their_names() -> None:
         order = rng.permutation(6)
         answer(decoder, encoder, 1e3 + n)
         (frame,) = frames_in(decoder, encoder, builder, encoder.frame(places[order], time_ns))
-        for led in np.flatnonzero(np.isfinite(places[:, 0])):
+        for led in np.flatnonzero(np.isfinite(places[:, 0])).tolist():
             away = np.linalg.norm(frame.places - places[led], axis=1)
             names[led].add(int(np.nanargmin(away)))
     assert all(len(one) == 1 for one in names.values())
