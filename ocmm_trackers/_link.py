@@ -1,4 +1,4 @@
-"""Connections to trackers: a stream (TCP), or datagrams (UDP)."""
+"""The connection to a tracker: a stream (TCP), or datagrams (UDP)."""
 
 from __future__ import annotations
 
@@ -9,65 +9,52 @@ from ocmm_core.errors import AcquisitionError
 
 _CHUNK = 1 << 16
 _MOST_WAITING = 64
-"""Datagrams of one read."""
+"""Packets of one read."""
 
 
-class StreamLink:
-    """A connection by TCP; OSError if there is none."""
+class Link:
+    """A connection to one computer, whose datagrams alone are received; OSError if it fails."""
 
-    def __init__(self, address: tuple[str, int], connect_s: float) -> None:
-        self._socket = socket.create_connection(address, connect_s)
-        # Markers that arrive late are worth less than small packets.
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-
-    def send(self, data: bytes) -> None:
-        """Send bytes."""
-        self._socket.sendall(data)
-
-    def receive(self, wait_s: float) -> list[bytes]:
-        """Return what has arrived, or nothing after a wait, s; AcquisitionError at its end."""
-        self._socket.settimeout(wait_s)
-        try:
-            data = self._socket.recv(_CHUNK)
-        except TimeoutError:
-            return []
-        except OSError as error:
-            data, why = b"", error.strerror or str(error)
+    def __init__(self, address: tuple[str, int], *, datagrams: bool, connect_s: float) -> None:
+        self._datagrams, self._address = datagrams, address
+        if datagrams:
+            self._address = (socket.gethostbyname(address[0]), address[1])
+            self._sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM)]
         else:
-            why = "closed"
-        if not data:
-            raise AcquisitionError(
-                "tracker.closed",
-                f"The tracker ended the connection ({why}).",
-                "Check its program, cable and power, then open the job again.",
-            )
-        return [data]
-
-    def close(self) -> None:
-        """End the connection; idempotent."""
-        self._socket.close()
-
-
-class DatagramLink:
-    """Datagrams (UDP) to and from one computer; those of others are dropped."""
-
-    def __init__(self, address: tuple[str, int], _connect_s: float) -> None:
-        self._address = (socket.gethostbyname(address[0]), address[1])
-        self._sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM)]
+            self._sockets = [socket.create_connection(address, connect_s)]
+            # Markers that arrive late are worth less than small packets.
+            self._sockets[0].setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def send(self, data: bytes) -> None:
-        """Send a datagram."""
-        self._sockets[0].sendto(data, self._address)
+        """Send bytes, as one datagram if it sends these."""
+        if self._datagrams:
+            self._sockets[0].sendto(data, self._address)
+        else:
+            self._sockets[0].sendall(data)
 
     def receive(self, wait_s: float) -> list[bytes]:
-        """Return the datagrams that have arrived, or nothing after a wait, s."""
+        """Return what has arrived, or nothing after a wait, s; AcquisitionError at the end."""
         found: list[bytes] = []
-        ready = select.select(self._sockets, [], [], wait_s)[0]
-        while ready and len(found) < _MOST_WAITING:
+        while len(found) < _MOST_WAITING:
+            ready = select.select(self._sockets, [], [], 0.0 if found else wait_s)[0]
+            if not ready:
+                break
             for one in ready:
-                data, sender = one.recvfrom(_CHUNK)
-                found += [data] if sender[0] == self._address[0] else []
-            ready = select.select(self._sockets, [], [], 0.0)[0]
+                data, why = b"", "closed"
+                try:
+                    data, sender = one.recvfrom(_CHUNK)
+                except OSError as error:
+                    why = error.strerror or str(error)
+                if self._datagrams:
+                    found.append(data if data and sender[0] == self._address[0] else b"")
+                elif data:
+                    found.append(data)
+                else:
+                    raise AcquisitionError(
+                        "tracker.closed",
+                        f"The tracker ended the connection ({why}).",
+                        "Check its program, cable and power, then open the job again.",
+                    )
         return found
 
     def join(self, group: str, port: int) -> None:
@@ -84,6 +71,6 @@ class DatagramLink:
         one.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, both)
 
     def close(self) -> None:
-        """Close all sockets; idempotent."""
+        """End the connection; idempotent."""
         for one in self._sockets:
             one.close()
