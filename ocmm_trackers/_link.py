@@ -33,7 +33,7 @@ class Link:
             self._sockets[0].sendall(data)
 
     def receive(self, wait_s: float) -> list[bytes]:
-        """Return what has arrived, or nothing after a wait, s; AcquisitionError at the end."""
+        """Return the bytes received within a wait, s; AcquisitionError at the end."""
         found: list[bytes] = []
         while len(found) < _MOST_WAITING:
             ready = select.select(self._sockets, [], [], 0.0 if found else wait_s)[0]

@@ -96,7 +96,7 @@ class Decoder(ABC):
         return b""
 
     def feed(self, data: bytes) -> list[Message]:
-        """Return the messages that these bytes, one datagram if it is one, complete.
+        """Return the messages completed by these bytes, or by one datagram.
 
         AcquisitionError for bytes of another protocol, and for devices that refuse to send.
         """

@@ -73,7 +73,7 @@ class NatNetDecoder(Decoder):
                 "Use Motive 2.0 or newer, and let it send NatNet 3.0 to 4.x.",
             )
         port, multicast, *address = cursor.take("H?4B") if cursor.left >= 7 else (0, False)
-        # The upper half of the first byte tells a multicast address.
+        # Multicast addresses are 224.0.0.0 to 239.255.255.255.
         if not clock_hz or (multicast and not (port and address[0] >> 4 == 14)):
             raise ValueError("clock or address")
         self.group = (".".join(map(str, address)), port) if multicast else None

@@ -1,6 +1,6 @@
 """Dialogue with NDI devices (Polaris, Vega): commands with checksum, and polled frames.
 
-Source: as in `_ndi_replies`. The newest command that the device knows is used: BX2, BX, or TX.
+Source: as in `_ndi_replies`. The decoder polls by the newest command of the device: BX2, BX, or TX.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _WAIT_S, _REPEAT_S = 0.1, 1.0
 _PAUSE = 0.1
 """Wait before the next poll after one without a new frame, in periods."""
 _HIGHEST = 1e7
-"""mm; larger coordinates stand for a marker that is not seen."""
+"""mm; hidden markers have larger coordinates."""
 _FARTHEST_MM = 20.0
 """Way of a marker between two frames, beyond that of the others: 1.2 m/s at 60 Hz."""
 _KEPT = 30
@@ -161,8 +161,8 @@ class NdiDecoder(Decoder):
 class StrayNames:
     """Names S1, S2, ... for stray markers, which the device lists in any order.
 
-    A name tells which marker of the frame before it was, not which LED it is: that follows from
-    the distances between the markers, as with the spots of cameras.
+    A name connects markers of consecutive frames. Their LEDs follow from the distances between
+    the markers, as with the spots of cameras.
     """
 
     def __init__(self) -> None:

@@ -22,7 +22,7 @@ _UNSEEN, _SEEN = 1, (0, 4, 5)
 _SWITCHES = 0x0E
 """Bits of the port status."""
 _FRAMES_HZ = 60
-"""Of the frame numbers, also if the device measures less often."""
+"""Rate of the frame numbers, also of devices that measure less often."""
 _TOOL = re.compile(
     "([0-9A-F]{2})(?:UNOCCUPIED|(?:MISSING|DISABLED|[+-][0-9+-]{50})([0-9A-F]{8})([0-9A-F]{8}))\n"
 )
@@ -77,7 +77,7 @@ def read_bx(body: bytes) -> list[NdiFrame]:
 
 
 def read_bx2(body: bytes) -> list[NdiFrame]:
-    """Return the frames of a reply to BX2, none if there is no new one."""
+    """Return the new frames of a reply to BX2."""
     found = []
     for kind, part, count in _components(Cursor(body)):
         for _ in range(count if kind == _FRAME else 0):

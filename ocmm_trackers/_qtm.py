@@ -31,7 +31,7 @@ _VERSION, _PARAMETERS = b"Version 1.25", b"GetParameters 3d"
 _STREAM = b"StreamFrames AllFrames 3DRes AnalogSingle"
 _MOST_NAME = 64
 _FIRST_NS = 1000
-"""Added to all times: that of a first frame can be zero, which stands for no time stamp."""
+"""Added to all times, since the first one can be zero, which means: not stamped."""
 
 
 class QtmDecoder(Decoder):

@@ -95,7 +95,7 @@ class TrackerSource:
             self._link.close()
 
     def _receive(self) -> list[Message]:
-        """Send what is due, and return the messages that have arrived."""
+        """Send requests that are due, and return the messages received."""
         if self._link is None:
             raise AcquisitionError(
                 "tracker.closed", "The tracker is not open.", "Open the job again."

@@ -107,7 +107,7 @@ NATNET = _virtual_tracker(
 )  # fmt: skip
 
 NDI = _virtual_tracker(
-    "ndi", "virtual NDI", "the virtual rig by the stray markers of an NDI device; 100 Hz",
+    "ndi", "virtual NDI", "the virtual rig by the stray markers of an NDI device; 60 Hz",
     "tracker_ndi.toml",
 )  # fmt: skip
 

@@ -39,7 +39,7 @@ class TrackerFaults:
 
 
 class MarkerEncoder(ABC):
-    """Frames of markers in one protocol; hidden markers as the document says."""
+    """Frames of markers in one protocol; hidden markers as stated in the document."""
 
     datagrams = False
     """Its bytes are datagrams, each with its size in the third and fourth byte."""

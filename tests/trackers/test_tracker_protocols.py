@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import Rig, TrackerDocument, load_rig, load_tracker, project
@@ -53,11 +52,10 @@ class Device:
     make: Callable[[TrackerDocument], MarkerEncoder]
     atol: float
     """mm, of a marker of 100 mm by its coding."""
-    rate_hz: int = 100
 
     @cached_property
     def document(self) -> TrackerDocument:
-        return replace(load_tracker(self.path), frame_rate_hz=self.rate_hz)
+        return load_tracker(self.path)
 
     @cached_property
     def rig(self) -> Rig:
@@ -67,7 +65,7 @@ class Device:
         return self.make(self.document)
 
     def times(self, count: int) -> list[int]:
-        return [FIRST_NS + round(n * 1e9 / self.rate_hz) for n in range(count)]
+        return [FIRST_NS + round(n * 1e9 / self.document.frame_rate_hz) for n in range(count)]
 
 
 def _natnet(version: tuple[int, int]) -> Device:
@@ -81,9 +79,9 @@ DEVICES = {
     "natnet 4.0": _natnet((4, 0)),
     "natnet 4.1": _natnet((4, 1)),
     "ndi BX2": Device("ndi", _NDI, NdiEncoder, 2e-5),
-    "ndi BX": Device("ndi", _NDI, lambda one: NdiEncoder(one, "BX"), 2e-5, 60),
+    "ndi BX": Device("ndi", _NDI, lambda one: NdiEncoder(one, "BX"), 2e-5),
     # Rounded to 0.01 mm.
-    "ndi TX": Device("ndi", _NDI, lambda one: NdiEncoder(one, "TX"), 5.1e-3, 60),
+    "ndi TX": Device("ndi", _NDI, lambda one: NdiEncoder(one, "TX"), 5.1e-3),
     "qtm": Device("qtm", _QTM, QtmEncoder, 2e-5),
 }
 NEWEST = ("natnet 4.1", "ndi BX2", "qtm")
