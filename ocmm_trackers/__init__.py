@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ocmm_trackers._feed import tracker_config
     from ocmm_trackers._frames import FrameAccount, FrameBuilder, MarkerFrame
     from ocmm_trackers._igtl import IDENTITY, IgtlDecoder, checksum, decode, fraction_of
-    from ocmm_trackers._link import Link
+    from ocmm_trackers._link import TrackerLink
     from ocmm_trackers._messages import (
         Decoder, DeviceStatus, MarkerPlace, Message, MessageAccount, Pose, SensorValues,
     )  # fmt: skip
@@ -34,8 +34,9 @@ else:
 
 __all__ = [
     "IDENTITY", "IGTL", "NATNET", "NDI", "PROTOCOLS", "QTM", "Decoder", "DeviceStatus",
-    "FrameAccount", "FrameBuilder", "GeometryProof", "IgtlDecoder", "Link", "MarkerFrame",
-    "MarkerPlace", "Message", "MessageAccount", "NatNetDecoder", "NdiDecoder", "Pose", "QtmDecoder",
-    "SensorValues", "TrackerConfig", "TrackerSource", "checksum", "checksum_ndi", "decode",
-    "fraction_of", "judge_geometry", "tracker_command", "tracker_config", "tracker_description",
+    "FrameAccount", "FrameBuilder", "GeometryProof", "IgtlDecoder", "MarkerFrame", "MarkerPlace",
+    "Message", "MessageAccount", "NatNetDecoder", "NdiDecoder", "Pose", "QtmDecoder",
+    "SensorValues", "TrackerConfig", "TrackerLink", "TrackerSource", "checksum", "checksum_ndi",
+    "decode", "fraction_of", "judge_geometry", "tracker_command", "tracker_config",
+    "tracker_description",
 ]  # fmt: skip

@@ -12,7 +12,7 @@ _MOST_WAITING = 64
 """Packets of one read."""
 
 
-class Link:
+class TrackerLink:
     """A connection to one computer, whose datagrams alone are received; OSError if it fails."""
 
     def __init__(self, address: tuple[str, int], *, datagrams: bool, connect_s: float) -> None:

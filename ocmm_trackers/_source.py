@@ -17,7 +17,7 @@ from ocmm_core.camera import REACH_MM, Rig, TrackerDocument, project
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
 from ocmm_trackers._frames import FrameBuilder, MarkerFrame
-from ocmm_trackers._link import Link
+from ocmm_trackers._link import TrackerLink
 from ocmm_trackers._messages import Decoder, DeviceStatus, Message, Pose, SensorValues
 from ocmm_trackers._proof import GeometryProof, judge_geometry, refuse
 
@@ -49,7 +49,7 @@ class TrackerSource:
         self._document, self._rig, self._leds = document, rig, leds
         self._period_ns = description.frame_period_ns
         self.decoder, self.builder = decoder, FrameBuilder(document)
-        self._link: Link | None = None
+        self._link: TrackerLink | None = None
         self._proven = self._pressed = False
         self._reason = ""
         self._origin_ns = -1
@@ -61,7 +61,7 @@ class TrackerSource:
         """Connect; AcquisitionError if no tracker answers."""
         deadline = time.monotonic() + self._connect_s
         try:
-            self._link = Link(
+            self._link = TrackerLink(
                 self._address, datagrams=self.decoder.datagrams, connect_s=self._connect_s
             )
             while not self.decoder.ready and time.monotonic() < deadline:

@@ -12,7 +12,7 @@ from ocmm_core.camera import load_tracker
 from ocmm_core.documents import resource
 from ocmm_core.errors import AcquisitionError
 from ocmm_sim.trackers import NatNetEncoder, NdiEncoder, QtmEncoder, TrackerServer
-from ocmm_trackers import PROTOCOLS, Decoder, Link, Pose, checksum_ndi
+from ocmm_trackers import PROTOCOLS, Decoder, Pose, TrackerLink, checksum_ndi
 from tests.trackers.tracker_bench import TRACKER, measured, places_of, source_to
 
 _FIRST_NS = 1_764_500_000_000_000_000
@@ -78,7 +78,7 @@ def test_markers_filled_in_by_motive_are_hidden() -> None:
 
 
 def test_multicast_frames_are_received() -> None:
-    link = Link(("127.0.0.1", 1), datagrams=True, connect_s=1.0)
+    link = TrackerLink(("127.0.0.1", 1), datagrams=True, connect_s=1.0)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.bind(("127.0.0.1", 0))
         sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
