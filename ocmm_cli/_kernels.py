@@ -111,7 +111,7 @@ ocmm_core.tracking.kernels._identify_kernel
 ocmm_core.tracking.kernels._sensitivity_kernel
     answer_of_poses f4 f2 f2 u1 i1 i1 f3 f2 f3 f3 f3
 ocmm_core.tracking.kernels._solve_kernel
-    solve_frames f4 f2 f2 f1 f i u1 f2 f3 f3 f2 f1 i1
+    solve_frames f4 f2 f2 f1 f f i u1 f2 f3 f3 f2 f1 i1
 
 ocmm_core.camera._centroid
     measure w2 i i w2 f1 f2 u2 i1 f1

@@ -1,11 +1,12 @@
-"""Trackers as sources of frames: markers in space, by OpenIGTLink.
+"""Trackers as sources of frames: markers in space, by the protocols of their makers.
 
 In: messages of a tracker. Out: spots of its equivalent cameras (`ocmm_core.camera`), in the
 ring of a station.
 
-Read `_igtl` (messages), `_stream` (bytes to messages, with an account), `_frames` (markers to
-frames), `_proof` (unit and axes by the probe), `_source`, `_process`, `_feed` and `_specs` (the
-entry of `ocmm.sources`). It must not import virtual trackers.
+Read `_messages` (what all protocols have in common), the decoders `_igtl`, `_natnet`, `_ndi` with
+`_ndi_replies`, and `_qtm`, then `_link`, `_frames` (markers to frames), `_proof` (unit and axes by
+the probe), `_source`, `_process`, `_feed` and `_specs` (the entries of `ocmm.sources`). It must not
+import virtual trackers.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -13,20 +14,29 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_trackers._feed import tracker_config
     from ocmm_trackers._frames import FrameAccount, FrameBuilder, MarkerFrame
-    from ocmm_trackers._igtl import (
-        IDENTITY, DeviceStatus, MarkerPlace, Message, Pose, checksum, decode, fraction_of,
+    from ocmm_trackers._igtl import IDENTITY, IgtlDecoder, checksum, decode, fraction_of
+    from ocmm_trackers._link import TrackerLink
+    from ocmm_trackers._messages import (
+        Decoder, DeviceStatus, MarkerPlace, Message, MessageAccount, Pose, SensorValues,
     )  # fmt: skip
-    from ocmm_trackers._process import TrackerConfig, tracker_command, tracker_description
+    from ocmm_trackers._natnet import NatNetDecoder
+    from ocmm_trackers._ndi import NdiDecoder
+    from ocmm_trackers._ndi_replies import checksum_ndi
+    from ocmm_trackers._process import (
+        PROTOCOLS, TrackerConfig, tracker_command, tracker_description,
+    )  # fmt: skip
     from ocmm_trackers._proof import GeometryProof, judge_geometry
-    from ocmm_trackers._source import IgtlSource
-    from ocmm_trackers._specs import IGTL
-    from ocmm_trackers._stream import MessageAccount, MessageStream
+    from ocmm_trackers._qtm import QtmDecoder
+    from ocmm_trackers._source import TrackerSource
+    from ocmm_trackers._specs import IGTL, NATNET, NDI, QTM
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "IDENTITY", "IGTL", "DeviceStatus", "FrameAccount", "FrameBuilder", "GeometryProof",
-    "IgtlSource", "MarkerFrame", "MarkerPlace", "Message", "MessageAccount", "MessageStream",
-    "Pose", "TrackerConfig", "checksum", "decode", "fraction_of", "judge_geometry",
-    "tracker_command", "tracker_config", "tracker_description",
+    "IDENTITY", "IGTL", "NATNET", "NDI", "PROTOCOLS", "QTM", "Decoder", "DeviceStatus",
+    "FrameAccount", "FrameBuilder", "GeometryProof", "IgtlDecoder", "MarkerFrame", "MarkerPlace",
+    "Message", "MessageAccount", "NatNetDecoder", "NdiDecoder", "Pose", "QtmDecoder",
+    "SensorValues", "TrackerConfig", "TrackerLink", "TrackerSource", "checksum", "checksum_ndi",
+    "decode", "fraction_of", "judge_geometry", "tracker_command", "tracker_config",
+    "tracker_description",
 ]  # fmt: skip

@@ -11,37 +11,37 @@ from ocmm_core.composition import Feed, StationRequest
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.tracking import load_probe
-from ocmm_trackers._process import TrackerConfig, tracker_command, tracker_description
+from ocmm_trackers._process import PROTOCOLS, TrackerConfig, tracker_command, tracker_description
 from ocmm_trackers._proof import flatness
 
-_DEFAULT_PORT = 18944
 _FLAT_SIGMAS = 20.0
 """LEDs nearer to one plane, in standard deviations of a marker, do not prove the handedness."""
 
 
 def tracker_config(
-    rig_file: Path, probe: Path, rig: Rig, value: str, name: str
+    protocol: str, rig_file: Path, probe: Path, rig: Rig, value: str, name: str
 ) -> tuple[TrackerConfig, FrameRing]:
     """Return the configuration for a tracker and its ring; InputError if they cannot measure."""
     if rig.markers is None:
         raise InputError(
-            "igtl.rig",
+            "tracker.rig",
             f"The rig '{rig.name}' is one of cameras, but the source is a tracker.",
             "Give the document of the tracker (schema ocmm.tracker/1) as the rig.",
         )
     document, leds = load_tracker(rig_file), load_probe(probe).leds_probe
     if flatness(leds) < _FLAT_SIGMAS * document.noise.sigma_along:
         raise InputError(
-            "igtl.flat",
+            "tracker.flat",
             f"The LEDs of the probe are within {flatness(leds):.2f} mm (RMS) of a plane: a "
             "mirrored tracker would show the same distances.",
             "Use a probe whose markers are not in one plane.",
         )
-    host, port = _address(value)
+    host, port = _address(protocol, value)
     slots = max(USUAL_SLOTS, len(document.markers))
     ring = FrameRing.create(len(rig.cameras), n_slots=slots)
     config = TrackerConfig(
         name=name,
+        protocol=protocol,
         ring_path=str(ring.path),
         host=host,
         port=port,
@@ -56,17 +56,20 @@ def tracker_config(
 
 def tracker_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> Feed:
     """Return the tracker at a host and port; InputError if it cannot measure."""
-    config, ring = tracker_config(request.rig, request.probe, rig, value, f"OpenIGTLink {value}")
+    protocol = request.source.partition(":")[0]
+    name = f"{PROTOCOLS[protocol].name} {value}"
+    config, ring = tracker_config(protocol, request.rig, request.probe, rig, value, name)
     acquisition = ChildProcess(tracker_command(), config.to_json(), ring)
     return Feed(acquisition, ring, tracker_description(config), live=True)
 
 
-def _address(value: str) -> tuple[str, int]:
-    host, _, port = value.rpartition(":") if ":" in value else (value, "", str(_DEFAULT_PORT))
+def _address(protocol: str, value: str) -> tuple[str, int]:
+    usual = PROTOCOLS[protocol].port
+    host, _, port = value.rpartition(":") if ":" in value else (value, "", str(usual))
     if not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 1 << 16:
         raise InputError(
-            "igtl.address",
+            "tracker.address",
             f"{value!r} is no host with a port.",
-            f"Give igtl:HOST:PORT, such as igtl:192.168.1.20:{_DEFAULT_PORT}.",
+            f"Give {protocol}:HOST:PORT, such as {protocol}:192.168.1.20:{usual}.",
         )
     return host.strip("[]"), int(port)

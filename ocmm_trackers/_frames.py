@@ -10,13 +10,14 @@ import numpy as np
 from ocmm_core.camera import TrackerDocument
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
-from ocmm_trackers._igtl import MarkerPlace, Pose
+from ocmm_trackers._messages import MarkerPlace, Pose
 
 _RESTART_NS = 1_000_000_000
 _PAUSE_NS = 60_000_000_000
 _MOST_LATE = 100
 _FARTHEST = 1e7
 """mm; no tracker reaches so far, also with coordinates in mm read as metres."""
+_SHOWN = 6
 _RATED = 50
 _RATE_SHARE = 0.2
 _UNIT_MM = {"mm": 1.0, "m": 1000.0}
@@ -70,6 +71,8 @@ class FrameBuilder:
         self._raw = self._nothing()
         self._before = self._nothing()
         self._late_running = 0
+        self.strangers: dict[str, None] = {}
+        """Names of markers that the document does not have, at most six."""
         self._steps: deque[int] = deque(maxlen=_RATED)
 
     def take(self, pose: Pose, time_ns: int) -> list[MarkerFrame]:
@@ -80,6 +83,9 @@ class FrameBuilder:
         known = [one for one in pose.elements if one.name in self._index]
         self.account.markers += len(pose.elements)
         self.account.unknown += len(pose.elements) - len(known)
+        for one in pose.elements if len(self.strangers) < _SHOWN else ():
+            if one.name not in self._index:
+                self.strangers[one.name] = None
         if not known and not (pose.whole and not pose.elements):
             return []
         self._require_markers(known, time_ns)
@@ -106,7 +112,7 @@ class FrameBuilder:
         for one in known:
             if one.turned:
                 raise AcquisitionError(
-                    "igtl.poses",
+                    "tracker.poses",
                     f"The tracker sends '{one.name}' as the pose of a tool, not as a marker: its "
                     "markers, and so the uncertainty of a tip, are unknown.",
                     "Let the device send its markers (points, strays, labelled markers), and name "
@@ -114,7 +120,7 @@ class FrameBuilder:
                 )
         if known and not time_ns:
             raise AcquisitionError(
-                "igtl.no_time",
+                "tracker.no_time",
                 "The tracker sends markers without a time stamp.",
                 "Switch the time stamps of the sender on: the time of arrival is not that of the "
                 "exposure.",
@@ -128,7 +134,7 @@ class FrameBuilder:
         self._late_running += 1
         if self._last_ns - time_ns > _RESTART_NS or self._late_running > _MOST_LATE:
             raise AcquisitionError(
-                "igtl.clock_step",
+                "tracker.clock_step",
                 f"The clock of the tracker went back by {(self._last_ns - time_ns) * 1e-9:.3f} s: "
                 "it was started again, or its time was set.",
                 "Let the tracker warm up, then open the job again.",
@@ -158,7 +164,7 @@ class FrameBuilder:
         if self.account.frames or self.account.frames_lost:
             if step > _PAUSE_NS:
                 raise AcquisitionError(
-                    "igtl.clock_step",
+                    "tracker.clock_step",
                     f"The clock of the tracker went on by {step * 1e-9:.0f} s between two frames.",
                     "Let the tracker warm up, then open the job again.",
                 )
@@ -183,7 +189,7 @@ class FrameBuilder:
         self._steps.clear()
         if abs(usual / self._period_ns - 1.0) > _RATE_SHARE:
             raise AcquisitionError(
-                "igtl.rate",
+                "tracker.rate",
                 f"The tracker sends {1e9 / usual:.1f} frames a second, and its document says "
                 f"{self._document.frame_rate_hz}.",
                 "Correct 'frame_rate_hz' in the document, or the rate of the device.",

@@ -8,15 +8,25 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from ocmm_core.geometry import Float
+from ocmm_trackers._messages import (
+    DamagedPacketError,
+    Decoder,
+    DeviceStatus,
+    MarkerPlace,
+    Message,
+    Pose,
+    SensorValues,
+    printable,
+)
 
-HEADER = struct.Struct(">H12s20sIIQQ")
-MOST_BODY = 1 << 16
-"""Larger messages, such as images, are passed over unread."""
+_HEADER = struct.Struct(">H12s20sIIQQ")
+_MOST_BODY, _MOST_PASSED = 1 << 16, 1 << 28
+"""Larger messages, such as images, are passed over unread, to the second size."""
+_VERSIONS = (1, 2, 3)
 _EXTENDED = struct.Struct(">HHII")
 _EXTENDED_VERSION = 2
 """Header version of protocol 3."""
@@ -54,54 +64,54 @@ def fraction_of(time_ns: int) -> tuple[int, int]:
     return time_ns // 10**9, ((time_ns % 10**9 << 32) + 10**9 - 1) // 10**9
 
 
-@dataclass(frozen=True, slots=True)
-class MarkerPlace:
-    """A named place in a message; NaN if the device sent no number."""
-
-    name: str
-    place: tuple[float, float, float]
-    """In the unit of the device."""
-    turned: bool = False
-    """It has a rotation: it is the pose of a tool, not a marker."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """Places of one time: markers, or tools."""
-
-    elements: tuple[MarkerPlace, ...]
-    whole: bool
-    """All markers of the time are in this message."""
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceStatus:
-    code: int
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class SensorValues:
-    values: tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Message:
-    """A message with a correct checksum; `content` is None for kinds that are not read."""
-
-    kind: str
-    device: str
-    time_ns: int
-    """0 if the sender did not stamp it."""
-    content: Pose | DeviceStatus | SensorValues | None = field(default=None)
-
-
 def name_of(raw: bytes) -> str:
     """Return a text field of fixed size; ValueError unless printable ASCII."""
     text = raw.split(b"\0", 1)[0].decode("ascii")
     if not text.isprintable():
         raise ValueError("name")
     return text
+
+
+class IgtlDecoder(Decoder):
+    """OpenIGTLink; its server sends without requests."""
+
+    name, port = "OpenIGTLink", 18944
+    _passed = 0
+
+    def _cut(self) -> bytes | None:
+        if self._passed:
+            part = min(self._passed, len(self._buffer))
+            del self._buffer[:part]
+            self._passed -= part
+        if len(self._buffer) < _HEADER.size:
+            return None
+        version, kind, device, _, _, size, _ = _HEADER.unpack_from(self._buffer)
+        try:
+            name_of(device)
+            known = bool(name_of(kind)) and version in _VERSIONS
+        except ValueError:
+            known = False
+        if not known or size > _MOST_PASSED:
+            raise self._foreign()
+        size += _HEADER.size
+        if size > _MOST_BODY:
+            self._passed = size - _HEADER.size
+            size = _HEADER.size
+        if len(self._buffer) < size:
+            return None
+        packet = bytes(self._buffer[:size])
+        del self._buffer[:size]
+        return packet
+
+    def _read(self, packet: bytes) -> list[Message] | None:
+        version, kind, device, *stamp, size, stated = _HEADER.unpack_from(packet)
+        body = packet[_HEADER.size :]
+        if len(body) < size:
+            return None
+        if checksum(body) != stated:
+            raise DamagedPacketError
+        message = decode(name_of(kind), name_of(device), version, (stamp[0], stamp[1]), body)
+        return None if message.content is None else [message]
 
 
 def decode(kind: str, device: str, version: int, stamp: tuple[int, int], body: bytes) -> Message:
@@ -191,8 +201,7 @@ def _points(_device: str, body: bytes) -> Pose:
 
 def _status(_device: str, body: bytes) -> DeviceStatus:
     code = struct.unpack_from(">HQ20s", body)[0]
-    text = body[30:].split(b"\0", 1)[0].decode("ascii", "replace")
-    return DeviceStatus(code, "".join(one for one in text if one.isprintable())[:100])
+    return DeviceStatus(code, printable(body[30:]))
 
 
 def _sensor(_device: str, body: bytes) -> SensorValues:

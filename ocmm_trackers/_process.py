@@ -15,13 +15,25 @@ from ocmm_core.acquisition.bus_process import read_first_line, stopped_by_parent
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
 from ocmm_core.camera import Vector3, load_rig, load_tracker
 from ocmm_core.failure import REOPEN, exit_with
-from ocmm_trackers._source import IgtlSource
+from ocmm_trackers._igtl import IgtlDecoder
+from ocmm_trackers._messages import Decoder
+from ocmm_trackers._natnet import NatNetDecoder
+from ocmm_trackers._ndi import NdiDecoder
+from ocmm_trackers._qtm import QtmDecoder
+from ocmm_trackers._source import TrackerSource
+
+PROTOCOLS: dict[str, type[Decoder]] = {
+    "igtl": IgtlDecoder, "natnet": NatNetDecoder, "ndi": NdiDecoder, "qtm": QtmDecoder,
+}  # fmt: skip
+"""By the prefixes of their sources."""
 
 
 class TrackerConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A tracker, the probe that proves its unit and axes, and the ring for its frames."""
 
     name: str
+    protocol: str
+    """Name in `PROTOCOLS`."""
     ring_path: str
     host: str
     port: int
@@ -70,9 +82,11 @@ def _run() -> int:
     config = msgspec.json.decode(read_first_line(sys.stdin.fileno()), type=TrackerConfig)
     ring = FrameRing.attach(config.ring_path)
     try:
-        source = IgtlSource(
-            tracker_description(config), (config.host, config.port), load_tracker(config.rig),
-            load_rig(config.rig), np.array(config.leds), config.connect_s,
+        document = load_tracker(config.rig)
+        source = TrackerSource(
+            tracker_description(config), PROTOCOLS[config.protocol](document),
+            (config.host, config.port), document, load_rig(config.rig), np.array(config.leds),
+            config.connect_s,
         )  # fmt: skip
         return AcquisitionWorker(source, ring, stopped_by_parent()).run_program()
     finally:

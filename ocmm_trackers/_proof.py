@@ -76,14 +76,14 @@ def refuse(found: GeometryProof, unit: str) -> None:
     """Raise AcquisitionError if the probe contradicts unit or axes of the document."""
     if found in (GeometryProof.TOO_SMALL, GeometryProof.TOO_LARGE):
         raise AcquisitionError(
-            "igtl.unit",
+            "tracker.unit",
             "The distances between the markers are far smaller or larger than those of the "
             f"probe: the tracker does not send coordinates in {unit}, as its document says.",
             "Correct 'device_unit' in the document of the tracker.",
         )
     if found is GeometryProof.MIRRORED:
         raise AcquisitionError(
-            "igtl.handedness",
+            "tracker.handedness",
             "The markers are a mirror image of the probe: the axes of the tracker have another "
             "handedness than its document says.",
             "Correct 'handedness' in the document of the tracker, or its axes.",

@@ -1,8 +1,8 @@
-"""A tracker as a frame source, by OpenIGTLink over TCP."""
+"""A tracker as a frame source, by any of its protocols."""
 
 from __future__ import annotations
 
-import socket
+import time
 
 import numpy as np
 
@@ -17,12 +17,10 @@ from ocmm_core.camera import REACH_MM, Rig, TrackerDocument, project
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
 from ocmm_trackers._frames import FrameBuilder, MarkerFrame
-from ocmm_trackers._igtl import DeviceStatus, Message, Pose, SensorValues
+from ocmm_trackers._link import TrackerLink
+from ocmm_trackers._messages import Decoder, DeviceStatus, Message, Pose, SensorValues
 from ocmm_trackers._proof import GeometryProof, judge_geometry, refuse
-from ocmm_trackers._stream import MessageStream
 
-_READ_S = 0.1
-_CHUNK = 1 << 16
 _OK = 1
 _UNPROVEN = (
     "The markers do not prove unit and axes of the tracker yet: show it at least four markers of "
@@ -30,7 +28,7 @@ _UNPROVEN = (
 )
 
 
-class IgtlSource:
+class TrackerSource:
     """A `FrameSource` of the markers of one tracker.
 
     No frame passes before the markers of the probe, ``leds`` (L, 3), mm, prove unit and axes.
@@ -39,6 +37,7 @@ class IgtlSource:
     def __init__(
         self,
         description: SourceDescription,
+        decoder: Decoder,
         address: tuple[str, int],
         document: TrackerDocument,
         rig: Rig,
@@ -49,8 +48,8 @@ class IgtlSource:
         self._address, self._connect_s = address, connect_s
         self._document, self._rig, self._leds = document, rig, leds
         self._period_ns = description.frame_period_ns
-        self.stream, self.builder = MessageStream(), FrameBuilder(document)
-        self._socket: socket.socket | None = None
+        self.decoder, self.builder = decoder, FrameBuilder(document)
+        self._link: TrackerLink | None = None
         self._proven = self._pressed = False
         self._reason = ""
         self._origin_ns = -1
@@ -59,26 +58,26 @@ class IgtlSource:
         self._sigma = float(np.hypot(noise.sigma_along, noise.rounding)) + noise.place_sigma
 
     def open(self) -> None:
-        """Connect; AcquisitionError if no server answers."""
+        """Connect; AcquisitionError if no tracker answers."""
+        deadline = time.monotonic() + self._connect_s
         try:
-            self._socket = socket.create_connection(self._address, self._connect_s)
+            self._link = TrackerLink(
+                self._address, datagrams=self.decoder.datagrams, connect_s=self._connect_s
+            )
+            while not self.decoder.ready and time.monotonic() < deadline:
+                self._receive()
+            if self.decoder.group is not None:
+                self._link.join(*self.decoder.group)
         except OSError as error:
-            raise AcquisitionError(
-                "igtl.connect",
-                f"No tracker answers at {self._address[0]}:{self._address[1]} "
-                f"({error.strerror or error}).",
-                "Start the OpenIGTLink server of the tracker; check host, port and firewall.",
-            ) from error
-        self._socket.settimeout(_READ_S)
-        # Markers that arrive late are worth less than small packets.
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            raise self._absent(error.strerror or str(error)) from error
+        if not self.decoder.ready:
+            raise self._absent("no reply")
 
     def read(self) -> Cycle:
         """Return the frames that have arrived; AcquisitionError if the tracker ends or is wrong."""
-        data = self._receive()
         frames: list[MarkerFrame] = []
         flags: list[int] = []
-        for message in self.stream.feed(data):
+        for message in self._receive():
             frames += self._take(message)
             flags += [FrameFlag.BUTTON if self._pressed else 0] * (len(frames) - len(flags))
         if frames and self._origin_ns < 0:
@@ -87,33 +86,35 @@ class IgtlSource:
             self._last = (-1, self._origin_ns)
         kept = [(one, flag) for one, flag in zip(frames, flags, strict=True) if self._prove(one)]
         if not kept:
-            why = self._reason or ("" if self._proven or not frames else _UNPROVEN)
-            return Cycle(CycleVerdict.LATE, why)
+            return Cycle(CycleVerdict.LATE, self._reason or self._unproven(len(frames)))
         return self._cycle([one for one, _ in kept], [flag for _, flag in kept])
 
     def close(self) -> None:
         """End the connection; idempotent."""
-        if self._socket is not None:
-            self._socket.close()
+        if self._link is not None:
+            self._link.close()
 
-    def _receive(self) -> bytes:
-        if self._socket is None:
-            raise AcquisitionError("igtl.closed", "The tracker is not open.", "Open the job again.")
-        try:
-            data = self._socket.recv(_CHUNK)
-        except TimeoutError:
-            return b""
-        except OSError as error:
-            data, why = b"", error.strerror or str(error)
-        else:
-            why = "closed"
-        if not data:
+    def _receive(self) -> list[Message]:
+        """Send requests that are due, and return the messages received."""
+        if self._link is None:
             raise AcquisitionError(
-                "igtl.closed",
-                f"The tracker ended the connection ({why}).",
-                "Check its program, cable and power, then open the job again.",
+                "tracker.closed", "The tracker is not open.", "Open the job again."
             )
-        return data
+        request = self.decoder.requests(time.monotonic())
+        if request:
+            self._link.send(request)
+        found: list[Message] = []
+        for data in self._link.receive(self.decoder.wait_s):
+            found += self.decoder.feed(data)
+        return found
+
+    def _absent(self, why: str) -> AcquisitionError:
+        return AcquisitionError(
+            "tracker.connect",
+            f"No tracker answers at {self._address[0]}:{self._address[1]} ({why}).",
+            f"Start the tracker and its output by {self.decoder.name}; check host, port and "
+            "firewall.",
+        )
 
     def _take(self, message: Message) -> list[MarkerFrame]:
         content = message.content
@@ -128,6 +129,16 @@ class IgtlSource:
                 else f"The tracker reports status {content.code}: {content.text}."
             )
         return []
+
+    def _unproven(self, frames: int) -> str:
+        if self._proven or not (frames or self.builder.strangers):
+            return ""
+        if self.builder.account.used or not self.builder.strangers:
+            return _UNPROVEN
+        return (
+            "The tracker sends no marker named in its document; it sends "
+            f"{', '.join(self.builder.strangers)}."
+        )
 
     def _prove(self, frame: MarkerFrame) -> bool:
         if not self._proven:

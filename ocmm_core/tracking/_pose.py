@@ -23,8 +23,8 @@ class PoseBatch:
 
     status: NDArray[np.uint8]
     """(n,) uint8: 0 solved, 1 lost (fewer than three LEDs seen by two cameras, LEDs so close to one
-    line that spot noise alone moves the tip by `kernels.MAX_TIP_SIGMA`, or an LED behind a camera
-    that sees it)."""
+    line that spot noise alone moves the tip by `kernels.MAX_TIP_SIGMA`, or the limit of a tracker,
+    or an LED behind a camera that sees it)."""
     tip_world: Float
     """(n, 3), mm."""
     tip_covariance: Float
@@ -58,18 +58,15 @@ def solve_leds(
     require_spots(uv, rig, len(leds))
     outputs = allocate(len(uv))
     steps = 0 if method == "thesis" else 1
-    # The kernel refuses tips by a constant made for cameras; a tracker has its own.
-    ease = 1.0 if rig.markers is None else max(rig.markers.most_tip_sigma / MAX_TIP_SIGMA, 1.0)
+    # A tracker has a limit of its own, if it is coarser than cameras.
+    most = max(MAX_TIP_SIGMA, 0.0 if rig.markers is None else rig.markers.most_tip_sigma)
     solve_frames(
-        np.ascontiguousarray(uv), rig.packed(), leds, point, sigma_px / ease, steps, *outputs
+        np.ascontiguousarray(uv), rig.packed(), leds, point, sigma_px, most, steps, *outputs
     )
     batch = PoseBatch(*outputs)
     if rig.markers is None:
         return batch
-    return replace(
-        batch, tip_covariance=batch.tip_covariance * ease**2, chi2=batch.chi2 / ease**2,
-        dof=np.where(batch.status == 0, independent(rig, batch.dof), 0),
-    )  # fmt: skip
+    return replace(batch, dof=np.where(batch.status == 0, independent(rig, batch.dof), 0))
 
 
 def independent(rig: Rig, dof: Int) -> Int:

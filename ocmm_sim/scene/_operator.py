@@ -36,6 +36,8 @@ Touches = Sequence[tuple[str, int]]
 
 REST_S = 0.5
 DWELL_S = 0.45
+_WINDOW_FRAMES = 28
+"""Of a touch by a slow camera, after the press of the button."""
 _APPROACH_S, _RETRACT_S = 0.25, 0.18
 _APPROACH_MM = 8.0
 _BORE_APPROACH = 0.8
@@ -110,8 +112,11 @@ class _Timeline:
 class Operator:
     """The script; thread-safe between reading and extending; ``tip_radius``, mm, is true."""
 
-    def __init__(self, part: Part, tip_radius: float, touches: Touches, seed: int) -> None:
+    def __init__(
+        self, part: Part, tip_radius: float, touches: Touches, seed: int, period_s: float = 0.0
+    ) -> None:
         self._part = part
+        self._dwell_s = max(DWELL_S, kernels.BUTTON_DOWN_S + _WINDOW_FRAMES * period_s)
         self._tip_radius = tip_radius
         self._seed = seed
         self._tremor = _draw_tremor(np.random.default_rng([seed, _STREAM]))
@@ -166,7 +171,7 @@ class Operator:
         """
         with self._lock:
             old = self._timeline
-            writer = _Writer(self._home, max(old.end_s, not_before_s))
+            writer = _Writer(self._home, max(old.end_s, not_before_s), self._dwell_s)
             writer.follow(old.segments[-1])
             tip = surface_world + self._tip_radius * normal_world
             before = tip + _APPROACH_MM * normal_world
@@ -187,7 +192,7 @@ class Operator:
         """
         with self._lock:
             old = self._timeline
-            writer = _Writer(tip_world, at_s, attitude)
+            writer = _Writer(tip_world, at_s, self._dwell_s, attitude)
             above = np.array([tip_world[0], tip_world[1], max(self._safe_z, tip_world[2])])
             writer.travel(above, attitude, np.nan, 0.0)
             writer.travel(self._home, np.zeros(3), np.nan, 0.0)
@@ -211,7 +216,7 @@ class Operator:
         not_before_s: float,
         taken: Mapping[str, Sequence[Sequence[float]]] | None = None,
     ) -> _Timeline:
-        writer = _Writer(self._home, max(old.end_s, not_before_s))
+        writer = _Writer(self._home, max(old.end_s, not_before_s), self._dwell_s)
         writer.follow(old.segments[-1])
         for index, (name, count) in enumerate(touches):
             if count < 1:
@@ -293,13 +298,16 @@ class Operator:
 
 
 class _Writer:
-    def __init__(self, place: Float, start_s: float, attitude: Float | None = None) -> None:
+    def __init__(
+        self, place: Float, start_s: float, dwell_s: float, attitude: Float | None = None
+    ) -> None:
         self.segments: list[Float] = []
         self.touches: list[ScriptedTouch] = []
         self._time = start_s
         self._place = place
         self._attitude = np.zeros(3) if attitude is None else attitude
         self._sway = 0.0
+        self._dwell_s = dwell_s
 
     def follow(self, last: Float) -> None:
         """Start from the end of a segment."""
@@ -319,7 +327,7 @@ class _Writer:
     def touch(self, feature: str, surface: Float, normal: Float, tip: Float) -> None:
         self._append(_APPROACH_S, kernels.MOVE, tip, self._attitude, 0.0)
         contact = self._time
-        self._append(DWELL_S, kernels.TOUCH, tip, self._attitude, 0.0, normal=normal)
+        self._append(self._dwell_s, kernels.TOUCH, tip, self._attitude, 0.0, normal=normal)
         self.touches.append(
             ScriptedTouch(
                 feature, contact, contact + kernels.SETTLE_S, self._time, surface, normal, tip

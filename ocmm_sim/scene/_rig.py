@@ -90,7 +90,9 @@ class VirtualRig:
         self._behind_body = np.uint64(sum(1 << led for led in behind_body))
         self._T_world_from_reference = _place_of(part) if reference is not None else None
         self._world = draw_world(rig, body, seed, self.options, reference)
-        self._operator = Operator(part, self._world.tip_radius, touches, seed)
+        self._operator = Operator(
+            part, self._world.tip_radius, touches, seed, self.frame_period_ns * 1e-9
+        )
         self._packed = [self._places_of(camera) for camera in range(len(rig.cameras))]
 
     @property

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
         scenes_of_relocation, scenes_of_verification, verification_by_step,
     )  # fmt: skip
     from ocmm_sim.sources._feed_makers import part_as_planned, part_text, script_of, segment_of
-    from ocmm_sim.sources._specs import GENICAM, PIXELS, SIMULATED, TRACKER, WIRE
+    from ocmm_sim.sources._specs import GENICAM, NATNET, NDI, PIXELS, QTM, SIMULATED, TRACKER, WIRE
     from ocmm_sim.sources._truth import true_values
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "GENICAM", "PIXELS", "SIMULATED", "TRACKER", "WIRE", "VirtualSite", "acceptance_feed",
-    "part_as_planned", "part_text", "relocation_by_step", "scene_of_tip", "scenes_of_known_points",
-    "scenes_of_relocation", "scenes_of_verification", "script_of", "segment_of", "true_values",
-    "verification_by_step",
+    "GENICAM", "NATNET", "NDI", "PIXELS", "QTM", "SIMULATED", "TRACKER", "WIRE", "VirtualSite",
+    "acceptance_feed", "part_as_planned", "part_text", "relocation_by_step", "scene_of_tip",
+    "scenes_of_known_points", "scenes_of_relocation", "scenes_of_verification", "script_of",
+    "segment_of", "true_values", "verification_by_step",
 ]  # fmt: skip

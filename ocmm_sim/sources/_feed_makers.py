@@ -30,6 +30,7 @@ from ocmm_core.composition import (
     described_cameras,
     identities,
     rate_of,
+    source_of,
 )
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
@@ -44,7 +45,7 @@ from ocmm_sim.bus import SegmentConfig, VirtualBus, VirtualWire
 from ocmm_sim.calibration_scenes import CalibratingScript, CalibratingSource
 from ocmm_sim.genicam import GENICAM_RATE_HZ, virtual_genicam_feed
 from ocmm_sim.hand import HandAtRig
-from ocmm_sim.sources._specs import GENICAM, TRACKER
+from ocmm_sim.sources._specs import GENICAM
 from ocmm_sim.trackers import virtual_tracker_feed
 
 _AS_MANY = 2
@@ -308,8 +309,10 @@ def genicam_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> 
 def tracker_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
     """Return the virtual rig by a software tracker."""
     script = script_of(replace(request, frame_rate_hz=rig.frame_rate_hz), plan)
-    name = f"{TRACKER.recorded_as} ({rig.name}, seed {request.seed})"
-    return _played(virtual_tracker_feed(script, rig, name), script.build())
+    spec = source_of(request.source).spec
+    name = f"{spec.recorded_as} ({rig.name}, seed {request.seed})"
+    protocol = spec.prefix.partition(":")[0]
+    return _played(virtual_tracker_feed(protocol, script, rig, name), script.build())
 
 
 def _played(feed: Feed, virtual: scene.VirtualRig) -> Feed:

@@ -77,20 +77,41 @@ GENICAM = SourceSpec(
     make=late(_MAKERS, "genicam_feed"),
 )
 
-TRACKER = SourceSpec(
-    prefix="igtl:virtual",
-    forms=(
-        (
-            "igtl:virtual",
-            "the virtual rig by an optical tracker: markers with its noise, by OpenIGTLink over a "
-            "private network; 100 Hz",
-        ),
-    ),
-    takes_value=False,
-    origin=Origin.VIRTUAL,
-    live=True,
-    on_bus=False,
-    recorded_as="virtual OpenIGTLink",
-    make=late(_MAKERS, "tracker_feed"),
-    rig="tracker.toml",
-)
+
+def _virtual_tracker(protocol: str, recorded_as: str, words: str, rig: str) -> SourceSpec:
+    name = f"{protocol}:virtual"
+    return SourceSpec(
+        prefix=name,
+        forms=((name, words),),
+        takes_value=False,
+        origin=Origin.VIRTUAL,
+        live=True,
+        on_bus=False,
+        recorded_as=recorded_as,
+        make=late(_MAKERS, "tracker_feed"),
+        rig=rig,
+    )
+
+
+TRACKER = _virtual_tracker(
+    "igtl", "virtual OpenIGTLink",
+    "the virtual rig by an optical tracker: markers with its noise, by OpenIGTLink over a "
+    "private network; 100 Hz",
+    "tracker.toml",
+)  # fmt: skip
+
+NATNET = _virtual_tracker(
+    "natnet", "virtual NatNet",
+    "the virtual rig by an optical tracker that sends NatNet 4.1, in metres; 100 Hz",
+    "tracker_natnet.toml",
+)  # fmt: skip
+
+NDI = _virtual_tracker(
+    "ndi", "virtual NDI", "the virtual rig by the stray markers of an NDI device; 60 Hz",
+    "tracker_ndi.toml",
+)  # fmt: skip
+
+QTM = _virtual_tracker(
+    "qtm", "virtual QTM", "the virtual rig by the protocol of Qualisys Track Manager; 100 Hz",
+    "tracker_qtm.toml",
+)  # fmt: skip

@@ -14,25 +14,39 @@ import msgspec
 
 from ocmm_core.acquisition.bus_process import read_first_line
 from ocmm_core.acquisition.frames import FrameFlag, FrameRing
-from ocmm_core.camera import Rig, load_tracker
+from ocmm_core.camera import Rig, TrackerDocument, load_tracker
 from ocmm_core.composition import Feed
 from ocmm_core.fieldbus.wire import set_link
 from ocmm_sim.bus import VirtualWire, paced, run_both, run_inside
 from ocmm_sim.scene import RigScript
 from ocmm_sim.trackers._device import SoftwareTracker
-from ocmm_sim.trackers._server import IgtlEncoder, IgtlServer
-from ocmm_trackers import TrackerConfig, tracker_command, tracker_config, tracker_description
+from ocmm_sim.trackers._encoder import MarkerEncoder
+from ocmm_sim.trackers._igtl import IgtlEncoder
+from ocmm_sim.trackers._natnet import NatNetEncoder
+from ocmm_sim.trackers._ndi import NdiEncoder
+from ocmm_sim.trackers._qtm import QtmEncoder
+from ocmm_sim.trackers._server import TrackerServer
+from ocmm_trackers import (
+    PROTOCOLS,
+    TrackerConfig,
+    tracker_command,
+    tracker_config,
+    tracker_description,
+)
 
 _MODULE = "ocmm_sim.trackers._virtual"
 _FIRST_NS = 1_764_500_000_000_000_000
-_PORT = 18944
+_ENCODERS: dict[str, Callable[[TrackerDocument], MarkerEncoder]] = {
+    "igtl": IgtlEncoder, "natnet": NatNetEncoder, "ndi": NdiEncoder, "qtm": QtmEncoder,
+}  # fmt: skip
 _CONNECT_S = 60.0
 
 
-def virtual_tracker_feed(script: RigScript, rig: Rig, name: str) -> Feed:
+def virtual_tracker_feed(protocol: str, script: RigScript, rig: Rig, name: str) -> Feed:
     """Return the tracker of a script and its reader, ready to start."""
+    address = f"127.0.0.1:{PROTOCOLS[protocol].port}"
     config, ring = tracker_config(
-        Path(script.rig), Path(script.probe), rig, f"127.0.0.1:{_PORT}", name
+        protocol, Path(script.rig), Path(script.probe), rig, address, name
     )
     config = msgspec.structs.replace(config, stretched=True, connect_s=_CONNECT_S)
     # For the server and for the reader.
@@ -52,9 +66,10 @@ def _run() -> int:
     ring = FrameRing.attach(config.ring_path)
     document = load_tracker(config.rig)
     set_link("lo", up=True)
-    tracker, encoder = SoftwareTracker(rig, document, rig.seed), IgtlEncoder(document)
+    tracker = SoftwareTracker(rig, document, rig.seed)
     tracker.markers(0)
-    server = IgtlServer(config.port)
+    encoder = _ENCODERS[config.protocol](document)
+    server = TrackerServer(encoder, config.port)
 
     def serve(ended: Callable[[], bool]) -> None:
         for frame in paced(ring, ended, server.accepted):

@@ -11,42 +11,34 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
 from ocmm_core.camera import load_rig, load_tracker
 from ocmm_core.errors import AcquisitionError, InputError, OcmmError
 from ocmm_core.tracking import FrameStatus, TrackingPipeline
-from ocmm_sim.trackers import IgtlEncoder, IgtlServer, Kind, MarkerErrors, TrackerFaults, message
+from ocmm_sim.trackers import IgtlEncoder, Kind, MarkerErrors, TrackerFaults, TrackerServer, message
 from ocmm_trackers import (
     FrameBuilder,
     GeometryProof,
-    IgtlSource,
-    MessageStream,
+    IgtlDecoder,
     Pose,
+    TrackerSource,
     checksum,
     judge_geometry,
     tracker_config,
-    tracker_description,
 )
 from tests.host import not_run
-from tests.trackers.tracker_bench import BODY, TRACKER, written
+from tests.trackers.tracker_bench import BODY, PROBE, TRACKER, places_of, source_to, written
 
-PROBE = TRACKER.parents[1] / "probes" / "standard.toml"
 FIRST_NS, PERIOD_NS = 1_764_500_000_000_000_000, 10_000_000
 _KINDS: tuple[Kind, ...] = ("TDATA", "QTDATA", "POSITION", "TRANSFORM", "POINT")
 _SIGMA_MM = 0.05
 _HOSTILE, _MIXED = 10_000, 100
 
 
-def places_of(rng: np.random.Generator) -> np.ndarray:
-    """Return the LEDs (6, 3) of a probe somewhere in the volume, mm."""
-    turn = Rotation.from_rotvec(rng.uniform(-0.5, 0.5, 3)).as_matrix()
-    return BODY.leds_probe @ turn.T + rng.uniform(-80.0, 80.0, 3)
-
-
 def frames_in(data: bytes, path: Path = TRACKER) -> list[np.ndarray]:
-    stream, builder, found = MessageStream(), FrameBuilder(load_tracker(path)), []
+    document = load_tracker(path)
+    stream, builder, found = IgtlDecoder(document), FrameBuilder(document), []
     for one in stream.feed(data):
         if isinstance(one.content, Pose):
             found += [frame.places for frame in builder.take(one.content, one.time_ns)]
@@ -54,27 +46,23 @@ def frames_in(data: bytes, path: Path = TRACKER) -> list[np.ndarray]:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[tuple[IgtlSource, IgtlServer, IgtlEncoder]]:
+def opened(path: Path) -> Iterator[tuple[TrackerSource, TrackerServer, IgtlEncoder]]:
     """Yield a source that is connected to a server on this computer."""
-    server = IgtlServer()
-    config, ring = tracker_config(path, PROBE, load_rig(path), f"127.0.0.1:{server.port}", "test")
-    document = load_tracker(path)
-    source = IgtlSource(
-        tracker_description(config), (config.host, config.port), document, load_rig(path),
-        np.array(config.leds), config.connect_s,
-    )  # fmt: skip
+    encoder = IgtlEncoder(load_tracker(path))
+    server = TrackerServer(encoder)
+    source, ring = source_to("igtl", path, server)
     try:
         source.open()
         while not server.accepted():
             pass
-        yield source, server, IgtlEncoder(document)
+        yield source, server, encoder
     finally:
         source.close()
         server.close()
         ring.close()
 
 
-def read_all(source: IgtlSource, server: IgtlServer, data: list[bytes]) -> list[FrameBlock]:
+def read_all(source: TrackerSource, server: TrackerServer, data: list[bytes]) -> list[FrameBlock]:
     """Return the frames that a source makes of data; AcquisitionError as it raises."""
     blocks = []
     for one in data:
@@ -98,7 +86,8 @@ def test_markers_arrive_as_sent(kind: Kind, version: int) -> None:
     sent[3][2] = np.nan
     data = b"".join(encoder.frame(p, FIRST_NS + n * PERIOD_NS) for n, p in enumerate(sent))
     # Bytes arrive in any portions.
-    stream, builder = MessageStream(), FrameBuilder(load_tracker(TRACKER))
+    document = load_tracker(TRACKER)
+    stream, builder = IgtlDecoder(document), FrameBuilder(document)
     found = []
     for start in range(0, len(data), 37):
         for one in stream.feed(data[start : start + 37]):
@@ -177,7 +166,7 @@ def test_hostile_packets_are_counted_or_end_with_a_sentence() -> None:
 
 @pytest.mark.parametrize(
     ("fault", "code"),
-    [("metres", "igtl.unit"), ("mirrored", "igtl.handedness"), ("poses", "igtl.poses")],
+    [("metres", "tracker.unit"), ("mirrored", "tracker.handedness"), ("poses", "tracker.poses")],
 )
 def test_mixed_up_units_axes_and_poses_are_named(fault: str, code: str, tmp_path: Path) -> None:
     """N = 100 each; half of the documents state metres, or left-handed axes."""
@@ -280,7 +269,7 @@ def test_faults_lose_frames_and_give_no_wrong_tip(
 
 
 @pytest.mark.parametrize(
-    ("fault", "code"), [("restarted", "igtl.clock_step"), ("unstamped", "igtl.no_time")]
+    ("fault", "code"), [("restarted", "tracker.clock_step"), ("unstamped", "tracker.no_time")]
 )
 def test_a_clock_that_proves_nothing_ends_the_source(fault: str, code: str) -> None:
     with opened(TRACKER) as (source, server, encoder):
@@ -303,7 +292,7 @@ def test_another_rate_than_stated_ends_the_source() -> None:
         ]
         with pytest.raises(AcquisitionError) as found:
             read_all(source, server, data)
-    assert found.value.code == "igtl.rate"
+    assert found.value.code == "tracker.rate"
     assert "50.0 frames a second" in found.value.what
 
 
@@ -312,21 +301,21 @@ def test_the_end_of_the_server_is_a_sentence() -> None:
         server.close()
         with pytest.raises(AcquisitionError) as found:
             read_all(source, server, [b""] * 50)
-    assert found.value.code == "igtl.closed"
+    assert found.value.code == "tracker.closed"
 
 
 def test_cameras_flat_probes_and_addresses_are_refused(tmp_path: Path) -> None:
     cameras = TRACKER.parent / "recommended.toml"
     with pytest.raises(InputError, match="one of cameras"):
-        tracker_config(cameras, PROBE, load_rig(cameras), "host:1", "test")
+        tracker_config("igtl", cameras, PROBE, load_rig(cameras), "host:1", "test")
     text = PROBE.read_text("utf-8").replace(", -30.0, ", ", 0.0, ").replace(", 30.0, ", ", 0.1, ")
     flat = tmp_path / "flat.toml"
     flat.write_text(text, "utf-8")
     with pytest.raises(InputError, match="of a plane"):
-        tracker_config(TRACKER, flat, load_rig(TRACKER), "host:1", "test")
+        tracker_config("igtl", TRACKER, flat, load_rig(TRACKER), "host:1", "test")
     for wrong in ("host:", "host:99999", ":18944"):
         with pytest.raises(InputError, match="no host with a port"):
-            tracker_config(TRACKER, PROBE, load_rig(TRACKER), wrong, "test")
+            tracker_config("igtl", TRACKER, PROBE, load_rig(TRACKER), wrong, "test")
 
 
 @pytest.mark.parametrize("kind", ["TRANSFORM", "POINT"])

@@ -15,10 +15,11 @@ from tests.trackers.tracker_bench import TRACKER, written
 
 
 @pytest.mark.slow
-def test_a_part_is_measured_by_a_tracker(ocmm: Ocmm, tmp_path: Path) -> None:
+@pytest.mark.parametrize("protocol", ["igtl", "natnet", "ndi", "qtm"])
+def test_a_part_is_measured_by_a_tracker(protocol: str, ocmm: Ocmm, tmp_path: Path) -> None:
     private_network()
     done = ocmm(
-        "measure", "--source", "igtl:virtual", "--plan", resource("plans", "quick.toml"),
+        "measure", "--source", f"{protocol}:virtual", "--plan", resource("plans", "quick.toml"),
         "--out", tmp_path, "--seed", "3",
     )  # fmt: skip
     assert "PART CONFORMS" in done.stdout, done.stdout + done.stderr

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Event, Thread
+from time import sleep
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.acquisition.frames import FrameBlock, FrameRing
 from ocmm_core.camera import Rig, TrackerDocument, load_rig, load_tracker, project
 from ocmm_core.documents import resource
 from ocmm_core.measuring import PointOptions, Refusal, StablePoint, average, systematic_covariance
 from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe, tip_sensitivity
-from ocmm_sim.trackers import MarkerErrors
+from ocmm_sim.trackers import MarkerEncoder, MarkerErrors, TrackerServer
+from ocmm_trackers import PROTOCOLS, TrackerSource, tracker_config, tracker_description
 
 TRACKER = resource("rigs", "tracker.toml")
-BODY = load_probe(resource("probes", "standard.toml"))
+PROBE = resource("probes", "standard.toml")
+BODY = load_probe(PROBE)
 FRAMES = 25
 _CHI2_95 = 7.815
 _SLOTS = 8
@@ -34,6 +40,84 @@ def written(folder: Path, **values: object) -> Path:
     path = folder / "tracker.toml"
     path.write_text(text, "utf-8")
     return path
+
+
+def places_of(rng: np.random.Generator) -> np.ndarray:
+    """Return the LEDs (6, 3) of a probe somewhere in the volume, mm."""
+    turn = Rotation.from_rotvec(rng.uniform(-0.5, 0.5, 3)).as_matrix()
+    return BODY.leds_probe @ turn.T + rng.uniform(-80.0, 80.0, 3)
+
+
+def source_to(
+    protocol: str, path: Path, server: TrackerServer, connect_s: float = 5.0
+) -> tuple[TrackerSource, FrameRing]:
+    """Return a source of a server, not opened."""
+    address = f"127.0.0.1:{server.port}"
+    config, ring = tracker_config(protocol, path, PROBE, load_rig(path), address, "test")
+    document = load_tracker(path)
+    source = TrackerSource(
+        tracker_description(config), PROTOCOLS[protocol](document), (config.host, config.port),
+        document, load_rig(path), np.array(config.leds), connect_s,
+    )  # fmt: skip
+    return source, ring
+
+
+@contextmanager
+def playing(
+    server: TrackerServer, encoder: MarkerEncoder, frames: Sequence[tuple[np.ndarray, int]]
+) -> Iterator[tuple[Event, Event]]:
+    """Answer the client of a server; yield events that start the frames and report their end."""
+    ended, opened, played = Event(), Event(), Event()
+
+    def play() -> None:
+        left = deque(frames)
+        while not ended.is_set():
+            if not server.accepted() or not left or not opened.is_set():
+                sleep(1e-4)
+                continue
+            server.send(encoder.frame(*left.popleft()))
+            if not left:
+                played.set()
+
+    thread = Thread(target=play)
+    thread.start()
+    try:
+        yield opened, played
+    finally:
+        ended.set()
+        thread.join()
+
+
+def measured(
+    protocol: str,
+    path: Path,
+    encoder: MarkerEncoder,
+    frames: Sequence[tuple[np.ndarray, int]],
+    reasons: list[str] | None = None,
+) -> tuple[TrackerSource, list[FrameBlock]]:
+    """Return a source after all frames of a software tracker; errors as it raises them.
+
+    ``reasons`` gets those of reads without frames.
+    """
+    server, blocks = TrackerServer(encoder), []
+    source, ring = source_to(protocol, path, server)
+    try:
+        with playing(server, encoder, frames) as (opened, played):
+            source.open()
+            opened.set()
+            while True:
+                last = played.is_set()
+                cycle = source.read()
+                block = cycle.frames
+                if reasons is not None and cycle.reason:
+                    reasons.append(cycle.reason)
+                blocks += [] if block is None else [block]
+                if last and block is None:
+                    return source, blocks
+    finally:
+        source.close()
+        server.close()
+        ring.close()
 
 
 @dataclass(slots=True)

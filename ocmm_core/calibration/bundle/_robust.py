@@ -27,8 +27,6 @@ LEAST_LEDS = 3
 
 _SHAPE_FRAMES = 200
 _SHAPE_ROUNDS = 10
-_NEVER_LOST_PX = 1e-9
-"""Effectively disables the uncertainty check of a start pose."""
 
 
 def solvable(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -46,7 +44,7 @@ def start_poses(rig: Rig, leds: Points3, uv: Pixels) -> tuple[Float, Points3, ND
     outputs = allocate(len(uv))
     solve_frames(
         np.ascontiguousarray(uv, dtype=np.float64), rig.packed(), leds, np.zeros(3),
-        _NEVER_LOST_PX, 0, *outputs,
+        1.0, np.inf, 0, *outputs,
     )  # fmt: skip
     status, _, _, rotations, origins, _, _ = outputs
     found = status == OK

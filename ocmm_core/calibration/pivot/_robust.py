@@ -21,7 +21,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3
 from ocmm_core.tracking import require_spots
-from ocmm_core.tracking.kernels import OK, allocate, solve_frames
+from ocmm_core.tracking.kernels import MAX_TIP_SIGMA, OK, allocate, solve_frames
 
 _ROUNDS = 5
 _LEAST_FRAMES = 10
@@ -76,7 +76,7 @@ def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:
     sigma = float(np.median(sweep.sigma_px))
     solve_frames(
         np.ascontiguousarray(sweep.uv), rig.packed(), np.ascontiguousarray(arms), np.zeros(3),
-        sigma, 1, *outputs,
+        sigma, MAX_TIP_SIGMA, 1, *outputs,
     )  # fmt: skip
     status, tips, covariances, rotations, _, chi2, dof = outputs
     size = (sweep.sigma_px / sigma) ** 2

@@ -26,7 +26,7 @@ from ocmm_core.tracking.kernels import _lane_algebra as lane_algebra
 from ocmm_core.tracking.kernels import _lane_equations as lane_equations
 from ocmm_core.tracking.kernels import _lane_start as lane_start
 from ocmm_core.tracking.kernels import _lanes as lanes
-from ocmm_core.tracking.kernels._kernel import LOST, MAX_TIP_SIGMA, OK
+from ocmm_core.tracking.kernels._kernel import LOST, OK
 from ocmm_core.tracking.kernels._lane_algebra import product, rotation_of_vector
 from ocmm_core.tracking.kernels._lane_equations import eliminate, pose_equations
 from ocmm_core.tracking.kernels._lane_start import (
@@ -49,7 +49,7 @@ _NEEDS = (kernel, lane_algebra, lane_equations, lane_start, lanes)
 @compiled(*_NEEDS)
 def _solve_group(
     like: Number, width: int, uv: Float, cams: Float, leds: Float, tip: Float, sigma: float,
-    steps: int, first: int, room: Float,
+    most_tip_sigma: float, steps: int, first: int, room: Float,
 ) -> int:  # fmt: skip
     """Solve as many frames as ``like`` holds, from ``first``; return the row of results."""
     one, zero = spread(like, 1.0), spread(like, 0.0)
@@ -121,7 +121,7 @@ def _solve_group(
     c22 = variance * (k[5] + v20 * m20 + v21 * m21 + v22 * m22)
     # NaN fails the comparison, so it is also lost. Two points leave the rotation about their line
     # undetermined; a light behind a camera that sees it is not of the body.
-    limit = spread(like, MAX_TIP_SIGMA * MAX_TIP_SIGMA)
+    limit = spread(like, most_tip_sigma * most_tip_sigma)
     good = choose(count, spread(like, 2.5), one, zero)
     good = choose(pivot, zero, good, zero)
     good = choose(depth, zero, good, zero)
@@ -172,16 +172,17 @@ def _give(
 
 @compiled(*_NEEDS)
 def solve_frames(
-    uv: Float, cams: Float, leds: Float, tip: Float, sigma: float, gauss_newton_steps: int,
-    status: NDArray[np.uint8], tips: Float, covariances: Float, rotations: Float, origins: Float,
-    chi2: Float, dof: Int,
+    uv: Float, cams: Float, leds: Float, tip: Float, sigma: float, most_tip_sigma: float,
+    gauss_newton_steps: int, status: NDArray[np.uint8], tips: Float, covariances: Float,
+    rotations: Float, origins: Float, chi2: Float, dof: Int,
 ) -> None:  # fmt: skip
     """Solve every frame of a batch; for the outputs see `tracking.pose.solve`.
 
     ``uv`` (n, C, L, 2), px by LED number, NaN if unseen; ``cams`` (C, 21), ``leds`` (L, 3), ``tip``
     (3,): `Rig.packed`, `ProbeBody.leds_probe`, `ProbeBody.tip_probe`; ``sigma``: of a spot, px,
-    both axes; ``gauss_newton_steps``: 0 for the method of the thesis. Outputs (n,), (n, 3), (n, 3,
-    3), (n, 3, 3), (n, 3), (n,), (n,), in the order of the arguments.
+    both axes; ``most_tip_sigma``: of a tip that is not lost, mm; ``gauss_newton_steps``: 0 for the
+    method of the thesis. Outputs (n,), (n, 3), (n, 3, 3), (n, 3, 3), (n, 3), (n,), (n,), in the
+    order of the arguments.
     """
     n, n_spots, n_leds = uv.shape[0], uv.shape[1] * uv.shape[2], uv.shape[2]
     rows = SPOT_ROWS * n_spots + POINT_ROWS * n_leds + _RESULT
@@ -191,8 +192,9 @@ def solve_frames(
         room = np.empty((rows, WIDTH))
         while n - first >= _LEAST:
             row = _solve_group(
-                eight(), WIDTH, uv, cams, leds, tip, sigma, gauss_newton_steps, first, room
-            )
+                eight(), WIDTH, uv, cams, leds, tip, sigma, most_tip_sigma, gauss_newton_steps,
+                first, room,
+            )  # fmt: skip
             for lane in range(min(WIDTH, n - first)):
                 _give(
                     room, row, lane, first + lane,
@@ -203,8 +205,9 @@ def solve_frames(
         single = np.empty((rows, 1))
         for frame in range(first, n):
             row = _solve_group(
-                0.0, 1, uv, cams, leds, tip, sigma, gauss_newton_steps, frame, single
-            )
+                0.0, 1, uv, cams, leds, tip, sigma, most_tip_sigma, gauss_newton_steps, frame,
+                single,
+            )  # fmt: skip
             _give(
                 single, row, 0, frame,
                 status, tips, covariances, rotations, origins, chi2, dof,

@@ -41,8 +41,8 @@ _VALUES = {Origin.CAMERAS: "lo", Origin.RECORDING: "frames.rec", Origin.VIRTUAL:
 
 def named(spec: SourceSpec) -> str:
     """Return a name of the source."""
-    if spec.prefix == "igtl:":
-        return "igtl:localhost:18944"
+    if spec.rig and spec.takes_value:
+        return f"{spec.prefix}localhost:18944"
     if spec.prefix == "genicam:":
         return spec.prefix + ",".join(str(camera.serial) for camera in _RIG.cameras)
     return spec.prefix + _VALUES[spec.origin] if spec.takes_value else spec.prefix
@@ -95,7 +95,7 @@ def test_what_is_made_is_what_the_entry_says(spec: SourceSpec, tmp_path: Path) -
     feed = made(spec, tmp_path)
     try:
         assert feed.live is spec.live
-        in_process = spec.on_bus or spec.prefix.startswith(("genicam:", "igtl:"))
+        in_process = spec.on_bus or bool(spec.rig) or spec.prefix.startswith("genicam:")
         assert isinstance(feed.acquisition, ChildProcess) is in_process
         assert (feed.virtual is not None) is (spec.origin is Origin.VIRTUAL)
         assert bool(feed.recorded) is (spec.origin is Origin.RECORDING)

@@ -12,7 +12,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import TrackingError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.tracking import IdentifyOptions, ProbeBody, identify, solve
-from ocmm_core.tracking.kernels import LOST, OK, allocate, solve_frames
+from ocmm_core.tracking.kernels import LOST, MAX_TIP_SIGMA, OK, allocate, solve_frames
 from tests.core.tracking.plain_pose import solve_reference
 
 SIGMA = 0.0317
@@ -53,7 +53,7 @@ def test_the_covariance_before_the_last_step_is_that_after_it(
         outputs = allocate(len(uv))
         solve_frames(
             uv, thesis_rig.packed(), standard_probe.leds_probe, standard_probe.tip_probe, SIGMA,
-            steps, *outputs,
+            MAX_TIP_SIGMA, steps, *outputs,
         )  # fmt: skip
         assert (outputs[0] == OK).all()
         found.append(np.sqrt(np.trace(outputs[2], axis1=1, axis2=2)))
