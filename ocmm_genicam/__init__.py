@@ -4,9 +4,9 @@ In: images of cameras with one clock (PTP), by Aravis. Out: spots of all cameras
 the ring of a station.
 
 Read `_client` (what a camera must do), `_aravis` (that by the library Aravis), `_pixels` (formats),
-`_timing` (proof of a common clock), `_grabber` (one camera), `_pairing` (exposures without a common
-clock), `_source` (all of them), `_process`,
-`_feed` and `_specs` (the entry of `ocmm.sources`). It must not import virtual cameras.
+`_timing` (proof of a common clock), `_grabber` (one camera), `_source` (all of them, also without a
+common clock), `_process`, `_feed` and `_specs` (the entry of `ocmm.sources`). It must not import
+virtual cameras.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
