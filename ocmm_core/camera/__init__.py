@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from ocmm_core.camera import _windows as windows
     from ocmm_core.camera._centroid import N_READING
     from ocmm_core.camera._compiled import compiled
-    from ocmm_core.camera._finder import NO_BLACK, FinderState, SpotFinder
+    from ocmm_core.camera._finder import (
+        NO_BLACK, FinderState, SpotBlock, SpotFinder, SpotOptions, SpotStatus, Window,
+    )  # fmt: skip
     from ocmm_core.camera._model import (
         N_PARAMETERS, PARAMETERS, CameraModel, Vector3, distort, distortion_jacobian, from_pixels,
         ideal_from_pixels, on_sensor, project, projection_jacobians, to_pixels,
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
         MAX_CAMERAS, MAX_LEDS, MAX_SLOTS, USUAL_SLOTS, CalibrationDesign, CameraEntry, Rig,
         SpotNoise, ThermalShare, camera_of, known_points_covariance, load_rig,
     )  # fmt: skip
-    from ocmm_core.camera._spots import SpotBlock, SpotOptions, SpotStatus, Window
     from ocmm_core.camera._tracker import (
         REACH_MM, MarkerModel, TrackerDocument, TrackerNoise, load_tracker,
     )  # fmt: skip
