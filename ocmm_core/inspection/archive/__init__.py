@@ -21,9 +21,8 @@ if TYPE_CHECKING:
         CameraHistory, is_known, points_in_doubt, settle_cameras,
     )  # fmt: skip
     from ocmm_core.inspection.archive._compare import (
-        compare_files, compare_folder, compare_jobs, why_not_counted,
+        Comparison, PartValue, Trend, compare_files, compare_folder, compare_jobs, why_not_counted,
     )  # fmt: skip
-    from ocmm_core.inspection.archive._comparison import Comparison, PartValue, Trend
     from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_here
     from ocmm_core.inspection.archive._points_in_doubt import first_stored, first_taken
     from ocmm_core.inspection.archive._recall_record import (
