@@ -16,13 +16,10 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
     from ocmm_core.export._batch_table import BATCH_COLUMNS, batch_table
-    from ocmm_core.export._files import (
-        ENDING, ReportSealFound, check_report_seal, missing_of, missing_words, require_complete,
-        write_together,
-    )  # fmt: skip
     from ocmm_core.export._registry import (
-        ALL, DEFAULT_FORMAT, EXPORTERS, FORMATS, PDF, chosen_formats, preview, preview_text,
-        write_report,
+        ALL, DEFAULT_FORMAT, ENDING, EXPORTERS, FORMATS, PDF, ReportSealFound, check_report_seal,
+        chosen_formats, missing_of, missing_words, preview, preview_text, require_complete,
+        write_report, write_together,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)

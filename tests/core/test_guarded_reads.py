@@ -18,7 +18,7 @@ EXCEPTIONS = {
     "ocmm_core/instructions.py": "sources of this program",
     "ocmm_shop/cluster/_worker.py": "sources of this program",
     "ocmm_core/build.py": "the line of its own build",
-    "ocmm_core/export/_files.py": "temporary files that it has just made",
+    "ocmm_core/export/_registry.py": "temporary files that it has just made",
     "ocmm_core/fieldbus/wire/_interface.py": "/proc",
     "ocmm_core/fieldbus/wire/_other_masters.py": "/proc",
     "ocmm_core/host/_posix.py": "/proc",
