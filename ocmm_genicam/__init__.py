@@ -14,8 +14,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
     from ocmm_genicam._feed import genicam_config, require_cameras_of, slots_for
-    from ocmm_genicam._grabber import Expected
-    from ocmm_genicam._pixels import unpack
+    from ocmm_genicam._grabber import Expected, unpack
     from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
     from ocmm_genicam._source import GenicamSource
     from ocmm_genicam._specs import CAMERAS
