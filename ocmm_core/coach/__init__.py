@@ -16,9 +16,9 @@ if TYPE_CHECKING:
         LEAST_LEDS, REAL_SHARE, Advice, Hint, ProbeHelp, SteadyHint, advise, help_when_lost,
         uncertainty_of,
     )  # fmt: skip
-    from ocmm_core.coach._prediction import Held, Sensitivities, covariance_of
     from ocmm_core.coach._turns import (
-        TURNS, Ellipsoid, ProbePicture, Stance, Turn, Way, ellipsoid_of, picture_of, stance_at,
+        TURNS, Ellipsoid, Held, ProbePicture, Sensitivities, Stance, Turn, Way, covariance_of,
+        ellipsoid_of, picture_of, stance_at,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)
