@@ -1,4 +1,8 @@
-"""One camera: set up, then a thread that takes its buffers, checks them, and finds the spots."""
+"""One camera: set up, then a thread that takes its buffers, checks them, and finds the spots.
+
+Layouts of the Pixel Format Naming Convention and of GigE Vision: ``p`` is a little-endian stream of
+bits; ``Packed`` holds the high bits of two pixels in bytes 0 and 2, the low bits of both in byte 1.
+"""
 
 from __future__ import annotations
 

@@ -5,8 +5,8 @@ pixels, and spots with their position, px.
 
 Read `_model` (projection with four distortion terms and its exact inverse), `_rig` (the cameras
 and the covariance of their parameters) and `_tracker` (cameras that stand for a tracker), then spot
-detection: `_spots`, `_finder`, `_windows`, `_search` and `_centroid`, all compiled through
-`_compiled`. Lengths are mm in the world frame, sensor positions px. The package is independent of
+detection: `_finder` (also options and results), `_windows`, `_search` and `_centroid`, all compiled
+through `_compiled`. Lengths are mm in the world frame, sensor positions px. The package is independent of
 the bus, LED names and probes.
 """
 

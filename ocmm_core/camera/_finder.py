@@ -1,4 +1,9 @@
-"""Spot finder of one camera, frame by frame."""
+"""Spot finder of one camera, frame by frame: options, status values, results.
+
+Each slot, of eight or up to 64, has a window that follows its LED; its light gives a position with
+variance, or a status with the reason. The loops are in `centroid` (one window), `windows`
+(tracking) and `search` (detection).
+"""
 
 from __future__ import annotations
 

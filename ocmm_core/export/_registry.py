@@ -1,4 +1,4 @@
-"""All formats of a report, and the function that writes them, verified by reading back."""
+"""All formats of a report, and the atomic, signed files that are written and read back."""
 
 from __future__ import annotations
 

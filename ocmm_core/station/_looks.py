@@ -1,4 +1,4 @@
-"""Snapshots of a running station: live values, acquisition and bus."""
+"""Snapshots of a running station: live values, acquisition and bus; its maintenance."""
 
 from __future__ import annotations
 

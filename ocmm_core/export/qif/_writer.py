@@ -1,6 +1,7 @@
 """Elements of a QIF document: names, ids, numbers with all their digits.
 
-Also the names of shapes and characteristics in QIF 3.0, and contents of their elements.
+Also the names of shapes and characteristics in QIF 3.0, contents of their elements, and faults that
+the schema misses.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Nominal geometry of features, and its checks."""
+"""Shapes, nominal geometry of features, and its checks."""
 
 from __future__ import annotations
 

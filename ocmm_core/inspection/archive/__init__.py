@@ -3,7 +3,7 @@
 In: job files, and the current histories of calibrations and tips.
 Out: jobs recalculated from raw observations, suspect points, comparisons of batches.
 
-Read `_reopen` with `_stored_documents`, `_batch`, `_compare` with `_comparison`. Later findings on
+Read `_reopen` with `_stored_documents`, `_batch`, `_compare`. Later findings on
 the calibration are in `_camera_history`, on the tip in `_tip_history`; `_recall_record` has the
 decisions of a recall, and `_known` sends them to a worker. Jobs are read in memory
 (`storage.read_job`). It must not know a running station.

@@ -1,4 +1,4 @@
-"""Records of features and values of a job, its results, and the preview of an alignment."""
+"""Features, values and results of a job, and the preview of an alignment."""
 
 from __future__ import annotations
 
