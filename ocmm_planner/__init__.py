@@ -12,9 +12,10 @@ bus.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_planner._optics import Scene, scene_of, spots_of
     from ocmm_planner._plan import RigPlan, load_rig_plan
-    from ocmm_planner._prediction import RigMap, predict_map, predict_tips, shared_covariance
+    from ocmm_planner._prediction import (
+        RigMap, Scene, predict_map, predict_tips, scene_of, shared_covariance, spots_of,
+    )  # fmt: skip
     from ocmm_planner._search import placement_cost, search_places
     from ocmm_planner._sentences import sheet_sentences, shopping_list
     from ocmm_planner._sheet import RigSheet, evaluate_plan, map_from_above, read_sheet

@@ -15,7 +15,7 @@ from ocmm_core.camera import Vector3
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
-from ocmm_planner import _optics as optics
+from ocmm_planner import _prediction as optics
 from ocmm_planner._plan import RigPlan
 from ocmm_planner._prediction import LINE, RigMap, predict_map
 from ocmm_planner._search import cost_of, search_places
