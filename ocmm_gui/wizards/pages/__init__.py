@@ -13,11 +13,9 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.wizards.pages._definition_page import DefinitionPage
-    from ocmm_gui.wizards.pages._hands_pages import (
-        PreparePage, ProbePreparePage, StepPlan, planned_lines, planned_points,
-    )  # fmt: skip
     from ocmm_gui.wizards.pages._pages import (
-        CollectPage, KnownPointsPage, LinesPage, SeatsPage, StepPage,
+        CollectPage, KnownPointsPage, LinesPage, PreparePage, ProbePreparePage, SeatsPage, StepPage,
+        StepPlan, planned_lines, planned_points,
     )  # fmt: skip
     from ocmm_gui.wizards.pages._picture import BarPlace, Contents, bars
     from ocmm_gui.wizards.pages._relocation_pages import BarPage, WavePage, WorldPage
