@@ -15,9 +15,9 @@ if TYPE_CHECKING:
         ENGLISH, Chapter, ManualPart, ManualSection, anchors_of, mark_of,
     )  # fmt: skip
     from ocmm_core.manual._manual import (
-        Manual, Place, changes_since, load_manual, manual_folder, shipped_text,
+        Manual, ManualHit, Place, changes_since, load_manual, manual_folder, search_words,
+        shipped_text, word_fits,
     )  # fmt: skip
-    from ocmm_core.manual._search import ManualHit, search_words, word_fits
 else:
     __getattr__ = door(__name__)
 
