@@ -25,9 +25,9 @@ if TYPE_CHECKING:
         point_uncertainty, root_of, systematic_covariance,
     )  # fmt: skip
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
-    from ocmm_core.measuring._probe_budget import BudgetTerm, colour_at, map_range
     from ocmm_core.measuring._probe_report import (
-        Examination, Mechanics, ProbeReport, examine, label_verdict, label_words, mechanics_words,
+        BudgetTerm, Examination, Mechanics, ProbeReport, colour_at, examine, label_verdict,
+        label_words, map_range, mechanics_words,
     )  # fmt: skip
     from ocmm_core.measuring._rows import Rows
     from ocmm_core.measuring._stable_point import (
