@@ -22,10 +22,10 @@ if TYPE_CHECKING:
         air_said, certificate_facts, certificate_title, open_certificate_clauses, rule_said,
     )  # fmt: skip
     from ocmm_core.export.certificate._dcc import dcc_bytes
-    from ocmm_core.export.certificate._from_acceptance import certificate_of_acceptance
     from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
     from ocmm_core.export.certificate._from_records import (
-        certificate_of_cameras, certificate_of_folder, certificate_of_tip,
+        certificate_of_acceptance, certificate_of_cameras, certificate_of_folder,
+        certificate_of_tip,
     )  # fmt: skip
     from ocmm_core.export.certificate._reader import Dcc, DccQuantity, read_dcc
     from ocmm_core.export.certificate._seal import (
