@@ -55,7 +55,7 @@ LISTS = {
     "ocmm_core/support/_parts.py": "a bundle of what can be read",
     "ocmm_core/features/measured/_verify.py": "files next to one that was found",
     "ocmm_gui/home/_file_browser.py": "errors are shown",
-    "ocmm_planner/_catalogue.py": "catalogues of this program",
+    "ocmm_planner/_plan.py": "catalogues of this program",
 }
 _LISTERS = ("glob", "rglob", "iterdir", "walk", "scandir", "listdir")
 _CAMPAIGN = "ocmm_bench/campaign/"
