@@ -17,8 +17,9 @@ if TYPE_CHECKING:
         RigMap, Scene, predict_map, predict_tips, scene_of, shared_covariance, spots_of,
     )  # fmt: skip
     from ocmm_planner._search import placement_cost, search_places
-    from ocmm_planner._sentences import sheet_sentences, shopping_list
-    from ocmm_planner._sheet import RigSheet, evaluate_plan, map_from_above, read_sheet
+    from ocmm_planner._sentences import (
+        RigSheet, evaluate_plan, map_from_above, read_sheet, sheet_sentences, shopping_list,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

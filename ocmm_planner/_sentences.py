@@ -3,8 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
 
-from ocmm_planner._sheet import BASE_GAIN, RigSheet, SheetFigures
+import msgspec
+import numpy as np
+
+from ocmm_core.build import build_version
+from ocmm_core.calibration.probe_design import TipMap
+from ocmm_core.camera import Vector3
+from ocmm_core.documents import decode_json, read_bytes
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, unit
+from ocmm_planner import _prediction as optics
+from ocmm_planner._plan import RigPlan
+from ocmm_planner._prediction import LINE, RigMap, predict_map
+from ocmm_planner._search import cost_of, search_places
 
 _SHORTEST_US = 1.0
 
@@ -89,3 +103,213 @@ def _hardware(sheet: RigSheet) -> list[str]:
     if highest < sheet.rate_hz:
         said.append("TOO FAST: lower rate_hz in the plan, or take other cameras or links.")
     return said
+
+
+SCHEMA = "ocmm.rig_prediction/1"
+BASE_GAIN = 1.2
+WHY = {
+    optics.OUTSIDE: "LEDs are outside the picture of a camera.",
+    optics.AWAY: "LEDs face away from the cameras.",
+    optics.BLOCKED: "A keep-out box is between LEDs and cameras.",
+    optics.BLURRED: "LEDs are out of focus.",
+    optics.DARK: "LEDs are too dark.",
+    LINE: "The visible LEDs are close to one line.",
+}
+"""Why a node has no number."""
+
+
+class SheetCamera(msgspec.Struct, frozen=True, kw_only=True):
+    """Place of a camera, mm and degrees in the frame of the document.
+
+    Azimuth of the view from +Y towards +X, elevation upwards; ``highest_rate_hz`` of sensor and
+    link, ``load`` of the link at the planned rate.
+    """
+
+    name: str
+    camera: str
+    lens: str
+    stop: float
+    centre: Vector3
+    target: Vector3
+    azimuth_deg: float
+    elevation_deg: float
+    roll_deg: float
+    focus: float
+    exposure_us: float | None
+    highest_rate_hz: float
+    load: float
+
+
+class SheetFigures(msgspec.Struct, frozen=True, kw_only=True):
+    """Figures of one placement; U (k = 2) in µm, None if no node has a number.
+
+    ``without``: nodes without a number by reason; ``light``: largest blur, px, faintest and
+    brightest pixel by the saturation; ``why``: why there is no prediction.
+    """
+
+    nodes: int = 0
+    measurable: int = 0
+    worst_um: float | None = None
+    median_um: float | None = None
+    length_worst_um: float | None = None
+    length_median_um: float | None = None
+    leds_fewest: int = 0
+    leds_mean: float = 0.0
+    light: tuple[float | None, float | None, float | None] = (None, None, None)
+    without: dict[str, int] = {}
+    why: str = ""
+
+
+class RigSheet(msgspec.Struct, frozen=True, kw_only=True):
+    """Prediction of a plan; its JSON is read back by `read_sheet`.
+
+    ``given``: placement in the document; ``best``: the best one found, also of ``cameras`` and of
+    the lists by node, U in µm; ``wider``: all centres `BASE_GAIN` times as far from their mean;
+    ``one_less``: without each camera.
+    """
+
+    schema: str
+    software: str
+    plan: str
+    plan_identity: str
+    frame: str
+    probe: str
+    length: float
+    attitudes: int
+    rate_hz: float
+    evaluations: int
+    is_moved: bool
+    cameras: tuple[SheetCamera, ...]
+    given: SheetFigures
+    best: SheetFigures
+    wider: SheetFigures
+    one_less: tuple[SheetFigures, ...]
+    nodes: tuple[Vector3, ...]
+    u_um: tuple[float | None, ...]
+    length_um: tuple[float | None, ...]
+    leds_fewest: tuple[int, ...]
+    leds_mean: tuple[float, ...]
+    why: tuple[str, ...]
+
+
+def evaluate_plan(
+    plan: RigPlan, *, seed: int, evaluations: int = 3000,
+    step: Callable[[float], None] = lambda share: None,
+) -> RigSheet:  # fmt: skip
+    """Return the prediction of a plan.
+
+    ``evaluations`` limits the search, 0 for none; ``step`` gets the finished share.
+    InputError if the calibration does not determine a camera of the given placement.
+    """
+    document, nodes = plan.document, plan.nodes(plan.document.nodes)
+    scene = optics.scene_of(plan, plan.places)
+    given = best = predict_map(scene, nodes)
+    tried = 0
+    if evaluations:
+        places, tried = search_places(
+            plan, seed=seed, evaluations=evaluations,
+            step=lambda share: step(0.8 * share),
+        )  # fmt: skip
+        moved = optics.scene_of(plan, places)
+        found = predict_map(moved, nodes)
+        if cost_of(found) < cost_of(given):
+            scene, best = moved, found
+    step(0.8)
+    placed, wide = scene.places, scene.places.copy()
+    wide[:, :3] += (BASE_GAIN - 1.0) * (placed[:, :3] - placed[:, :3].mean(axis=0))
+    return RigSheet(
+        schema=SCHEMA, software=build_version(), plan=document.name, plan_identity=plan.identity,
+        frame=document.frame, probe=plan.probe.name, length=document.length,
+        attitudes=len(plan.turns), rate_hz=document.measuring.rate_hz, evaluations=tried,
+        is_moved=best is not given,
+        cameras=tuple(_camera(scene, index) for index in range(len(plan.cameras))),
+        given=_figures_of(given), best=_figures(best), wider=_changed(plan, wide, nodes),
+        one_less=tuple(_one_less(plan, placed, i, nodes) for i in range(len(plan.cameras))),
+        nodes=tuple(map(_vector, best.nodes)), u_um=_um(best.u_tip), length_um=_um(best.u_length),
+        leds_fewest=tuple(best.leds.tolist()), leds_mean=tuple(best.leds_mean.round(2).tolist()),
+        why=tuple(WHY.get(stage, "") for stage in best.stage.tolist()),
+    )  # fmt: skip
+
+
+def read_sheet(path: Path) -> RigSheet:
+    """Return the sheet of a JSON file; InputError if it is not one."""
+    try:
+        found = decode_json(read_bytes(path), RigSheet)
+        why = "" if found.schema == SCHEMA else f"field 'schema' is not {SCHEMA!r}"
+    except msgspec.MsgspecError as error:
+        why = str(error)
+    if why:
+        raise InputError("rig_plan.sheet", f"{path}: {why}.", "Write it again with ocmm plan rig.")
+    return found
+
+
+def map_from_above(sheet: RigSheet) -> TipMap:
+    """Return the worst U over Z for each X and Y, µm; NaN if a node there has no number."""
+    places = np.array(sheet.nodes)
+    columns, rows = np.unique(places[:, 0]), np.unique(places[:, 1])
+    values = np.full((len(rows), len(columns)), -np.inf)
+    at = np.searchsorted(rows, places[:, 1]), np.searchsorted(columns, places[:, 0])
+    np.maximum.at(values, at, [np.nan if one is None else one for one in sheet.u_um])
+    values[np.isneginf(values)] = np.nan
+    return TipMap("Worst over Z. From above", ("X / mm", "Y / mm"), columns, rows, values)
+
+
+def _camera(scene: optics.Scene, index: int) -> SheetCamera:
+    plan, centre, target = scene.plan, scene.places[index, :3], scene.places[index, 3:]
+    planned, kind, rate = plan.document.cameras[index], plan.cameras[index], scene.rig.frame_rate_hz
+    x, y, z = unit(target - centre)
+    on_link = [one for one in plan.cameras if one.shared_link] if kind.shared_link else [kind]
+    busy_s = sum(one.frame_bytes / one.link_bytes_s for one in on_link)
+    return SheetCamera(
+        name=planned.name, camera=kind.name, lens=plan.lenses[index].name, stop=planned.stop,
+        centre=_vector(centre), target=_vector(target),
+        azimuth_deg=round(float(np.degrees(np.arctan2(x, y))), 2),
+        elevation_deg=round(float(np.degrees(np.arcsin(z))), 2), roll_deg=planned.roll_deg,
+        focus=round(float(scene.focus[index]), 1), exposure_us=_known(scene.exposure_us[index]),
+        highest_rate_hz=min(kind.rate_hz, 1.0 / busy_s), load=rate * busy_s,
+    )  # fmt: skip
+
+
+def _changed(plan: RigPlan, places: Float, nodes: Float) -> SheetFigures:
+    try:
+        return _figures_of(predict_map(optics.scene_of(plan, places), nodes))
+    except InputError as error:
+        return SheetFigures(nodes=len(nodes), why=error.what)
+
+
+def _one_less(plan: RigPlan, placed: Float, index: int, nodes: Float) -> SheetFigures:
+    if len(plan.cameras) == 2:
+        return SheetFigures(nodes=len(nodes), why="One camera cannot see depth.")
+    return _changed(plan.without(index), np.delete(placed, index, axis=0), nodes)
+
+
+def _figures_of(found: RigMap) -> SheetFigures:
+    tips, lengths = (values[np.isfinite(values)] * 1e3 for values in (found.u_tip, found.u_length))
+    why = Counter(WHY[stage] for stage in found.stage.tolist() if stage)
+    blur, faintest, brightest = found.light.T
+    return SheetFigures(
+        nodes=len(found.nodes), measurable=len(tips),
+        worst_um=_known(tips.max(initial=-np.inf)), median_um=_known(_median(tips)),
+        length_worst_um=_known(lengths.max(initial=-np.inf)),
+        length_median_um=_known(_median(lengths)), leds_fewest=int(found.leds.min()),
+        leds_mean=float(found.leds_mean.mean()),
+        light=(_known(blur.max()), _known(faintest.min()), _known(brightest.max())),
+        without=dict(why.most_common()),
+    )  # fmt: skip
+
+
+def _median(values: Float) -> float:
+    return float(np.median(values)) if values.size else np.nan
+
+
+def _known(value: float) -> float | None:
+    return round(float(value), 4) if np.isfinite(value) else None
+
+
+def _um(values: Float) -> tuple[float | None, ...]:
+    return tuple(_known(1e3 * value) for value in values)
+
+
+def _vector(values: Float) -> Vector3:
+    x, y, z = (round(float(value), 3) for value in values)
+    return x, y, z
