@@ -5,8 +5,7 @@ lengths and radii beyond U and the dead band, as files for controls.
 
 Read `_document` (offsets, their limits, and what acts on them), `_facts` (results of a job),
 `_proposal` (deviations to changes, signs and handedness), `_history` (the signed register),
-`_dialects` (files for controls) and `_writing` (preview, confirmed write, undo). `_command` is
-`ocmm correct`, an entry point of `ocmm.commands`; nothing imports this package.
+`_writing` (files for controls; preview, confirmed write, undo). `_command` is `ocmm correct`, an entry point of `ocmm.commands`; nothing imports this package.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

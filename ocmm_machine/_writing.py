@@ -1,4 +1,7 @@
-"""A machine: its document and register; corrections are recorded first, then written, once."""
+"""A machine: its document and register; corrections are recorded first, then written, once.
+
+Files for controls have absolute values, so that loading one twice is harmless.
+"""
 
 from __future__ import annotations
 

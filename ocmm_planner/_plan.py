@@ -1,4 +1,7 @@
-"""Document of a rig plan: volume, cameras and their possible places, probe, light, attitudes."""
+"""Document of a rig plan: volume, cameras and their possible places, probe, light, attitudes.
+
+Cameras and lenses come from a catalogue, and from files that extend it.
+"""
 
 from __future__ import annotations
 

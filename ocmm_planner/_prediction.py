@@ -1,4 +1,4 @@
-"""Predicted uncertainty of a planned rig over its volume.
+"""Predicted spots of a planned rig, and its uncertainty over the volume.
 
 The tip is the least-squares pose of its spots, so that to first order its error is the derivative
 (`tracking.tip_derivatives`) by spots, cameras and probe times their errors (GUM 5.1.2).

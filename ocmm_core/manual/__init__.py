@@ -3,9 +3,8 @@
 In: a folder of Markdown documents, and a language. Out: chapters in reading order, sections by
 their anchors, and search hits, best first.
 
-Read `_document` first (documents, sections and anchors), then `_manual` (all documents, links) and
-`_search` (ranking).
-The window shows it.
+Read `_document` first (documents, sections and anchors), then `_manual` (all documents, links,
+and the ranking of a search). The window shows it.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

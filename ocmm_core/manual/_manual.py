@@ -1,4 +1,7 @@
-"""All documents of the manual in order, and targets of links."""
+"""All documents of the manual in order, targets of links, and search.
+
+The search ranks sections by BM25 (Robertson and Zaragoza, 2009, eq. 3.15); headings weigh more.
+"""
 
 from __future__ import annotations
 

@@ -7,8 +7,8 @@ factors.
 Read `_trigger` (detection of a point), `_stable_point` (from a window of frames to one ball
 centre), `_untimed` (cameras that do not prove when they expose), `_point` (its record),
 `_compensation` (the touched side), `_temperature`, then `_contributions` (effect of each error on
-all points) with `_factors`, `_pattern_field` and `_rows` (its storage). `_probe_report` and
-`_probe_budget` predict it before measuring. The package is independent of features and plans.
+all points) with `_factors`, `_pattern_field` and `_rows` (its storage). `_probe_report`
+predicts it before measuring. The package is independent of features and plans.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

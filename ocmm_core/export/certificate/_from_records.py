@@ -1,4 +1,4 @@
-"""Certificates from sealed records, without computing or judging."""
+"""Certificates from sealed records and acceptance tests, without computing or judging."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sentences of a planned rig for terminal and paper."""
+"""Evaluation of a plan: prediction, best placement found, changes of it, and their sentences."""
 
 from __future__ import annotations
 
