@@ -36,7 +36,7 @@ ERRORS_ONLY = (
     "ocmm_sim/hand/", "ocmm_sim/scene/", "ocmm_sim/slave/", "ocmm_sim/trackers/",
     "ocmm_core/export/certificate/_artefact.py",
     # Files for controls, whose comments are ASCII.
-    "ocmm_machine/_writing.py",
+    "ocmm_machine/_dialects.py",
 )  # fmt: skip
 """Only what is raised with a code, and what a command says by `say`: sentences of the window have
 `tr`, help stays English; units and the words of certificates are patterns."""
@@ -61,7 +61,7 @@ LEFT_OUT = (
     "ocmm_serve/ippdme/_commands.py", "ocmm_serve/ippdme/_grammar.py",
     "ocmm_serve/ippdme/_registry.py",
     # Names of functions, of files, and patterns.
-    "ocmm_cli/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_adapter_checks.py",
+    "ocmm_cli/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
 )  # fmt: skip
 
 COMPOSED = (

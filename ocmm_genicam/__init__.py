@@ -3,10 +3,10 @@
 In: images of cameras with one clock (PTP), by Aravis. Out: spots of all cameras per exposure, in
 the ring of a station.
 
-Read `_client` (what a camera must do), `_aravis` (that by the library Aravis), `_timing`
-(proof of a common clock), `_grabber` (one camera, and its pixel formats), `_source` (all of them, also without a
-common clock), `_process`, `_feed` and `_specs` (the entry of `ocmm.sources`). It must not import
-virtual cameras.
+Read `_client` (what a camera must do), `_aravis` (that by the library Aravis), `_timing` (proof of
+a common clock), `_grabber` (one camera, and its pixel formats), `_source` (all of them, also
+without a common clock), `_process`, `_feed` and `_specs` (the entry of `ocmm.sources`). It must not
+import virtual cameras.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

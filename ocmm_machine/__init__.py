@@ -5,7 +5,8 @@ lengths and radii beyond U and the dead band, as files for controls.
 
 Read `_document` (offsets, their limits, and what acts on them), `_facts` (results of a job),
 `_proposal` (deviations to changes, signs and handedness), `_history` (the signed register),
-`_writing` (files for controls; preview, confirmed write, undo). `_command` is `ocmm correct`, an entry point of `ocmm.commands`; nothing imports this package.
+`_dialects` (files for controls) and `_writing` (preview, confirmed write, undo). `_command` is
+`ocmm correct`, an entry point of `ocmm.commands`; nothing imports this package.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
     from ocmm_machine._facts import MeasuredValue, PartFacts, facts_of, read_parts
     from ocmm_machine._history import CorrectionLine, values_in_force
     from ocmm_machine._proposal import Effect, OffsetChange, Proposal, propose
-    from ocmm_machine._writing import CSV_COLUMNS, DIALECTS, Machine, correction_file
+    from ocmm_machine._dialects import CSV_COLUMNS, DIALECTS, correction_file
+    from ocmm_machine._writing import Machine
 else:
     __getattr__ = door(__name__)
 

@@ -22,7 +22,7 @@ from ocmm_planner._plan import RigPlan
 LEAST_LEDS = 4
 """LEDs seen by two cameras; fewer cannot be identified reliably."""
 LINE = 6
-"""Obstacle, next to those of `_optics`: enough LEDs are seen, but they are close to one line."""
+"""Obstacle, next to the others: enough LEDs are seen, but they are close to one line."""
 _CHUNK = 2000
 _K = 2.0
 

@@ -15,7 +15,7 @@ from ocmm_core.camera import Vector3
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
-from ocmm_planner import _prediction as optics
+from ocmm_planner import _prediction as prediction
 from ocmm_planner._plan import RigPlan
 from ocmm_planner._prediction import LINE, RigMap, predict_map
 from ocmm_planner._search import cost_of, search_places
@@ -108,11 +108,11 @@ def _hardware(sheet: RigSheet) -> list[str]:
 SCHEMA = "ocmm.rig_prediction/1"
 BASE_GAIN = 1.2
 WHY = {
-    optics.OUTSIDE: "LEDs are outside the picture of a camera.",
-    optics.AWAY: "LEDs face away from the cameras.",
-    optics.BLOCKED: "A keep-out box is between LEDs and cameras.",
-    optics.BLURRED: "LEDs are out of focus.",
-    optics.DARK: "LEDs are too dark.",
+    prediction.OUTSIDE: "LEDs are outside the picture of a camera.",
+    prediction.AWAY: "LEDs face away from the cameras.",
+    prediction.BLOCKED: "A keep-out box is between LEDs and cameras.",
+    prediction.BLURRED: "LEDs are out of focus.",
+    prediction.DARK: "LEDs are too dark.",
     LINE: "The visible LEDs are close to one line.",
 }
 """Why a node has no number."""
@@ -202,7 +202,7 @@ def evaluate_plan(
     InputError if the calibration does not determine a camera of the given placement.
     """
     document, nodes = plan.document, plan.nodes(plan.document.nodes)
-    scene = optics.scene_of(plan, plan.places)
+    scene = prediction.scene_of(plan, plan.places)
     given = best = predict_map(scene, nodes)
     tried = 0
     if evaluations:
@@ -210,7 +210,7 @@ def evaluate_plan(
             plan, seed=seed, evaluations=evaluations,
             step=lambda share: step(0.8 * share),
         )  # fmt: skip
-        moved = optics.scene_of(plan, places)
+        moved = prediction.scene_of(plan, places)
         found = predict_map(moved, nodes)
         if cost_of(found) < cost_of(given):
             scene, best = moved, found
@@ -223,7 +223,7 @@ def evaluate_plan(
         attitudes=len(plan.turns), rate_hz=document.measuring.rate_hz, evaluations=tried,
         is_moved=best is not given,
         cameras=tuple(_camera(scene, index) for index in range(len(plan.cameras))),
-        given=_figures_of(given), best=_figures(best), wider=_changed(plan, wide, nodes),
+        given=_figures_of(given), best=_figures_of(best), wider=_changed(plan, wide, nodes),
         one_less=tuple(_one_less(plan, placed, i, nodes) for i in range(len(plan.cameras))),
         nodes=tuple(map(_vector, best.nodes)), u_um=_um(best.u_tip), length_um=_um(best.u_length),
         leds_fewest=tuple(best.leds.tolist()), leds_mean=tuple(best.leds_mean.round(2).tolist()),
@@ -254,7 +254,7 @@ def map_from_above(sheet: RigSheet) -> TipMap:
     return TipMap("Worst over Z. From above", ("X / mm", "Y / mm"), columns, rows, values)
 
 
-def _camera(scene: optics.Scene, index: int) -> SheetCamera:
+def _camera(scene: prediction.Scene, index: int) -> SheetCamera:
     plan, centre, target = scene.plan, scene.places[index, :3], scene.places[index, 3:]
     planned, kind, rate = plan.document.cameras[index], plan.cameras[index], scene.rig.frame_rate_hz
     x, y, z = unit(target - centre)
@@ -272,7 +272,7 @@ def _camera(scene: optics.Scene, index: int) -> SheetCamera:
 
 def _changed(plan: RigPlan, places: Float, nodes: Float) -> SheetFigures:
     try:
-        return _figures_of(predict_map(optics.scene_of(plan, places), nodes))
+        return _figures_of(predict_map(prediction.scene_of(plan, places), nodes))
     except InputError as error:
         return SheetFigures(nodes=len(nodes), why=error.what)
 

@@ -3,11 +3,11 @@
 In: the document of a rig; points in the world or pixels; images. Out: pixels of points, rays of
 pixels, and spots with their position, px.
 
-Read `_model` (projection with four distortion terms and its exact inverse), `_rig` (the cameras
-and the covariance of their parameters) and `_tracker` (cameras that stand for a tracker), then spot
+Read `_model` (projection with four distortion terms and its exact inverse), `_rig` (the cameras and
+the covariance of their parameters) and `_tracker` (cameras that stand for a tracker), then spot
 detection: `_finder` (also options and results), `_windows`, `_search` and `_centroid`, all compiled
-through `_compiled`. Lengths are mm in the world frame, sensor positions px. The package is independent of
-the bus, LED names and probes.
+through `_compiled`. Lengths are mm in the world frame, sensor positions px. The package is
+independent of the bus, LED names and probes.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

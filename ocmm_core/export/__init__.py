@@ -5,9 +5,9 @@ In: an evaluated job. Out: files of a report, verified by reading back.
 Read `_registry` first: all formats, and the one function that writes them: it refuses reports of
 unfinished jobs, writes files atomically and signs them. `template` has the letterhead, `report` the
 data of a report and its text, JSON, workbook and PolyWorks files; `qif` QIF 3.0, `aqdef` Q-DAS;
-`_batch_table` has the statistics of a batch. `certificate` makes certificates of the machine. `audits` verifies every kind of file that this
-program writes.
-It must not know a station or a screen. `ocmm_gui.reports` draws the PDF.
+`_batch_table` has the statistics of a batch. `certificate` makes certificates of the machine.
+`audits` verifies every kind of file that this program writes. It must not know a station or a
+screen. `ocmm_gui.reports` draws the PDF.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

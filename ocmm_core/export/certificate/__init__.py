@@ -4,10 +4,9 @@ In: sealed records, also of acceptance tests, or an artefact's certificate.
 Out: a signed Digital Calibration Certificate (DCC 3.2.1), an artefact document.
 
 Read `_content` (data of a certificate, its head, and the list of clauses), `_from_records` (also of
-acceptance tests) and `_from_calibration` (sources), `_dcc` (the XML), `_seal` (signatures), `_reader` (any DCC), `_artefact` (a certificate of a bar or a sphere becomes its
-document).
-It must not judge: errors, limits and verdicts are those of the records. `ocmm_gui.reports` draws
-the PDF.
+acceptance tests) and `_from_calibration` (sources), `_dcc` (the XML), `_seal` (signatures),
+`_reader` (any DCC), `_artefact` (a certificate of a bar or a sphere becomes its document). It must
+not judge: errors, limits and verdicts are those of the records. `ocmm_gui.reports` draws the PDF.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

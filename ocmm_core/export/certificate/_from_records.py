@@ -13,7 +13,6 @@ from ocmm_core.calibration.records import record_hash
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.certificate import _content as content
-from ocmm_core.export.certificate import _from_acceptance as from_acceptance
 from ocmm_core.export.certificate import _from_calibration as from_calibration
 from ocmm_core.export.certificate._from_calibration import require_vouched
 from ocmm_core.export.template import Paper
@@ -53,16 +52,12 @@ def certificate_of_folder(
         There are no such records, they were changed, or no trusted station signed them.
     """
     if folder.is_file():
-        record = from_acceptance.vouched_record(folder)
+        record = vouched_record(folder)
         if as_found is not None:
-            return from_acceptance.certificate_of_acceptance(
-                record, paper, from_acceptance.vouched_record(as_found)
-            )
-        if record.condition != from_acceptance.AFTER:
-            return from_acceptance.certificate_of_acceptance(record, paper)
-        return from_acceptance.certificate_of_acceptance(
-            record, paper, *from_acceptance.found_before(record, folder.parent)
-        )
+            return certificate_of_acceptance(record, paper, vouched_record(as_found))
+        if record.condition != AFTER:
+            return certificate_of_acceptance(record, paper)
+        return certificate_of_acceptance(record, paper, *found_before(record, folder.parent))
     if calibration:
         return from_calibration.certificate_of_calibration(records.CalibrationStore(folder), paper)
     if tip:
