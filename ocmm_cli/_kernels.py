@@ -8,6 +8,7 @@ listed. A test checks every call in all other tests against this list.
 from __future__ import annotations
 
 import multiprocessing
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from importlib import import_module
@@ -181,16 +182,14 @@ def kernel_groups() -> tuple[tuple[tuple[str, str, Signature], ...], ...]:
     return tuple(tuple(_entries(group)) for group in _TABLE.strip().split("\n\n"))
 
 
-def _entries(group: str) -> list[tuple[str, str, Signature]]:
-    found = []
+def _entries(group: str) -> Iterator[tuple[str, str, Signature]]:
     module = ""
     for line in group.splitlines():
         first, *words = line.split()
         if line[0] != " ":
             module = first
         else:
-            found.append((module, first, tuple(map(_type_of, words))))
-    return found
+            yield (module, first, tuple(map(_type_of, words)))
 
 
 def _type_of(word: str) -> Any:  # numba ships no annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -154,35 +154,29 @@ def _reused(
     return []
 
 
-def _sphere(stage: Stage, artefact: UsedArtefact) -> list[Finding]:
+def _sphere(stage: Stage, artefact: UsedArtefact) -> Iterator[Finding]:
     numbers = stage.procedure.test
     if artefact.role != "sphere":
-        return []
-    found = []
+        return
     if isinstance(numbers, SphereTest | LocationTest | DiameterTest | BallTest):
         low, high = numbers.diameter
         if not low <= artefact.sizes[0] <= high:
-            found.append(
-                Finding(
-                    "acceptance.sphere_size",
-                    f"'{artefact.use.name}' has {artefact.sizes[0]:g} mm; {low:g} to {high:g} mm "
-                    "are allowed.",
-                    "Use another sphere.",
-                    refuses=True,
-                )
+            yield Finding(
+                "acceptance.sphere_size",
+                f"'{artefact.use.name}' has {artefact.sizes[0]:g} mm; {low:g} to {high:g} mm "
+                "are allowed.",
+                "Use another sphere.",
+                refuses=True,
             )
     limit = stage.procedure.limits.get("P_Form")
     if limit is not None and artefact.form > _FORM_SHARE * limit.constant:
-        found.append(
-            Finding(
-                "acceptance.sphere_form",
-                f"'{artefact.use.name}' has a form error of {1e3 * artefact.form:.1f} µm; "
-                f"{1e3 * _FORM_SHARE * limit.constant:.1f} µm are allowed.",
-                "Use a better sphere.",
-                refuses=True,
-            )
+        yield Finding(
+            "acceptance.sphere_form",
+            f"'{artefact.use.name}' has a form error of {1e3 * artefact.form:.1f} µm; "
+            f"{1e3 * _FORM_SHARE * limit.constant:.1f} µm are allowed.",
+            "Use a better sphere.",
+            refuses=True,
         )
-    return found
 
 
 def spots_hash(uv: Spots) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations, product
 
 import msgspec
@@ -270,17 +270,15 @@ def newness(direction: Float, others: Sequence[Float]) -> float:
     return min(float(np.arccos(min(abs(float(direction @ one)), 1.0))) for one in others)
 
 
-def _leaning(extent: Float, length: float) -> list[Float]:
-    """Return directions leaning from an axis in a plane, in which a bar fits."""
-    found = []
+def _leaning(extent: Float, length: float) -> Iterator[Float]:
+    """Yield directions leaning from an axis in a plane, in which a bar fits."""
     for first, second in combinations(range(3), 2):
         for angle in np.radians(np.arange(5.0, 90.0, 5.0)):
             for sign in (1.0, -1.0):
                 direction = np.zeros(3)
                 direction[first], direction[second] = np.cos(angle), sign * np.sin(angle)
                 if np.all(length * np.abs(direction) <= _INSIDE * extent):
-                    found.append(direction)
-    return found
+                    yield direction
 
 
 def plan_volumetric(stage: Stage, numbers: procedure.VolumetricTest) -> Planned:

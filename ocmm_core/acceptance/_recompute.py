@@ -5,6 +5,7 @@ Authors and dates in chain files: register, interim checks, test steps.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -83,26 +84,24 @@ def differences(record: AcceptanceRecord, again: AcceptanceRecord) -> list[str]:
     return found
 
 
-def recompute_tips(record: AcceptanceRecord, rig: Rig, body: ProbeBody) -> list[str]:
-    """Return sentences on centres unlike their spots; CalibrationError for another rig."""
+def recompute_tips(record: AcceptanceRecord, rig: Rig, body: ProbeBody) -> Iterator[str]:
+    """Yield sentences on centres unlike their spots; CalibrationError for another rig."""
     if record.instrument.calibration and rig.identity != record.instrument.calibration:
         raise CalibrationError(
             "acceptance.other_rig",
             f"Rig '{rig.name}' does not use the calibration of this record.",
             "Give the calibration that was tested.",
         )
-    found = []
     for one in record.observations:
         if one.uv is None:
             continue
         tip = solve(from_spots(one.uv)[None], rig, body, one.sigma_px).tip_world[0]
         off = float(np.linalg.norm(tip - np.array(one.tip)))
         if not off <= _SAME_TIP_MM:
-            found.append(
+            yield (
                 f"Point {one.item + 1} of '{record.plan[one.position].name}': the spots give "
                 f"{vector(tip)}, {off:.2e} mm from what is stored."
             )
-    return found
 
 
 def chain_history(path: Path) -> tuple[Signed, SealState, tuple[tuple[str, str, str], ...]]:

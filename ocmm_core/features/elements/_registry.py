@@ -73,7 +73,7 @@ def _slot(shape: Shape, jacobian: Slopes, signed: Signed, kernel: int) -> Elemen
         projected=lambda points, normal, known: fit_slot_projected(
             shape, points, normal, known.sizes
         ),
-        jacobian=jacobian, signed=signed, kernel=kernel, 
+        jacobian=jacobian, signed=signed, kernel=kernel,
     )  # fmt: skip
 
 
