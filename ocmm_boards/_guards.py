@@ -134,15 +134,14 @@ def _spots(found: RobustMinimum, cameras: Sequence[CameraModel]) -> list[Finding
     ]
 
 
-def _lenses(state: BundleState, found: RobustMinimum, sigma_px: float) -> list[Finding]:
-    corners, result = state.leds_world, []
+def _lenses(state: BundleState, found: RobustMinimum, sigma_px: float) -> Iterator[Finding]:
+    corners = state.leds_world
     for index, camera in enumerate(state.cameras):
         used = found.used[:, index]
-        result += lens_effect(
+        yield from lens_effect(
             camera, corners[used], found.data.uv[:, index][used],
             found.data.weights[:, index][used], sigma_px,
         )  # fmt: skip
-    return result
 
 
 def _baselines(rig: Rig, state: BundleState) -> Iterator[Finding]:

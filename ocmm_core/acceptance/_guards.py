@@ -78,41 +78,34 @@ def artefact_findings(
     return list(dict.fromkeys(found))
 
 
-def _instrument(stage: Stage, celsius: float) -> list[Finding]:
-    found, climate = [], stage.procedure.climate
+def _instrument(stage: Stage, celsius: float) -> Iterator[Finding]:
+    climate = stage.procedure.climate
     status = stage.instrument.calibration_status or "unknown"
     if stage.instrument.calibration_status not in _READY:
-        found.append(
-            Finding(
-                "acceptance.calibration_status",
-                f"The calibration of '{stage.instrument.rig}' is {status}.",
-                "Calibrate and verify the cameras before an acceptance test.",
-                refuses=True,
-            )
+        yield Finding(
+            "acceptance.calibration_status",
+            f"The calibration of '{stage.instrument.rig}' is {status}.",
+            "Calibrate and verify the cameras before an acceptance test.",
+            refuses=True,
         )
     lacking = stage.instrument.age_doubts or ()
     if lacking and stage.procedure.cameras != "unproven":
-        found.append(
-            Finding(
-                "acceptance.unproven",
-                f"The cameras cannot prove how old their data are or in which order they came "
-                f"({'; '.join(lacking)}), and '{stage.procedure.id}' does not allow such cameras.",
-                "Test with cameras that send a counter and the time of exposure. Whether others "
-                "are accepted is agreed beforehand: field 'cameras' of a procedure of your own.",
-                refuses=True,
-            )
+        yield Finding(
+            "acceptance.unproven",
+            f"The cameras cannot prove how old their data are or in which order they came "
+            f"({'; '.join(lacking)}), and '{stage.procedure.id}' does not allow such cameras.",
+            "Test with cameras that send a counter and the time of exposure. Whether others "
+            "are accepted is agreed beforehand: field 'cameras' of a procedure of your own.",
+            refuses=True,
         )
     if not climate.low <= celsius <= climate.high:
-        found.append(
-            Finding(
-                "acceptance.climate",
-                f"It is {celsius:g} °C; '{stage.procedure.id}' is rated for "
-                f"{climate.low:g} to {climate.high:g} °C.",
-                "Wait until the room is within that range.",
-                refuses=True,
-            )
+        yield Finding(
+            "acceptance.climate",
+            f"It is {celsius:g} °C; '{stage.procedure.id}' is rated for "
+            f"{climate.low:g} to {climate.high:g} °C.",
+            "Wait until the room is within that range.",
+            refuses=True,
         )
-    return found
 
 
 def _certified_limits(stage: Stage, artefact: UsedArtefact) -> list[tuple[float, float]]:

@@ -194,51 +194,44 @@ def judge_focal(cameras: Sequence[CameraModel], covariance: Float) -> Iterator[F
 
 def judge_knowledge(
     observed: data.Observations, options: data.RelocationOptions, prior: Prior, state: BundleState
-) -> list[Finding]:
-    """Return findings on prior knowledge contradicted by the frames."""
-    columns, found = state.columns, []
+) -> Iterator[Finding]:
+    """Yield findings on prior knowledge contradicted by the frames."""
+    columns = state.columns
     off = state.values() - prior.values
     if options.geometry == "uncertain" and _contradicts(prior, off, columns.all_leds()):
         moved = off[columns.of_leds].reshape(-1, 3)
         led = int(np.argmax(np.linalg.norm(moved, axis=1)))
-        found.append(
-            Finding(
-                "relocation.probe_changed",
-                f"The probe LEDs deviate from its document, LED {led + 1} most, by "
-                f"{1e3 * np.linalg.norm(moved[led]):.0f} um.",
-                "Select the right probe, or calibrate the probe again; then repeat the relocation.",
-                refuses=True,
-            )
+        yield Finding(
+            "relocation.probe_changed",
+            f"The probe LEDs deviate from its document, LED {led + 1} most, by "
+            f"{1e3 * np.linalg.norm(moved[led]):.0f} um.",
+            "Select the right probe, or calibrate the probe again; then repeat the relocation.",
+            refuses=True,
         )
     for index, bar in enumerate(observed.bars):
         column = columns.of_lengths.start + index
         if _contradicts(prior, off, np.array([column])):
-            found.append(
-                Finding(
-                    "relocation.bar_contradicts",
-                    f"According to the probe and other bars, bar '{bar.name}' is "
-                    f"{1e3 * off[column]:+.1f} um off its certified length, "
-                    f"{abs(off[column]) / bar.sigma:.0f} times its uncertainty.",
-                    "Check the certified length and the temperature, and relocate with another "
-                    "certified bar. If the result is the same, calibrate the probe again.",
-                    refuses=True,
-                )
+            yield Finding(
+                "relocation.bar_contradicts",
+                f"According to the probe and other bars, bar '{bar.name}' is "
+                f"{1e3 * off[column]:+.1f} um off its certified length, "
+                f"{abs(off[column]) / bar.sigma:.0f} times its uncertainty.",
+                "Check the certified length and the temperature, and relocate with another "
+                "certified bar. If the result is the same, calibrate the probe again.",
+                refuses=True,
             )
     if options.lens == "prior":
         for index, camera in enumerate(state.cameras):
             lens = np.arange(N_PARAMETERS * index + 6, N_PARAMETERS * (index + 1))
             if _contradicts(prior, off, lens):
-                found.append(
-                    Finding(
-                        "relocation.lens_changed",
-                        f"The lens of camera '{camera.name}' does not match its previous "
-                        f"calibration (focal length {1e3 * off[lens[0]]:+.1f} um).",
-                        "Check the lens for looseness, and fasten it; then calibrate the "
-                        "cameras from known points.",
-                        refuses=True,
-                    )
+                yield Finding(
+                    "relocation.lens_changed",
+                    f"The lens of camera '{camera.name}' does not match its previous "
+                    f"calibration (focal length {1e3 * off[lens[0]]:+.1f} um).",
+                    "Check the lens for looseness, and fasten it; then calibrate the "
+                    "cameras from known points.",
+                    refuses=True,
                 )
-    return found
 
 
 def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> list[Finding]:
