@@ -14,7 +14,7 @@ from ocmm_core.acceptance._situation import Stage, stand_at
 from ocmm_core.calibration.verification import plan_lines
 from ocmm_core.camera import Vector3
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float, Points3, perpendicular_pair, unit
+from ocmm_core.geometry import Float, Points3, perpendicular_pair, triple, unit
 
 _UP = np.array([0.0, 0.0, 1.0])
 _INSIDE = 0.98
@@ -24,15 +24,9 @@ _CLEAR_MM = 25.0
 Planned = tuple[list[PlannedPosition], list[str]]
 
 
-def vector(values: Float) -> Vector3:
-    """Return a point in record form."""
-    x, y, z = (float(value) for value in values)
-    return x, y, z
-
-
 def vectors(values: Iterable[Float]) -> tuple[Vector3, ...]:
     """Return points in record form."""
-    return tuple(vector(one) for one in values)
+    return tuple(triple(one) for one in values)
 
 
 def plan_length(stage: Stage, numbers: procedure.LengthTest) -> Planned:
@@ -145,7 +139,7 @@ def plan_location(stage: Stage, numbers: procedure.LocationTest) -> Planned:
                     name=f"{place}, {name}",
                     role="sphere",
                     place=place,
-                    handle=vector(handle),
+                    handle=triple(handle),
                     points_world=vectors(centre + reach * normals),
                     normals=vectors(normals),
                 )

@@ -16,7 +16,6 @@ from ocmm_core.acceptance import _session_state as log
 from ocmm_core.acceptance._guards import climate_reasons
 from ocmm_core.acceptance._interim import INTERIM, InterimCheck
 from ocmm_core.acceptance._kinds import quantities_of, values_of
-from ocmm_core.acceptance._planning import vector
 from ocmm_core.acceptance._register import REGISTER, ArtefactRegister
 from ocmm_core.acceptance._result import AcceptanceRecord, AcceptanceVerdict
 from ocmm_core.acceptance._situation import Stage, situation_of, worst_of
@@ -25,6 +24,7 @@ from ocmm_core.calibration.records import SignedRecord, load_signed, save
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import triple
 from ocmm_core.seals import SealState, Signed
 from ocmm_core.tracking import ProbeBody, solve
 
@@ -100,7 +100,7 @@ def recompute_tips(record: AcceptanceRecord, rig: Rig, body: ProbeBody) -> Itera
         if not off <= _SAME_TIP_MM:
             yield (
                 f"Point {one.item + 1} of '{record.plan[one.position].name}': the spots give "
-                f"{vector(tip)}, {off:.2e} mm from what is stored."
+                f"{triple(tip)}, {off:.2e} mm from what is stored."
             )
 
 
