@@ -7,31 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.probe_design import (
-    REFERENCE_C,
-    Postures,
-    ProbeDesign,
-    Temperature,
-    TemperatureState,
-    TipMap,
-    TipNumber,
-    View,
-    WrongLabels,
-    body_in_use,
-    bow_shape,
-    compression,
-    force_shapes,
-    growth_shape,
-    sag,
-    sag_shape,
-    side_load,
-    tilt_map,
-    tip_number,
-    tip_shift,
-    upright_shortening,
-    volume_map,
-    wrong_labels,
-)
+from ocmm_core.calibration import probe_design
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.measuring._factors import systematic_covariance
@@ -47,7 +23,7 @@ Step = Callable[[str, float], None]
 class Examination:
     """Options of the examination."""
 
-    postures: Postures
+    postures: probe_design.Postures
     sigma_px: float = 0.0105
     """Noise of an averaged spot."""
     poses: int = 4000
@@ -100,11 +76,11 @@ class ProbeReport:
     rig: str
     n_leds: int
     examination: Examination
-    number: TipNumber
+    number: probe_design.TipNumber
     """Tip error from spot noise alone."""
-    maps: tuple[TipMap, ...]
+    maps: tuple[probe_design.TipMap, ...]
     """Over tilt, and over the volume from above and from the front."""
-    labels: tuple[WrongLabels, ...]
+    labels: tuple[probe_design.WrongLabels, ...]
     """Nearest wrong labelling with all LEDs, then with each of them hidden."""
     coded: bool
     """A strobe code identifies the LEDs, independent of their positions."""
@@ -117,21 +93,21 @@ class ProbeReport:
 def examine(
     rig: Rig,
     body: ProbeBody,
-    design: ProbeDesign | None,
+    design: probe_design.ProbeDesign | None,
     asked: Examination,
     step: Step = lambda what, share: None,
 ) -> ProbeReport:
     """Return the prediction for a probe seen by a rig; takes a few seconds."""
-    view = View(rig, body, asked.sigma_px, asked.everything_seen)
+    view = probe_design.View(rig, body, asked.sigma_px, asked.everything_seen)
     step("Number", 0.0)
-    number = tip_number(view, asked.postures, asked.poses, asked.seed)
+    number = probe_design.tip_number(view, asked.postures, asked.poses, asked.seed)
     step("Map of the tilt", 0.1)
-    maps = [tilt_map(view, asked.postures, asked.cells, asked.seed)]
+    maps = [probe_design.tilt_map(view, asked.postures, asked.cells, asked.seed)]
     for top in (True, False):
         step("Map of the volume", 0.3 if top else 0.5)
-        maps.append(volume_map(view, asked.postures, asked.cells, asked.seed, top=top))
+        maps.append(probe_design.volume_map(view, asked.postures, asked.cells, asked.seed, top=top))
     step("Labels", 0.7)
-    labels = wrong_labels(body)
+    labels = probe_design.wrong_labels(body)
     step("Budget", 0.9)
     return ProbeReport(
         probe=body.name,
@@ -147,24 +123,26 @@ def examine(
     )
 
 
-def mechanics_of(design: ProbeDesign, body: ProbeBody) -> Mechanics:
+def mechanics_of(design: probe_design.ProbeDesign, body: ProbeBody) -> Mechanics:
     """Return growth and bending of a design."""
-    level = sag(design.beam, (0.0, design.handle_mm))
-    pushed = side_load(design.beam, design.handle_mm)
-    along_panel = side_load(design.beam, design.handle_mm, stiff=True)
-    forces = force_shapes(design, body) @ design.soft_probe
+    level = probe_design.sag(design.beam, (0.0, design.handle_mm))
+    pushed = probe_design.side_load(design.beam, design.handle_mm)
+    along_panel = probe_design.side_load(design.beam, design.handle_mm, stiff=True)
+    forces = probe_design.force_shapes(design, body) @ design.soft_probe
     return Mechanics(
         growth_um_per_k=_UM * design.chain.growth_per_k,
-        tip_um_per_k=_UM * _length(tip_shift(body, growth_shape(design, body))),
-        bow_um_per_k=_UM * _length(tip_shift(body, bow_shape(design, body))),
+        tip_um_per_k=_UM
+        * _length(probe_design.tip_shift(body, probe_design.growth_shape(design, body))),
+        bow_um_per_k=_UM
+        * _length(probe_design.tip_shift(body, probe_design.bow_shape(design, body))),
         weight_n=design.beam.weight,
         reactions_n=(level.reactions[0], level.reactions[1]),
-        sag_nm=_NM * _length(tip_shift(body, sag_shape(design, body))),
+        sag_nm=_NM * _length(probe_design.tip_shift(body, probe_design.sag_shape(design, body))),
         side_nm_per_n=_NM * float(pushed.deflection_mm[0]),
         side_stiff_nm_per_n=_NM * float(along_panel.deflection_mm[0]),
-        axial_nm_per_n=_NM * compression(design.beam, 0.0, design.handle_mm),
-        tip_nm_per_n=_NM * _length(tip_shift(body, forces)),
-        upright_nm=_NM * upright_shortening(design.beam),
+        axial_nm_per_n=_NM * probe_design.compression(design.beam, 0.0, design.handle_mm),
+        tip_nm_per_n=_NM * _length(probe_design.tip_shift(body, forces)),
+        upright_nm=_NM * probe_design.upright_shortening(design.beam),
         x_mm=level.x_mm,
         sag_line_nm=_NM * level.deflection_mm,
         side_line_nm=_NM * pushed.deflection_mm,
@@ -179,7 +157,7 @@ def _length(vector: Float) -> float:
     return float(np.linalg.norm(vector))
 
 
-def label_words(item: WrongLabels) -> str:
+def label_words(item: probe_design.WrongLabels) -> str:
     """Return the sentence for one case of labels."""
     case = "All LEDs seen" if not item.hidden else f"LED {item.hidden} hidden"
     found = item.ambiguity
@@ -192,7 +170,7 @@ def label_words(item: WrongLabels) -> str:
     )
 
 
-def label_verdict(labels: tuple[WrongLabels, ...], *, coded: bool) -> str:
+def label_verdict(labels: tuple[probe_design.WrongLabels, ...], *, coded: bool) -> str:
     """Return whether the LEDs can be confused."""
     if coded:
         return "The strobe code identifies the LEDs independently of their positions."
@@ -238,7 +216,10 @@ class BudgetTerm:
 
 
 def budget_of(
-    view: View, design: ProbeDesign | None, postures: Postures, seed: int
+    view: probe_design.View,
+    design: probe_design.ProbeDesign | None,
+    postures: probe_design.Postures,
+    seed: int,
 ) -> tuple[BudgetTerm, ...]:
     """Return error sources of a point, RMS over the postures, propagated as in `_factors`."""
     rig, body = view.rig, view.body
@@ -278,12 +259,16 @@ def budget_of(
     ]
     if design is None:
         return tuple(terms)
-    growth = growth_shape(design, body)
-    weight = sag_shape(design, body)
-    forces = force_shapes(design, body)
-    sure = Temperature(REFERENCE_C + design.temperature_range_k, _KNOWN_SIGMA_K, "")
-    made = Temperature(REFERENCE_C, _KNOWN_SIGMA_K, "")
-    used = body_in_use(bare_body, design, TemperatureState(sure, made, compensated=True))
+    growth = probe_design.growth_shape(design, body)
+    weight = probe_design.sag_shape(design, body)
+    forces = probe_design.force_shapes(design, body)
+    sure = probe_design.Temperature(
+        probe_design.REFERENCE_C + design.temperature_range_k, _KNOWN_SIGMA_K, ""
+    )
+    made = probe_design.Temperature(probe_design.REFERENCE_C, _KNOWN_SIGMA_K, "")
+    used = probe_design.body_in_use(
+        bare_body, design, probe_design.TemperatureState(sure, made, compensated=True)
+    )
     left = used.geometry_covariance - np.outer(weight, weight) / 3.0
     free = design.temperature_range_k**2 / 3.0 * np.outer(growth, growth)
     force = design.contact_force_n**2 / 9.0 * forces @ forces.T
@@ -310,7 +295,9 @@ def budget_of(
     )
 
 
-def _sensitivities(view: View, postures: Postures, seed: int) -> tuple[TipSensitivity, ...]:
+def _sensitivities(
+    view: probe_design.View, postures: probe_design.Postures, seed: int
+) -> tuple[TipSensitivity, ...]:
     rotations, tips = postures.draw(_POSES, np.random.default_rng(seed))
     good = np.isfinite(view.covariance(rotations, tips)[:, 0, 0])
     if not good.any():
@@ -342,7 +329,7 @@ def colour_at(share: float) -> str:
     return "#" + "".join(f"{round(float(part)):02x}" for part in mixed)
 
 
-def map_range(maps: Sequence[TipMap]) -> tuple[float, float]:
+def map_range(maps: Sequence[probe_design.TipMap]) -> tuple[float, float]:
     """Return smallest and largest value of maps that share a scale, µm."""
     values = np.concatenate([item.space_um.ravel() for item in maps])
     known = values[np.isfinite(values)]
