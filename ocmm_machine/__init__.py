@@ -13,13 +13,13 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_machine._command import correct_app
+    from ocmm_machine._dialects import CSV_COLUMNS, DIALECTS, correction_file
     from ocmm_machine._document import (
         ControlOffset, CorrectionDocument, Drive, MachineFrame, load_corrections,
     )  # fmt: skip
     from ocmm_machine._facts import MeasuredValue, PartFacts, facts_of, read_parts
     from ocmm_machine._history import CorrectionLine, values_in_force
     from ocmm_machine._proposal import Effect, OffsetChange, Proposal, propose
-    from ocmm_machine._dialects import CSV_COLUMNS, DIALECTS, correction_file
     from ocmm_machine._writing import Machine
 else:
     __getattr__ = door(__name__)
