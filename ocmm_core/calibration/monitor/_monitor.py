@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -171,7 +171,7 @@ class CalibrationMonitor:
             results += self._take(look)
         return results
 
-    def _take(self, look: ResidualSample) -> Iterator[DriftReport]:
+    def _take(self, look: ResidualSample) -> list[DriftReport]:
         if self._latest and look.first_ns < self._latest[-1].first_ns:
             # The bus clock was reset: earlier times are invalid.
             self._latest.clear()
@@ -183,14 +183,16 @@ class CalibrationMonitor:
             before = self._latest[-1 - _LAG]
             self._pixels = self._pixels.learnt(before, look, self._rig.noise)
         self._count += 1
+        results = []
         # Few looks at one place could share an error not contained in a map.
         if self._count % self._options.every == 0 and 2 * len(self._latest) >= self._options.looks:
-            yield self._examined("latest", self._latest)
+            results.append(self._examined("latest", self._latest))
         if self._count % self._options.sparse == 0:
             self._sparse.append(look)
             due = self._count % (self._options.sparse * self._options.every) == 0
             if due and 2 * len(self._sparse) >= self._options.looks:
-                yield self._examined("sparse", self._sparse)
+                results.append(self._examined("sparse", self._sparse))
+        return results
 
     def _examined(self, kind: str, looks: deque[ResidualSample]) -> DriftReport:
         # Errors above the stated pattern indicate a change.
