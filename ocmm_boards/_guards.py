@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -134,36 +134,31 @@ def _spots(found: RobustMinimum, cameras: Sequence[CameraModel]) -> list[Finding
     ]
 
 
-def _lenses(state: BundleState, found: RobustMinimum, sigma_px: float) -> list[Finding]:
-    corners, result = state.leds_world, []
+def _lenses(state: BundleState, found: RobustMinimum, sigma_px: float) -> Iterator[Finding]:
+    corners = state.leds_world
     for index, camera in enumerate(state.cameras):
         used = found.used[:, index]
-        result += lens_effect(
+        yield from lens_effect(
             camera, corners[used], found.data.uv[:, index][used],
             found.data.weights[:, index][used], sigma_px,
         )  # fmt: skip
-    return result
 
 
-def _baselines(rig: Rig, state: BundleState) -> list[Finding]:
-    result = []
+def _baselines(rig: Rig, state: BundleState) -> Iterator[Finding]:
     first = rig.cameras[0]
     for nominal, camera in zip(rig.cameras[1:], state.cameras[1:], strict=True):
         found = float(np.linalg.norm(camera.centre_world - state.cameras[0].centre_world))
         stated = float(np.linalg.norm(nominal.centre_world - first.centre_world))
         off = abs(found / stated - 1.0)
         if off > BASELINE_WARNED:
-            result.append(
-                Finding(
-                    "boards.baseline",
-                    f"By the board, cameras '{first.name}' and '{nominal.name}' are {found:.1f} mm "
-                    f"apart, by the rig document {stated:.1f} mm.",
-                    "Check the pitch of the board, and where the rig document puts the cameras.",
-                    refuses=off > BASELINE_REFUSED,
-                    forcible=True,
-                )
+            yield Finding(
+                "boards.baseline",
+                f"By the board, cameras '{first.name}' and '{nominal.name}' are {found:.1f} mm "
+                f"apart, by the rig document {stated:.1f} mm.",
+                "Check the pitch of the board, and where the rig document puts the cameras.",
+                refuses=off > BASELINE_REFUSED,
+                forcible=True,
             )
-    return result
 
 
 def _views(found: RobustMinimum) -> list[Finding]:

@@ -20,15 +20,7 @@ from ocmm_boards._board import Board
 from ocmm_boards._corners import LEAST_CORNERS, BoardViews
 from ocmm_boards._guards import FewViews, judge_solution, told_moved
 from ocmm_boards._starts import placed, start_camera
-from ocmm_core.calibration.bundle import (
-    BundleData,
-    BundleState,
-    Prior,
-    RobustMinimum,
-    adjust_robustly,
-    common_covariance,
-    linearise,
-)
+from ocmm_core.calibration import bundle
 from ocmm_core.calibration.guided import CameraResiduals, Findings, location_gains
 from ocmm_core.calibration.records import let_pass
 from ocmm_core.calibration.relocation import (
@@ -72,12 +64,12 @@ class BoardCalibration:
 class _Fit:
     """An adjustment with its estimated scatter."""
 
-    minimum: RobustMinimum
-    prior: Prior
+    minimum: bundle.RobustMinimum
+    prior: bundle.Prior
     sigma_px: float
 
     @property
-    def state(self) -> BundleState:
+    def state(self) -> bundle.BundleState:
         return self.minimum.minimum.state
 
 
@@ -106,7 +98,7 @@ def calibrate_with_board(
 
     motion = motion_to_world(KeptByCameras(), (), whole.state, rig.cameras)
     state = whole.state.in_world(motion)
-    near = common_covariance(whole.minimum.data, whole.prior, state)
+    near = bundle.common_covariance(whole.minimum.data, whole.prior, state)
     if near is None:
         raise CalibrationError(
             "calibration.undetermined",
@@ -186,7 +178,7 @@ def _adjusted(
     count, n = len(indices), len(chosen)
     own = np.ix_(chosen, np.array(indices, dtype=np.int64))
     uv = np.ascontiguousarray(views.uv[own])
-    state = BundleState(
+    state = bundle.BundleState(
         cameras=cameras, leds=board.corners, tip=np.zeros(3), seats=np.zeros((0, 3)),
         lengths=np.zeros(0), rotations=np.stack([boards[view].rotation for view in chosen]),
         origins=np.stack([boards[view].translation for view in chosen]),
@@ -194,7 +186,7 @@ def _adjusted(
     )  # fmt: skip
     seen = views.seen[own] & views.usable[own][..., None]
     weights = seen * 0.5 ** views.levels[own]
-    data = BundleData(
+    data = bundle.BundleData(
         uv=uv, weights=weights / START_SIGMA_PX, seats=np.full(n, -1, dtype=np.int64), waved=n,
         seat_sigma=1.0, bar_uv=np.zeros((0, count, 2, 2)), bar_weights=np.zeros((0, count, 2)),
         bars=np.zeros(0, dtype=np.int64), touched=np.zeros((0, 3), dtype=np.int64),
@@ -203,7 +195,7 @@ def _adjusted(
     prior = _prior(board, state)
     sigma = START_SIGMA_PX
     fixed = replace(prior, free=np.arange(state.columns.of_cameras.stop), rows=0)
-    first = adjust_robustly(data, fixed, state, _sees)
+    first = bundle.adjust_robustly(data, fixed, state, _sees)
     state = first.minimum.state
     # Poses that fit one camera alone leave half of the corners right.
     left_px = float(np.nanpercentile(np.linalg.norm(first.residuals[seen], axis=1), 75.0))
@@ -211,7 +203,7 @@ def _adjusted(
         # With free corners the adjustment would take minutes to fail.
         let_pass([told_moved(expected_px, left_px)], force=False)
     for _ in range(_SIGMA_ROUNDS):
-        minimum = adjust_robustly(data, prior, state, _sees)
+        minimum = bundle.adjust_robustly(data, prior, state, _sees)
         state = minimum.minimum.state
         ratio = float(np.sqrt(minimum.minimum.cost / _dof(minimum, prior)))
         if abs(ratio - 1.0) <= _SETTLED:
@@ -221,15 +213,15 @@ def _adjusted(
     return _Fit(minimum, prior, sigma)
 
 
-def _prior(board: Board, state: BundleState) -> Prior:
+def _prior(board: Board, state: bundle.BundleState) -> bundle.Prior:
     columns = state.columns
     information = np.zeros((columns.count, columns.count))
     leds = columns.all_leds()
     information[np.ix_(leds, leds)] = np.linalg.inv(board.covariance)
-    return Prior(state.values(), information, np.arange(columns.of_leds.stop), len(leds))
+    return bundle.Prior(state.values(), information, np.arange(columns.of_leds.stop), len(leds))
 
 
-def _dof(found: RobustMinimum, prior: Prior) -> int:
+def _dof(found: bundle.RobustMinimum, prior: bundle.Prior) -> int:
     return max(found.data.excess + prior.rows + prior.gauge - len(prior.free), 1)
 
 
@@ -244,7 +236,7 @@ def _poses(fit: _Fit, boards: dict[int, RigidTransform]) -> dict[int, RigidTrans
     }
 
 
-def _together(fit: _Fit, rig: Rig, state: BundleState, covariance: Float) -> float:
+def _together(fit: _Fit, rig: Rig, state: bundle.BundleState, covariance: Float) -> float:
     """Return the variance of lengths by the scatter between views, over the stated one."""
     data, columns = fit.minimum.data, state.columns
     nothing = replace(fit.prior, information=np.zeros_like(fit.prior.information))
@@ -255,7 +247,7 @@ def _together(fit: _Fit, rig: Rig, state: BundleState, covariance: Float) -> flo
             data, uv=data.uv[part], weights=data.weights[part], seats=data.seats[part], waved=1
         )
         there = replace(state, rotations=state.rotations[part], origins=state.origins[part])
-        normal, gradient = linearise(one, nothing, there, 0.0).reduced()
+        normal, gradient = bundle.linearise(one, nothing, there, 0.0).reduced()
         scatter += np.outer(gradient, gradient)
         stated += normal
     cameras = covariance[columns.of_cameras]
@@ -267,7 +259,7 @@ def _together(fit: _Fit, rig: Rig, state: BundleState, covariance: Float) -> flo
     return max(1.0, float(grown / white))
 
 
-def _length_rows(rig: Rig, state: BundleState) -> Float:
+def _length_rows(rig: Rig, state: bundle.BundleState) -> Float:
     """Return the derivatives (m, 14 C) of the boards' diagonals by the cameras."""
     ends = state.leds[[0, -1]]
     points = np.einsum("nij,lj->nli", state.rotations, ends) + state.origins[:, None]
@@ -296,7 +288,7 @@ def _evaluated(rig: Rig, corners: Points3, held: BoardViews) -> tuple[Points3, P
 
 
 def _residuals(
-    found: RobustMinimum, views: BoardViews, cameras: tuple[CameraModel, ...]
+    found: bundle.RobustMinimum, views: BoardViews, cameras: tuple[CameraModel, ...]
 ) -> tuple[CameraResiduals, ...]:
     result = []
     for index, camera in enumerate(cameras):
@@ -312,7 +304,7 @@ def _residuals(
     return tuple(result)
 
 
-def _outliers(found: RobustMinimum, views: BoardViews, rig: Rig) -> tuple[str, ...]:
+def _outliers(found: bundle.RobustMinimum, views: BoardViews, rig: Rig) -> tuple[str, ...]:
     wrong: Int = np.argwhere(np.isfinite(found.distances) & ~found.used)
     return tuple(
         f"corner {corner + 1} of view {views.names[view]} in {rig.cameras[camera].name}"

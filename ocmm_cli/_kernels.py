@@ -8,6 +8,7 @@ listed. A test checks every call in all other tests against this list.
 from __future__ import annotations
 
 import multiprocessing
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from importlib import import_module
@@ -122,7 +123,7 @@ ocmm_core.camera._windows
     measure_windows w3 i2 w2 f2 f1 f2
     predict_windows f2 f1 i i i2
     report f2 f2 f2 u1
-ocmm_genicam._pixels
+ocmm_genicam._grabber
     unpack_bits u1 i b w1
 ocmm_sim.scene._exposure
     expose i i i i f2 f1 U U f f1 f2 w2
@@ -181,16 +182,14 @@ def kernel_groups() -> tuple[tuple[tuple[str, str, Signature], ...], ...]:
     return tuple(tuple(_entries(group)) for group in _TABLE.strip().split("\n\n"))
 
 
-def _entries(group: str) -> list[tuple[str, str, Signature]]:
-    found = []
+def _entries(group: str) -> Iterator[tuple[str, str, Signature]]:
     module = ""
     for line in group.splitlines():
         first, *words = line.split()
         if line[0] != " ":
             module = first
         else:
-            found.append((module, first, tuple(map(_type_of, words))))
-    return found
+            yield (module, first, tuple(map(_type_of, words)))
 
 
 def _type_of(word: str) -> Any:  # numba ships no annotations

@@ -22,16 +22,16 @@ from ocmm_core.leftovers import temporary_file
 from ocmm_core.side_files import OversizeError, read_guarded
 
 LONGEST_NAME = 255
-"""Of a file with its folders."""
+"""Characters of the name of a file with its folders."""
 T = TypeVar("T", bound="Document")
 D = TypeVar("D")
 
 LARGEST_FILE = 64 << 20
-"""Bytes of the largest file that is read as a whole; a longer one is not looked at."""
+"""Bytes of the largest file that is read whole; longer ones are refused."""
 LARGEST_DOCUMENT = 1 << 20
 """Bytes of the largest TOML document: a plan of some three thousand features."""
 _LARGEST_NUMBER = 1e15
-"""In mm it is a tenth of a light-year; powers of it stay far from overflow."""
+"""In mm some seven astronomical units; its powers stay far from overflow."""
 _DEEPEST_KEY = 16
 _LONG_KEY = re.compile(r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){17}""")
 _TOO_LONG = "a number has too many digits"
@@ -40,7 +40,7 @@ _SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = 80
 
 
 class Document(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Head of every document: what it is, its version and its unit."""
+    """Head of every document: kind, version and unit."""
 
     schema: str
     """Kind and version, e.g. ``"ocmm.rig/1"``."""
@@ -49,7 +49,7 @@ class Document(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """Return ``data`` with what older documents of this kind leave unsaid."""
+        """Return ``data`` with the fields that older documents of this kind lack."""
         return data
 
 
@@ -97,7 +97,7 @@ def schema_of(path: Path | str) -> object:
 
 
 def may_be_there(path: Path) -> bool:
-    """Return whether a file exists, or may exist in an unreadable folder: reading it says why."""
+    """Return whether a file exists, or may exist in a folder that cannot be read."""
     try:
         return path.is_file()
     except OSError:
@@ -140,7 +140,7 @@ def read_bytes(path: Path, most: int = LARGEST_FILE, *, follow: bool = True) -> 
 
 
 def read_text(path: Path, most: int = LARGEST_FILE) -> str:
-    """Return the text of ``path``, with its line ends; InputError also where it is not UTF-8."""
+    """Return the text of ``path``, with its line ends; InputError also if it is not UTF-8."""
     raw = read_bytes(path, most)
     try:
         return raw.decode("utf-8")
@@ -156,7 +156,7 @@ def read_text(path: Path, most: int = LARGEST_FILE) -> str:
 def decode_json(content: bytes | str, kind: type[D]) -> D:
     """Return the content of a JSON text.
 
-    msgspec.MsgspecError if it is no JSON, not of this kind, no UTF-8, or nested without end.
+    msgspec.MsgspecError if it is not JSON, not UTF-8, of another kind, or nested too deeply.
     """
     try:
         return msgspec.json.decode(content, type=kind)
@@ -167,14 +167,14 @@ def decode_json(content: bytes | str, kind: type[D]) -> D:
 
 
 def shortened(value: object) -> str:
-    """Return how a value of a file is written in a sentence: never more than a few words."""
+    """Return a value of a file for a sentence, shortened to a few words."""
     return _SHORT.repr(value)
 
 
 def find_files(root: Path, suffix: str = "") -> tuple[list[Path], list[InputError]]:
-    """Return the files below a folder by name, and an error for each folder that is left out.
+    """Return the files below a folder by name, and an error for each skipped folder.
 
-    Left out are folders that cannot be read, and links to folders. A missing folder has no files.
+    Unreadable folders and links to folders are skipped. A missing folder has no files.
     """
     found: list[Path] = []
     left_out: list[InputError] = []
@@ -246,8 +246,8 @@ def write_atomic(path: Path, content: bytes) -> None:
 def write_new(path: Path, content: bytes) -> os.stat_result:
     """Write a new file, complete from the first moment or not at all; return its state.
 
-    Raises FileExistsError if there is such a file, which stays; OSError if the folder cannot be
-    written; there is no such file then.
+    Raises FileExistsError if the file exists, and leaves it unchanged; OSError if the folder cannot
+    be written, and leaves no file.
     """
     with written_beside(path, content) as temporary:
         state = temporary.lstat()
@@ -256,7 +256,7 @@ def write_new(path: Path, content: bytes) -> os.stat_result:
         except FileExistsError:
             raise
         except OSError:
-            # File systems without a second name for a file, e.g. of memory cards.
+            # File systems without hard links, e.g. of memory cards.
             HOST.rename_new(temporary, path)
     try:
         HOST.sync_folder(path.parent)
@@ -268,11 +268,11 @@ def write_new(path: Path, content: bytes) -> os.stat_result:
 
 @contextlib.contextmanager
 def written_beside(path: Path, content: bytes) -> Iterator[Path]:
-    """Give a file next to ``path`` with this content on the disk; it is gone at the end.
+    """Yield a file next to ``path`` with this content, synced; delete it at the end.
 
-    Until then it is locked, so that it does not count as a leftover (`leftovers`). A caller that
-    renames it meanwhile keeps it. A failed sync is never retried on the same file: it might seem to
-    succeed. OSError if the folder cannot be written.
+    Meanwhile it is locked, so that `leftovers` does not remove it. A caller keeps it by renaming
+    it. A failed sync is never retried on the same file: the second one can succeed without having
+    written anything. OSError if the folder cannot be written.
     """
     descriptor, temporary = temporary_file(path)
     try:
@@ -299,10 +299,10 @@ def resource(*parts: str) -> Path:
 
 @cache
 def _resources() -> Path:
-    """Return the ``resources`` folder: in the package of a wheel, beside the package of a checkout.
+    """Return the ``resources`` folder: inside the package in a wheel, next to it in a checkout.
 
-    A wheel holds it as ``ocmm_core/resources`` (setup.py). The name at the top of site-packages
-    would be anybody's, so the folder beside is read only where the package holds none.
+    Wheels contain it as ``ocmm_core/resources`` (setup.py). A folder of this name at the top of
+    site-packages can belong to another package, so it is used only if the package contains none.
     """
     package = Path(str(files("ocmm_core"))).resolve()
     shipped = package / "resources"
@@ -311,7 +311,7 @@ def _resources() -> Path:
 
 def _parsed(path: Path, text: str) -> dict[str, Any]:
     reason = ""
-    # The parser takes a time that grows with the square of the parts of a key.
+    # Parsing time grows with the square of the number of parts of a key.
     if _LONG_KEY.search(text):
         reason = f"a key has more than {_DEEPEST_KEY} parts"
     else:
@@ -320,7 +320,7 @@ def _parsed(path: Path, text: str) -> dict[str, Any]:
         except RecursionError:
             reason = "it is nested too deeply"
         except ValueError as error:
-            # Also of an integer with thousands of digits, which Python does not read.
+            # Also raised for integers with thousands of digits, which Python does not convert.
             reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else _TOO_LONG
     raise InputError(
         "document.syntax",
@@ -330,7 +330,7 @@ def _parsed(path: Path, text: str) -> dict[str, Any]:
 
 
 def _refuse_unusable(path: Path, value: Any, field: str) -> None:
-    """Raise InputError where a number is not finite, or larger than anything that is measured."""
+    """Raise InputError if a number is not finite, or implausibly large."""
     if isinstance(value, dict):
         for key, item in value.items():
             _refuse_unusable(path, item, f"{field}.{key}" if field else key)
@@ -347,5 +347,5 @@ def _refuse_unusable(path: Path, value: Any, field: str) -> None:
 
 
 def _is_usable(value: float) -> bool:
-    # What no number can hold, the type of the field refuses.
+    # The type of the field refuses integers that no float can hold.
     return abs(value) <= _LARGEST_NUMBER or (isinstance(value, int) and abs(value) > 10**308)

@@ -55,6 +55,12 @@ class RigidTransform:
         )
 
 
+def triple(values: Float) -> tuple[float, float, float]:
+    """Return ``values`` (3,) as plain numbers, for documents and records."""
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
 def skew(vector: Float) -> Float:
     """Return the matrix (3, 3) whose product with x is ``vector`` cross x."""
     x, y, z = vector

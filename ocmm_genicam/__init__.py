@@ -3,10 +3,10 @@
 In: images of cameras with one clock (PTP), by Aravis. Out: spots of all cameras per exposure, in
 the ring of a station.
 
-Read `_client` (what a camera must do), `_aravis` (that by the library Aravis), `_pixels` (formats),
-`_timing` (proof of a common clock), `_grabber` (one camera), `_pairing` (exposures without a common
-clock), `_source` (all of them), `_process`,
-`_feed` and `_specs` (the entry of `ocmm.sources`). It must not import virtual cameras.
+Read `_client` (what a camera must do), `_aravis` (that by the library Aravis), `_timing` (proof of
+a common clock), `_grabber` (one camera, and its pixel formats), `_source` (all of them, also
+without a common clock), `_process`, `_feed` and `_specs` (the entry of `ocmm.sources`). It must not
+import virtual cameras.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -14,8 +14,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
     from ocmm_genicam._feed import genicam_config, require_cameras_of, slots_for
-    from ocmm_genicam._grabber import Expected
-    from ocmm_genicam._pixels import unpack
+    from ocmm_genicam._grabber import Expected, unpack
     from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
     from ocmm_genicam._source import GenicamSource
     from ocmm_genicam._specs import CAMERAS

@@ -21,7 +21,6 @@ CAMERAS = SourceSpec(
     takes_value=True,
     origin=Origin.CAMERAS,
     live=True,
-    on_bus=False,
     recorded_as="GenICam",
     make=late("ocmm_genicam._feed", "genicam_feed"),
 )

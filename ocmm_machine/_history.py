@@ -6,7 +6,7 @@ loading one twice changes nothing more.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import datetime
 from typing import Literal
 
@@ -59,16 +59,14 @@ def values_in_force(
 
 def count_since(
     document: CorrectionDocument, parts: Sequence[PartFacts], lines: Sequence[CorrectionLine]
-) -> list[PartFacts]:
-    """Return the parts that were cut with the values in force now, oldest first."""
+) -> Iterator[PartFacts]:
+    """Yield the parts that were cut with the values in force now, oldest first."""
     times = [datetime.fromisoformat(line.utc) for line in lines]
     now = values_in_force(document, lines)
     seen: dict[int, int] = {}
-    counted = []
     for part in parts:
         before = sum(time <= part.created for time in times)
         seen[before] = seen.get(before, 0) + 1
         dead = document.dead_parts if before else 0
         if seen[before] > dead and values_in_force(document, lines[:before]) == now:
-            counted.append(part)
-    return counted
+            yield part

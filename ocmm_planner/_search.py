@@ -9,9 +9,8 @@ from scipy.optimize import Bounds, differential_evolution
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_planner._optics import scene_of
 from ocmm_planner._plan import RigPlan
-from ocmm_planner._prediction import RigMap, predict_map
+from ocmm_planner._prediction import RigMap, predict_map, scene_of
 
 _POPULATION = 10
 """Placements of a generation, for each coordinate that is sought."""

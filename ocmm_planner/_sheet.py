@@ -1,4 +1,4 @@
-"""Evaluation of a plan: its prediction, the best placement found, and changes of it."""
+"""Evaluation of a plan: prediction, best placement found, changes of it, and their sentences."""
 
 from __future__ import annotations
 
@@ -15,19 +15,104 @@ from ocmm_core.camera import Vector3
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
-from ocmm_planner import _optics as optics
+from ocmm_planner import _prediction as prediction
 from ocmm_planner._plan import RigPlan
 from ocmm_planner._prediction import LINE, RigMap, predict_map
 from ocmm_planner._search import cost_of, search_places
 
+_SHORTEST_US = 1.0
+
+
+def sheet_sentences(sheet: RigSheet) -> list[str]:
+    """Return the sentences of a result, the most important first."""
+    best, told = sheet.best, _figures(sheet.best)
+    said = [f"U of the tip (k = 2, longest half axis): {told}"]
+    if best.length_worst_um is not None:
+        said.append(
+            f"U of a length of {sheet.length:g} mm along X, Y or Z: worst "
+            f"{best.length_worst_um:.1f} µm, median {best.length_median_um:.1f} µm."
+        )
+    said += [
+        f"{count} of {best.nodes} nodes have no number. {why}"
+        for why, count in best.without.items()
+    ]
+    said.append(
+        f"LEDs seen by two cameras over {sheet.attitudes} attitudes: {best.leds_fewest} at least, "
+        f"{best.leds_mean:.1f} on average."
+    )
+    if sheet.is_moved:
+        told = _figures(sheet.given)
+        said.append(f"This is the best of {sheet.evaluations} placements tried.")
+        said.append(f"The given placement: {told}")
+        if sheet.given.measurable == sheet.given.nodes and best.worst_um and sheet.given.worst_um:
+            gain = 100.0 * (1.0 - best.worst_um / sheet.given.worst_um)
+            said.append(f"The best placement has a worst U smaller by {gain:.0f} %.")
+    elif sheet.evaluations:
+        said.append(f"None of {sheet.evaluations} placements tried is better than the given one.")
+    percent, told = round(100.0 * (BASE_GAIN - 1.0)), _figures(sheet.wider)
+    said.append(f"With {percent} % more base, also where no camera may be: {told}")
+    said += [
+        f"Without camera '{camera.name}': {told}"
+        for camera, told in zip(sheet.cameras, map(_figures, sheet.one_less), strict=True)
+    ]
+    said += _hardware(sheet)
+    said.append(
+        "Not included: temperature, force of the hand, form of the part, vibration, and errors of "
+        "the catalogue. The calibration is assumed as planned; verify the real rig."
+    )
+    return said
+
+
+def shopping_list(sheet: RigSheet) -> list[str]:
+    """Return the articles to buy, with their numbers."""
+    wanted = Counter(name for one in sheet.cameras for name in (one.camera, one.lens))
+    return [f"{count} x {name}" for name, count in wanted.items()]
+
+
+def _figures(found: SheetFigures) -> str:
+    if found.why or found.worst_um is None:
+        return found.why or "No node has a number."
+    return (
+        f"worst {found.worst_um:.1f} µm, median {found.median_um:.1f} µm, at {found.measurable} of "
+        f"{found.nodes} nodes."
+    )
+
+
+def _hardware(sheet: RigSheet) -> list[str]:
+    blur, faintest, brightest = sheet.best.light
+    said = [] if blur is None else [f"Blur by defocus: {blur:.1f} px at most."]
+    if faintest is None or brightest is None:
+        said.append("Light is not known: the plan has no section [light], or no LED is seen.")
+    else:
+        said.append(
+            f"Spots fill {100.0 * faintest:.0f} to {100.0 * brightest:.0f} % of a pixel, within a "
+            "factor of two."
+        )
+    said += [
+        f"Camera '{one.name}' needs less than {_SHORTEST_US:g} µs of exposure: dim the LEDs or "
+        "close the stop."
+        for one in sheet.cameras
+        if one.exposure_us is not None and one.exposure_us < _SHORTEST_US
+    ]
+    load = max(one.load for one in sheet.cameras)
+    highest = min(one.highest_rate_hz for one in sheet.cameras)
+    said.append(
+        f"Links: {100.0 * load:.0f} % loaded at {sheet.rate_hz:g} exposures a second; "
+        f"{highest:.0f} are possible."
+    )
+    if highest < sheet.rate_hz:
+        said.append("TOO FAST: lower rate_hz in the plan, or take other cameras or links.")
+    return said
+
+
 SCHEMA = "ocmm.rig_prediction/1"
 BASE_GAIN = 1.2
 WHY = {
-    optics.OUTSIDE: "LEDs are outside the picture of a camera.",
-    optics.AWAY: "LEDs face away from the cameras.",
-    optics.BLOCKED: "A keep-out box is between LEDs and cameras.",
-    optics.BLURRED: "LEDs are out of focus.",
-    optics.DARK: "LEDs are too dark.",
+    prediction.OUTSIDE: "LEDs are outside the picture of a camera.",
+    prediction.AWAY: "LEDs face away from the cameras.",
+    prediction.BLOCKED: "A keep-out box is between LEDs and cameras.",
+    prediction.BLURRED: "LEDs are out of focus.",
+    prediction.DARK: "LEDs are too dark.",
     LINE: "The visible LEDs are close to one line.",
 }
 """Why a node has no number."""
@@ -117,7 +202,7 @@ def evaluate_plan(
     InputError if the calibration does not determine a camera of the given placement.
     """
     document, nodes = plan.document, plan.nodes(plan.document.nodes)
-    scene = optics.scene_of(plan, plan.places)
+    scene = prediction.scene_of(plan, plan.places)
     given = best = predict_map(scene, nodes)
     tried = 0
     if evaluations:
@@ -125,7 +210,7 @@ def evaluate_plan(
             plan, seed=seed, evaluations=evaluations,
             step=lambda share: step(0.8 * share),
         )  # fmt: skip
-        moved = optics.scene_of(plan, places)
+        moved = prediction.scene_of(plan, places)
         found = predict_map(moved, nodes)
         if cost_of(found) < cost_of(given):
             scene, best = moved, found
@@ -138,7 +223,7 @@ def evaluate_plan(
         attitudes=len(plan.turns), rate_hz=document.measuring.rate_hz, evaluations=tried,
         is_moved=best is not given,
         cameras=tuple(_camera(scene, index) for index in range(len(plan.cameras))),
-        given=_figures(given), best=_figures(best), wider=_changed(plan, wide, nodes),
+        given=_figures_of(given), best=_figures_of(best), wider=_changed(plan, wide, nodes),
         one_less=tuple(_one_less(plan, placed, i, nodes) for i in range(len(plan.cameras))),
         nodes=tuple(map(_vector, best.nodes)), u_um=_um(best.u_tip), length_um=_um(best.u_length),
         leds_fewest=tuple(best.leds.tolist()), leds_mean=tuple(best.leds_mean.round(2).tolist()),
@@ -169,7 +254,7 @@ def map_from_above(sheet: RigSheet) -> TipMap:
     return TipMap("Worst over Z. From above", ("X / mm", "Y / mm"), columns, rows, values)
 
 
-def _camera(scene: optics.Scene, index: int) -> SheetCamera:
+def _camera(scene: prediction.Scene, index: int) -> SheetCamera:
     plan, centre, target = scene.plan, scene.places[index, :3], scene.places[index, 3:]
     planned, kind, rate = plan.document.cameras[index], plan.cameras[index], scene.rig.frame_rate_hz
     x, y, z = unit(target - centre)
@@ -187,7 +272,7 @@ def _camera(scene: optics.Scene, index: int) -> SheetCamera:
 
 def _changed(plan: RigPlan, places: Float, nodes: Float) -> SheetFigures:
     try:
-        return _figures(predict_map(optics.scene_of(plan, places), nodes))
+        return _figures_of(predict_map(prediction.scene_of(plan, places), nodes))
     except InputError as error:
         return SheetFigures(nodes=len(nodes), why=error.what)
 
@@ -198,7 +283,7 @@ def _one_less(plan: RigPlan, placed: Float, index: int, nodes: Float) -> SheetFi
     return _changed(plan.without(index), np.delete(placed, index, axis=0), nodes)
 
 
-def _figures(found: RigMap) -> SheetFigures:
+def _figures_of(found: RigMap) -> SheetFigures:
     tips, lengths = (values[np.isfinite(values)] * 1e3 for values in (found.u_tip, found.u_length))
     why = Counter(WHY[stage] for stage in found.stage.tolist() if stage)
     blur, faintest, brightest = found.light.T

@@ -5,21 +5,10 @@ from __future__ import annotations
 import itertools
 import struct
 
+from ocmm_bench.conform import _sdo_talk as sdo_talk
 from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._mail_line import INIT, PREOP, SDO_LIMIT_NS
-from ocmm_bench.conform._sdo_talk import (
-    COE,
-    INFORMATION,
-    REQUEST,
-    SdoRefusal,
-    download,
-    mailbox,
-    parts,
-    refusal,
-    sdo_body,
-    upload,
-)
 from ocmm_core.fieldbus.device import CALIBRATION, COUNTERS, MAILBOX_BYTES, MAILBOX_IN_START
 
 SECTION = "Mailboxes"
@@ -40,7 +29,7 @@ def segments(bench: Bench, see: RuleFindings) -> None:
         see.expect(bench.mail.write(CALIBRATION, _NOTE, text) is None, f"{size} bytes are refused.")
         see.equal(f"A value of {size} bytes", bench.mail.read(CALIBRATION, _NOTE), text)
     text = b"segments of seven bytes, not of a whole mailbox"
-    refused = download(bench.mail.sdo, CALIBRATION, _NOTE, text, room=7, expedited=False)
+    refused = sdo_talk.download(bench.mail.sdo, CALIBRATION, _NOTE, text, room=7, expedited=False)
     see.expect(refused is None, f"Segments of 7 bytes are {refused}.")
     see.equal("A value from segments of 7 bytes", bench.mail.read(CALIBRATION, _NOTE), text)
     bench.mail.set(CALIBRATION, _NOTE, before)
@@ -64,8 +53,8 @@ def broken_transfers(bench: Bench, see: RuleFindings) -> None:
     bench.mail.sdo(struct.pack("<BHBI", 0x21, CALIBRATION, _NOTE, 600) + bytes(240))
     body = struct.pack("<BHBI", 0x80, CALIBRATION, _NOTE, 0x08000000)
     bench.mail.drain()
-    content = struct.pack("<H", REQUEST << 12) + body
-    bench.mail.post(mailbox(COE, content, bench.mail.next_counter()))
+    content = struct.pack("<H", sdo_talk.REQUEST << 12) + body
+    bench.mail.post(sdo_talk.mailbox(sdo_talk.COE, content, bench.mail.next_counter()))
     see.expect(bench.mail.fetch(SDO_LIMIT_NS // 4) is None, "An abort of the master is answered.")
     _aborts(see, "a segment after an abort", bench.mail.sdo(bytes([0x00]) + bytes(7)), _COMMAND)
     see.equal("The note after an abort", bench.mail.read(CALIBRATION, _NOTE), bytes(600))
@@ -76,15 +65,16 @@ def bad_mailboxes(bench: Bench, see: RuleFindings) -> None:
     """Send malformed mailboxes."""
     bench.go(PREOP)
     before = bench.mail.count(COUNTERS, _BAD_MAILBOXES)
-    sdo = struct.pack("<HBHB4x", REQUEST << 12, 0x40, 0x1000, 0)
+    sdo = struct.pack("<HBHB4x", sdo_talk.REQUEST << 12, 0x40, 0x1000, 0)
     cases = (
-        ("an unknown protocol", mailbox(7, sdo, 1), _PROTOCOL),
-        ("a CoE service that is unknown", mailbox(COE, struct.pack("<H", 0x7000) + sdo[2:], 2),
+        ("an unknown protocol", sdo_talk.mailbox(7, sdo, 1), _PROTOCOL),
+        ("a CoE service that is unknown",
+         sdo_talk.mailbox(sdo_talk.COE, struct.pack("<H", 0x7000) + sdo[2:], 2),
          _SERVICE),
-        ("two bytes of CoE", mailbox(COE, sdo[:2], 3), _SHORT),
-        ("an SDO request of four bytes", mailbox(COE, sdo[:6], 4), _SHORT),
+        ("two bytes of CoE", sdo_talk.mailbox(sdo_talk.COE, sdo[:2], 3), _SHORT),
+        ("an SDO request of four bytes", sdo_talk.mailbox(sdo_talk.COE, sdo[:6], 4), _SHORT),
         ("more bytes than a mailbox has",
-         struct.pack("<HHBB", MAILBOX_BYTES, 0, 0, 5 << 4 | COE) + sdo, _SIZE),
+         struct.pack("<HHBB", MAILBOX_BYTES, 0, 0, 5 << 4 | sdo_talk.COE) + sdo, _SIZE),
     )  # fmt: skip
     for what, content, detail in cases:
         bench.mail.drain()
@@ -92,7 +82,7 @@ def bad_mailboxes(bench: Bench, see: RuleFindings) -> None:
         answer = bench.mail.fetch(SDO_LIMIT_NS)
         if not see.expect(answer is not None, f"After {what} there is no answer.") or not answer:
             continue
-        kind, _counter, body = parts(answer)
+        kind, _counter, body = sdo_talk.parts(answer)
         see.expect(
             kind == _ERROR_REPLY and body[:4] == struct.pack("<HH", 1, detail),
             f"After {what} the answer is {body[:4].hex(' ')} of protocol {kind}, must be an error "
@@ -163,26 +153,26 @@ def information(bench: Bench, see: RuleFindings) -> None:
 
 
 def _info(bench: Bench, body: bytes) -> bytes | None:
-    answer = bench.mail.talk(COE, struct.pack("<H", INFORMATION << 12) + body)
+    answer = bench.mail.talk(sdo_talk.COE, struct.pack("<H", sdo_talk.INFORMATION << 12) + body)
     if answer is None:
         return None
-    service, content = sdo_body(answer)
-    if service != INFORMATION or content[0] & 0x7F != body[0] + 1:
+    service, content = sdo_talk.sdo_body(answer)
+    if service != sdo_talk.INFORMATION or content[0] & 0x7F != body[0] + 1:
         return None
     whole, left = content[4:], struct.unpack_from("<H", content, 2)[0]
     while left:
         answer = bench.mail.fetch(SDO_LIMIT_NS)
         if answer is None:
             return None
-        content = sdo_body(answer)[1]
+        content = sdo_talk.sdo_body(answer)[1]
         whole, left = whole + content[4:], struct.unpack_from("<H", content, 2)[0]
     return whole
 
 
 def _aborts(see: RuleFindings, what: str, answer: bytes, code: int) -> None:
-    found = refusal(answer)
+    found = sdo_talk.refusal(answer)
     see.expect(
-        isinstance(found, SdoRefusal) and found.code == code,
+        isinstance(found, sdo_talk.SdoRefusal) and found.code == code,
         f"After {what} the answer is {found or 'no abort'}, must be {code:#010x}.",
     )
 
@@ -191,7 +181,7 @@ def deadlines(bench: Bench, see: RuleFindings) -> None:
     """Send a hundred requests back to back."""
     bench.again(PREOP)
     for _ in range(100):
-        found = upload(bench.mail.sdo, 0x1018, 4)
+        found = sdo_talk.upload(bench.mail.sdo, 0x1018, 4)
         see.equal("0x1018:04", found, struct.pack("<I", bench.serial))
 
 

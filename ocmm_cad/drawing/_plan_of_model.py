@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
@@ -149,25 +149,21 @@ def _all_refused(pmi: Pmi) -> Account:
     return Account(items=tuple(found))
 
 
-def _references(tolerance: Tolerance, taken: AccountItem, pmi: Pmi) -> list[AccountItem]:
-    """Return the datum references of a tolerance; for a datum with targets, each target."""
-    found = []
+def _references(tolerance: Tolerance, taken: AccountItem, pmi: Pmi) -> Iterator[AccountItem]:
+    """Yield the datum references of a tolerance; for a datum with targets, each target."""
     targets = {datum.name: datum.targets for datum in pmi.datums}
     for place, reference in enumerate(tolerance.datums, start=1):
         label = "-".join(reference.labels)
         modifiers = "".join(f" ({word})" for word in reference.modifiers)
         for target in targets.get(label, ()) or ("",):
             through = f" through {target}" if target else ""
-            found.append(
-                AccountItem(
-                    group="datum reference", name=f"{label}{through}",
-                    kind=f"datum {place} of {tolerance.name}{modifiers}", entity=tolerance.entity,
-                    status="refused" if taken.status == "refused" else "taken",
-                    became=taken.became,
-                    why=taken.why if taken.status == "refused" else "",
-                )
+            yield AccountItem(
+                group="datum reference", name=f"{label}{through}",
+                kind=f"datum {place} of {tolerance.name}{modifiers}", entity=tolerance.entity,
+                status="refused" if taken.status == "refused" else "taken",
+                became=taken.became,
+                why=taken.why if taken.status == "refused" else "",
             )  # fmt: skip
-    return found
 
 
 def _annotations(pmi: Pmi, items: Sequence[AccountItem]) -> list[AccountItem]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -304,24 +304,20 @@ def _fields() -> tuple[tuple[str, str], ...]:
     )
 
 
-def _lines(report: SetReport) -> list[str]:
-    """Return a sentence for every pair that failed or is compared by its residuals alone."""
-    lines = []
+def _lines(report: SetReport) -> Iterator[str]:
+    """Yield a sentence for every pair that failed or is compared by its residuals alone."""
     for result in report.results:
         if result.failure:
-            lines.append(say(f"{report.name}/{result.name}: no fit. {result.failure}"))
+            yield say(f"{report.name}/{result.name}: no fit. {result.failure}")
         elif not result.passed:
-            lines.append(say(f"{report.name}/{result.name}: beyond a limit ({_beyond(result)})."))
+            yield say(f"{report.name}/{result.name}: beyond a limit ({_beyond(result)}).")
         elif result.residual is not None:
-            lines.append(
-                say(
-                    f"{report.name}/{result.name}: several cones pass through its {result.points} "
-                    f"points; only residuals are compared, rms {result.residual:.1e} mm."
-                )
+            yield say(
+                f"{report.name}/{result.name}: several cones pass through its {result.points} "
+                f"points; only residuals are compared, rms {result.residual:.1e} mm."
             )
         elif result.reading:
-            lines.append(say(f"{report.name}/{result.name}: agrees when read as {result.reading}."))
-    return lines
+            yield say(f"{report.name}/{result.name}: agrees when read as {result.reading}.")
 
 
 def _beyond(result: PairResult) -> str:

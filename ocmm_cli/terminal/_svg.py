@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from xml.sax.saxutils import escape
 
@@ -104,16 +104,12 @@ def points_in_space(
 
 def _grid(
     top: float, most: float, left: float, bottom: float, right: float, upper: float
-) -> list[str]:
-    parts = []
+) -> Iterator[str]:
     for step in range(6):
         x, y = left + step / 5 * (right - left), bottom + step / 5 * (upper - bottom)
-        parts.append(
-            f'<path d="M{left:.1f} {y:.1f}H{right:.1f}M{x:.1f} {bottom:.1f}v5" stroke="#ccc"/>'
-        )
-        parts.append(label(x, bottom + 20, f"{step / 5 * top:g}", 13, "middle"))
-        parts.append(label(left - 8, y + 4, f"{step / 5 * most:g}", 13, "end"))
-    return parts
+        yield f'<path d="M{left:.1f} {y:.1f}H{right:.1f}M{x:.1f} {bottom:.1f}v5" stroke="#ccc"/>'
+        yield label(x, bottom + 20, f"{step / 5 * top:g}", 13, "middle")
+        yield label(left - 8, y + 4, f"{step / 5 * most:g}", 13, "end")
 
 
 def label(x: float, y: float, words: str, size: int, anchor: str) -> str:
@@ -224,24 +220,20 @@ def _at(values: Float, share: float) -> float:
     return float(values[0] + share * (values[-1] - values[0]))
 
 
-def _scale(limits: tuple[float, float]) -> list[str]:
-    parts = []
+def _scale(limits: tuple[float, float]) -> Iterator[str]:
     steps, top, bottom = 40, _MAP_TOP, HEIGHT - _MAP_BOTTOM
     high = (bottom - top) / steps
     x = WIDTH - _MAP_RIGHT + 24
     for step in range(steps):
-        parts.append(
+        yield (
             f'<rect x="{x}" y="{bottom - (step + 1) * high:.1f}" width="18" '
             f'height="{high + 0.2:.1f}" fill="{colour_at((step + 0.5) / steps)}"/>'
         )
     for share in (0.0, 0.5, 1.0):
         value = limits[0] + share * (limits[1] - limits[0])
-        parts.append(
-            label(x + 24, bottom - share * (bottom - top) + 5, f"{value:.1f} µm", 13, "start")
-        )
-    parts.append(f'<rect x="{x}" y="{bottom + 14}" width="18" height="14" fill="{_UNSEEN}"/>')
-    parts.append(label(x + 24, bottom + 26, "not seen", 13, "start"))
-    return parts
+        yield label(x + 24, bottom - share * (bottom - top) + 5, f"{value:.1f} µm", 13, "start")
+    yield f'<rect x="{x}" y="{bottom + 14}" width="18" height="14" fill="{_UNSEEN}"/>'
+    yield label(x + 24, bottom + 26, "not seen", 13, "start")
 
 
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ocmm_core.acceptance._procedure import InterimTest, LocationTest, LongStylusTest
@@ -21,8 +23,6 @@ from ocmm_core.acceptance._values import (
 from ocmm_core.errors import InternalError
 from ocmm_core.geometry import Float
 
-Values = list[JudgedValue]
-
 
 def repeated_lengths(at: Situation, position: int) -> Float:
     """Return lengths (items, repeats), mm, of a position with a bar or gauge block."""
@@ -36,10 +36,9 @@ def repeated_lengths(at: Situation, position: int) -> Float:
     return np.array([nest_lengths(one) for one in nests]).T
 
 
-def length_values(at: Situation) -> Values:
-    """Return E (E_L with a long stylus) of every length."""
+def length_values(at: Situation) -> Iterator[JudgedValue]:
+    """Yield E (E_L with a long stylus) of every length."""
     quantity = "E_L" if isinstance(at.stage.procedure.test, LongStylusTest) else "E"
-    found = []
     for position in at.complete():
         plan, repeats = at.plan[position], at.plan[position].repeats
         for item, lengths in zip(plan.items, repeated_lengths(at, position), strict=True):
@@ -51,24 +50,21 @@ def length_values(at: Situation) -> Values:
                 expanded = float(np.hypot(expanded, 4.0 * at.stage.instrument.ball_sigma))
             for number, length in enumerate(lengths):
                 name = f"{nominal:.0f} mm"
-                found.append(
-                    at.value(
-                        quantity,
-                        position,
-                        f"{name}, repeat {number + 1}" if repeats > 1 else name,
-                        item=item,
-                        nominal=nominal,
-                        measured=float(length),
-                        certified=certified,
-                        expanded=expanded,
-                    )
+                yield at.value(
+                    quantity,
+                    position,
+                    f"{name}, repeat {number + 1}" if repeats > 1 else name,
+                    item=item,
+                    nominal=nominal,
+                    measured=float(length),
+                    certified=certified,
+                    expanded=expanded,
                 )
-    return found
 
 
-def e0_values(at: Situation) -> Values:
-    """Return E of every length, and the range R0 of every set of repeats."""
-    found = length_values(at)
+def e0_values(at: Situation) -> Iterator[JudgedValue]:
+    """Yield E of every length, and the range R0 of every set of repeats."""
+    yield from length_values(at)
     for position in at.complete():
         plan = at.plan[position]
         if plan.role == "gauge block":
@@ -78,19 +74,14 @@ def e0_values(at: Situation) -> Values:
             plan.items, repeat_ranges(repeated_lengths(at, position)), strict=True
         ):
             nominal = _nominal(at, position, item)
-            found.append(
-                at.value(
-                    "R0",
-                    position,
-                    f"{nominal:.0f} mm, {plan.repeats} repeats",
-                    item=item,
-                    nominal=nominal,
-                    measured=float(spread),
-                    certified=0.0,
-                    expanded=0.0,
-                )
+            yield at.value(
+                "R0",
+                position,
+                f"{nominal:.0f} mm, {plan.repeats} repeats",
+                item=item,
+                nominal=nominal,
+                measured=float(spread),
             )
-    return found
 
 
 def _nominal(at: Situation, position: int, item: int) -> float:
@@ -115,42 +106,30 @@ def _artefact(at: Situation, position: int) -> UsedArtefact:
     return min(found, key=lambda one: abs(one.sizes[0] - apart))
 
 
-def sphere_results(at: Situation) -> Values:
-    """Return size and form of the sphere at every position."""
-    found = []
+def sphere_results(at: Situation) -> Iterator[JudgedValue]:
+    """Yield size and form of the sphere at every position."""
     for position in at.complete():
-        found += _size(at, position, "P_Size")
+        yield _size(at, position, "P_Size")
         form = sphere_values(at.tips[position]).form
-        found.append(
-            at.value(
-                "P_Form",
-                position,
-                "form",
-                item=1,
-                measured=form,
-                certified=0.0,
-                expanded=_form_of_sphere(at),
-            )
+        yield at.value(
+            "P_Form", position, "form", item=1, measured=form, expanded=_form_of_sphere(at)
         )
-    return found
 
 
-def diameter_results(at: Situation) -> Values:
-    """Return the effective diameter of every repeat."""
-    return [one for position in at.complete() for one in _size(at, position, "D_eff")]
+def diameter_results(at: Situation) -> Iterator[JudgedValue]:
+    """Yield the effective diameter of every repeat."""
+    return (_size(at, position, "D_eff") for position in at.complete())
 
 
-def _size(at: Situation, position: int, quantity: str) -> Values:
+def _size(at: Situation, position: int, quantity: str) -> JudgedValue:
     sphere, ball = at.stage.only("sphere"), at.stage.instrument
     certified, expanded = certified_at(sphere, sphere.sizes[0], at.temperatures[position])
     measured = sphere_values(at.tips[position]).diameter - 2.0 * ball.ball_radius
     # u of the ball's radius, twice for the diameter and k = 2.
     expanded = float(np.hypot(expanded, 4.0 * ball.ball_sigma))
-    return [
-        at.value(
-            quantity, position, "size", measured=measured, certified=certified, expanded=expanded
-        )
-    ]
+    return at.value(
+        quantity, position, "size", measured=measured, certified=certified, expanded=expanded
+    )
 
 
 def _form_of_sphere(at: Situation) -> float:
@@ -159,44 +138,31 @@ def _form_of_sphere(at: Situation) -> float:
     return sphere.form or sphere.expanded
 
 
-def location_results(at: Situation) -> Values:
-    """Return L_Dia of the five attitudes at every place, and of its retest."""
-    numbers, found = at.stage.procedure.test, []
+def location_results(at: Situation) -> Iterator[JudgedValue]:
+    """Yield L_Dia of the five attitudes at every place, and of its retest."""
+    numbers = at.stage.procedure.test
     if not isinstance(numbers, LocationTest):
         raise InternalError("acceptance.kind", "Not a location test.", "Report this.")
     for group in groups(at, 5):
         centres = np.array([sphere_values(at.tips[one]).centre for one in group])
         depth_part = at.plan[group[0]].place
-        found.append(
-            at.value(
-                "L_Dia",
-                group[0],
-                f"5 attitudes, {depth_part}",
-                measured=location_value(centres),
-                certified=0.0,
-                expanded=0.0,
-            )
+        yield at.value(
+            "L_Dia", group[0], f"5 attitudes, {depth_part}", measured=location_value(centres)
         )
-    return found
 
 
-def ball_results(at: Situation) -> Values:
-    """Return size and form of every measurement, and the spread of the centres."""
-    found = sphere_results(at)
+def ball_results(at: Situation) -> Iterator[JudgedValue]:
+    """Yield size and form of every measurement, and the spread of the centres."""
+    yield from sphere_results(at)
     for group in groups(at, len([one for one in at.plan if one.retest_of < 0])):
         centres = np.array([sphere_values(at.tips[one]).centre for one in group])
-        found.append(
-            at.value(
-                "L_Dia",
-                group[0],
-                f"centres of {len(group)} measurements",
-                item=2,
-                measured=location_value(centres),
-                certified=0.0,
-                expanded=0.0,
-            )
+        yield at.value(
+            "L_Dia",
+            group[0],
+            f"centres of {len(group)} measurements",
+            item=2,
+            measured=location_value(centres),
         )
-    return found
 
 
 def groups(at: Situation, count: int) -> list[list[int]]:
@@ -211,32 +177,21 @@ def groups(at: Situation, count: int) -> list[list[int]]:
     ]
 
 
-def spat_results(at: Situation) -> Values:
-    """Return the largest distance from the mean, and two sigma, in every place."""
-    found = []
+def spat_results(at: Situation) -> Iterator[JudgedValue]:
+    """Yield the largest distance from the mean, and two sigma, in every place."""
     for position in at.complete():
         values = spat_values(at.tips[position])
         for item, (quantity, value) in enumerate(
             (("SPAT_max", values.largest), ("SPAT_2s", values.two_sigma))
         ):
-            found.append(
-                at.value(
-                    quantity,
-                    position,
-                    f"{len(at.tips[position])} points",
-                    item=item,
-                    measured=value,
-                    certified=0.0,
-                    expanded=0.0,
-                )
+            yield at.value(
+                quantity, position, f"{len(at.tips[position])} points", item=item, measured=value
             )
-    return found
 
 
-def volumetric_results(at: Situation) -> Values:
-    """Return the figures of all placements together, and the largest of them."""
+def volumetric_results(at: Situation) -> Iterator[JudgedValue]:
+    """Yield the figures of all placements together, and the largest of them."""
     bar = at.stage.only("bar")
-    found: Values = []
     depths = [at.depth(one) for one in range(len(at.plan))]
     for depth in range(max(depths) + 1):
         done = [one for one in at.complete() if depths[one] == depth]
@@ -253,90 +208,74 @@ def volumetric_results(at: Situation) -> Values:
         for item, (quantity, value) in enumerate(
             (("V_max", values.largest), ("V_range", values.half_range), ("V_2RMS", values.two_rms))
         ):
-            found.append(
-                at.value(
-                    quantity,
-                    done[0],
-                    f"{len(done)} placements",
-                    item=item,
-                    measured=value,
-                    certified=0.0,
-                    expanded=0.0 if quantity == "V_range" else largest_u,
-                )
+            yield at.value(
+                quantity,
+                done[0],
+                f"{len(done)} placements",
+                item=item,
+                measured=value,
+                expanded=0.0 if quantity == "V_range" else largest_u,
             )
-    return found
 
 
-def plate_results(at: Situation) -> Values:
-    """Return thickness and coplanarity (RMS from the plane, over n) of bed and block."""
-    plate, found = at.stage.only("plate"), []
+def plate_results(at: Situation) -> Iterator[JudgedValue]:
+    """Yield thickness and coplanarity (RMS from the plane, over n) of bed and block."""
+    plate = at.stage.only("plate")
     for group in groups(at, 2):
         bed, top = (at.tips[one] for one in group)
         # Both faces are touched from above, so the ball's radius cancels.
         measured = float(thickness(bed, top, 0.0).mean())
         certified, expanded = certified_at(plate, plate.sizes[0], at.temperatures[group[0]])
-        found.append(
-            at.value(
-                "Thickness",
-                group[0],
-                f"mean of {len(top)} points",
-                nominal=plate.sizes[0],
-                measured=measured,
-                certified=certified,
-                expanded=expanded,
-            )
+        yield at.value(
+            "Thickness",
+            group[0],
+            f"mean of {len(top)} points",
+            nominal=plate.sizes[0],
+            measured=measured,
+            certified=certified,
+            expanded=expanded,
         )
         for item, (side, points) in enumerate((("bed", bed), ("top of the block", top)), start=1):
             away = points - points.mean(axis=0)
             normal = np.linalg.svd(away, full_matrices=False)[2][-1]
-            found.append(
-                at.value(
-                    "Coplanarity",
-                    group[item - 1],
-                    f"rms of {len(points)} points, {side}",
-                    item=item,
-                    measured=float(np.sqrt(np.mean((away @ normal) ** 2))),
-                    certified=0.0,
-                    expanded=plate.form,
-                )
+            yield at.value(
+                "Coplanarity",
+                group[item - 1],
+                f"rms of {len(points)} points, {side}",
+                item=item,
+                measured=float(np.sqrt(np.mean((away @ normal) ** 2))),
+                expanded=plate.form,
             )
-    return found
 
 
-def interim_results(at: Situation) -> Values:
-    """Return the distance of two spheres, and both diameters."""
+def interim_results(at: Situation) -> Iterator[JudgedValue]:
+    """Yield the distance of two spheres, and both diameters."""
     if not isinstance(at.stage.procedure.test, InterimTest):
         raise InternalError("acceptance.kind", "Not an interim check.", "Report this.")
     dumbbell, ball = at.stage.only("dumbbell"), at.stage.instrument
-    found = []
     for group in groups(at, 2):
         spheres = [sphere_values(at.tips[one]) for one in group]
         apart = float(np.linalg.norm(spheres[1].centre - spheres[0].centre))
         certified, expanded = certified_at(dumbbell, dumbbell.sizes[2], at.temperatures[group[0]])
-        found.append(
-            at.value(
-                "Interim_L",
-                group[0],
-                "distance",
-                item=2,
-                nominal=dumbbell.sizes[2],
-                measured=apart,
-                certified=certified,
-                expanded=expanded,
-            )
+        yield at.value(
+            "Interim_L",
+            group[0],
+            "distance",
+            item=2,
+            nominal=dumbbell.sizes[2],
+            measured=apart,
+            certified=certified,
+            expanded=expanded,
         )
         for item, (position, sphere) in enumerate(zip(group, spheres, strict=True)):
             certified, expanded = certified_at(
                 dumbbell, dumbbell.sizes[item], at.temperatures[position]
             )
-            found.append(
-                at.value(
-                    "Interim_D",
-                    position,
-                    "diameter",
-                    measured=sphere.diameter - 2.0 * ball.ball_radius,
-                    certified=certified,
-                    expanded=float(np.hypot(expanded, 4.0 * ball.ball_sigma)),
-                )
+            yield at.value(
+                "Interim_D",
+                position,
+                "diameter",
+                measured=sphere.diameter - 2.0 * ball.ball_radius,
+                certified=certified,
+                expanded=float(np.hypot(expanded, 4.0 * ball.ball_sigma)),
             )
-    return found

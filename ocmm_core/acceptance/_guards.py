@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -78,41 +78,34 @@ def artefact_findings(
     return list(dict.fromkeys(found))
 
 
-def _instrument(stage: Stage, celsius: float) -> list[Finding]:
-    found, climate = [], stage.procedure.climate
+def _instrument(stage: Stage, celsius: float) -> Iterator[Finding]:
+    climate = stage.procedure.climate
     status = stage.instrument.calibration_status or "unknown"
     if stage.instrument.calibration_status not in _READY:
-        found.append(
-            Finding(
-                "acceptance.calibration_status",
-                f"The calibration of '{stage.instrument.rig}' is {status}.",
-                "Calibrate and verify the cameras before an acceptance test.",
-                refuses=True,
-            )
+        yield Finding(
+            "acceptance.calibration_status",
+            f"The calibration of '{stage.instrument.rig}' is {status}.",
+            "Calibrate and verify the cameras before an acceptance test.",
+            refuses=True,
         )
     lacking = stage.instrument.age_doubts or ()
     if lacking and stage.procedure.cameras != "unproven":
-        found.append(
-            Finding(
-                "acceptance.unproven",
-                f"The cameras cannot prove how old their data are or in which order they came "
-                f"({'; '.join(lacking)}), and '{stage.procedure.id}' does not allow such cameras.",
-                "Test with cameras that send a counter and the time of exposure. Whether others "
-                "are accepted is agreed beforehand: field 'cameras' of a procedure of your own.",
-                refuses=True,
-            )
+        yield Finding(
+            "acceptance.unproven",
+            f"The cameras cannot prove how old their data are or in which order they came "
+            f"({'; '.join(lacking)}), and '{stage.procedure.id}' does not allow such cameras.",
+            "Test with cameras that send a counter and the time of exposure. Whether others "
+            "are accepted is agreed beforehand: field 'cameras' of a procedure of your own.",
+            refuses=True,
         )
     if not climate.low <= celsius <= climate.high:
-        found.append(
-            Finding(
-                "acceptance.climate",
-                f"It is {celsius:g} °C; '{stage.procedure.id}' is rated for "
-                f"{climate.low:g} to {climate.high:g} °C.",
-                "Wait until the room is within that range.",
-                refuses=True,
-            )
+        yield Finding(
+            "acceptance.climate",
+            f"It is {celsius:g} °C; '{stage.procedure.id}' is rated for "
+            f"{climate.low:g} to {climate.high:g} °C.",
+            "Wait until the room is within that range.",
+            refuses=True,
         )
-    return found
 
 
 def _certified_limits(stage: Stage, artefact: UsedArtefact) -> list[tuple[float, float]]:
@@ -154,35 +147,29 @@ def _reused(
     return []
 
 
-def _sphere(stage: Stage, artefact: UsedArtefact) -> list[Finding]:
+def _sphere(stage: Stage, artefact: UsedArtefact) -> Iterator[Finding]:
     numbers = stage.procedure.test
     if artefact.role != "sphere":
-        return []
-    found = []
+        return
     if isinstance(numbers, SphereTest | LocationTest | DiameterTest | BallTest):
         low, high = numbers.diameter
         if not low <= artefact.sizes[0] <= high:
-            found.append(
-                Finding(
-                    "acceptance.sphere_size",
-                    f"'{artefact.use.name}' has {artefact.sizes[0]:g} mm; {low:g} to {high:g} mm "
-                    "are allowed.",
-                    "Use another sphere.",
-                    refuses=True,
-                )
+            yield Finding(
+                "acceptance.sphere_size",
+                f"'{artefact.use.name}' has {artefact.sizes[0]:g} mm; {low:g} to {high:g} mm "
+                "are allowed.",
+                "Use another sphere.",
+                refuses=True,
             )
     limit = stage.procedure.limits.get("P_Form")
     if limit is not None and artefact.form > _FORM_SHARE * limit.constant:
-        found.append(
-            Finding(
-                "acceptance.sphere_form",
-                f"'{artefact.use.name}' has a form error of {1e3 * artefact.form:.1f} µm; "
-                f"{1e3 * _FORM_SHARE * limit.constant:.1f} µm are allowed.",
-                "Use a better sphere.",
-                refuses=True,
-            )
+        yield Finding(
+            "acceptance.sphere_form",
+            f"'{artefact.use.name}' has a form error of {1e3 * artefact.form:.1f} µm; "
+            f"{1e3 * _FORM_SHARE * limit.constant:.1f} µm are allowed.",
+            "Use a better sphere.",
+            refuses=True,
         )
-    return found
 
 
 def spots_hash(uv: Spots) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -29,7 +29,7 @@ class TestKind:
     """Quantities whose limits the procedure must state."""
     plan: Callable[[Stage, Any], plan.Planned]
     """All positions, before the first point."""
-    values: Callable[[Situation], list[result.JudgedValue]]
+    values: Callable[[Situation], Iterator[result.JudgedValue]]
     """All judged values of complete positions."""
     retest: Callable[[Situation], Retest]
     """Positions that may be repeated; raises CalibrationError if none may."""
@@ -194,7 +194,7 @@ def plan_of(stage: Stage) -> tuple[tuple[result.PlannedPosition, ...], tuple[str
 
 def values_of(at: Situation) -> list[result.JudgedValue]:
     """Return all judged values; those replaced by a complete retest are superseded."""
-    values = kind_of(at.stage).values(at)
+    values = tuple(kind_of(at.stage).values(at))
     newest: dict[tuple[str, str], int] = {}
     for one in values:
         place = one.key, one.quantity

@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import cast
 
+from ocmm_core import typed_numbers
 from ocmm_core.acceptance import _register as register
 from ocmm_core.acceptance._guards import EarlierUse, artefact_findings
 from ocmm_core.acceptance._kinds import kind_of
@@ -21,15 +22,6 @@ from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.seals import SealState
-from ocmm_core.typed_numbers import (
-    EXPANDED,
-    EXPANSION,
-    EXPANSION_SIGMA,
-    FORM,
-    PER_LENGTH,
-    SIZE,
-    NumberField,
-)
 
 SESSIONS, RECORDS = "sessions", "records"
 MOST_SHOWN, _NEWEST = 200, 4
@@ -205,10 +197,10 @@ def typed_entry(fields: Mapping[str, str], *, comma: bool = False) -> register.A
         A field is not a number within its range, or implausible.
     """
 
-    def read(name: str, text: str, field: NumberField) -> float:
+    def read(name: str, text: str, field: typed_numbers.NumberField) -> float:
         return replace(field, words=f"'{name}'").read(text, comma=comma)
 
-    def number(name: str, field: NumberField) -> float:
+    def number(name: str, field: typed_numbers.NumberField) -> float:
         text = fields.get(name, "").strip()
         if not text and name in ("expanded_per_length", "form"):
             return 0.0
@@ -221,14 +213,16 @@ def typed_entry(fields: Mapping[str, str], *, comma: bool = False) -> register.A
             "artefact.kind", f"The kind is {fields.get('kind')!r}.", f"Give {', '.join(kinds)}."
         )
     sizes = tuple(
-        read("sizes", one, SIZE) for one in fields.get("sizes", "").replace(";", " ").split()
+        read("sizes", one, typed_numbers.SIZE)
+        for one in fields.get("sizes", "").replace(";", " ").split()
     )
     entry = register.ArtefactEntry(
         schema=register.ARTEFACT_SCHEMA, unit="mm", kind=cast("ArtefactKind", fields["kind"]),
-        sizes=sizes, expanded=number("expanded", EXPANDED), form=number("form", FORM),
-        expanded_per_length=number("expanded_per_length", PER_LENGTH),
-        expansion=number("expansion", EXPANSION),
-        expansion_sigma=number("expansion_sigma", EXPANSION_SIGMA),
+        sizes=sizes, expanded=number("expanded", typed_numbers.EXPANDED),
+        form=number("form", typed_numbers.FORM),
+        expanded_per_length=number("expanded_per_length", typed_numbers.PER_LENGTH),
+        expansion=number("expansion", typed_numbers.EXPANSION),
+        expansion_sigma=number("expansion_sigma", typed_numbers.EXPANSION_SIGMA),
         id=given["id"], name=given["name"], maker=given["maker"], serial=given["serial"],
         laboratory=given["laboratory"], certificate=given["certificate"],
         certificate_sha256=given["certificate_sha256"], due_utc=given["due_utc"],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations, product
 
 import msgspec
@@ -14,7 +14,7 @@ from ocmm_core.acceptance._situation import Stage, stand_at
 from ocmm_core.calibration.verification import plan_lines
 from ocmm_core.camera import Vector3
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float, Points3, perpendicular_pair, unit
+from ocmm_core.geometry import Float, Points3, perpendicular_pair, triple, unit
 
 _UP = np.array([0.0, 0.0, 1.0])
 _INSIDE = 0.98
@@ -24,15 +24,9 @@ _CLEAR_MM = 25.0
 Planned = tuple[list[PlannedPosition], list[str]]
 
 
-def vector(values: Float) -> Vector3:
-    """Return a point in record form."""
-    x, y, z = (float(value) for value in values)
-    return x, y, z
-
-
 def vectors(values: Iterable[Float]) -> tuple[Vector3, ...]:
     """Return points in record form."""
-    return tuple(vector(one) for one in values)
+    return tuple(triple(one) for one in values)
 
 
 def plan_length(stage: Stage, numbers: procedure.LengthTest) -> Planned:
@@ -145,7 +139,7 @@ def plan_location(stage: Stage, numbers: procedure.LocationTest) -> Planned:
                     name=f"{place}, {name}",
                     role="sphere",
                     place=place,
-                    handle=vector(handle),
+                    handle=triple(handle),
                     points_world=vectors(centre + reach * normals),
                     normals=vectors(normals),
                 )
@@ -270,17 +264,15 @@ def newness(direction: Float, others: Sequence[Float]) -> float:
     return min(float(np.arccos(min(abs(float(direction @ one)), 1.0))) for one in others)
 
 
-def _leaning(extent: Float, length: float) -> list[Float]:
-    """Return directions leaning from an axis in a plane, in which a bar fits."""
-    found = []
+def _leaning(extent: Float, length: float) -> Iterator[Float]:
+    """Yield directions leaning from an axis in a plane, in which a bar fits."""
     for first, second in combinations(range(3), 2):
         for angle in np.radians(np.arange(5.0, 90.0, 5.0)):
             for sign in (1.0, -1.0):
                 direction = np.zeros(3)
                 direction[first], direction[second] = np.cos(angle), sign * np.sin(angle)
                 if np.all(length * np.abs(direction) <= _INSIDE * extent):
-                    found.append(direction)
-    return found
+                    yield direction
 
 
 def plan_volumetric(stage: Stage, numbers: procedure.VolumetricTest) -> Planned:

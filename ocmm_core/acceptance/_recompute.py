@@ -5,6 +5,7 @@ Authors and dates in chain files: register, interim checks, test steps.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,6 @@ from ocmm_core.acceptance import _session_state as log
 from ocmm_core.acceptance._guards import climate_reasons
 from ocmm_core.acceptance._interim import INTERIM, InterimCheck
 from ocmm_core.acceptance._kinds import quantities_of, values_of
-from ocmm_core.acceptance._planning import vector
 from ocmm_core.acceptance._register import REGISTER, ArtefactRegister
 from ocmm_core.acceptance._result import AcceptanceRecord, AcceptanceVerdict
 from ocmm_core.acceptance._situation import Stage, situation_of, worst_of
@@ -24,6 +24,7 @@ from ocmm_core.calibration.records import SignedRecord, load_signed, save
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import triple
 from ocmm_core.seals import SealState, Signed
 from ocmm_core.tracking import ProbeBody, solve
 
@@ -83,26 +84,24 @@ def differences(record: AcceptanceRecord, again: AcceptanceRecord) -> list[str]:
     return found
 
 
-def recompute_tips(record: AcceptanceRecord, rig: Rig, body: ProbeBody) -> list[str]:
-    """Return sentences on centres unlike their spots; CalibrationError for another rig."""
+def recompute_tips(record: AcceptanceRecord, rig: Rig, body: ProbeBody) -> Iterator[str]:
+    """Yield sentences on centres unlike their spots; CalibrationError for another rig."""
     if record.instrument.calibration and rig.identity != record.instrument.calibration:
         raise CalibrationError(
             "acceptance.other_rig",
             f"Rig '{rig.name}' does not use the calibration of this record.",
             "Give the calibration that was tested.",
         )
-    found = []
     for one in record.observations:
         if one.uv is None:
             continue
         tip = solve(from_spots(one.uv)[None], rig, body, one.sigma_px).tip_world[0]
         off = float(np.linalg.norm(tip - np.array(one.tip)))
         if not off <= _SAME_TIP_MM:
-            found.append(
+            yield (
                 f"Point {one.item + 1} of '{record.plan[one.position].name}': the spots give "
-                f"{vector(tip)}, {off:.2e} mm from what is stored."
+                f"{triple(tip)}, {off:.2e} mm from what is stored."
             )
-    return found
 
 
 def chain_history(path: Path) -> tuple[Signed, SealState, tuple[tuple[str, str, str], ...]]:

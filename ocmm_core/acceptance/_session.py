@@ -15,7 +15,6 @@ from ocmm_core.acceptance import _session_state as log
 from ocmm_core.acceptance._guards import EarlierUse, begin_findings, require_usable
 from ocmm_core.acceptance._kinds import Retest, kind_of, plan_of
 from ocmm_core.acceptance._placement import judge_point, judge_position
-from ocmm_core.acceptance._planning import vector
 from ocmm_core.acceptance._result import AcceptanceRecord, RoomAir
 from ocmm_core.acceptance._session_state import SessionState
 from ocmm_core.acceptance._situation import Situation, Stage, wanted
@@ -24,7 +23,7 @@ from ocmm_core.calibration.probe_design import Temperature, check_temperature
 from ocmm_core.calibration.records import let_pass
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, InputError
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, triple
 from ocmm_core.seals import Signed
 
 
@@ -140,9 +139,9 @@ class AcceptanceSession:
                 raise CalibrationError(
                     "acceptance.refused", reason, "Take the point again where it belongs."
                 )
-            item, held = state.next_item(position), None if handle is None else vector(handle)
+            item, held = state.next_item(position), None if handle is None else triple(handle)
             taken = log.PointTaken(
-                utc=utc_text(now), position=position, item=item, tip=vector(tip), handle=held,
+                utc=utc_text(now), position=position, item=item, tip=triple(tip), handle=held,
                 uv=uv, sigma_px=sigma_px,
             )  # fmt: skip
             self._append(taken)

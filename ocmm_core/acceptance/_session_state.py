@@ -10,22 +10,10 @@ from typing import TypeAlias, TypeVar
 
 import msgspec
 
+from ocmm_core.acceptance import _result as result
 from ocmm_core.acceptance._guards import climate_reasons, spots_hash
 from ocmm_core.acceptance._kinds import kind_of, quantities_of, values_of
 from ocmm_core.acceptance._procedure import ProcedureDocument
-from ocmm_core.acceptance._result import (
-    RECORD_SCHEMA,
-    AcceptanceRecord,
-    AcceptanceVerdict,
-    ClimateReading,
-    InstrumentState,
-    JudgedValue,
-    Observation,
-    PlannedPosition,
-    RefusedPoint,
-    RoomAir,
-    UsedArtefact,
-)
 from ocmm_core.acceptance._situation import Situation, Stage, situation_of, wanted, worst_of
 from ocmm_core.calibration.guided import Spots
 from ocmm_core.errors import CalibrationError
@@ -37,28 +25,28 @@ class Begun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     utc: str
     procedure: ProcedureDocument
     procedure_sha256: str
-    instrument: InstrumentState
-    artefacts: tuple[UsedArtefact, ...]
+    instrument: result.InstrumentState
+    artefacts: tuple[result.UsedArtefact, ...]
     made_by: str
     place: str
     customer: str
     condition: str
     seed: int
-    plan: tuple[PlannedPosition, ...]
+    plan: tuple[result.PlannedPosition, ...]
     notes: tuple[str, ...]
     reserved: tuple[str, ...]
-    air: RoomAir | msgspec.UnsetType = msgspec.UNSET
+    air: result.RoomAir | msgspec.UnsetType = msgspec.UNSET
 
 
-class PointTaken(Observation, frozen=True, kw_only=True, tag=True):
+class PointTaken(result.Observation, frozen=True, kw_only=True, tag=True):
     """An accepted point."""
 
 
-class PointRefused(RefusedPoint, frozen=True, kw_only=True, tag=True):
+class PointRefused(result.RefusedPoint, frozen=True, kw_only=True, tag=True):
     """A point that was refused."""
 
 
-class PositionRedone(RefusedPoint, frozen=True, kw_only=True, tag=True):
+class PositionRedone(result.RefusedPoint, frozen=True, kw_only=True, tag=True):
     """All points of a position were removed because of wrong placement."""
 
 
@@ -66,10 +54,10 @@ class RetestBegun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """Positions are measured again."""
 
     utc: str
-    positions: tuple[PlannedPosition, ...]
+    positions: tuple[result.PlannedPosition, ...]
 
 
-class ClimateNoted(ClimateReading, frozen=True, kw_only=True, tag=True):
+class ClimateNoted(result.ClimateReading, frozen=True, kw_only=True, tag=True):
     """A temperature."""
 
 
@@ -77,7 +65,7 @@ class Finished(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """The verdict was given; last line."""
 
     utc: str
-    verdict: AcceptanceVerdict
+    verdict: result.AcceptanceVerdict
     remark: str = ""
 
 
@@ -112,15 +100,15 @@ class AcceptanceView:
 
     title: str
     wording: str
-    positions: tuple[PlannedPosition, ...]
+    positions: tuple[result.PlannedPosition, ...]
     done: tuple[int, ...]
     """`positions`, `done`: plan with retests, and points recorded of each."""
     current: int
     next_item: int
     """`current`, `next_item`: next position and point; -1 if complete."""
     instruction: str
-    values: tuple[JudgedValue, ...]
-    verdict: AcceptanceVerdict | None
+    values: tuple[result.JudgedValue, ...]
+    verdict: result.AcceptanceVerdict | None
     """Verdict if finished now; None until complete."""
     retests_left: int
     needs_temperature: bool
@@ -142,9 +130,9 @@ class SessionState:
         self.begun = begun
         self.stage = Stage(begun.procedure, begun.instrument, begun.artefacts, begun.seed)
         self.plan = list(begun.plan)
-        self.taken: list[list[Observation]] = [[] for _ in self.plan]
-        self.refusals: list[RefusedPoint] = []
-        self.climate: list[ClimateReading] = []
+        self.taken: list[list[result.Observation]] = [[] for _ in self.plan]
+        self.refusals: list[result.RefusedPoint] = []
+        self.climate: list[result.ClimateReading] = []
         self.retests = 0
         self.finished: Finished | None = None
         self.abandoned: Abandoned | None = None
@@ -248,9 +236,11 @@ class SessionState:
             return ""
         return "These spots were used before, in the calibration or in this test."
 
-    def verdict(self, values: tuple[JudgedValue, ...] | None = None) -> AcceptanceVerdict:
+    def verdict(
+        self, values: tuple[result.JudgedValue, ...] | None = None
+    ) -> result.AcceptanceVerdict:
         if climate_reasons(self.stage, self.climate):
-            return AcceptanceVerdict.VOID
+            return result.AcceptanceVerdict.VOID
         judged = values_of(self.situation()) if values is None else values
         return worst_of([one.verdict for one in judged if not one.superseded])
 
@@ -297,7 +287,7 @@ class SessionState:
             abandoned=self.abandoned is not None,
         )  # fmt: skip
 
-    def record(self, number: str, chain_head: str) -> AcceptanceRecord:
+    def record(self, number: str, chain_head: str) -> result.AcceptanceRecord:
         """Return the record of a finished test; raise CalibrationError if unfinished."""
         if self.finished is None:
             raise CalibrationError(
@@ -305,16 +295,18 @@ class SessionState:
             )
         begun, values = self.begun, tuple(values_of(self.situation()))
         said = (f"Remark: {self.finished.remark}",) if self.finished.remark else ()
-        return AcceptanceRecord(
-            schema=RECORD_SCHEMA, number=number, procedure=begun.procedure,
+        return result.AcceptanceRecord(
+            schema=result.RECORD_SCHEMA, number=number, procedure=begun.procedure,
             procedure_sha256=begun.procedure_sha256, instrument=begun.instrument,
             artefacts=begun.artefacts, made_by=begun.made_by, place=begun.place,
             customer=begun.customer, condition=begun.condition, begun_utc=begun.utc,
             ended_utc=self.finished.utc, seed=begun.seed, plan=tuple(self.plan),
             notes=begun.notes + said,
-            observations=tuple(_plain(one, Observation) for many in self.taken for one in many),
-            climate=tuple(_plain(one, ClimateReading) for one in self.climate),
-            refusals=tuple(_plain(one, RefusedPoint) for one in self.refusals),
+            observations=tuple(
+                _plain(one, result.Observation) for many in self.taken for one in many
+            ),
+            climate=tuple(_plain(one, result.ClimateReading) for one in self.climate),
+            refusals=tuple(_plain(one, result.RefusedPoint) for one in self.refusals),
             values=values, quantities=quantities_of(values), retests=self.retests,
             void_reasons=tuple(climate_reasons(self.stage, self.climate)),
             verdict=self.finished.verdict, wording=begun.procedure.wording, chain_head=chain_head,

@@ -112,8 +112,8 @@ class Situation:
         item: int = 0,
         nominal: float = 0.0,
         measured: float,
-        certified: float,
-        expanded: float,
+        certified: float = 0.0,
+        expanded: float = 0.0,
     ) -> JudgedValue:
         limit = self.stage.limit(quantity).at(nominal)
         error, plan = measured - certified, self.plan[position]

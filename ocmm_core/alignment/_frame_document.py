@@ -18,7 +18,7 @@ from ocmm_core.alignment import _rules as rules
 from ocmm_core.camera import Vector3
 from ocmm_core.documents import Document, load_document, write_atomic
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.geometry import Float, RigidTransform, triple
 from ocmm_core.measuring import FrameDoubt
 
 SCHEMA = "ocmm.frame/1"
@@ -68,15 +68,15 @@ def frame_document(
     simulated: bool = False,
 ) -> FrameDocument:
     """Return its document; `control_world`: (3,), mm; `covariance`: (6, 6), rad and mm, or None."""
-    rows = [_vector(row) for row in T_frame_from_world.rotation]
+    rows = [triple(row) for row in T_frame_from_world.rotation]
     document = FrameDocument(
         name=name,
         made=made,
         source=source,
         rotation=(rows[0], rows[1], rows[2]),
-        translation=_vector(T_frame_from_world.translation),
+        translation=triple(T_frame_from_world.translation),
         control=tuple(
-            rules.ControlPoint(feature=feature, place=_vector(T_frame_from_world.apply(centre)))
+            rules.ControlPoint(feature=feature, place=triple(T_frame_from_world.apply(centre)))
             for feature, centre in control_world.items()
         ),
         covariance=() if covariance is None else tuple(map(_tuple, covariance)),
@@ -213,11 +213,6 @@ def _numbers(values: Sequence[float]) -> str:
 
 def _tuple(values: Float) -> tuple[float, ...]:
     return tuple(float(value) for value in values)
-
-
-def _vector(values: Float) -> Vector3:
-    x, y, z = (float(value) for value in values)
-    return (x, y, z)
 
 
 def saved_frame_in(rule: rules.AnyAlignment | None) -> rules.SavedFrame | None:

@@ -3,11 +3,11 @@
 In: the document of a rig; points in the world or pixels; images. Out: pixels of points, rays of
 pixels, and spots with their position, px.
 
-Read `_model` (projection with four distortion terms and its exact inverse), `_rig` (the cameras
-and the covariance of their parameters) and `_tracker` (cameras that stand for a tracker), then spot
-detection: `_spots`, `_finder`, `_windows`, `_search` and `_centroid`, all compiled through
-`_compiled`. Lengths are mm in the world frame, sensor positions px. The package is independent of
-the bus, LED names and probes.
+Read `_model` (projection with four distortion terms and its exact inverse), `_rig` (the cameras and
+the covariance of their parameters) and `_tracker` (cameras that stand for a tracker), then spot
+detection: `_finder` (also options and results), `_windows`, `_search` and `_centroid`, all compiled
+through `_compiled`. Lengths are mm in the world frame, sensor positions px. The package is
+independent of the bus, LED names and probes.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from ocmm_core.camera import _windows as windows
     from ocmm_core.camera._centroid import N_READING
     from ocmm_core.camera._compiled import compiled
-    from ocmm_core.camera._finder import NO_BLACK, FinderState, SpotFinder
+    from ocmm_core.camera._finder import (
+        NO_BLACK, FinderState, SpotBlock, SpotFinder, SpotOptions, SpotStatus, Window,
+    )  # fmt: skip
     from ocmm_core.camera._model import (
         N_PARAMETERS, PARAMETERS, CameraModel, Vector3, distort, distortion_jacobian, from_pixels,
         ideal_from_pixels, on_sensor, project, projection_jacobians, to_pixels,
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
         MAX_CAMERAS, MAX_LEDS, MAX_SLOTS, USUAL_SLOTS, CalibrationDesign, CameraEntry, Rig,
         SpotNoise, ThermalShare, camera_of, known_points_covariance, load_rig,
     )  # fmt: skip
-    from ocmm_core.camera._spots import SpotBlock, SpotOptions, SpotStatus, Window
     from ocmm_core.camera._tracker import (
         REACH_MM, MarkerModel, TrackerDocument, TrackerNoise, load_tracker,
     )  # fmt: skip

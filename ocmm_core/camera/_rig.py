@@ -29,7 +29,8 @@ MAX_LEDS = 64
 """LEDs of one body, and of all bodies tracked together."""
 
 MAX_FOCAL_SIGMA = 1e-3
-"""Relative; worse ones separate focal length and distance only by chance, not to first order."""
+"""Relative standard deviation; above it, focal length and distance are not separable to first
+order."""
 
 
 class CameraEntry(
@@ -130,12 +131,12 @@ class Rig:
     calibrate_unproven: bool = False
     """Permits calibration of cameras that cannot prove the age of their data."""
     thermal: ThermalShare | None = None
-    """Of the thermometer of the calibration; None if unknown."""
+    """Share of the thermometer of the calibration; None if unknown."""
     noise_ratios: tuple[float, ...] = ()
     """Spot noise of each camera in a job, relative to ``noise`` (`measuring.check_noise`); empty if
     as stated."""
     markers: tracker.MarkerModel | None = None
-    """Of a tracker, which its cameras stand for; None for cameras."""
+    """Markers of the tracker that the cameras represent; None for real cameras."""
     # Every kernel call needs it, and computing it takes longer than a single tip.
     _packed: Float = dataclasses.field(init=False, repr=False, compare=False)
 

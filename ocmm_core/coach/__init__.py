@@ -4,8 +4,8 @@ In: rig, probe, its pose and which camera sees which LED. Out: the ellipsoid of 
 of the probe that reduces its uncertainty, one remedy while it is lost, and the flat probe from the
 view of the inspector.
 
-Read `_turns` (position of the inspector, turns, ellipsoid, picture), `_prediction` (visible LEDs
-and the resulting U), `_advice` (the best turn, no flicker, the remedy).
+Read `_turns` (position of the inspector, turns, ellipsoid, picture, and the predicted U of the
+visible LEDs), `_advice` (the best turn, no flicker, the remedy).
 The package is independent of stations, threads and screens.
 """
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
         LEAST_LEDS, REAL_SHARE, Advice, Hint, ProbeHelp, SteadyHint, advise, help_when_lost,
         uncertainty_of,
     )  # fmt: skip
-    from ocmm_core.coach._prediction import Held, Sensitivities, covariance_of
     from ocmm_core.coach._turns import (
-        TURNS, Ellipsoid, ProbePicture, Stance, Turn, Way, ellipsoid_of, picture_of, stance_at,
+        TURNS, Ellipsoid, Held, ProbePicture, Sensitivities, Stance, Turn, Way, covariance_of,
+        ellipsoid_of, picture_of, stance_at,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)

@@ -12,16 +12,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.camera import Rig
-from ocmm_core.coach._prediction import Bool, Held, Sensitivities, common, sight_of, uncertainties
 from ocmm_core.coach._turns import (
     PAIRS,
     TURNS,
+    Bool,
+    Held,
     ProbePicture,
+    Sensitivities,
     Stance,
     Turn,
     Way,
+    common,
     picture_of,
+    sight_of,
     stance_at,
+    uncertainties,
 )
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking import ProbeBody, satisfies_rules

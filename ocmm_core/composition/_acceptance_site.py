@@ -30,7 +30,7 @@ from ocmm_core.composition._sources import (
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.fieldbus.described import age_doubts
-from ocmm_core.geometry import Float, unit
+from ocmm_core.geometry import triple, unit
 from ocmm_core.inspection.plan import load_plan
 
 SHIPPED = {
@@ -144,13 +144,13 @@ def instrument_of(
         ball_radius=probe.body.tip_radius,
         ball_sigma=probe.body.tip_radius_sigma,
         cameras=tuple(f"{camera.name} no. {camera.serial}" for camera in rig.cameras),
-        volume_min=_vector(low),
-        volume_max=_vector(high),
+        volume_min=triple(low),
+        volume_max=triple(high),
         software=build_version(),
         simulated=origin_of(source) is Origin.VIRTUAL,
         **_doubts(cameras),
         stylus=float(np.linalg.norm(probe.body.leds_probe - probe.body.tip_probe, axis=1).min()),
-        away=_vector(unit(rig.volume_world.mean(axis=0) - centres.mean(axis=0))),
+        away=triple(unit(rig.volume_world.mean(axis=0) - centres.mean(axis=0))),
     )
 
 
@@ -191,11 +191,6 @@ def earlier_use(
     return acceptance.EarlierUse(
         of_cameras, of_tip, acceptance.reserved_spots(folders) if spots else ()
     )
-
-
-def _vector(values: Float) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return x, y, z
 
 
 def require_scenes(source: str) -> None:

@@ -42,12 +42,12 @@ class SourceSpec:
     """Prefix of the name; the whole name if no value follows."""
     forms: tuple[tuple[str, str], ...]
     """Forms of the name and their meaning, one row each."""
-    takes_value: bool
+    takes_value: bool = False
     """A value follows the prefix, such as an interface or file."""
     origin: Origin
     live: bool
     """Frames arrive in real time; other sources wait for their reader."""
-    on_bus: bool
+    on_bus: bool = False
     """Frames come from a bus process that can report on its cameras."""
     recorded_as: str
     """Prefix of the name in recordings; empty for a recording, which keeps its source name."""
@@ -116,7 +116,6 @@ OWN: tuple[SourceSpec, ...] = (
                 "special rights",
             ),
         ),
-        takes_value=False,
         origin=Origin.CAMERAS,
         live=True,
         on_bus=True,
@@ -129,7 +128,6 @@ OWN: tuple[SourceSpec, ...] = (
         takes_value=True,
         origin=Origin.RECORDING,
         live=False,
-        on_bus=False,
         recorded_as="",
         make=late(_MAKERS, "recording_feed"),
     ),

@@ -104,8 +104,8 @@ def sync(computer: Computer) -> Answer:
     return red("sync.very_slow", what, remedy, **figures)
 
 
-def _measure(computer: Computer, folder: Path) -> list[float]:
-    """Return the times of synced block writes, s."""
+def _measure(computer: Computer, folder: Path) -> Iterator[float]:
+    """Yield the times of synced block writes, s."""
     try:
         descriptor, temporary = temporary_file(folder / "doctor")
     except OSError as error:
@@ -113,13 +113,12 @@ def _measure(computer: Computer, folder: Path) -> list[float]:
             f"{folder} cannot be written ({error.strerror}).",
             "Choose a folder for jobs that this user can write: --jobs",
         ) from error
-    times = []
     try:
         for _ in range(_WRITES):
             begin = time.perf_counter()
             os.write(descriptor, _BLOCK)
             computer.calls.fsync(descriptor)
-            times.append(time.perf_counter() - begin)
+            yield time.perf_counter() - begin
     except OSError as error:
         raise NotAskedError(
             f"Writing to {folder} failed ({error.strerror}).",
@@ -128,7 +127,6 @@ def _measure(computer: Computer, folder: Path) -> list[float]:
     finally:
         temporary.unlink(missing_ok=True)
         os.close(descriptor)
-    return times
 
 
 def _existing(computer: Computer, folder: Path) -> Path:

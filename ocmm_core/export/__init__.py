@@ -2,13 +2,12 @@
 
 In: an evaluated job. Out: files of a report, verified by reading back.
 
-Read `_registry` first: all formats, and the one function that writes them. `template` has the
-letterhead, `report` the data of a report and its text, JSON, workbook and PolyWorks files; `qif`
-QIF 3.0, `aqdef` Q-DAS. `_files` refuses reports of unfinished jobs, writes files atomically and
-signs them; `_batch_table` has the statistics of a batch.
-`certificate` makes certificates of the machine. `audits` verifies every kind of file that this
-program writes.
-It must not know a station or a screen. `ocmm_gui.reports` draws the PDF.
+Read `_registry` first: all formats, and the one function that writes them: it refuses reports of
+unfinished jobs, writes files atomically and signs them. `template` has the letterhead, `report` the
+data of a report and its text, JSON, workbook and PolyWorks files; `qif` QIF 3.0, `aqdef` Q-DAS;
+`_batch_table` has the statistics of a batch. `certificate` makes certificates of the machine.
+`audits` verifies every kind of file that this program writes. It must not know a station or a
+screen. `ocmm_gui.reports` draws the PDF.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -16,13 +15,10 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
     from ocmm_core.export._batch_table import BATCH_COLUMNS, batch_table
-    from ocmm_core.export._files import (
-        ENDING, ReportSealFound, check_report_seal, missing_of, missing_words, require_complete,
-        write_together,
-    )  # fmt: skip
     from ocmm_core.export._registry import (
-        ALL, DEFAULT_FORMAT, EXPORTERS, FORMATS, PDF, chosen_formats, preview, preview_text,
-        write_report,
+        ALL, DEFAULT_FORMAT, ENDING, EXPORTERS, FORMATS, PDF, ReportSealFound, check_report_seal,
+        chosen_formats, missing_of, missing_words, preview, preview_text, require_complete,
+        write_report, write_together,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)

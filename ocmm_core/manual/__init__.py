@@ -3,9 +3,8 @@
 In: a folder of Markdown documents, and a language. Out: chapters in reading order, sections by
 their anchors, and search hits, best first.
 
-Read `_document` first (documents, sections and anchors), then `_manual` (all documents, links) and
-`_search` (ranking).
-The window shows it.
+Read `_document` first (documents, sections and anchors), then `_manual` (all documents, links,
+and the ranking of a search). The window shows it.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -15,9 +14,9 @@ if TYPE_CHECKING:
         ENGLISH, Chapter, ManualPart, ManualSection, anchors_of, mark_of,
     )  # fmt: skip
     from ocmm_core.manual._manual import (
-        Manual, Place, changes_since, load_manual, manual_folder, shipped_text,
+        Manual, ManualHit, Place, changes_since, load_manual, manual_folder, search_words,
+        shipped_text, word_fits,
     )  # fmt: skip
-    from ocmm_core.manual._search import ManualHit, search_words, word_fits
 else:
     __getattr__ = door(__name__)
 

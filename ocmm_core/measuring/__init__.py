@@ -7,8 +7,8 @@ factors.
 Read `_trigger` (detection of a point), `_stable_point` (from a window of frames to one ball
 centre), `_untimed` (cameras that do not prove when they expose), `_point` (its record),
 `_compensation` (the touched side), `_temperature`, then `_contributions` (effect of each error on
-all points) with `_factors`, `_pattern_field` and `_rows` (its storage). `_probe_report` and
-`_probe_budget` predict it before measuring. The package is independent of features and plans.
+all points) with `_factors`, `_pattern_field` and `_rows` (its storage). `_probe_report`
+predicts it before measuring. The package is independent of features and plans.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
         point_uncertainty, root_of, systematic_covariance,
     )  # fmt: skip
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
-    from ocmm_core.measuring._probe_budget import BudgetTerm, colour_at, map_range
     from ocmm_core.measuring._probe_report import (
-        Examination, Mechanics, ProbeReport, examine, label_verdict, label_words, mechanics_words,
+        BudgetTerm, Examination, Mechanics, ProbeReport, colour_at, examine, label_verdict,
+        label_words, map_range, mechanics_words,
     )  # fmt: skip
     from ocmm_core.measuring._rows import Rows
     from ocmm_core.measuring._stable_point import (

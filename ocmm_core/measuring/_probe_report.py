@@ -2,36 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.probe_design import (
-    Postures,
-    ProbeDesign,
-    TipMap,
-    TipNumber,
-    View,
-    WrongLabels,
-    bow_shape,
-    compression,
-    force_shapes,
-    growth_shape,
-    sag,
-    sag_shape,
-    side_load,
-    tilt_map,
-    tip_number,
-    tip_shift,
-    upright_shortening,
-    volume_map,
-    wrong_labels,
-)
+from ocmm_core.calibration import probe_design
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_core.measuring._probe_budget import BudgetTerm, budget_of
-from ocmm_core.tracking import ProbeBody
+from ocmm_core.measuring._factors import systematic_covariance
+from ocmm_core.tracking import ProbeBody, TipSensitivity, tip_sensitivities
 
 _UM, _NM = 1e3, 1e6
 
@@ -43,7 +23,7 @@ Step = Callable[[str, float], None]
 class Examination:
     """Options of the examination."""
 
-    postures: Postures
+    postures: probe_design.Postures
     sigma_px: float = 0.0105
     """Noise of an averaged spot."""
     poses: int = 4000
@@ -96,11 +76,11 @@ class ProbeReport:
     rig: str
     n_leds: int
     examination: Examination
-    number: TipNumber
+    number: probe_design.TipNumber
     """Tip error from spot noise alone."""
-    maps: tuple[TipMap, ...]
+    maps: tuple[probe_design.TipMap, ...]
     """Over tilt, and over the volume from above and from the front."""
-    labels: tuple[WrongLabels, ...]
+    labels: tuple[probe_design.WrongLabels, ...]
     """Nearest wrong labelling with all LEDs, then with each of them hidden."""
     coded: bool
     """A strobe code identifies the LEDs, independent of their positions."""
@@ -113,21 +93,21 @@ class ProbeReport:
 def examine(
     rig: Rig,
     body: ProbeBody,
-    design: ProbeDesign | None,
+    design: probe_design.ProbeDesign | None,
     asked: Examination,
     step: Step = lambda what, share: None,
 ) -> ProbeReport:
     """Return the prediction for a probe seen by a rig; takes a few seconds."""
-    view = View(rig, body, asked.sigma_px, asked.everything_seen)
+    view = probe_design.View(rig, body, asked.sigma_px, asked.everything_seen)
     step("Number", 0.0)
-    number = tip_number(view, asked.postures, asked.poses, asked.seed)
+    number = probe_design.tip_number(view, asked.postures, asked.poses, asked.seed)
     step("Map of the tilt", 0.1)
-    maps = [tilt_map(view, asked.postures, asked.cells, asked.seed)]
+    maps = [probe_design.tilt_map(view, asked.postures, asked.cells, asked.seed)]
     for top in (True, False):
         step("Map of the volume", 0.3 if top else 0.5)
-        maps.append(volume_map(view, asked.postures, asked.cells, asked.seed, top=top))
+        maps.append(probe_design.volume_map(view, asked.postures, asked.cells, asked.seed, top=top))
     step("Labels", 0.7)
-    labels = wrong_labels(body)
+    labels = probe_design.wrong_labels(body)
     step("Budget", 0.9)
     return ProbeReport(
         probe=body.name,
@@ -143,24 +123,26 @@ def examine(
     )
 
 
-def mechanics_of(design: ProbeDesign, body: ProbeBody) -> Mechanics:
+def mechanics_of(design: probe_design.ProbeDesign, body: ProbeBody) -> Mechanics:
     """Return growth and bending of a design."""
-    level = sag(design.beam, (0.0, design.handle_mm))
-    pushed = side_load(design.beam, design.handle_mm)
-    along_panel = side_load(design.beam, design.handle_mm, stiff=True)
-    forces = force_shapes(design, body) @ design.soft_probe
+    level = probe_design.sag(design.beam, (0.0, design.handle_mm))
+    pushed = probe_design.side_load(design.beam, design.handle_mm)
+    along_panel = probe_design.side_load(design.beam, design.handle_mm, stiff=True)
+    forces = probe_design.force_shapes(design, body) @ design.soft_probe
     return Mechanics(
         growth_um_per_k=_UM * design.chain.growth_per_k,
-        tip_um_per_k=_UM * _length(tip_shift(body, growth_shape(design, body))),
-        bow_um_per_k=_UM * _length(tip_shift(body, bow_shape(design, body))),
+        tip_um_per_k=_UM
+        * _length(probe_design.tip_shift(body, probe_design.growth_shape(design, body))),
+        bow_um_per_k=_UM
+        * _length(probe_design.tip_shift(body, probe_design.bow_shape(design, body))),
         weight_n=design.beam.weight,
         reactions_n=(level.reactions[0], level.reactions[1]),
-        sag_nm=_NM * _length(tip_shift(body, sag_shape(design, body))),
+        sag_nm=_NM * _length(probe_design.tip_shift(body, probe_design.sag_shape(design, body))),
         side_nm_per_n=_NM * float(pushed.deflection_mm[0]),
         side_stiff_nm_per_n=_NM * float(along_panel.deflection_mm[0]),
-        axial_nm_per_n=_NM * compression(design.beam, 0.0, design.handle_mm),
-        tip_nm_per_n=_NM * _length(tip_shift(body, forces)),
-        upright_nm=_NM * upright_shortening(design.beam),
+        axial_nm_per_n=_NM * probe_design.compression(design.beam, 0.0, design.handle_mm),
+        tip_nm_per_n=_NM * _length(probe_design.tip_shift(body, forces)),
+        upright_nm=_NM * probe_design.upright_shortening(design.beam),
         x_mm=level.x_mm,
         sag_line_nm=_NM * level.deflection_mm,
         side_line_nm=_NM * pushed.deflection_mm,
@@ -175,7 +157,7 @@ def _length(vector: Float) -> float:
     return float(np.linalg.norm(vector))
 
 
-def label_words(item: WrongLabels) -> str:
+def label_words(item: probe_design.WrongLabels) -> str:
     """Return the sentence for one case of labels."""
     case = "All LEDs seen" if not item.hidden else f"LED {item.hidden} hidden"
     found = item.ambiguity
@@ -188,7 +170,7 @@ def label_words(item: WrongLabels) -> str:
     )
 
 
-def label_verdict(labels: tuple[WrongLabels, ...], *, coded: bool) -> str:
+def label_verdict(labels: tuple[probe_design.WrongLabels, ...], *, coded: bool) -> str:
     """Return whether the LEDs can be confused."""
     if coded:
         return "The strobe code identifies the LEDs independently of their positions."
@@ -216,3 +198,142 @@ def mechanics_words(found: Mechanics) -> tuple[str, ...]:
         f"Force along the probe: {found.axial_nm_per_n:.1f} nm/N. Standing on its ball it is "
         f"{found.upright_nm:.1f} nm shorter.",
     )
+
+
+_POSES = 60
+_WINDOW_FRAMES = 2000
+"""A quarter of a second at 8 kHz."""
+_KNOWN_SIGMA_K = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetTerm:
+    """One error source of a point: name, standard uncertainty in space, µm, and basis."""
+
+    name: str
+    sigma_um: float
+    rests_on: str
+
+
+def budget_of(
+    view: probe_design.View,
+    design: probe_design.ProbeDesign | None,
+    postures: probe_design.Postures,
+    seed: int,
+) -> tuple[BudgetTerm, ...]:
+    """Return error sources of a point, RMS over the postures, propagated as in `_factors`."""
+    rig, body = view.rig, view.body
+    found = _sensitivities(view, postures, seed)
+    if not found:
+        return ()
+    bare_rig = replace(rig, parameter_covariance=np.zeros_like(rig.parameter_covariance))
+    bare_body = replace(body, geometry_covariance=np.zeros_like(body.geometry_covariance))
+    white = rig.noise.white_px / np.sqrt(_WINDOW_FRAMES)
+
+    def by_geometry(covariance: Float) -> float:
+        return _rms([item.by_geometry @ covariance @ item.by_geometry.T for item in found])
+
+    terms = [
+        BudgetTerm(
+            "Noise of the spots",
+            _rms([white**2 * _squares(item) for item in found]),
+            f"{rig.noise.white_px:g} px a frame, {_WINDOW_FRAMES} frames a point",
+        ),
+        BudgetTerm(
+            "Pattern of the sensors",
+            _rms([systematic_covariance([item], bare_rig, bare_body) for item in found]),
+            f"{rig.noise.pattern_px:g} px, fixed on the sensor",
+        ),
+        BudgetTerm(
+            "Calibration of the cameras",
+            _rms(
+                [item.by_cameras @ rig.parameter_covariance @ item.by_cameras.T for item in found]
+            ),
+            "covariance of the rig document",
+        ),
+        BudgetTerm(
+            "Calibration of the probe",
+            by_geometry(body.geometry_covariance),
+            "covariance of LEDs and tip",
+        ),
+    ]
+    if design is None:
+        return tuple(terms)
+    growth = probe_design.growth_shape(design, body)
+    weight = probe_design.sag_shape(design, body)
+    forces = probe_design.force_shapes(design, body)
+    sure = probe_design.Temperature(
+        probe_design.REFERENCE_C + design.temperature_range_k, _KNOWN_SIGMA_K, ""
+    )
+    made = probe_design.Temperature(probe_design.REFERENCE_C, _KNOWN_SIGMA_K, "")
+    used = probe_design.body_in_use(
+        bare_body, design, probe_design.TemperatureState(sure, made, compensated=True)
+    )
+    left = used.geometry_covariance - np.outer(weight, weight) / 3.0
+    free = design.temperature_range_k**2 / 3.0 * np.outer(growth, growth)
+    force = design.contact_force_n**2 / 9.0 * forces @ forces.T
+    return (
+        *terms,
+        BudgetTerm(
+            "Temperature of the probe, not measured",
+            by_geometry(free),
+            f"within ±{design.temperature_range_k:g} K of its calibration",
+        ),
+        BudgetTerm(
+            "Temperature of the probe, compensated",
+            by_geometry(left),
+            f"instead: {design.temperature_range_k:g} K warmer, known to ±{_KNOWN_SIGMA_K:g} K",
+        ),
+        BudgetTerm(
+            "Weight of the probe", by_geometry(np.outer(weight, weight) / 3.0), "any attitude"
+        ),
+        BudgetTerm(
+            "Force of the hand",
+            by_geometry(force),
+            f"0 to {design.contact_force_n:g} N from any side",
+        ),
+    )
+
+
+def _sensitivities(
+    view: probe_design.View, postures: probe_design.Postures, seed: int
+) -> tuple[TipSensitivity, ...]:
+    rotations, tips = postures.draw(_POSES, np.random.default_rng(seed))
+    good = np.isfinite(view.covariance(rotations, tips)[:, 0, 0])
+    if not good.any():
+        return ()
+    return tip_sensitivities(view.spots(rotations, tips)[good], view.rig, view.body)
+
+
+def _squares(item: TipSensitivity) -> Float:
+    by_spots = item.by_spots.reshape(3, -1)
+    squares: Float = by_spots @ by_spots.T
+    return squares
+
+
+def _rms(covariances: list[Float]) -> float:
+    return _UM * float(np.sqrt(np.mean([np.trace(each) for each in covariances])))
+
+
+_SCALE = np.array(
+    [(68, 1, 84), (65, 68, 135), (42, 120, 142), (34, 168, 132), (122, 209, 81), (253, 231, 37)]
+)
+"""Dark is good, bright is bad; readable without colours, too."""
+
+
+def colour_at(share: float) -> str:
+    """Return the colour of a share from 0 to 1 of the scale, ``#rrggbb``."""
+    place = min(max(share, 0.0), 1.0) * (len(_SCALE) - 1)
+    low = min(int(place), len(_SCALE) - 2)
+    mixed = _SCALE[low] + (place - low) * (_SCALE[low + 1] - _SCALE[low])
+    return "#" + "".join(f"{round(float(part)):02x}" for part in mixed)
+
+
+def map_range(maps: Sequence[probe_design.TipMap]) -> tuple[float, float]:
+    """Return smallest and largest value of maps that share a scale, µm."""
+    values = np.concatenate([item.space_um.ravel() for item in maps])
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return 0.0, 1.0
+    low, high = float(known.min()), float(known.max())
+    return low, max(high, low + 1e-3)

@@ -26,8 +26,7 @@ if TYPE_CHECKING:
         Reports, StationJob, drop_job_without_points, free_path, give_back,
     )  # fmt: skip
     from ocmm_core.station._job_change import JobChange
-    from ocmm_core.station._looks import Looks
-    from ocmm_core.station._maintenance import StationMaintenance
+    from ocmm_core.station._looks import Looks, StationMaintenance
     from ocmm_core.station._service import ServiceSpec, ServiceState, StationService, start_service
     from ocmm_core.station._station import MeasuringStation, StationOptions
 else:

@@ -16,7 +16,7 @@ from ocmm_core.measuring import PointOptions, Refusal, Touch, TouchCollector
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._live import LiveState
-from ocmm_core.station._maintenance import StationMaintenance
+from ocmm_core.station._looks import StationMaintenance
 from ocmm_core.station._name_watch import JOB
 from ocmm_core.station._open_job import CurrentJob, Gear
 from ocmm_core.station.stream import ButtonWatch

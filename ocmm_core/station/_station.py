@@ -33,8 +33,7 @@ from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._job import Reports, StationJob
 from ocmm_core.station._job_change import JobChange
 from ocmm_core.station._live import LiveState
-from ocmm_core.station._looks import Looks
-from ocmm_core.station._maintenance import StationMaintenance
+from ocmm_core.station._looks import Looks, StationMaintenance
 from ocmm_core.station._name_watch import HISTORY, JOB, PROBE, NameWatch, RoomWatch
 from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse, open_job
 from ocmm_core.station._probe_watch import PAUSE

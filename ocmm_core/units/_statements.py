@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ocmm_core.units._unit import MeasureUnit, find_unit
@@ -142,8 +143,8 @@ def _statement(text: str) -> UnitStatement | None:
     return None
 
 
-def units_of_name(name: str) -> list[UnitStatement]:
-    """Return the units of length in the name of a file: ``bore_inch.csv``, ``scan-in.xyz``.
+def units_of_name(name: str) -> Iterator[UnitStatement]:
+    """Yield the units of length in the name of a file: ``bore_inch.csv``, ``scan-in.xyz``.
 
     A number with its unit, such as ``ball_1inch.csv``, may be a size: it is a mention.
     """
@@ -152,14 +153,12 @@ def units_of_name(name: str) -> list[UnitStatement]:
     words = [(one["word"].casefold(), one["count"] is not None) for one in parts]
     while len(words) > 1 and words[-1][0] in _VERSIONS:
         words.pop()
-    found = []
     for place, (word, is_size) in enumerate([*words, (suffix.casefold(), False)]):
         inch = None if word in _OTHER_WORDS else _FUSED.search(word)
         is_open = word in _SHORT and (is_size or not 0 < place == len(words) - 1)
         unit = None if is_open else find_unit("inch" if inch else word, "length")
         if unit is not None:
-            found.append(UnitStatement(word, unit, is_mention=is_size))
-    return found
+            yield UnitStatement(word, unit, is_mention=is_size)
 
 
 def heading_unit(cell: str) -> tuple[str, str]:

@@ -1,10 +1,9 @@
-"""Which sentence was said, and how another language says it.
+"""Translation of the core's finished English sentences.
 
-The core raises some nine hundred errors, and says reasons, steps and warnings, as finished English
-sentences: they are what logs and files hold. So a sentence is recognised afterwards, by the
-catalogue that `docs/make_core_texts.py` collects from the sources, and what was filled in is copied
-into the sentence of the other language, character by character. Where there is any doubt what was
-said, the English sentence stays (decision 47).
+Errors, reasons, steps and warnings are complete English sentences, as logs and files contain them.
+They are recognised by the catalogue that `docs/make_core_texts.py` collects from the sources;
+values are copied into the translated sentence character by character. An ambiguous sentence stays
+English (decision 47).
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from ocmm_core.wording._pattern import KNOWN_WORD, NUMBER, SENTENCE, WORD, Patte
 
 ENGLISH = "en"
 LANGUAGES = (ENGLISH, "de")
-"""In which the core speaks; the first is that of the sources."""
+"""Languages of the core; the first is that of the sources."""
 
 _VARIABLE = "OCMM_LANGUAGE"
 
@@ -32,8 +31,8 @@ _VARIABLE = "OCMM_LANGUAGE"
 def language_of(environment: Mapping[str, str], chosen: str = "") -> str:
     """Return the language: OCMM_LANGUAGE, else the setting ``chosen``, else the system's.
 
-    Of the system's ``LC_ALL``, ``LC_MESSAGES`` and ``LANG`` in ``environment`` the first that is
-    set counts, as everywhere (POSIX.1-2017, 8.2).
+    The language of the system is the first of ``LC_ALL``, ``LC_MESSAGES`` and ``LANG`` that is set
+    in ``environment`` (POSIX.1-2017, 8.2).
     """
     system = next(
         (found for name in ("LC_ALL", "LC_MESSAGES", "LANG") if (found := environment.get(name))),
@@ -71,7 +70,7 @@ class _English(msgspec.Struct, frozen=True):
 
 
 class _Shown(msgspec.Struct, frozen=True):
-    """The catalogue of a language; empty where something is not translated yet."""
+    """Catalogue of a language; sentences without a translation are empty."""
 
     sentences: dict[str, str]
     words: dict[str, str]
@@ -79,7 +78,7 @@ class _Shown(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class _Known:
-    """A sentence with what it is in another language."""
+    """A sentence and its translation."""
 
     said: Pattern
     shown: Pattern
@@ -87,12 +86,11 @@ class _Known:
 
 
 class Translation:
-    """All sentences of the core, in another language.
+    """All sentences of the core in another language.
 
     ``sentences``: English and translated templates; a template without a translation stays English.
     ``words`` of enumerations and registries; ``codes`` of the errors that use a template;
-    ``comma``: numbers that the program formatted get a comma before their decimals; nothing else
-    does.
+    ``comma``: numbers formatted by the program, and no others, get a decimal comma.
     """
 
     def __init__(
@@ -155,14 +153,14 @@ class Translation:
         return found or ", ".join(map(self.word, text.split(", ")) if ", " in text else [text])
 
     def _of(self, text: str, code: str, depth: int) -> str | None:
-        """Return a text in this language; None where it is not known."""
+        """Return a text in this language; None if it is not in the catalogue."""
         if not _LETTERS.search(text):
             return text
         whole = self._sentence(text, code, depth)
         return whole if whole is not None or depth else self._pieces(text, code)
 
     def _sentence(self, text: str, code: str, depth: int) -> str | None:
-        """Return one sentence in this language; None where it is unknown or in doubt."""
+        """Return one sentence in this language; None if unknown to the catalogue, or ambiguous."""
         if text in self._plain:
             return self._plain[text]
         found = [(known, known.said.fillings(text)) for known in self._candidates(text, depth)]
@@ -180,7 +178,7 @@ class Translation:
         return shown.pop() if len(shown) == 1 else None
 
     def _may_be(self, pattern: Pattern, ways: Sequence[Sequence[str]]) -> bool:
-        """Return whether one of the fillings has no sentence where a name should be."""
+        """Return whether a match has no sentence in place of a name."""
         return any(
             not any(
                 mark != SENTENCE and _SAYS_SOMETHING.search(value) and self.word(value) == value
@@ -190,7 +188,7 @@ class Translation:
         )
 
     def _before_another(self, text: str, code: str, depth: int) -> str | None:
-        """Return what leads to the next sentence: ``PART CONFORMS:``."""
+        """Return the lead-in of another sentence, such as ``PART CONFORMS:``."""
         if text[-1:] not in _BEFORE_A_SENTENCE:
             return None
         before = text[:-1]
@@ -217,30 +215,30 @@ class Translation:
             elif mark == SENTENCE:
                 inner = self._inner(value, depth + 1)
             elif _SAYS_SOMETHING.search(value):
-                inner = None  # it holds a sentence, which nobody filled in by itself
+                inner = None  # a sentence in place of a value
             if inner is None:
                 return None
             filled[name] = inner
         return known.shown.filled(filled)
 
     def _inner(self, text: str, depth: int) -> str | None:
-        """Return a sentence within another; one that is not known makes the whole unknown."""
+        """Return a sentence within another; None if it is not in the catalogue."""
         if depth > _DEEPEST:
             return None
         found = self._words.get(text) or self._of(text, "", depth)
         if found is None and (ended := self._plain.get(f"{text}.")) is not None:
             found = ended.removesuffix(".")
-        # Names and numbers alone are no sentence.
+        # Names and numbers alone are not a sentence.
         return found if found is not None or _LOWER_WORDS.search(text) else text
 
     def _pieces(self, text: str, code: str) -> str | None:
-        """Return several sentences in this language; None unless all of them are known."""
+        """Return several sentences in this language; None unless all are in the catalogue."""
         ends = [match.span() for match in _END_OF_SENTENCE.finditer(text)]
         if not ends or len(ends) > _MOST_PIECES:
             return None
         starts = [0, *(stop for _, stop in ends)]
         stops = [*(start for start, _ in ends), len(text)]
-        # From the last: what follows a place is known, or it is not.
+        # Backwards, so that the translation of the rest is available at every place.
         rest: list[str | None] = [None] * len(starts) + [""]
         for first in reversed(range(len(starts))):
             for last in reversed(range(first, len(stops))):
@@ -256,7 +254,7 @@ class Translation:
 
 
 def _whole_words(pattern: Pattern) -> set[str]:
-    """Return the words of a sentence that nothing filled in can touch."""
+    """Return the whole words of a template, which values cannot extend."""
     found = set()
     for at, literal in enumerate(pattern.literals):
         for match in _LETTERS.finditer(literal):
@@ -294,7 +292,7 @@ def _read(name: str, kind: type[C]) -> C:
 
 
 def in_language(error: OcmmError, language: str) -> tuple[str, str]:
-    """Return what is wrong and what to do, in a language; English where a sentence is not known."""
+    """Return fault and remedy of an error in a language; unknown sentences stay English."""
     if language == ENGLISH:
         return error.what, error.remedy
     translation = load_translation(language)
@@ -302,22 +300,22 @@ def in_language(error: OcmmError, language: str) -> tuple[str, str]:
 
 
 def with_comma(number: str) -> str:
-    """Return a number as it is written with a comma before its decimals; blanks part thousands."""
+    """Return a number with a decimal comma and narrow spaces between thousands."""
     return _POINT.sub(",", number.replace(",", "\N{NARROW NO-BREAK SPACE}"))
 
 
 @dataclass(frozen=True, slots=True)
 class Speech:
-    """Texts of a report, in its language; English is what the sources say.
+    """Texts of a report in its language.
 
-    Names of people, parts and features go past it: only what the program says is translated.
+    Only texts of the program are translated, not the names of people, parts and features.
     """
 
     language: str = ENGLISH
     """One of `LANGUAGES`."""
 
     def say(self, text: str) -> str:
-        """Return sentences of the program; English where one of them is not known."""
+        """Return sentences of the program; lines with an unknown sentence stay English."""
         if self.language == ENGLISH:
             return text
         told = self._told()
@@ -340,7 +338,7 @@ class Speech:
 
 
 def _line(told: Translation, text: str) -> str:
-    """Return a word and a sentence, or a sentence with or without the full stop of a paper."""
+    """Return a word and a sentence, or a sentence with or without the full stop of a report."""
     head, _, rest = text.partition(": ")
     if told.word(head) != head and told.of(rest) != rest:
         return f"{told.word(head)}: {told.of(rest)}"

@@ -9,33 +9,10 @@ from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.errors import InputError
 from ocmm_core.typed_numbers import PARTS, REFERENCE, SEED, TRIALS
+from ocmm_gui import kit
 from ocmm_gui.acceptance import _study_work as study_work
 from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
-from ocmm_gui.kit import (
-    ActionInfo,
-    FitText,
-    FormField,
-    Mark,
-    NumberTable,
-    PathPanel,
-    Theme,
-    Themed,
-    caption,
-    fill,
-    form_field,
-    hbox,
-    later,
-    localised,
-    mark_colour,
-    panel,
-    read_number,
-    said,
-    sentence_label,
-    text_font,
-    tr,
-    tr_all,
-    vbox,
-)
+from ocmm_gui.kit import ActionInfo, later, said, tr, tr_all
 from ocmm_gui.wizards.pages import PlotTabs
 from ocmm_gui.work import WorkSheet
 from ocmm_shop import studies
@@ -68,7 +45,7 @@ COLUMNS = (
     (later("Own U"), later("Scatter found over the uncertainty that is stated")),
     (later("Verdict"), later("AIAG: 10 and 30 %, ndc 5")),
 )
-MARKS = {"good": Mark.GOOD, "conditional": Mark.DOUBT, "not acceptable": Mark.BAD}
+MARKS = {"good": kit.Mark.GOOD, "conditional": kit.Mark.DOUBT, "not acceptable": kit.Mark.BAD}
 
 
 def row_words(one: studies.CharacteristicStudy) -> tuple[str, ...]:
@@ -79,31 +56,33 @@ def row_words(one: studies.CharacteristicStudy) -> tuple[str, ...]:
     tolerance = study.tolerance_percent
     return (
         one.name,
-        localised(f"{1e3 * study.grr:.2f} ({1e3 * study.grr_low:.2f}–{1e3 * study.grr_high:.2f})"),
-        localised(f"{study.study_percent:.1f}"),
-        "–" if tolerance is None else localised(f"{tolerance:.1f}"),
+        kit.localised(
+            f"{1e3 * study.grr:.2f} ({1e3 * study.grr_low:.2f}–{1e3 * study.grr_high:.2f})"
+        ),
+        kit.localised(f"{study.study_percent:.1f}"),
+        "–" if tolerance is None else kit.localised(f"{tolerance:.1f}"),
         str(study.ndc),
-        "–" if one.stated is None else localised(f"{one.stated.pooled:.2f}"),
+        "–" if one.stated is None else kit.localised(f"{one.stated.pooled:.2f}"),
         study.word,
     )
 
 
-def fields_of_study(fields: dict[str, FormField]) -> QGridLayout:
+def fields_of_study(fields: dict[str, kit.FormField]) -> QGridLayout:
     """Return the form of a new study, and add its fields to ``fields`` by key."""
     form = QGridLayout()
     form.setHorizontalSpacing(10)
     for index, (key, label, tip, proposal) in enumerate(FIELDS):
-        field = form_field(tr(label), tr(tip), proposal)
+        field = kit.form_field(tr(label), tr(tip), proposal)
         field.setObjectName(key)
         field.setAccessibleDescription(tr(tip))
         fields[key] = field
         row, column = divmod(index, 3)
-        form.addWidget(caption(tr(label), field), row, 2 * column)
+        form.addWidget(kit.caption(tr(label), field), row, 2 * column)
         form.addWidget(field, row, 2 * column + 1)
     return form
 
 
-class StudySheet(Themed, WorkSheet):
+class StudySheet(kit.Themed, WorkSheet):
     """Plan, progress, table and plots; record folders None are those of this user."""
 
     def __init__(
@@ -115,21 +94,21 @@ class StudySheet(Themed, WorkSheet):
         self._jobs: Path | None = None
         self._report: studies.StudyReport | None = None
         self._type1: study_work.TypeOneStudy | None = None
-        self.fields: dict[str, FormField] = {}
-        self.store = PathPanel(
+        self.fields: dict[str, kit.FormField] = {}
+        self.store = kit.PathPanel(
             tr("Store the plan in the file"), tr("File of the plan"), tr("Store")
         )
-        self.file = PathPanel(tr("Open the plan"), tr("File of the plan"), tr("Open"))
-        self.where = PathPanel(tr("Jobs of the study in"), tr("Folder of the jobs"), tr("Use"))
+        self.file = kit.PathPanel(tr("Open the plan"), tr("File of the plan"), tr("Open"))
+        self.where = kit.PathPanel(tr("Jobs of the study in"), tr("Folder of the jobs"), tr("Use"))
         self.store.given.connect(self.draw)
         self.file.given.connect(self.open_plan)
         self.where.given.connect(self.use_jobs)
-        self.word = FitText(tr("Verdict"), limit=30)
+        self.word = kit.FitText(tr("Verdict"), limit=30)
         self.word.setFixedHeight(40)
-        self.progress = sentence_label(tr("Progress of the study"), 16)
-        self.message = sentence_label(tr("What is to be told of the study"), 14)
-        self.table = NumberTable(
-            tr("Characteristics"), tr_all(COLUMNS), whole=False, font=text_font(14)
+        self.progress = kit.sentence_label(tr("Progress of the study"), 16)
+        self.message = kit.sentence_label(tr("What is to be told of the study"), 14)
+        self.table = kit.NumberTable(
+            tr("Characteristics"), tr_all(COLUMNS), whole=False, font=kit.text_font(14)
         )
         self.table.itemSelectionChanged.connect(self._show_characteristic)
         self.components, self.operators, self.run = ComponentsPlot(), OperatorsPlot(), RunPlot()
@@ -162,15 +141,15 @@ class StudySheet(Themed, WorkSheet):
         """Draw a random plan and store it in a new file."""
 
         def drawn() -> studies.StudyPlan:
-            count = int(read_number(PARTS, self._text("parts")))
+            count = int(kit.read_number(PARTS, self._text("parts")))
             names = [f"{number + 1:0{len(str(count))}}" for number in range(count)]
             operators = [one.strip() for one in self._text("operators").split(",")]
             plan = studies.plan_study(
                 self._text("name"),
                 names,
                 operators,
-                int(read_number(TRIALS, self._text("trials"))),
-                int(read_number(SEED, self._text("seed"))),
+                int(kit.read_number(TRIALS, self._text("trials"))),
+                int(kit.read_number(SEED, self._text("seed"))),
             )
             studies.store_plan(path, plan)
             return plan
@@ -203,7 +182,7 @@ class StudySheet(Themed, WorkSheet):
 
     def analyse_one(self) -> None:
         """Compute Cg and Cgk of the selected characteristic."""
-        reference = self.attempt(lambda: read_number(REFERENCE, self._text("reference")))
+        reference = self.attempt(lambda: kit.read_number(REFERENCE, self._text("reference")))
         if reference is not None:
             row, name = self.table.currentRow(), ""
             if self._report is not None and row >= 0:
@@ -211,7 +190,7 @@ class StudySheet(Themed, WorkSheet):
             work = study_work.TypeOneTask(self._folder(), name, reference, *self._records)
             self._begin(tr("Analysing"), work)
 
-    def set_theme(self, theme: Theme) -> None:
+    def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
         self._show_characteristic()
 
@@ -253,9 +232,9 @@ class StudySheet(Themed, WorkSheet):
                     width=answer.study.least_tolerance,
                 )
             )  # fmt: skip
-            mark = Mark.GOOD if answer.study.capable else Mark.BAD
+            mark = kit.Mark.GOOD if answer.study.capable else kit.Mark.BAD
             word = tr("CAPABLE") if answer.study.capable else tr("NOT CAPABLE")
-            self.word.show_text(word, mark_colour(self._theme, mark), mark)
+            self.word.show_text(word, kit.mark_colour(self._theme, mark), mark)
 
     def _show_progress(self, progress: study_work.StudyProgress) -> None:
         plan, following = self._plan, progress.following
@@ -306,8 +285,8 @@ class StudySheet(Themed, WorkSheet):
         stated = one.stated.message if one.stated is not None else ""
         self.message.setText(" ".join(map(said, filter(None, (one.why_not, stated)))))
         word = one.study.word if one.study is not None else tr("NO STUDY")
-        mark = MARKS.get(word, Mark.DOUBT)
-        self.word.show_text(word.upper(), mark_colour(self._theme, mark), mark)
+        mark = MARKS.get(word, kit.Mark.DOUBT)
+        self.word.show_text(word.upper(), kit.mark_colour(self._theme, mark), mark)
 
     def _required(self) -> studies.StudyPlan | None:
         if self._plan is None:
@@ -326,9 +305,11 @@ class StudySheet(Themed, WorkSheet):
     def _lay_out(self) -> None:
         for widget in (self.store, self.file, self.where, self.working):
             self.body.addWidget(widget)
-        fill(self.body, panel(fields_of_study(self.fields)), self.progress)
-        left = vbox(self.word, (self.table, 1), self.message)
+        kit.fill(self.body, kit.panel(fields_of_study(self.fields)), self.progress)
+        left = kit.vbox(self.word, (self.table, 1), self.message)
         holder = QWidget()
         left.setContentsMargins(0, 0, 0, 0)
         holder.setLayout(left)
-        self.body.addLayout(hbox((holder, 1), (panel(vbox(self.tabs)), 1), spacing=8), 1)
+        self.body.addLayout(
+            kit.hbox((holder, 1), (kit.panel(kit.vbox(self.tabs)), 1), spacing=8), 1
+        )

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         outlier_count, outlier_words, progress_word, quantity, reference_led_name, reference_words,
         seen_cameras, seen_targets, shape_word, slot_names, step_text, trouble, verdict_line,
     )  # fmt: skip
-    from ocmm_gui.kit._narrow import FitText, HintField, NarrowButton, NarrowItems, fits, is_longer
+    from ocmm_gui.kit._narrow import FitText, HintField, NarrowButton, NarrowItems, is_longer
     from ocmm_gui.kit._notify import (
         PROCEDURE, Banner, ErrorHooks, Level, Notice, NoticeCentre, NoticeWindow,
     )  # fmt: skip
@@ -76,7 +76,7 @@ __all__ = [
     "basis_words", "bind_actions", "caption", "characteristics_of", "chosen_language",
     "conflict_of", "counted_line", "day_words", "digit_font", "distance_words", "dress",
     "dress_application", "dressed", "dropped_file", "far_type", "feature_mark", "feature_title",
-    "field_length", "fill", "fits", "fitted", "form_field", "form_words", "has_failed", "hbox",
+    "field_length", "fill", "fitted", "form_field", "form_words", "has_failed", "hbox",
     "header_words", "ink", "is_ambiguous", "is_held", "is_longer", "key_words", "kind_value",
     "language_file", "language_in_use", "large_button", "later", "led_name", "length_number",
     "length_of_field", "length_words", "limit_words", "list_step", "literal", "localised",

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import PurePath
-from typing import Protocol, runtime_checkable
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPalette
@@ -23,7 +22,6 @@ from PySide6.QtWidgets import (
     QStyleOptionFrame,
     QStyleOptionViewItem,
     QStylePainter,
-    QWidget,
 )
 
 from ocmm_gui.kit._language import LANGUAGES, language_in_use
@@ -247,23 +245,6 @@ class HintField(QLineEdit):
         self.initStyleOption(option)
         room = self.style().subElementRect(QStyle.SubElement.SE_LineEditContents, option, self)
         return room.adjusted(_INSET_PX, 0, -_INSET_PX, 0)
-
-
-@runtime_checkable
-class _Fits(Protocol):
-    def fits(self) -> bool: ...
-
-
-@runtime_checkable
-class _Fitted(Protocol):
-    def fitted(self) -> FittedText | None: ...
-
-
-def fits(widget: QWidget) -> bool:
-    """Return whether a widget paints all its text; for tests."""
-    if isinstance(widget, _Fitted):
-        return is_longer() and widget.fitted() is not None
-    return isinstance(widget, _Fits) and widget.fits()
 
 
 _LEAST_PX = 9

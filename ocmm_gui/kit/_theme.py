@@ -89,19 +89,6 @@ class Themed:
         """Show the present state in the colours of the theme."""
 
 
-def contrast_ratio(first: str, second: str) -> float:
-    """Return the contrast of two colours, 1 to 21 (WCAG 2.1, 1.4.3); for tests."""
-    high, low = sorted((_luminance(first), _luminance(second)), reverse=True)
-    return (high + 0.05) / (low + 0.05)
-
-
-def _luminance(colour: str) -> float:
-    weights = (0.2126, 0.7152, 0.0722)
-    channels = [int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
-    return sum(w * c for w, c in zip(weights, linear, strict=True))
-
-
 def verdict_colour(theme: Theme, verdict: Verdict | None) -> str:
     return {
         Verdict.CONFORM: theme.good,

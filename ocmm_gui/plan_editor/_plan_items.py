@@ -12,10 +12,9 @@ from PySide6.QtCore import QSize, Signal
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QProgressBar, QVBoxLayout, QWidget
 
 from ocmm_core.alignment import Alignment
-from ocmm_core.camera import Vector3
 from ocmm_core.features.measured import Construction, nominal_geometries
 from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, NominalFeature, Shape
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, triple
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import checked_features
 from ocmm_core.inspection.plan import HEAD_FIELDS, Plan, taught_plan, usual_points
@@ -148,24 +147,19 @@ def drawn_of(plan: Plan, key: ItemKey) -> NominalFeature | None:
 
 def _drawn(name: str, shape: Shape, geometry: Float) -> NominalFeature:
     sizes = {size.field: size.whole(geometry) for size in shape.spec.sizes}
-    direction = _vector(geometry[DIRECTION])
+    direction = triple(geometry[DIRECTION])
     return NominalFeature(
         name=name,
         shape=shape,
         points=usual_points(shape),
-        point=_vector(geometry[POINT]),
+        point=triple(geometry[POINT]),
         direction=direction if any(direction) else (0.0, 0.0, 1.0),
         diameter=sizes.get("diameter", 0.0),
         length=sizes.get("length", 0.0),
         width=sizes.get("width", 0.0),
         angle_deg=sizes.get("angle_deg", 0.0),
-        across=_vector(geometry[ACROSS]) if shape.spec.has_across else (1.0, 0.0, 0.0),
+        across=triple(geometry[ACROSS]) if shape.spec.has_across else (1.0, 0.0, 0.0),
     )
-
-
-def _vector(values: Float) -> Vector3:
-    x, y, z = (float(value) for value in values)
-    return (x, y, z)
 
 
 def item_forms() -> dict[str, ItemForm]:

@@ -15,22 +15,11 @@ from ocmm_core.names import file_stem
 from ocmm_core.settings import is_shipped
 from ocmm_gui.kit import ActionInfo, Sheet, later, make_button, tr
 from ocmm_gui.plan_editor import _plan_checks as plan_checks
+from ocmm_gui.plan_editor import _plan_items as plan_items
 from ocmm_gui.plan_editor._from_models import ModelImport
 from ocmm_gui.plan_editor._importing import InUse, what_is_missing
 from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._plan_checks import PlanChecks, PlanDraft, faulty_field
-from ocmm_gui.plan_editor._plan_items import (
-    ALIGNMENT,
-    HEAD,
-    ItemKey,
-    PlanItems,
-    TeachProgress,
-    drawn_of,
-    item_forms,
-    item_of,
-    lay_out,
-    path_panels,
-)
 from ocmm_gui.views import StepPicture
 
 KEYS = (
@@ -100,8 +89,8 @@ class PlanSheet(Sheet):
         super().__init__(tr("Plan"), KEYS)
         self._job_path = job_path
         self.draft = PlanDraft(plan, path)
-        self.items = PlanItems()
-        self.forms = item_forms()
+        self.items = plan_items.PlanItems()
+        self.forms = plan_items.item_forms()
         self._editor = QWidget()
         self._stack = QStackedWidget()
         for form in self.forms.values():
@@ -110,10 +99,10 @@ class PlanSheet(Sheet):
             form.left.connect(self.left)
         self.picture = StepPicture()
         self.checks = PlanChecks()
-        self._teaching = TeachProgress()
+        self._teaching = plan_items.TeachProgress()
         self._teaching.taught.connect(self._on_taught)
         self._teaching.failed.connect(self.failed)
-        self.file, self.source, self.image, self.other, self.listing = path_panels()
+        self.file, self.source, self.image, self.other, self.listing = plan_items.path_panels()
         self.file.given.connect(self.save_as)
         self.source.given.connect(self.import_file)
         self.models = ModelImport(lambda: self.draft, self._did, in_use)
@@ -161,8 +150,8 @@ class PlanSheet(Sheet):
         listing = make_button(self.keys["requirements"])
         listing.setMinimumHeight(42)
         right = ((self.picture, 3), (self.checks, 2), (listing, 0), (self._teaching, 0))
-        lay_out(self._editor, self.items, self._stack, right)
-        self._refresh(HEAD)
+        plan_items.lay_out(self._editor, self.items, self._stack, right)
+        self._refresh(plan_items.HEAD)
 
     def open(self) -> None:
         self.models.close()
@@ -187,13 +176,13 @@ class PlanSheet(Sheet):
         self._add(made, tr("Select the feature to tolerance first."))
 
     def align(self) -> None:
-        self.items.choose(ALIGNMENT)
+        self.items.choose(plan_items.ALIGNMENT)
         self.form().focus_first()
 
     def choose_faces(self) -> None:
         """Show the faces of the plan's model, to select those to align by."""
         if self.models.choose_faces():
-            self.items.choose(ALIGNMENT)
+            self.items.choose(plan_items.ALIGNMENT)
 
     def remove(self) -> None:
         """Remove the selected item; if others need it, it stays and they are named."""
@@ -222,7 +211,7 @@ class PlanSheet(Sheet):
 
     def import_file(self, path: Path) -> None:
         """Add the features of a table or a model, or use the frame of a document."""
-        relocate = self.forms[ALIGNMENT.group].choice() == "relocation"
+        relocate = self.forms[plan_items.ALIGNMENT.group].choice() == "relocation"
         self.models.read(path, relocate=relocate)
         self.items.setFocus()
 
@@ -294,18 +283,18 @@ class PlanSheet(Sheet):
 
     def _show_other(self, plan: Plan, path: Path | None) -> None:
         self.draft = PlanDraft(plan, path)
-        self._refresh(HEAD)
+        self._refresh(plan_items.HEAD)
 
     def _show_item(self) -> None:
         form = self.form()
         self._stack.setCurrentWidget(form)
-        form.show_item(item_of(self.draft.plan, self.items.chosen()))
+        form.show_item(plan_items.item_of(self.draft.plan, self.items.chosen()))
         self._show_picture()
         self._check()
 
     def _show_picture(self) -> None:
         plan, key = self.draft.plan, self.items.chosen()
-        drawn = drawn_of(plan, key)
+        drawn = plan_items.drawn_of(plan, key)
         self.picture.setVisible(drawn is not None)
         self.picture.show_step(drawn, self.draft.folder)
 
@@ -332,7 +321,7 @@ class PlanSheet(Sheet):
         if made is not None:
             self._did(made.make, made.chosen)
 
-    def _did(self, change: Callable[[], Plan], chosen: ItemKey) -> bool:
+    def _did(self, change: Callable[[], Plan], chosen: plan_items.ItemKey) -> bool:
         changed = self.attempt(change)
         if changed is None:
             return False
@@ -340,7 +329,7 @@ class PlanSheet(Sheet):
         self._refresh(chosen)
         return True
 
-    def _refresh(self, chosen: ItemKey) -> None:
+    def _refresh(self, chosen: plan_items.ItemKey) -> None:
         self.items.show_plan(self.draft.plan, chosen)
         self.say(self.draft.words)
         self._show_item()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from operator import is_
 from typing import TypeAlias
 
@@ -287,31 +287,27 @@ def _feature_items(
 
 def _sides(
     feature: FeatureView, surface: Float, theme: Theme, *, active: bool, has_last: bool
-) -> list[Item]:
-    """Return touch directions of the active feature, and of the last point."""
+) -> Iterator[Item]:
+    """Yield touch directions of the active feature, and of the last point."""
     outward = np.stack([point.direction for point in feature.points])
     tails = surface + _ARROW_MM * outward
-    items: list[Item] = []
     if active:
-        items.append(Lines(_arrows(tails, surface), theme.text, 1.4))
+        yield Lines(_arrows(tails, surface), theme.text, 1.4)
     if has_last:
         # A flip reverses this one.
-        items.append(Lines(_arrows(tails[-1:], surface[-1:]), theme.warn, 2.6))
-    return items
+        yield Lines(_arrows(tails[-1:], surface[-1:]), theme.warn, 2.6)
 
 
-def _marked_points(feature: FeatureView, theme: Theme, chosen: int) -> list[Item]:
-    """Return outliers in red, and the selected point large and named."""
-    items: list[Item] = []
+def _marked_points(feature: FeatureView, theme: Theme, chosen: int) -> Iterator[Item]:
+    """Yield outliers in red, and the selected point large and named."""
     for point in feature.points:
         place = point.surface_world
         if point.number in feature.outliers:
-            items.append(Dots(place[None], theme.bad, 11.0, theme.panel))
-            items.append(Tag(place, tr("{number} outlier").format(number=point.number), theme.bad))
+            yield Dots(place[None], theme.bad, 11.0, theme.panel)
+            yield Tag(place, tr("{number} outlier").format(number=point.number), theme.bad)
         if point.number == chosen:
-            items.append(Dots(place[None], theme.warn, 14.0, theme.text))
-            items.append(Tag(place, tr("point {chosen}").format(chosen=chosen), theme.text))
-    return items
+            yield Dots(place[None], theme.warn, 14.0, theme.text)
+            yield Tag(place, tr("point {chosen}").format(chosen=chosen), theme.text)
 
 
 def active_targets(job: JobView) -> tuple[Target, ...]:

@@ -20,7 +20,7 @@ from ocmm_core.camera import CameraModel, Rig, Vector3, project
 from ocmm_core.composition import Feed, StationRequest, require_scenes, source_of
 from ocmm_core.composition.hands import VirtualHand
 from ocmm_core.errors import OcmmError
-from ocmm_core.geometry import Float, Points3, RigidTransform, rigid_fit, unit
+from ocmm_core.geometry import Float, Points3, RigidTransform, rigid_fit, triple, unit
 from ocmm_core.tracking import triangulate
 from ocmm_sim.calibration_scenes import (
     SEATS,
@@ -109,7 +109,7 @@ def relocation_by_step(
         length = (places[1] - places[0]) * _true_scale(site, bar)
         ends = _placements(rig.volume_world, length, count, rng)
         if bar.leds:
-            scenes["bar"] = ShowBar(ends=tuple((_vector(a), _vector(b)) for a, b in ends))
+            scenes["bar"] = ShowBar(ends=tuple((triple(a), triple(b)) for a, b in ends))
         else:
             scenes["bar"] = TouchSeats(tips=_vectors(ends.reshape(-1, 3)), seed=site.seed)
     names = [name for name in view.world_wanted if name not in view.world_points]
@@ -157,7 +157,7 @@ def verification_by_step(
         if len(normals):
             touched.append(
                 TouchSphere(
-                    centre=_vector(
+                    centre=triple(
                         T_true_from_rig.apply(stand_of(rig, view.places[number], number))
                     ),
                     diameter=sphere.diameter,
@@ -226,24 +226,19 @@ def scene_of_tip(
     handles = [one.handle_world for one in view.cone.attitudes if one.point is None]
     middle = rig.volume_world.mean(axis=0)
     return TouchWithTip(
-        centre=_vector(middle + _SPHERE),
+        centre=triple(middle + _SPHERE),
         diameter=sphere.diameter,
-        normals=tuple(_vector(one) for one in (*places, *also)),
-        cone=_vector(middle + _CONE),
-        handles=tuple(_vector(one) for one in handles),
+        normals=tuple(triple(one) for one in (*places, *also)),
+        cone=triple(middle + _CONE),
+        handles=tuple(triple(one) for one in handles),
         # Resumed sessions get other touches.
         seed=seed + 100 * begun + len(view.sphere.places),
         fault=fault,
     )
 
 
-def _vector(values: Float) -> Vector3:
-    x, y, z = (float(value) for value in values)
-    return x, y, z
-
-
 def _vectors(values: Float) -> tuple[Vector3, ...]:
-    return tuple(_vector(value) for value in values)
+    return tuple(triple(value) for value in values)
 
 
 _APART_MM, _TURN_RAD = 1.5, 0.15
@@ -315,9 +310,9 @@ def _scenes_of_acceptance(
             centre = points[0] - reach * normals[0]
             scenes.append(
                 TouchSphere(
-                    centre=_xyz(centre),
+                    centre=triple(centre),
                     diameter=artefact.sizes[0] + error,
-                    normals=tuple(_xyz(one) for one in normals[done:]),
+                    normals=tuple(triple(one) for one in normals[done:]),
                     seed=seed,
                 )
             )
@@ -335,7 +330,7 @@ def _scenes_of_acceptance(
                 first = left[0]
             scenes.append(
                 TouchSeats(
-                    tips=tuple(_xyz(first + scale * (one - first)) for one in left), seed=seed
+                    tips=tuple(triple(first + scale * (one - first)) for one in left), seed=seed
                 )
             )
     return tuple(scenes)
@@ -343,11 +338,6 @@ def _scenes_of_acceptance(
 
 def _rest(point: Float, handles: Sequence[Float], seed: int) -> TouchWithTip:
     return TouchWithTip(
-        centre=(0.0, 0.0, 0.0), diameter=10.0, normals=(), cone=_xyz(point),
-        handles=tuple(_xyz(one) for one in handles), seed=seed,
+        centre=(0.0, 0.0, 0.0), diameter=10.0, normals=(), cone=triple(point),
+        handles=tuple(triple(one) for one in handles), seed=seed,
     )  # fmt: skip
-
-
-def _xyz(values: Float) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

@@ -18,7 +18,7 @@ EXCEPTIONS = {
     "ocmm_core/instructions.py": "sources of this program",
     "ocmm_shop/cluster/_worker.py": "sources of this program",
     "ocmm_core/build.py": "the line of its own build",
-    "ocmm_core/export/_files.py": "temporary files that it has just made",
+    "ocmm_core/export/_registry.py": "temporary files that it has just made",
     "ocmm_core/fieldbus/wire/_interface.py": "/proc",
     "ocmm_core/fieldbus/wire/_other_masters.py": "/proc",
     "ocmm_core/host/_posix.py": "/proc",
@@ -55,7 +55,7 @@ LISTS = {
     "ocmm_core/support/_parts.py": "a bundle of what can be read",
     "ocmm_core/features/measured/_verify.py": "files next to one that was found",
     "ocmm_gui/home/_file_browser.py": "errors are shown",
-    "ocmm_planner/_catalogue.py": "catalogues of this program",
+    "ocmm_planner/_plan.py": "catalogues of this program",
 }
 _LISTERS = ("glob", "rglob", "iterdir", "walk", "scandir", "listdir")
 _CAMPAIGN = "ocmm_bench/campaign/"

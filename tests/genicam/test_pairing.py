@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ocmm_genicam._grabber import Spots
-from ocmm_genicam._pairing import ExposurePairing
+from ocmm_genicam._source import ExposurePairing
 
 _PERIOD_S = 3.3e-3
 _LATENCY_S = 1.1e-3

@@ -101,7 +101,7 @@ def test_a_command_that_nobody_foresaw_to_fail_is_told(
     qtbot: QtBot, open_window: OpenWindow, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     bench = open_window(stay=True, out=tmp_path / "report")
-    monkeypatch.setattr("ocmm_core.station._maintenance.bus_text", _raising)
+    monkeypatch.setattr("ocmm_core.station._looks.bus_text", _raising)
     bench.bridge.maintenance.save_bus_text(tmp_path / "bus.txt")
     qtbot.waitUntil(lambda: "ValueError: injected" in bench.window.banner.text(), timeout=HANG_MS)
     assert bench.built.station.faults.measuring is None

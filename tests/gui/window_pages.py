@@ -6,13 +6,15 @@ import re
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Protocol, runtime_checkable
 
 from PySide6.QtCore import QPoint, QRect, QTranslator
 from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QPushButton, QScrollBar, QWidget
 
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.settings import SECTIONS
-from ocmm_gui.kit import FitText, Mode, NarrowButton, fits, is_longer
+from ocmm_gui.kit import FitText, Mode, NarrowButton, is_longer
+from ocmm_gui.kit._narrow import FittedText
 from ocmm_gui.window import MainWindow
 from tests.gui.cut_words import cut_words
 
@@ -23,6 +25,23 @@ TURNS = 50
 _LONGER = 1.4
 _KEPT = re.compile(r"(\{[^{}]*\}|%n|\n|\s+)")
 _VOWELS = str.maketrans("aeiouAEIOU", "äéîöûÄÉÎÖÛ")
+
+
+@runtime_checkable
+class _Fits(Protocol):
+    def fits(self) -> bool: ...
+
+
+@runtime_checkable
+class _Fitted(Protocol):
+    def fitted(self) -> FittedText | None: ...
+
+
+def fits(widget: QWidget) -> bool:
+    """Return whether a widget paints all its text."""
+    if isinstance(widget, _Fitted):
+        return is_longer() and widget.fitted() is not None
+    return isinstance(widget, _Fits) and widget.fits()
 
 
 class Pseudo(QTranslator):

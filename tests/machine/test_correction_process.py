@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from ocmm_machine import CorrectionDocument, CorrectionLine, PartFacts, propose
-from ocmm_sim.machine_tool import Process, SimulatedLathe
 from tests.host import amount
 from tests.machine.cut_parts import document, line_of, measured, part
+from tests.machine.machine_tool import Process, SimulatedLathe
 
 SCATTER = 0.003
 EXPANDED = 0.002

@@ -11,9 +11,9 @@ import pytest
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_machine import correction_file, propose
-from ocmm_sim.machine_tool import SimulatedMill, WorkOffset, turned
 from tests.host import amount
 from tests.machine.cut_parts import NOON, all_axes, document, frame_of, line_of, measured, part
+from tests.machine.machine_tool import SimulatedMill, WorkOffset, turned
 
 PLACES = {"A": np.array([40.0, 10.0, -5.0]), "B": np.array([-60.0, 35.0, 12.0]),
           "C": np.array([15.0, -70.0, 30.0])}  # fmt: skip

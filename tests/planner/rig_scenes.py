@@ -20,8 +20,7 @@ from ocmm_planner import (
     shared_covariance,
     spots_of,
 )
-from ocmm_planner._catalogue import load_catalogue
-from ocmm_planner._plan import CameraPlace, attitudes_of
+from ocmm_planner._plan import CameraPlace, attitudes_of, load_catalogue
 
 CAMERAS = ("smart-2048", "imx174", "imx250", "imx304", "cmv4000-nir")
 

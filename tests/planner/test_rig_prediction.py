@@ -20,7 +20,7 @@ from ocmm_planner import (
     shared_covariance,
     spots_of,
 )
-from ocmm_planner import _optics as optics
+from ocmm_planner import _prediction as optics
 from ocmm_planner._plan import Box, attitudes_of
 from tests.planner.rig_scenes import changed, compare, given_plan, random_plan
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ocmm_cad.step.brep import _surface_kernel as kernel
 from ocmm_cad.step.brep._library import kind_of, vector
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, triple
 
 Triple = tuple[float, float, float]
 
@@ -106,7 +106,7 @@ def elementary_face(surface: Any, reverse: bool) -> StepFace | None:
     if kind == GeomAbs_Plane:
         across = vector(surface.Plane().Position().XDirection())
         return StepFace(
-            shape="Plane", point=_tuple(middle), direction=_tuple(normal), across=_tuple(across),
+            shape="Plane", point=triple(middle), direction=triple(normal), across=triple(across),
             low=-0.5 * (u1 - u0), high=0.5 * (u1 - u0), width=v1 - v0,
         )  # fmt: skip
     if kind == GeomAbs_Cylinder:
@@ -117,7 +117,7 @@ def elementary_face(surface: Any, reverse: bool) -> StepFace | None:
         ball = surface.Sphere()
         centre, axis = vector(ball.Location()), vector(ball.Position().Direction())
         return StepFace(
-            shape="Sphere", point=_tuple(centre), direction=_tuple(axis), radius=ball.Radius(),
+            shape="Sphere", point=triple(centre), direction=triple(axis), radius=ball.Radius(),
             inner=float(normal @ (middle - centre)) < 0.0,
         )  # fmt: skip
     if kind == GeomAbs_Torus:
@@ -127,7 +127,7 @@ def elementary_face(surface: Any, reverse: bool) -> StepFace | None:
         flat = arm - (arm @ axis) * axis
         core = centre + ring.MajorRadius() * flat / np.linalg.norm(flat)
         return StepFace(
-            shape="Torus", point=_tuple(centre), direction=_tuple(axis), radius=ring.MajorRadius(),
+            shape="Torus", point=triple(centre), direction=triple(axis), radius=ring.MajorRadius(),
             second=ring.MinorRadius(), inner=float(normal @ (middle - core)) < 0.0,
         )  # fmt: skip
     return None
@@ -142,7 +142,7 @@ def _cylinder(surface: Any, middle: Float, normal: Float, v0: float, v1: float) 
     ends = sorted(float(start @ axis + v) * sense for v in (v0, v1))
     arm = middle - foot
     return StepFace(
-        shape="Cylinder", point=_tuple(foot), direction=_tuple(sense * axis),
+        shape="Cylinder", point=triple(foot), direction=triple(sense * axis),
         radius=cylinder.Radius(), low=ends[0], high=ends[1],
         inner=float(normal @ (arm - (arm @ axis) * axis)) < 0.0,
     )  # fmt: skip
@@ -160,7 +160,7 @@ def _cone(surface: Any, middle: Float, normal: Float, v0: float, v1: float) -> S
     ends = sorted(float((far + sense * v) * np.cos(half)) for v in (v0, v1))
     arm = middle - tip
     return StepFace(
-        shape="Cone", point=_tuple(tip), direction=_tuple(axis), half_angle=abs(half), low=ends[0],
+        shape="Cone", point=triple(tip), direction=triple(axis), half_angle=abs(half), low=ends[0],
         high=ends[1], inner=float(normal @ (arm - (arm @ axis) * axis)) < 0.0,
     )  # fmt: skip
 
@@ -180,11 +180,6 @@ def _normal(surface: Any, u: float, v: float, reverse: bool) -> tuple[Float, Flo
 def _sense(axis: Float) -> float:
     largest = int(np.argmax(np.abs(np.round(axis, 6))))
     return 1.0 if axis[largest] > 0.0 else -1.0
-
-
-def _tuple(vector: Float) -> Triple:
-    x, y, z = (float(value) for value in vector)
-    return (x, y, z)
 
 
 RECOGNISED_MM = 0.005

@@ -174,57 +174,48 @@ def ratio_of(fit: CameraFit) -> float:
     return float(np.sqrt(fit.chi2 / max(fit.dof, 1)))
 
 
-def _residuals(fit: CameraFit, name: str) -> list[Finding]:
+def _residuals(fit: CameraFit, name: str) -> Iterator[Finding]:
     ratio = ratio_of(fit)
     said = (
         f"Camera '{name}' has residuals of {fit.rms_px:.4f} px RMS, {ratio:.1f} times what "
         "their uncertainty explains"
     )
     if ratio > RMS_REFUSED or not np.isfinite(ratio):
-        return [
-            Finding(
-                "calibration.rms",
-                f"{said}; not a valid calibration.",
-                "Check that every spot belongs to its reference point, that the axes of the list "
-                "are right-handed, and that the pixel pitch and focal length of the camera are "
-                "those of the rig document.",
-                refuses=True,
-            )
-        ]
-    found = []
+        yield Finding(
+            "calibration.rms",
+            f"{said}; not a valid calibration.",
+            "Check that every spot belongs to its reference point, that the axes of the list "
+            "are right-handed, and that the pixel pitch and focal length of the camera are "
+            "those of the rig document.",
+            refuses=True,
+        )
+        return
     if not fit.converged:
-        found.append(
-            Finding(
-                "calibration.not_converged",
-                f"The fit of camera '{name}' did not converge.",
-                "Take more points, spread over a deeper volume.",
-                refuses=True,
-            )
+        yield Finding(
+            "calibration.not_converged",
+            f"The fit of camera '{name}' did not converge.",
+            "Take more points, spread over a deeper volume.",
+            refuses=True,
         )
     deviation = CHI2_DEVIATION * np.sqrt(2.0 / max(fit.dof, 1))
     if ratio**2 > 1.0 + deviation:
-        found.append(
-            Finding(
-                "calibration.chi2",
-                f"{said} (chi-square {fit.chi2:.0f} for {fit.dof} degrees of freedom).",
-                "Look for vibration, a loose target or a temperature change during acquisition, "
-                "and check the sigma of the spots and the uncertainty in the list.",
-                refuses=ratio > RMS_FORCED,
-                forcible=True,
-            )
+        yield Finding(
+            "calibration.chi2",
+            f"{said} (chi-square {fit.chi2:.0f} for {fit.dof} degrees of freedom).",
+            "Look for vibration, a loose target or a temperature change during acquisition, "
+            "and check the sigma of the spots and the uncertainty in the list.",
+            refuses=ratio > RMS_FORCED,
+            forcible=True,
         )
     elif ratio**2 < 1.0 - deviation:
-        found.append(
-            Finding(
-                "calibration.chi2_low",
-                f"The residuals of camera '{name}' are {1.0 / max(ratio, 1e-9):.1f} times "
-                "smaller than the stated uncertainty.",
-                "State the true sigma of the averaged spots and uncertainty of the list; the "
-                "uncertainty of this calibration is too large.",
-                refuses=False,
-            )
+        yield Finding(
+            "calibration.chi2_low",
+            f"The residuals of camera '{name}' are {1.0 / max(ratio, 1e-9):.1f} times "
+            "smaller than the stated uncertainty.",
+            "State the true sigma of the averaged spots and uncertainty of the list; the "
+            "uncertainty of this calibration is too large.",
+            refuses=False,
         )
-    return found
 
 
 def _wrong_points(fit: CameraFit, name: str, names: Sequence[str]) -> list[Finding]:
@@ -245,46 +236,38 @@ def _wrong_points(fit: CameraFit, name: str, names: Sequence[str]) -> list[Findi
     ]
 
 
-def _volume(fit: CameraFit, name: str) -> list[Finding]:
+def _volume(fit: CameraFit, name: str) -> Iterator[Finding]:
     points = fit.points_world[fit.used]
-    found = []
     if len(points) < FEW_POINTS:
-        found.append(
-            Finding(
-                "calibration.few_points",
-                f"Camera '{name}' is calibrated with only {len(points)} points.",
-                "Take 200 points or more.",
-                refuses=False,
-            )
+        yield Finding(
+            "calibration.few_points",
+            f"Camera '{name}' is calibrated with only {len(points)} points.",
+            "Take 200 points or more.",
+            refuses=False,
         )
     flat = cloud_of(points).flatness
     if flat < FLAT_WARNED:
-        found.append(
-            Finding(
-                "calibration.flat_volume",
-                f"The points of camera '{name}' fill a volume that is {flat:.2f} times as deep "
-                "as wide: the focal length is then poorly determined, and points in front of "
-                "and behind this volume are measured wrong.",
-                "Take points in a volume at least a quarter as deep as wide; 200 mm of depth make "
-                "the calibration six times better than 15 mm.",
-                refuses=flat < FLAT_REFUSED,
-                forcible=True,
-            )
+        yield Finding(
+            "calibration.flat_volume",
+            f"The points of camera '{name}' fill a volume that is {flat:.2f} times as deep "
+            "as wide: the focal length is then poorly determined, and points in front of "
+            "and behind this volume are measured wrong.",
+            "Take points in a volume at least a quarter as deep as wide; 200 mm of depth make "
+            "the calibration six times better than 15 mm.",
+            refuses=flat < FLAT_REFUSED,
+            forcible=True,
         )
     centre = fit.camera.model.centre_world
     distance = float(np.linalg.norm(points.mean(axis=0) - centre))
     width = float(np.ptp(points, axis=0).max()) / distance
     if width < SMALL_WARNED:
-        found.append(
-            Finding(
-                "calibration.small_volume",
-                f"The points of camera '{name}' span only {100.0 * width:.1f} % of their distance.",
-                "Spread the points over the whole measuring volume.",
-                refuses=width < SMALL_REFUSED,
-                forcible=True,
-            )
+        yield Finding(
+            "calibration.small_volume",
+            f"The points of camera '{name}' span only {100.0 * width:.1f} % of their distance.",
+            "Spread the points over the whole measuring volume.",
+            refuses=width < SMALL_REFUSED,
+            forcible=True,
         )
-    return found
 
 
 def _focal(fit: CameraFit, name: str) -> list[Finding]:

@@ -26,13 +26,12 @@ from ocmm_core.camera import (
     N_PARAMETERS,
     CameraModel,
     Rig,
-    Vector3,
     on_sensor,
     project,
     projection_jacobians,
 )
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float, Points3, rigid_fit
+from ocmm_core.geometry import Float, Points3, rigid_fit, triple
 from ocmm_core.tracking import triangulate
 
 _TRIES = 100_000
@@ -185,9 +184,9 @@ def build_outcome(
             )
         ),
         covariance=tuple(tuple(row) for row in _symmetric(found.covariance).tolist()),
-        volume_min=_vector(low),
-        volume_max=_vector(high),
-        hull=tuple(_vector(corner) for corner in found.hull_world),
+        volume_min=triple(low),
+        volume_max=triple(high),
+        hull=tuple(triple(corner) for corner in found.hull_world),
         residual_maps=tuple(
             residual_map(camera, of_camera)
             for camera, of_camera in zip(found.cameras, found.residuals, strict=True)
@@ -280,8 +279,3 @@ def hash_of(*arrays: Float) -> str:
 def _symmetric(covariance: Float) -> Float:
     half: Float = 0.5 * (covariance + covariance.T)
     return half
-
-
-def _vector(values: Float) -> Vector3:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

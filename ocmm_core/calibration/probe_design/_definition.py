@@ -12,10 +12,9 @@ import numpy as np
 
 from ocmm_core import tracking
 from ocmm_core.calibration.probe_design._layout import WrongLabels, wrong_labels
-from ocmm_core.camera import Vector3
 from ocmm_core.documents import load_document, write_atomic
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import triple
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,18 +73,18 @@ def definition_of(body: tracking.ProbeBody) -> tracking.ProbeDocument:
         schema=tracking.SCHEMA,
         unit="mm",
         name=body.name,
-        tip=_vector3(body.tip_probe),
+        tip=triple(body.tip_probe),
         tip_diameter=2.0 * body.tip_radius,
         tip_diameter_sigma=2.0 * body.tip_radius_sigma,
-        tip_sigma=_vector3(sigmas[-3:]),
+        tip_sigma=triple(sigmas[-3:]),
         led_sigma=float(sigmas[:-3].max()),
         emission_half_angle_deg=float(np.degrees(body.emission_half_angle)),
         leds=[
-            tracking.LedEntry(position=_vector3(led), direction=_vector3(direction))
+            tracking.LedEntry(position=triple(led), direction=triple(direction))
             for led, direction in zip(body.leds_probe, body.led_directions_probe, strict=True)
         ],
         orientation_rules=tuple(
-            tracking.OrientationRule(probe_axis=_vector3(axis), world_direction=_vector3(world))
+            tracking.OrientationRule(probe_axis=triple(axis), world_direction=triple(world))
             for axis, world in body.rules
         ),
         strobe=None
@@ -136,11 +135,6 @@ def save_definition(path: Path, document: tracking.ProbeDocument) -> tracking.Pr
 
 def _identity(document: tracking.ProbeDocument) -> str:
     return hashlib.sha256(probe_text(document).encode("utf-8")).hexdigest()
-
-
-def _vector3(values: Float) -> Vector3:
-    x, y, z = (float(value) for value in values)
-    return x, y, z
 
 
 def _vector(values: Sequence[float]) -> str:

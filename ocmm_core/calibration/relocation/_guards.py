@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy.special import chdtrc
@@ -97,75 +97,61 @@ def judge_spots(
 def judge_design(
     observed: data.Observations, bars: Sequence[data.BarResidual], targets: Points3, frames: int,
     scale_rests_on: str | None = None,
-) -> list[Finding]:  # fmt: skip
-    """Return findings on the choice of frames and bars.
+) -> Iterator[Finding]:  # fmt: skip
+    """Yield findings on the choice of frames and bars.
 
     ``targets`` (n, 3), mm, world: LEDs seen by two cameras; ``scale_rests_on``: name of the bar if
     it is the only reference of length.
     """
-    found = []
     if frames < FEW_FRAMES:
-        found.append(
-            Finding(
-                "relocation.few_frames",
-                f"Only {frames} frames of the probe were used.",
-                "Wave the probe longer; aim for 500 frames all over the volume.",
-                refuses=False,
-            )
+        yield Finding(
+            "relocation.few_frames",
+            f"Only {frames} frames of the probe were used.",
+            "Wave the probe longer; aim for 500 frames all over the volume.",
+            refuses=False,
         )
     if not observed.bars:
-        found.append(
-            Finding(
-                "relocation.no_bar",
-                "No length bar was shown: the scale depends on the probe LEDs alone.",
-                "Show a certified bar in ten placements.",
-                refuses=False,
-            )
+        yield Finding(
+            "relocation.no_bar",
+            "No length bar was shown: the scale depends on the probe LEDs alone.",
+            "Show a certified bar in ten placements.",
+            refuses=False,
         )
     else:
-        found += _placements(observed, bars)
+        yield from _placements(observed, bars)
     if scale_rests_on is not None:
-        found.append(
-            Finding(
-                "relocation.one_bar",
-                f"All lengths depend on bar '{scale_rests_on}' alone: nothing else would reveal "
-                "an error in it.",
-                "Verify with another certified bar before measuring.",
-                refuses=False,
-            )
+        yield Finding(
+            "relocation.one_bar",
+            f"All lengths depend on bar '{scale_rests_on}' alone: nothing else would reveal "
+            "an error in it.",
+            "Verify with another certified bar before measuring.",
+            refuses=False,
         )
     flat = cloud_of(targets).flatness
     if flat < FLAT_WARNED:
-        found.append(
-            Finding(
-                "calibration.flat_volume",
-                f"The LEDs fill a volume that is {flat:.2f} times as deep as wide: points in front "
-                f"of and behind it are measured wrong.",
-                "Wave the probe through the whole volume, also to and from the cameras.",
-                refuses=flat < FLAT_REFUSED,
-                forcible=True,
-            )
+        yield Finding(
+            "calibration.flat_volume",
+            f"The LEDs fill a volume that is {flat:.2f} times as deep as wide: points in front "
+            f"of and behind it are measured wrong.",
+            "Wave the probe through the whole volume, also to and from the cameras.",
+            refuses=flat < FLAT_REFUSED,
+            forcible=True,
         )
-    return found
 
 
-def _placements(observed: data.Observations, bars: Sequence[data.BarResidual]) -> list[Finding]:
+def _placements(observed: data.Observations, bars: Sequence[data.BarResidual]) -> Iterator[Finding]:
     used = sum(bar.used for bar in bars)
-    found = []
     if used < len(bars):
         wrong = [bar for bar in bars if not bar.used]
         listed = ", ".join(
             f"{bar.placement + 1} ({1e3 * bar.error_mm:+.0f} um)" for bar in wrong[:10]
         )
-        found.append(
-            Finding(
-                "relocation.bar_left_out",
-                f"{len(wrong)} of {len(bars)} bar placements do not fit and were excluded: "
-                f"{listed}.",
-                "Repeat these placements. If most of them do not fit, check the certified "
-                "length and the geometry of the probe.",
-                refuses=len(wrong) > PLACEMENTS_REFUSED * len(bars),
-            )
+        yield Finding(
+            "relocation.bar_left_out",
+            f"{len(wrong)} of {len(bars)} bar placements do not fit and were excluded: {listed}.",
+            "Repeat these placements. If most of them do not fit, check the certified "
+            "length and the geometry of the probe.",
+            refuses=len(wrong) > PLACEMENTS_REFUSED * len(bars),
         )
     weights = np.array([bar.sigma_mm**-2 for bar in bars if bar.used])
     errors = np.array([bar.error_mm for bar in bars if bar.used])
@@ -173,95 +159,79 @@ def _placements(observed: data.Observations, bars: Sequence[data.BarResidual]) -
     heat = max((bar.sigma for bar in observed.bars if bar.per_k), default=0.0)
     total = weights.sum()
     if used and abs(weights @ errors) > BAR_SIGMAS * np.hypot(np.sqrt(total), total * heat):
-        found.append(
-            Finding(
-                "relocation.bar_contradicts",
-                "Bar and probe LEDs contradict each other: the bar appears "
-                f"{1e3 * (weights @ errors) / weights.sum():+.1f} um off its certified length.",
-                "Check the certified length and the temperature, and relocate with another "
-                "certified bar. If the result is the same, calibrate the probe again.",
-                refuses=True,
-            )
+        yield Finding(
+            "relocation.bar_contradicts",
+            "Bar and probe LEDs contradict each other: the bar appears "
+            f"{1e3 * (weights @ errors) / weights.sum():+.1f} um off its certified length.",
+            "Check the certified length and the temperature, and relocate with another "
+            "certified bar. If the result is the same, calibrate the probe again.",
+            refuses=True,
         )
     if used < FEW_PLACEMENTS:
-        found.append(
-            Finding(
-                "relocation.few_placements",
-                f"A length bar was used in only {used} placement(s).",
-                "Show it in ten placements all over the volume and in all directions.",
-                refuses=False,
-            )
+        yield Finding(
+            "relocation.few_placements",
+            f"A length bar was used in only {used} placement(s).",
+            "Show it in ten placements all over the volume and in all directions.",
+            refuses=False,
         )
-    return found
 
 
-def judge_focal(cameras: Sequence[CameraModel], covariance: Float) -> list[Finding]:
-    """Return findings on insufficiently determined focal lengths."""
-    found = []
+def judge_focal(cameras: Sequence[CameraModel], covariance: Float) -> Iterator[Finding]:
+    """Yield findings on insufficiently determined focal lengths."""
     for index, camera in enumerate(cameras):
         focal = N_PARAMETERS * index + PARAMETERS.index("focal")
         sigma = float(np.sqrt(covariance[focal, focal])) / camera.focal
         if sigma > FOCAL_SIGMA:
-            found.append(
-                Finding(
-                    "calibration.focal_sigma",
-                    f"The focal length of camera '{camera.name}' is known only to {sigma:.1e} "
-                    f"of its value; the limit is {FOCAL_SIGMA:.0e}.",
-                    "Wave the probe through a deeper volume, and tilt it more.",
-                    refuses=True,
-                    forcible=True,
-                )
+            yield Finding(
+                "calibration.focal_sigma",
+                f"The focal length of camera '{camera.name}' is known only to {sigma:.1e} "
+                f"of its value; the limit is {FOCAL_SIGMA:.0e}.",
+                "Wave the probe through a deeper volume, and tilt it more.",
+                refuses=True,
+                forcible=True,
             )
-    return found
 
 
 def judge_knowledge(
     observed: data.Observations, options: data.RelocationOptions, prior: Prior, state: BundleState
-) -> list[Finding]:
-    """Return findings on prior knowledge contradicted by the frames."""
-    columns, found = state.columns, []
+) -> Iterator[Finding]:
+    """Yield findings on prior knowledge contradicted by the frames."""
+    columns = state.columns
     off = state.values() - prior.values
     if options.geometry == "uncertain" and _contradicts(prior, off, columns.all_leds()):
         moved = off[columns.of_leds].reshape(-1, 3)
         led = int(np.argmax(np.linalg.norm(moved, axis=1)))
-        found.append(
-            Finding(
-                "relocation.probe_changed",
-                f"The probe LEDs deviate from its document, LED {led + 1} most, by "
-                f"{1e3 * np.linalg.norm(moved[led]):.0f} um.",
-                "Select the right probe, or calibrate the probe again; then repeat the relocation.",
-                refuses=True,
-            )
+        yield Finding(
+            "relocation.probe_changed",
+            f"The probe LEDs deviate from its document, LED {led + 1} most, by "
+            f"{1e3 * np.linalg.norm(moved[led]):.0f} um.",
+            "Select the right probe, or calibrate the probe again; then repeat the relocation.",
+            refuses=True,
         )
     for index, bar in enumerate(observed.bars):
         column = columns.of_lengths.start + index
         if _contradicts(prior, off, np.array([column])):
-            found.append(
-                Finding(
-                    "relocation.bar_contradicts",
-                    f"According to the probe and other bars, bar '{bar.name}' is "
-                    f"{1e3 * off[column]:+.1f} um off its certified length, "
-                    f"{abs(off[column]) / bar.sigma:.0f} times its uncertainty.",
-                    "Check the certified length and the temperature, and relocate with another "
-                    "certified bar. If the result is the same, calibrate the probe again.",
-                    refuses=True,
-                )
+            yield Finding(
+                "relocation.bar_contradicts",
+                f"According to the probe and other bars, bar '{bar.name}' is "
+                f"{1e3 * off[column]:+.1f} um off its certified length, "
+                f"{abs(off[column]) / bar.sigma:.0f} times its uncertainty.",
+                "Check the certified length and the temperature, and relocate with another "
+                "certified bar. If the result is the same, calibrate the probe again.",
+                refuses=True,
             )
     if options.lens == "prior":
         for index, camera in enumerate(state.cameras):
             lens = np.arange(N_PARAMETERS * index + 6, N_PARAMETERS * (index + 1))
             if _contradicts(prior, off, lens):
-                found.append(
-                    Finding(
-                        "relocation.lens_changed",
-                        f"The lens of camera '{camera.name}' does not match its previous "
-                        f"calibration (focal length {1e3 * off[lens[0]]:+.1f} um).",
-                        "Check the lens for looseness, and fasten it; then calibrate the "
-                        "cameras from known points.",
-                        refuses=True,
-                    )
+                yield Finding(
+                    "relocation.lens_changed",
+                    f"The lens of camera '{camera.name}' does not match its previous "
+                    f"calibration (focal length {1e3 * off[lens[0]]:+.1f} um).",
+                    "Check the lens for looseness, and fasten it; then calibrate the "
+                    "cameras from known points.",
+                    refuses=True,
                 )
-    return found
 
 
 def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> list[Finding]:

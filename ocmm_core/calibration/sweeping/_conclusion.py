@@ -15,7 +15,7 @@ from ocmm_core.calibration import guided, pivot, records
 from ocmm_core.calibration.sweeping._views import ConeVisited, PivotBegun, PivotChange, PivotOutcome
 from ocmm_core.camera import Rig, Vector3
 from ocmm_core.errors import CalibrationError, TrackingError
-from ocmm_core.geometry import Float, rigid_fit
+from ocmm_core.geometry import Float, rigid_fit, triple
 from ocmm_core.tracking import ProbeBody
 
 ALIKE = np.radians(12.0)
@@ -168,11 +168,11 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
         ),
         valid_until_utc=guided.utc_text(given.made + timedelta(days=begun.valid_days)),
         probe_identity=begun.probe_identity,
-        leds_mm=tuple(_vector(led) for led in first.leds_probe), tip_mm=_vector(first.tip_probe),
+        leds_mm=tuple(triple(led) for led in first.leds_probe), tip_mm=triple(first.tip_probe),
         covariance=_symmetric(first.covariance), frames=len(given.first.uv),
-        left_out=len(first.left_out), ranges_deg=_vector(np.degrees(first.coverage.ranges)),
+        left_out=len(first.left_out), ranges_deg=triple(np.degrees(first.coverage.ranges)),
         attitudes=first.coverage.attitudes, rms_px=first.rms_px,
-        chi2_per_dof=first.chi2 / first.dof, thesis_tip_mm=_vector(first.thesis_tip_probe),
+        chi2_per_dof=first.chi2 / first.dof, thesis_tip_mm=triple(first.thesis_tip_probe),
         thesis_spread_mm=first.thesis.spread, validation=_check(validation),
         change_mm=None if change is None else change.tip_distance, change_reason="",
         warnings=tuple(one.what for one in findings),
@@ -200,7 +200,7 @@ def expected_tip(
 ) -> Vector3 | None:
     """Return the tip in force or of the document, mm, or None; CalibrationError for other LEDs."""
     if running is None:
-        return None if tip_unknown else _vector(body.tip_probe)
+        return None if tip_unknown else triple(body.tip_probe)
     if len(running.leds_mm) != body.n_leds:
         raise CalibrationError(
             "pivot.leds",
@@ -208,7 +208,7 @@ def expected_tip(
             f"{len(running.leds_mm)} LEDs, but '{body.name}' has {body.n_leds}.",
             "Give every probe its own name in its document.",
         )
-    return _vector(laid_onto(body, running)[1])
+    return triple(laid_onto(body, running)[1])
 
 
 def laid_onto(body: ProbeBody, record: records.ProbeRecord) -> tuple[Float, Float]:
@@ -220,8 +220,8 @@ def laid_onto(body: ProbeBody, record: records.ProbeRecord) -> tuple[Float, Floa
 
 def _check(validation: pivot.PivotValidation) -> records.PivotCheck:
     return records.PivotCheck(
-        difference_mm=_vector(validation.tip_difference),
-        sigma_mm=_vector(validation.tip_difference_sigma),
+        difference_mm=triple(validation.tip_difference),
+        sigma_mm=triple(validation.tip_difference_sigma),
         led_difference_mm=validation.led_difference,
         place_mm=validation.place_distance,
         attitude_deg=float(np.degrees(validation.attitude_distance)),
@@ -237,8 +237,3 @@ def _finite(value: float) -> float | None:
 def _symmetric(covariance: Float) -> tuple[tuple[float, ...], ...]:
     half = 0.5 * (covariance + covariance.T)
     return tuple(tuple(row) for row in half.tolist())
-
-
-def _vector(values: Float) -> Vector3:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

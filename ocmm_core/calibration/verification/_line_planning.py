@@ -6,7 +6,7 @@ diagonals, if they fit, and the rest in the directions that differ most from all
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -169,18 +169,16 @@ def _corner_candidates(volume_world: Float, length: float) -> list[PlannedLine]:
     return found
 
 
-def _leaning(volume_world: Float, length: float) -> list[PlannedLine]:
-    """Return intermediate placements from one corner, for bars that fit in few directions."""
+def _leaning(volume_world: Float, length: float) -> Iterator[PlannedLine]:
+    """Yield intermediate placements from one corner, for bars that fit in few directions."""
     middle, extent = volume_world.mean(axis=0), _INSIDE * np.ptp(volume_world, axis=0)
-    found = []
     for corner, bits in enumerate(_BITS):
         begin = middle + (bits - 0.5) * extent
         for direction in _half_sphere(60):
             along = length * np.abs(direction) * np.where(bits, -1.0, 1.0)
             if (np.abs(along) <= extent).all():
                 ends = np.stack([begin, begin + along])
-                found.append(PlannedLine("from corner", ends, (corner,)))
-    return found
+                yield PlannedLine("from corner", ends, (corner,))
 
 
 def _half_sphere(count: int) -> Points3:
@@ -276,14 +274,12 @@ def _name_of(steps: Float) -> str:
     return f"face diagonal {axes}" if len(axes) == 2 else f"along {axes}"
 
 
-def _named(lines: Sequence[PlannedLine]) -> list[PlannedLine]:
-    named = []
+def _named(lines: Sequence[PlannedLine]) -> Iterator[PlannedLine]:
     for index, line in enumerate(lines):
         kind = [one.name for one in lines]
         number = kind[: index + 1].count(line.name)
         name = f"{line.name} {number}" if kind.count(line.name) > 1 else line.name
-        named.append(PlannedLine(name, line.ends_world, line.corners))
-    return named
+        yield PlannedLine(name, line.ends_world, line.corners)
 
 
 def _unsuitable(volume_world: Float, length: float) -> CalibrationError:

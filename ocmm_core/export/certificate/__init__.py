@@ -3,12 +3,10 @@
 In: sealed records, also of acceptance tests, or an artefact's certificate.
 Out: a signed Digital Calibration Certificate (DCC 3.2.1), an artefact document.
 
-Read `_content` (data of a certificate, its head, and the list of clauses),
-`_from_records`, `_from_calibration` and `_from_acceptance` (sources), `_dcc` (the XML), `_seal`
-(signatures), `_reader` (any DCC), `_artefact` (a certificate of a bar or a sphere becomes its
-document).
-It must not judge: errors, limits and verdicts are those of the records. `ocmm_gui.reports` draws
-the PDF.
+Read `_content` (data of a certificate, its head, and the list of clauses), `_from_records` (also of
+acceptance tests) and `_from_calibration` (sources), `_dcc` (the XML), `_seal` (signatures),
+`_reader` (any DCC), `_artefact` (a certificate of a bar or a sphere becomes its document). It must
+not judge: errors, limits and verdicts are those of the records. `ocmm_gui.reports` draws the PDF.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -22,10 +20,10 @@ if TYPE_CHECKING:
         air_said, certificate_facts, certificate_title, open_certificate_clauses, rule_said,
     )  # fmt: skip
     from ocmm_core.export.certificate._dcc import dcc_bytes
-    from ocmm_core.export.certificate._from_acceptance import certificate_of_acceptance
     from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
     from ocmm_core.export.certificate._from_records import (
-        certificate_of_cameras, certificate_of_folder, certificate_of_tip,
+        certificate_of_acceptance, certificate_of_cameras, certificate_of_folder,
+        certificate_of_tip,
     )  # fmt: skip
     from ocmm_core.export.certificate._reader import Dcc, DccQuantity, read_dcc
     from ocmm_core.export.certificate._seal import (

@@ -4,8 +4,8 @@ In: the frozen data of a report; a plan or a model with its tolerances. Out: the
 document, and findings of its check; a plan, and omitted items.
 
 Read `_qif` (the exporter: head, units, datums, part), `_characteristics` (and their features), with
-`_writer` (names of shapes and characteristics in QIF, ids, numbers).
-`_check` finds faults that the schema misses. `_plan_in` reads.
+`_writer` (names of shapes and characteristics in QIF, ids, numbers, and faults that the schema
+misses). `_plan_in` reads.
 Its data come from `export.report`; it must not open a job.
 """
 

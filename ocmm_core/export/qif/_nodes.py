@@ -12,8 +12,8 @@ from collections.abc import Iterator
 
 from lxml import etree
 
-from ocmm_core.export.qif._check import NAMESPACE
 from ocmm_core.export.qif._units import DocumentUnits, NotTakenError, number, units_of
+from ocmm_core.export.qif._writer import NAMESPACE
 from ocmm_core.names import name_fault, normal_name, usable_name
 from ocmm_core.units import scaled
 

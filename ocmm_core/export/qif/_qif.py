@@ -22,8 +22,7 @@ from ocmm_core.export.qif._characteristics import (
     add_characteristics,
     add_features,
 )
-from ocmm_core.export.qif._check import NAMESPACE, check_qif
-from ocmm_core.export.qif._writer import Writer, count_children
+from ocmm_core.export.qif._writer import NAMESPACE, Writer, check_qif, count_children
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.decisions import PartVerdict, PartWord
 

@@ -22,7 +22,7 @@ from ocmm_core.export.report._report_data import (
     ReportedFeature,
     ReportedResult,
 )
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, triple
 from ocmm_core.inspection.causes import Explanation
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.tolerances.decisions import PartVerdict, VerdictSummary
@@ -129,7 +129,7 @@ def _file(data: ReportData) -> json_schema.ReportFile:
         frame=json_schema.FramePart(
             name=data.system,
             rotation_from_world=_matrix(data.frame.rotation),
-            translation_from_world=_vector(data.frame.translation),
+            translation_from_world=triple(data.frame.translation),
         ),
         features=tuple(_feature(item, view.verdict_of(item.name)) for item in data.features),
         results=tuple(_result(item, data.explanation(item.result.name)) for item in data.reported),
@@ -245,9 +245,9 @@ def _element(element: Element | None) -> json_schema.ElementPart | None:
     if element is None:
         return None
     return json_schema.ElementPart(
-        point=_vector(element.point),
-        direction=None if element.direction is None else _vector(element.direction),
-        across=None if element.across is None else _vector(element.across),
+        point=triple(element.point),
+        direction=None if element.direction is None else triple(element.direction),
+        across=None if element.across is None else triple(element.across),
         diameter=element.diameter,
         length=element.length,
         width=element.width,
@@ -265,9 +265,9 @@ def _observation(point: MeasuredPoint, taken_utc: str) -> json_schema.Observatio
         first_frame=point.first_frame,
         last_frame=point.last_frame,
         n_frames=point.n_frames,
-        tip_world=_vector(point.tip_world),
+        tip_world=triple(point.tip_world),
         random_covariance=_matrix(point.random_covariance),
-        direction_world=_vector(point.direction),
+        direction_world=triple(point.direction),
         tip_radius=point.tip_radius,
         rotation_world_from_probe=_matrix(point.rotation_world_from_probe),
         spots=_spots(point.spots),
@@ -293,13 +293,8 @@ def _is_same(told: json_schema.ObservationPart, point: MeasuredPoint) -> bool:
     )
 
 
-def _vector(array: Float) -> json_schema.Vector:
-    x, y, z = (float(value) for value in array)
-    return (x, y, z)
-
-
 def _matrix(array: Float) -> json_schema.Matrix:
-    a, b, c = (_vector(row) for row in array)
+    a, b, c = (triple(row) for row in array)
     return (a, b, c)
 
 

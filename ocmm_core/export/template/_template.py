@@ -122,7 +122,7 @@ class MachinePart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 class ReportTemplate(documents.Document, frozen=True, kw_only=True):
     name: str
     language: Literal["en", "de"] = "en"
-    """Of the report. Machine-readable files (JSON, tables, QIF) are in English."""
+    """Language of the report; machine-readable files (JSON, tables, QIF) are in English."""
     lengths: LengthUnit = "mm"
     """Unit of lengths in report and workbook; machine-readable files are in mm."""
     title: str = "Measurement report"
@@ -144,7 +144,7 @@ class Particulars:
     """Report data given with the request; empty ones are printed as "not stated"."""
 
     number: str = ""
-    """Of the report; empty for one made from job, identity and step."""
+    """Number of the report; if empty, it is made from job, identity and step."""
     customer: str = ""
     customer_address: str = ""
     order: str = ""
@@ -175,11 +175,11 @@ class Paper:
     """Content of the picture, or empty."""
     given: Particulars = field(default_factory=Particulars)
     release: ReleaseState | None = None
-    """Of the template; None without one, or if it is shipped."""
+    """Release of the template; None without a template, and for the shipped one."""
 
     @property
     def words(self) -> str:
-        """Return the name of the template with its release; empty if there is none."""
+        """Return the name of the template with its release; empty without a release."""
         return "" if self.release is None else f"{self.template.name}: {self.release.words}"
 
 
@@ -196,8 +196,8 @@ def standard_template() -> Path:
 def load_paper(path: Path | str, given: Particulars | None = None) -> Paper:
     """Return the template of the document at ``path`` with its logo.
 
-    InputError: the document is malformed, omits a required section, repeats a section, is too long
-    to be printed, or its logo is no PNG or JPEG next to it.
+    InputError: the document is malformed, omits a required section, repeats a section, has a text
+    that is too long to print, or its logo is not a PNG or JPEG file next to it.
     """
     path = Path(path)
     try:

@@ -52,7 +52,7 @@ from ocmm_core.features.shapes import (
     element,
     nominal_geometry,
 )
-from ocmm_core.geometry import Float, Points3, unit
+from ocmm_core.geometry import Float, Points3, triple, unit
 from ocmm_core.measuring import Rows
 
 _SHOWS = 0.05
@@ -363,17 +363,12 @@ def _nominal(
         name=name,
         shape=shape,
         points=0,
-        point=_vector(said[POINT]),
-        direction=_vector(said[DIRECTION]) if np.any(said[DIRECTION]) else (0.0, 0.0, 1.0),
+        point=triple(said[POINT]),
+        direction=triple(said[DIRECTION]) if np.any(said[DIRECTION]) else (0.0, 0.0, 1.0),
         diameter=0.0 if long else 2.0 * float(said[RADIUS]),
         length=2.0 * float(said[RADIUS]) if long else 0.0,
         width=2.0 * float(said[SECOND]),
         angle_deg=float(np.degrees(2.0 * said[HALF_ANGLE])),
-        across=_vector(said[ACROSS]) if long else (1.0, 0.0, 0.0),
+        across=triple(said[ACROSS]) if long else (1.0, 0.0, 0.0),
         side=inputs[0].nominal.side,
     )
-
-
-def _vector(values: Float) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return (x, y, z)

@@ -3,7 +3,7 @@
 In: job files, and the current histories of calibrations and tips.
 Out: jobs recalculated from raw observations, suspect points, comparisons of batches.
 
-Read `_reopen` with `_stored_documents`, `_batch`, `_compare` with `_comparison`. Later findings on
+Read `_reopen` with `_stored_documents`, `_batch`, `_compare`. Later findings on
 the calibration are in `_camera_history`, on the tip in `_tip_history`; `_recall_record` has the
 decisions of a recall, and `_known` sends them to a worker. Jobs are read in memory
 (`storage.read_job`). It must not know a running station.
@@ -21,9 +21,8 @@ if TYPE_CHECKING:
         CameraHistory, is_known, points_in_doubt, settle_cameras,
     )  # fmt: skip
     from ocmm_core.inspection.archive._compare import (
-        compare_files, compare_folder, compare_jobs, why_not_counted,
+        Comparison, PartValue, Trend, compare_files, compare_folder, compare_jobs, why_not_counted,
     )  # fmt: skip
-    from ocmm_core.inspection.archive._comparison import Comparison, PartValue, Trend
     from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_here
     from ocmm_core.inspection.archive._points_in_doubt import first_stored, first_taken
     from ocmm_core.inspection.archive._recall_record import (

@@ -236,27 +236,23 @@ def _judged(view: JobView, doubts: Sequence[str], held: Sequence[str]) -> JobVie
 
 def _differences(
     points: Sequence[MeasuredPoint], anew: Sequence[Sequence[Float]], plan: Plan, body: ProbeBody
-) -> list[str]:
-    """Return the differences from the stored points.
+) -> Iterator[str]:
+    """Yield the differences from the stored points.
 
     `anew`: for every point its tips from the raw spots, by each method used in the job.
     """
-    found = []
     known = {feature.name for feature in plan.features}
     for point, tips in zip(points, anew, strict=True):
         apart = float(np.nanmin(np.linalg.norm(np.array(tips) - point.tip_world, axis=1)))
         if not apart <= SAME_TIP_MM:
-            found.append(
+            yield (
                 f"Point {point.number} is {apart:.4f} mm from the position computed from "
                 "its raw spots."
             )
         if point.tip_radius != body.tip_radius:
-            found.append(
+            yield (
                 f"Point {point.number} was stored with a ball of radius {point.tip_radius:.6f} mm, "
                 f"but that of the probe in the file is {body.tip_radius:.6f} mm."
             )
         if point.feature not in known:
-            found.append(
-                f"Point {point.number} belongs to {point.feature!r}, which is not in the plan."
-            )
-    return found
+            yield f"Point {point.number} belongs to {point.feature!r}, which is not in the plan."

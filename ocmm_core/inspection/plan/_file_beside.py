@@ -1,7 +1,7 @@
 """Files next to a plan: pictures of its steps, its CAD model, and the cache of parts made from it.
 
 Files named by a plan are next to it or in a subfolder. Cached parts are named by the hash of their
-model; damaged entries, and those of another version are remade. If the folder of the plan is not
+model; damaged entries and those of another version are remade. If the folder of the plan is not
 writable, the user's cache is used.
 """
 
@@ -98,8 +98,8 @@ def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path)
     """Return the plan with a picture for a feature; the file is copied next to the plan.
 
     A file in that folder is referenced as it is; a copy whose name is in use is numbered.
-    InputError if the plan has no file (was never saved) or no such feature, or the file is no
-    picture; StorageError if it cannot be copied.
+    InputError if the plan was never saved or lacks the feature, or the file is not a picture;
+    StorageError if it cannot be copied.
     """
     if plan_file is None:
         raise InputError(
@@ -119,7 +119,7 @@ def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path)
 
 
 def without_file(plan: Plan, folder: Path | None) -> list[str]:
-    """Return the features whose picture is missing; all with one if there is no folder."""
+    """Return the features whose picture is missing; without a folder, all that have one."""
     return [
         item.name
         for item in plan.features
@@ -217,9 +217,9 @@ _MODEL = FileKind("model", "CAD model", part_model.model_endings)
 @dataclass(frozen=True, slots=True)
 class PartOfPlan:
     model: part_model.PartModel | None = None
-    """None if there is none to show."""
+    """None if no part is shown."""
     doubt: OcmmError | None = None
-    """Why a model named by the plan is not shown; None if it is, or there is none."""
+    """Why the model of the plan is not shown; None if it is shown, or the plan has no model."""
 
 
 def with_model(
@@ -229,8 +229,8 @@ def with_model(
 
     A file in that folder is referenced as it is; a copy whose name is in use is numbered. The plan
     file may not exist yet. ``source``: a STEP file in whose frame the nominals are; ``part``:
-    already read from it, for the cache. InputError if the plan has no file, the source is no STEP
-    file, or ``part`` is not of it; StorageError if it cannot be copied.
+    already read from it, for the cache. InputError if the plan was never saved, the source is not a
+    STEP file, or ``part`` is of another file; StorageError if it cannot be copied.
     """
     if plan_file is None:
         raise InputError(
@@ -260,9 +260,9 @@ def with_model(
 
 
 def _kept_together(files: part_model.FilesOfModel, folder: Path) -> str:
-    """Return the name of an assembly, whose files are copied to a folder of their own.
+    """Copy an assembly to a separate folder, and return its name.
 
-    They name each other: only the folder can be renamed, and is numbered if in use.
+    Its files refer to each other by name, so only the folder is renamed, with a number if in use.
     """
     stem = _MODEL.stem(files.top)
     for number in range(1, MOST_NAMES):

@@ -255,7 +255,6 @@ KINDS = (
         geometry=angle_value,
         monte_carlo=spec.MonteCarlo.SECOND_ORDER,
         qif=spec.QifWords("AngleBetween", of_one="Angle"),
-        symbol=None,
         shapes=spec.DIRECTED,
         features=(1, 2),
         checks=(_cone_fault,),

@@ -143,7 +143,6 @@ def _kind(name: str, qif: str, *symbol: spec.Polygon) -> spec.KindSpec:
         unit="mm",
         one_sided=True,
         evaluate=orientation,
-        geometry=None,
         monte_carlo=spec.MonteCarlo.VECTOR,
         qif=spec.QifWords(qif, has_modifier=True, planes="PlanarZone"),
         symbol=spec.Symbol(lines=symbol),

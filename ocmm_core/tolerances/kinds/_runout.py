@@ -103,7 +103,6 @@ def _kind(name: str, qif: str, shapes: tuple[Shape, ...], symbol: spec.Symbol) -
         unit="mm",
         one_sided=True,
         evaluate=runout,
-        geometry=None,
         monte_carlo=spec.MonteCarlo.EVALUATED,
         qif=spec.QifWords(qif),
         symbol=symbol,

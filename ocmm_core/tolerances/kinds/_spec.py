@@ -145,11 +145,11 @@ class KindSpec:
     one_sided: bool
     """The value is the width of a zone: nonnegative, with an upper limit only."""
     evaluate: Evaluate
-    geometry: OfGeometry | None
+    geometry: OfGeometry | None = None
     """The value from geometry alone; None if it needs points or the datum frame."""
     monte_carlo: MonteCarlo
     qif: QifWords
-    symbol: Symbol | None
+    symbol: Symbol | None = None
     """On drawings; None if written as a word."""
     shapes: tuple[Shape, ...]
     """Permitted for its features."""

@@ -2,8 +2,8 @@
 
 In: the snapshot of a step. Out: its display, and the user's input.
 
-Start with `_shown` (common types, fields, texts) and `_pages` (collecting pages) with
-`_hands_pages`, `_live_panel`, `_picture`, `_result_frame`.
+Start with `_shown` (common types, fields, texts) and `_pages` (preparing and
+collecting pages) with `_live_panel`, `_picture`, `_result_frame`.
 By subject: `_relocation_pages`, `_result_pages` (cameras, probe), `_sweep_page`, `_touch_pages`,
 `_tip_result_page` (tip, verification), `_definition_page` with `_definition_form`
 (definition of a probe). Pages get their data by constructor, and must not import the wizard.
@@ -13,11 +13,9 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.wizards.pages._definition_page import DefinitionPage
-    from ocmm_gui.wizards.pages._hands_pages import (
-        PreparePage, ProbePreparePage, StepPlan, planned_lines, planned_points,
-    )  # fmt: skip
     from ocmm_gui.wizards.pages._pages import (
-        CollectPage, KnownPointsPage, LinesPage, SeatsPage, StepPage,
+        CollectPage, KnownPointsPage, LinesPage, PreparePage, ProbePreparePage, SeatsPage, StepPage,
+        StepPlan, planned_lines, planned_points,
     )  # fmt: skip
     from ocmm_gui.wizards.pages._picture import BarPlace, Contents, bars
     from ocmm_gui.wizards.pages._relocation_pages import BarPage, WavePage, WorldPage

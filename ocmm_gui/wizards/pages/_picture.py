@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -202,9 +202,8 @@ def _nothing(theme: kit.Theme) -> Sequence[Item]:
     return ()
 
 
-def _faces(corners: Float) -> list[Float]:
-    """Return the six faces (4, 3) of a box between two corners (2, 3)."""
-    faces = []
+def _faces(corners: Float) -> Iterator[Float]:
+    """Yield the six faces (4, 3) of a box between two corners (2, 3)."""
     for axis in range(3):
         first, second = (one for one in range(3) if one != axis)
         for side in range(2):
@@ -212,8 +211,7 @@ def _faces(corners: Float) -> list[Float]:
             face[:, axis] = corners[side, axis]
             face[:, first] = corners[[0, 1, 1, 0], first]
             face[:, second] = corners[[0, 0, 1, 1], second]
-            faces.append(face)
-    return faces
+            yield face
 
 
 def _arrow(start: Float, end: Float, orbit: Orbit) -> Float:

@@ -15,9 +15,8 @@ from ocmm_core.geometry import Points3
 from ocmm_gui import kit
 from ocmm_gui.charts import Bars, Mapped, Row
 from ocmm_gui.kit import later, tr
-from ocmm_gui.wizards.pages._hands_pages import HandsPage
 from ocmm_gui.wizards.pages._live_panel import BannerMessage, Score
-from ocmm_gui.wizards.pages._pages import CollectPage
+from ocmm_gui.wizards.pages._pages import CollectPage, HandsPage
 from ocmm_gui.wizards.pages._shown import StepSnapshot
 
 _LAYERS = ((0.0, 1, 0.0), (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 45.0), (90.0, 8, 67.5))

@@ -12,8 +12,8 @@ from ocmm_core.geometry import Float, Points3, unit
 from ocmm_gui.charts import Bars, Mapped, Plot, Row
 from ocmm_gui.kit import Mark, digit_font, fill, ink, localised, said, said_word, text_font, tr
 from ocmm_gui.views import upright
-from ocmm_gui.wizards.pages._hands_pages import HandsPage
 from ocmm_gui.wizards.pages._live_panel import BannerMessage, Score
+from ocmm_gui.wizards.pages._pages import HandsPage
 from ocmm_gui.wizards.pages._shown import StepSnapshot
 
 _SPHERE_SPACING, _CONE_SPACING = float(np.radians(16.0)), float(np.radians(14.0))

@@ -31,7 +31,7 @@ from ocmm_core.coach import (
     uncertainty_of,
 )
 from ocmm_core.coach._advice import WAIT_S
-from ocmm_core.coach._prediction import common, sight_of
+from ocmm_core.coach._turns import common, sight_of
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_from_vector, rotation_xyz
 from ocmm_core.measuring import point_uncertainty, systematic_covariance

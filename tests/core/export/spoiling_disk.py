@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.documents import written_beside
-from ocmm_core.export import _files as files
+from ocmm_core.export import _registry as files
 
 
 def spoil_files(monkeypatch: pytest.MonkeyPatch, spoil: Callable[[Path, bytes], bytes]) -> None:

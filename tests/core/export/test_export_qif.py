@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from ocmm_core.export.qif._check import NAMESPACE, check_qif
 from ocmm_core.export.qif._qif import make_document
+from ocmm_core.export.qif._writer import NAMESPACE, check_qif
 from ocmm_core.export.report import ReportData
 from ocmm_core.features.shapes import NominalFeature, Shape, element
 from ocmm_core.inspection.evaluation import JobView

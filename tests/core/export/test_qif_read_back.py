@@ -12,8 +12,8 @@ from lxml import etree
 
 from ocmm_core.errors import StorageError
 from ocmm_core.export import preview, preview_text, write_report
-from ocmm_core.export.qif._check import NAMESPACE
 from ocmm_core.export.qif._qif import QIF
+from ocmm_core.export.qif._writer import NAMESPACE
 from ocmm_core.export.report import polyworks_profile
 from ocmm_core.export.report._json_file import _explanation
 from ocmm_core.features.shapes import Shape
