@@ -1,0 +1,478 @@
+"""The server of the second screen: one thread, an event loop, and a bounded number of readers.
+
+A reader gets the next snapshot after it has acknowledged the last one, so nothing queues for a slow
+one: it misses snapshots, which are counted. Without readers nothing is evaluated. Actions run one
+at a time on a thread of their own.
+
+Everything that costs resources without a token is bounded: connections, seconds and bytes.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import logging
+import socket
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import msgspec
+from aiohttp import WSMessage, web
+
+from ocmm_core.documents import read_bytes, resource
+from ocmm_core.errors import InputError, MeasuringError, OcmmError
+from ocmm_core.failure import contained
+from ocmm_core.inspection.causes import Explanation
+from ocmm_core.inspection.evaluation import JobView, withdrawn
+from ocmm_core.station import MeasuringStation
+from ocmm_core.station.stream import listen, may_connect, tls_context
+from ocmm_core.wording import ENGLISH, LANGUAGES, Speech
+from ocmm_serve.screen import _snapshot
+from ocmm_serve.screen._access import Right, ScreenOptions
+
+MOST_READERS = 16
+MOST_UNDECIDED = 32
+"""Connections that are not readers; the oldest gives way."""
+PERIOD_S = 0.1
+UNDECIDED_S, STALLED_S = 10.0, 10.0
+"""s: limits until a connection is a reader, and until a reader acknowledges."""
+PAUSE_S = 0.1
+"""Minimum pause between two evaluations, so that the page never takes a whole processor."""
+_PACE_S = 0.005
+"""s: messages of one reader are read at most 200 times a second."""
+_STOP_S = 2.0
+_FULL, _WRONG, _STALLED = 4029, 4001, 4008
+"""Codes of the WebSocket for the page."""
+_FILES = {
+    "/": ("index.html", "text/html"),
+    "/screen.css": ("screen.css", "text/css"),
+    "/screen.js": ("screen.js", "text/javascript"),
+}
+_PICTURES = {
+    ".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".webp": "image/webp",
+    ".svg": "image/svg+xml",
+}  # fmt: skip
+_MOST_PICTURE = 8_000_000
+_HEADERS = {
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "X-Frame-Options": "DENY",
+    "Cache-Control": "no-store",
+    "Server": "OCMM",
+}
+_log = logging.getLogger(__name__)
+
+
+class ScreenHello(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """First message of a page."""
+
+    token: str
+    language: str = ENGLISH
+
+
+class ScreenCall(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Later messages: the acknowledged snapshot, or an action on the job as displayed."""
+
+    seen: int = 0
+    do: str = ""
+    id: int = 0
+    job: str = ""
+    sequence: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Evaluated:
+    """A job after its change `sequence`."""
+
+    sequence: int
+    view: JobView
+    explanations: tuple[Explanation, ...]
+
+
+@dataclass(slots=True, eq=False)
+class _Reader:
+    socket: web.WebSocketResponse
+    right: Right
+    speech: Speech
+    wake: asyncio.Event = field(default_factory=asyncio.Event)
+    answers: list[_snapshot.ScreenAnswer] = field(default_factory=list)
+    number: int = 0
+    seen: int = 0
+    job_sent: int = -1
+    """`number`, `seen`, `job_sent`: Last snapshot sent, last acknowledged, sequence of the job."""
+
+
+class ScreenServer:
+    """Serve the second screen of a station; `start` and `close`, on any thread.
+
+    `failed`: receives unexpected errors. InputError: the certificate cannot be used.
+    """
+
+    def __init__(
+        self,
+        station: MeasuringStation,
+        options: ScreenOptions,
+        failed: Callable[[Exception], None] = lambda error: None,
+    ) -> None:
+        self._station, self._options, self._failed = station, options, failed
+        self._tls = tls_context(options.address)
+        folder = resource("screen", "index.html").parent
+        self._files = {
+            path: (read_bytes(folder / name), kind) for path, (name, kind) in _FILES.items()
+        }
+        self._readers: set[_Reader] = set()
+        self._undecided: dict[object, tuple[socket.socket, asyncio.Transport | None]] = {}
+        """By the address of the other side."""
+        self._count = itertools.count(1)
+        self._changes = 0
+        self._evaluated: _Evaluated | None = None
+        self._encoded: dict[tuple[int, str], msgspec.Raw] = {}
+        self._live: dict[str, msgspec.Raw] = {}
+        self._thread: threading.Thread | None = None
+        self._loop = asyncio.new_event_loop()
+        self._changed, self._stopping = asyncio.Event(), asyncio.Event()
+        self._actions = ThreadPoolExecutor(1, "ocmm-screen-action")
+        self._evaluations = ThreadPoolExecutor(1, "ocmm-screen-evaluation")
+        self.address = (options.address.host, options.address.port)
+        """The port is known after the start."""
+        self.missed = 0
+        """Snapshots not sent because a reader was slow."""
+        self.refused = 0
+        """Wrong tokens, readers above the limit, actions without the right, invalid messages."""
+
+    @property
+    def readers(self) -> int:
+        return len(self._readers)
+
+    def start(self) -> tuple[str, int]:
+        """Listen, and return the address; MeasuringError if it is unavailable."""
+        listener = listen(self._options.address, MOST_UNDECIDED)
+        listener.setblocking(False)
+        address = listener.getsockname()
+        self.address = (str(address[0]), int(address[1]))
+        self._station.events.changed.connect(self._on_change, priority=1)
+        self._thread = threading.Thread(target=self._run, args=(listener,), name="ocmm-screen")
+        self._thread.start()
+        return self.address
+
+    def close(self) -> bool:
+        """Disconnect all readers; return whether the thread ended in time."""
+        thread, self._thread = self._thread, None
+        if thread is None:
+            return True
+        self._station.events.changed.disconnect(self._on_change)
+        self._wake(self._stopping)
+        thread.join(2.0 * _STOP_S)
+        return not thread.is_alive()
+
+    def _on_change(self) -> None:
+        # On the thread of the change, which never waits here.
+        self._changes = next(self._count)
+        self._wake(self._changed)
+
+    def _wake(self, event: asyncio.Event) -> None:
+        # The loop is closed.
+        with contextlib.suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(event.set)
+
+    def _run(self, listener: socket.socket) -> None:
+        try:
+            with listener, asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+                runner.run(self._serve(listener))
+        except Exception as error:
+            self._failed(error)
+        finally:
+            for pool in (self._actions, self._evaluations):
+                pool.shutdown(cancel_futures=True)
+
+    async def _serve(self, listener: socket.socket) -> None:
+        app = web.Application(client_max_size=1024)
+        for path in self._files:
+            app.router.add_get(path, self._file)
+        app.router.add_get("/picture", self._picture)
+        app.router.add_get("/live", self._talk)
+        runner = web.AppRunner(
+            app, access_log=None, handle_signals=False, shutdown_timeout=0.1, max_line_size=2048,
+            max_field_size=2048,
+        )  # fmt: skip
+        await runner.setup()
+        assert runner.server is not None  # noqa: S101 - after the set-up
+        tasks = [
+            asyncio.create_task(work)
+            for work in (self._receive(listener, runner.server), self._evaluate(), self._tick())
+        ]
+        stop = asyncio.create_task(self._stopping.wait())
+        try:
+            done, _ = await asyncio.wait([*tasks, stop], return_when=asyncio.FIRST_COMPLETED)
+            for task in done - {stop}:
+                task.result()
+        finally:
+            for task in (*tasks, stop):
+                task.cancel()
+            for reader in tuple(self._readers):
+                with contextlib.suppress(Exception):
+                    await asyncio.wait_for(reader.socket.close(code=1001), 0.2)
+            await runner.cleanup()
+
+    async def _receive(self, listener: socket.socket, server: web.Server) -> None:
+        """Accept connections; each has `UNDECIDED_S` to become a reader."""
+        loop = asyncio.get_running_loop()
+        handshakes: set[asyncio.Task[None]] = set()
+        while True:
+            try:
+                connection, address = await loop.sock_accept(listener)
+            except OSError:
+                # No free descriptors.
+                await asyncio.sleep(PERIOD_S)
+                continue
+            if not may_connect(self._options.address, str(address[0])):
+                connection.close()
+                continue
+            connection.setblocking(False)
+            task = loop.create_task(self._greet(connection, address, server))
+            handshakes.add(task)
+            task.add_done_callback(handshakes.discard)
+            await asyncio.sleep(0)
+
+    async def _greet(self, connection: socket.socket, address: object, server: web.Server) -> None:
+        loop = asyncio.get_running_loop()
+        for one, (_, transport) in tuple(self._undecided.items()):
+            if transport is not None and transport.is_closing():
+                del self._undecided[one]
+        self._undecided[address] = connection, None
+        if len(self._undecided) > MOST_UNDECIDED:
+            self._drop(next(iter(self._undecided)))
+        try:
+            limit = UNDECIDED_S if self._tls is not None else None
+            transport, _ = await loop.connect_accepted_socket(
+                server, connection, ssl=self._tls, ssl_handshake_timeout=limit
+            )
+        except OSError:
+            # It hung up, or does not use TLS.
+            self._drop(address)
+            return
+        if address in self._undecided:
+            self._undecided[address] = connection, transport
+            loop.call_later(UNDECIDED_S, self._drop, address)
+        else:
+            transport.abort()
+
+    def _drop(self, address: object) -> None:
+        """Close a connection that has not become a reader."""
+        connection, transport = self._undecided.pop(address, (None, None))
+        if transport is not None:
+            transport.abort()
+        elif connection is not None:
+            connection.close()
+
+    async def _file(self, request: web.Request) -> web.Response:
+        content, kind = self._files[request.path]
+        return _response(content, kind)
+
+    async def _picture(self, request: web.Request) -> web.Response:
+        """Return the picture of a feature, with the token in a header."""
+        token = request.headers.get("Authorization", "").removeprefix("Bearer ")
+        if not self._options.access.right_of(token):
+            self.refused += 1
+            return _response(b"", "text/plain", 403)
+        plan, file = self._station.job.plan, self._station.job.plan_file
+        wanted = request.query.get("feature", "")
+        picture = next((one.picture for one in plan.features if one.name == wanted), "")
+        if file is None or not picture:
+            return _response(b"", "text/plain", 404)
+        path = file.parent / picture
+        try:
+            content = await asyncio.to_thread(read_bytes, path, _MOST_PICTURE)
+        except OcmmError:
+            return _response(b"", "text/plain", 404)
+        return _response(content, _PICTURES[path.suffix.lower()])
+
+    async def _talk(self, request: web.Request) -> web.StreamResponse:
+        """Serve one page until it leaves."""
+        talk = web.WebSocketResponse(max_msg_size=4096, compress=False, timeout=1.0)
+        if not talk.can_prepare(request).ok:
+            return _response(b"", "text/plain", 400)
+        await talk.prepare(request)
+        reader = await self._admit(talk)
+        if reader is None:
+            return talk
+        assert request.transport is not None  # noqa: S101 - it has just sent its first message
+        self._undecided.pop(request.transport.get_extra_info("peername"), None)
+        self._readers.add(reader)
+        self._changed.set()
+        sending = asyncio.create_task(self._send(reader))
+        try:
+            async for message in talk:
+                if not await self._hear(reader, message):
+                    break
+                await asyncio.sleep(_PACE_S)
+        finally:
+            self._readers.discard(reader)
+            sending.cancel()
+            await talk.close()
+        return talk
+
+    async def _admit(self, talk: web.WebSocketResponse) -> _Reader | None:
+        """Return the reader that the first message makes; None after closing."""
+        try:
+            first = await talk.receive(timeout=UNDECIDED_S)
+            hello = msgspec.json.decode(first.data, type=ScreenHello)
+        except (TimeoutError, TypeError, msgspec.DecodeError, UnicodeError):
+            hello = ScreenHello(token="")
+        right = self._options.access.right_of(hello.token)
+        if right and len(self._readers) < MOST_READERS:
+            language = hello.language if hello.language in LANGUAGES else ENGLISH
+            return _Reader(talk, right, Speech(language))
+        self.refused += 1
+        await talk.close(code=_FULL if right else _WRONG)
+        return None
+
+    async def _hear(self, reader: _Reader, message: WSMessage) -> bool:
+        """Process a message of a page; return whether it stays."""
+        try:
+            call = msgspec.json.decode(message.data, type=ScreenCall)
+        except (TypeError, msgspec.DecodeError, UnicodeError):
+            self.refused += 1
+            return False
+        if not call.do:
+            reader.seen = max(reader.seen, min(call.seen, reader.number))
+            return True
+        try:
+            if reader.right != "control":
+                raise MeasuringError(
+                    "screen.read_only",
+                    "This page can only read.",
+                    "Use the buttons of the station.",
+                )
+            loop = asyncio.get_running_loop()
+            await loop.run_in_executor(self._actions, self._do, call)
+            what, remedy = "", ""
+        except Exception as error:
+            self.refused += isinstance(error, MeasuringError) and error.code == "screen.read_only"
+            told = error if isinstance(error, OcmmError) else contained(error, "The action")
+            what, remedy = reader.speech.say(told.what), reader.speech.say(told.remedy)
+        reader.answers.append(_snapshot.ScreenAnswer(id=call.id, what=what, remedy=remedy))
+        # A page that sends but does not read gets its last answers only.
+        del reader.answers[:-MOST_READERS]
+        return True
+
+    def _do(self, call: ScreenCall) -> None:
+        """Carry out an action on the job as it was displayed; OcmmError."""
+        job = self._station.job
+        shown = job.path.stem == call.job
+        if shown and call.do == "take":
+            job.take()
+            return
+        if call.do not in ("undo", "finish"):
+            raise InputError(
+                "screen.action", "The page asked for an unknown action.", "Load the page again."
+            )
+        if not shown or call.sequence != self._changes:
+            raise MeasuringError(
+                "screen.outdated",
+                "The job has changed since this page showed it.",
+                "Look at the page, then press again.",
+            )
+        undo = call.do == "undo"
+        job.change(lambda session: session.steps.undo() if undo else session.steps.finish())
+
+    async def _evaluate(self) -> None:
+        """Evaluate the job after changes, while there are readers."""
+        loop = asyncio.get_running_loop()
+        while True:
+            await self._changed.wait()
+            self._changed.clear()
+            known = self._evaluated
+            if not self._readers or (known is not None and known.sequence == self._changes):
+                continue
+            self._evaluated = await loop.run_in_executor(self._evaluations, self._now)
+            self._encoded.clear()
+            await asyncio.sleep(PAUSE_S)
+
+    def _now(self) -> _Evaluated | None:
+        # Read first: the view fetched next contains everything up to this change.
+        sequence, known = self._changes, self._evaluated
+        try:
+            return _Evaluated(sequence, self._station.job.view(), self._station.job.explanations())
+        except Exception as error:
+            # Without this the previous verdicts would stand.
+            told = contained(error, "The evaluation for the second screen")
+            if known is None:
+                return None
+            return _Evaluated(sequence, withdrawn(known.view, f"{told.what} {told.remedy}"), ())
+
+    async def _tick(self) -> None:
+        """Take a snapshot of the machine for all readers."""
+        while True:
+            await asyncio.sleep(PERIOD_S)
+            if not self._readers:
+                continue
+            live, job = self._station.looks.live(), self._evaluated
+            current = job is not None and job.sequence == self._changes
+            view = None if job is None else job.view
+            for language in {reader.speech.language for reader in self._readers}:
+                made = _snapshot.live_of(live, view, Speech(language), current=current)
+                self._live[language] = msgspec.Raw(msgspec.json.encode(made))
+            for reader in self._readers:
+                self.missed += reader.wake.is_set() or reader.number > reader.seen
+                reader.wake.set()
+
+    async def _send(self, reader: _Reader) -> None:
+        """Send the latest snapshot whenever the last one was acknowledged."""
+        sent_s = time.monotonic()
+        try:
+            while True:
+                await reader.wake.wait()
+                reader.wake.clear()
+                if reader.number == reader.seen:
+                    sent_s = time.monotonic()
+                    async with asyncio.timeout(STALLED_S):
+                        await reader.socket.send_str(self._message(reader))
+                elif time.monotonic() - sent_s > STALLED_S:
+                    await reader.socket.close(code=_STALLED)
+                    return
+        except (ConnectionError, TimeoutError):
+            await reader.socket.close(code=_STALLED)
+        except Exception as error:
+            await reader.socket.close(code=1011)
+            self._failed(error)
+
+    def _message(self, reader: _Reader) -> str:
+        first, job = reader.number == 0, self._evaluated
+        reader.number += 1
+        answers, reader.answers = reader.answers, []
+        raw: msgspec.Raw | None = None
+        if job is not None and job.sequence != reader.job_sent:
+            reader.job_sent = job.sequence
+            raw = self._job(job, reader.speech)
+        made = {
+            "schema": _snapshot.SCHEMA,
+            "number": reader.number,
+            "controls": reader.right == "control",
+            "live": self._live[reader.speech.language],
+            "job": raw,
+            "answers": answers,
+            "texts": _snapshot.texts_of(reader.speech) if first else {},
+        }
+        return msgspec.json.encode(made).decode("utf-8")
+
+    def _job(self, job: _Evaluated, speech: Speech) -> msgspec.Raw:
+        """Return the job in a language, encoded once for all its readers."""
+        key = (job.sequence, speech.language)
+        if key not in self._encoded:
+            made = _snapshot.job_of(job.view, job.explanations, job.sequence, speech)
+            self._encoded[key] = msgspec.Raw(msgspec.json.encode(made))
+        return self._encoded[key]
+
+
+def _response(content: bytes, kind: str, status: int = 200) -> web.Response:
+    found = web.Response(body=content, content_type=kind, status=status, headers=_HEADERS)
+    if kind.startswith("text/"):
+        found.charset = "utf-8"
+    # One request a connection: an idle one holds no place.
+    found.force_close()
+    return found
