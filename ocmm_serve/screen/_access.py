@@ -6,7 +6,6 @@ import base64
 import hashlib
 import hmac
 import importlib.util
-import secrets
 import socket
 from dataclasses import dataclass, field
 from typing import Literal
@@ -32,13 +31,9 @@ def require_package() -> None:
         )
 
 
-def new_secret() -> str:
-    return secrets.token_urlsafe(24)
-
-
 @dataclass(frozen=True, slots=True)
 class ScreenAccess:
-    """Tokens of the page; InputError if a given one is too short.
+    """Tokens of the page; InputError if the secret is too short.
 
     The token for reading is derived from the secret by a one-way function: its owner cannot make
     the one for the buttons.
@@ -59,17 +54,16 @@ class ScreenAccess:
 
     @property
     def read_token(self) -> str:
-        key = self.secret.encode("utf-8", "surrogatepass")
-        found = hmac.new(key, b"ocmm.screen/read", hashlib.sha256).digest()
+        found = hmac.new(self.secret.encode(), b"ocmm.screen/read", hashlib.sha256).digest()
         return base64.urlsafe_b64encode(found[:18]).decode("ascii")
 
     def right_of(self, token: str) -> Right:
         """Return what a token permits; the comparison takes equal time for all."""
         given = token.encode("utf-8", "surrogatepass")
-        own = self.secret.encode("utf-8", "surrogatepass")
-        if hmac.compare_digest(given, self.read_token.encode("ascii")):
+        if hmac.compare_digest(given, self.read_token.encode()):
             return "read"
-        return "control" if hmac.compare_digest(given, own) and self.may_control else ""
+        is_secret = hmac.compare_digest(given, self.secret.encode())
+        return "control" if is_secret and self.may_control else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,8 +89,10 @@ class ScreenOptions:
         return not here and self.address.certificate is None
 
     def page(self, port: int, token: str) -> str:
-        """Return the address of the page; the browser never sends the token behind the ``#``."""
-        host = _own_address(self.address.host)
+        """Return the address of the page; browsers never send the token behind the ``#``."""
+        host = self.address.host
+        if host in ("0.0.0.0", "::"):  # noqa: S104 - compared, not listened on
+            host = socket.gethostname()
         scheme = "http" if self.address.certificate is None else "https"
         return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}/#{token}"
 
@@ -109,19 +105,3 @@ def code_lines(text: str) -> tuple[str, ...]:
         "".join(_BLOCKS[int(above), int(below)] for above, below in zip(*pair, strict=True))
         for pair in zip(rows[::2], rows[1::2], strict=True)
     )
-
-
-def _own_address(host: str) -> str:
-    """Return an address of this computer that others reach, in place of "all addresses"."""
-    if host not in ("0.0.0.0", "::"):  # noqa: S104 - compared, not listened on
-        return host
-    # Connecting a datagram socket sends nothing; it selects the interface of the default route.
-    family, beyond = (
-        (socket.AF_INET6, "2001:db8::1") if host == "::" else (socket.AF_INET, "192.0.2.1")
-    )
-    with socket.socket(family, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect((beyond, 9))
-        except OSError:
-            return socket.gethostname()
-        return str(probe.getsockname()[0])

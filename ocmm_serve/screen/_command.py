@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,7 +44,7 @@ def serve_screen(
 
     stream = address.options(PORT, token)
     options = _access.ScreenOptions(
-        stream, _access.ScreenAccess(stream.token or _access.new_secret(), control)
+        stream, _access.ScreenAccess(stream.token or secrets.token_urlsafe(24), control)
     )
     console = make_console(soft_wrap=True)
     ended = stop_event()

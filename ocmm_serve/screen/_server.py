@@ -3,8 +3,6 @@
 A reader gets the next snapshot after it has acknowledged the last one, so nothing queues for a slow
 one: it misses snapshots, which are counted. Without readers nothing is evaluated. Actions run one
 at a time on a thread of their own.
-
-Everything that costs resources without a token is bounded: connections, seconds and bytes.
 """
 
 from __future__ import annotations
@@ -12,7 +10,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import itertools
-import logging
 import socket
 import threading
 import time
@@ -23,23 +20,30 @@ from dataclasses import dataclass, field
 import msgspec
 from aiohttp import WSMessage, web
 
-from ocmm_core.documents import read_bytes, resource
+from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.inspection.causes import Explanation
 from ocmm_core.inspection.evaluation import JobView, withdrawn
 from ocmm_core.station import MeasuringStation
-from ocmm_core.station.stream import listen, may_connect, tls_context
+from ocmm_core.station.stream import listen, tls_context
 from ocmm_core.wording import ENGLISH, LANGUAGES, Speech
 from ocmm_serve.screen import _snapshot
 from ocmm_serve.screen._access import Right, ScreenOptions
+from ocmm_serve.screen._reception import (
+    MOST_PICTURE,
+    MOST_UNDECIDED,
+    PICTURES,
+    UNDECIDED_S,
+    PageFiles,
+    ScreenReception,
+    response,
+)  # fmt: skip
 
 MOST_READERS = 16
-MOST_UNDECIDED = 32
-"""Connections that are not readers; the oldest gives way."""
 PERIOD_S = 0.1
-UNDECIDED_S, STALLED_S = 10.0, 10.0
-"""s: limits until a connection is a reader, and until a reader acknowledges."""
+STALLED_S = 10.0
+"""s: limit until a reader acknowledges a snapshot."""
 PAUSE_S = 0.1
 """Minimum pause between two evaluations, so that the page never takes a whole processor."""
 _PACE_S = 0.005
@@ -47,36 +51,16 @@ _PACE_S = 0.005
 _STOP_S = 2.0
 _FULL, _WRONG, _STALLED = 4029, 4001, 4008
 """Codes of the WebSocket for the page."""
-_FILES = {
-    "/": ("index.html", "text/html"),
-    "/screen.css": ("screen.css", "text/css"),
-    "/screen.js": ("screen.js", "text/javascript"),
-}
-_PICTURES = {
-    ".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".webp": "image/webp",
-    ".svg": "image/svg+xml",
-}  # fmt: skip
-_MOST_PICTURE = 8_000_000
-_HEADERS = {
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "X-Frame-Options": "DENY",
-    "Cache-Control": "no-store",
-    "Server": "OCMM",
-}
-_log = logging.getLogger(__name__)
-
-
-class ScreenHello(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """First message of a page."""
-
-    token: str
-    language: str = ENGLISH
 
 
 class ScreenCall(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Later messages: the acknowledged snapshot, or an action on the job as displayed."""
+    """Message of a page: first its ``token`` and ``language``, then what it has ``seen``.
 
+    ``do``: an action on the job as displayed; it is answered under its ``id``.
+    """
+
+    token: str = ""
+    language: str = ENGLISH
     seen: int = 0
     do: str = ""
     id: int = 0
@@ -120,20 +104,16 @@ class ScreenServer:
     ) -> None:
         self._station, self._options, self._failed = station, options, failed
         self._tls = tls_context(options.address)
-        folder = resource("screen", "index.html").parent
-        self._files = {
-            path: (read_bytes(folder / name), kind) for path, (name, kind) in _FILES.items()
-        }
+        self._files = PageFiles()
+        self._reception = ScreenReception(options.address, self._tls)
         self._readers: set[_Reader] = set()
-        self._undecided: dict[object, tuple[socket.socket, asyncio.Transport | None]] = {}
-        """By the address of the other side."""
         self._count = itertools.count(1)
         self._changes = 0
         self._evaluated: _Evaluated | None = None
         self._encoded: dict[tuple[int, str], msgspec.Raw] = {}
         self._live: dict[str, msgspec.Raw] = {}
         self._thread: threading.Thread | None = None
-        self._loop = asyncio.new_event_loop()
+        self._loop: asyncio.AbstractEventLoop | None = None
         self._changed, self._stopping = asyncio.Event(), asyncio.Event()
         self._actions = ThreadPoolExecutor(1, "ocmm-screen-action")
         self._evaluations = ThreadPoolExecutor(1, "ocmm-screen-evaluation")
@@ -154,8 +134,9 @@ class ScreenServer:
         listener.setblocking(False)
         address = listener.getsockname()
         self.address = (str(address[0]), int(address[1]))
+        self._loop = loop = asyncio.new_event_loop()
         self._station.events.changed.connect(self._on_change, priority=1)
-        self._thread = threading.Thread(target=self._run, args=(listener,), name="ocmm-screen")
+        self._thread = threading.Thread(target=self._run, args=(listener, loop), name="ocmm-screen")
         self._thread.start()
         return self.address
 
@@ -175,13 +156,14 @@ class ScreenServer:
         self._wake(self._changed)
 
     def _wake(self, event: asyncio.Event) -> None:
-        # The loop is closed.
-        with contextlib.suppress(RuntimeError):
-            self._loop.call_soon_threadsafe(event.set)
+        if self._loop is not None:
+            # The loop is closed.
+            with contextlib.suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(event.set)
 
-    def _run(self, listener: socket.socket) -> None:
+    def _run(self, listener: socket.socket, loop: asyncio.AbstractEventLoop) -> None:
         try:
-            with listener, asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+            with listener, asyncio.Runner(loop_factory=lambda: loop) as runner:
                 runner.run(self._serve(listener))
         except Exception as error:
             self._failed(error)
@@ -191,8 +173,7 @@ class ScreenServer:
 
     async def _serve(self, listener: socket.socket) -> None:
         app = web.Application(client_max_size=1024)
-        for path in self._files:
-            app.router.add_get(path, self._file)
+        self._files.add_to(app)
         app.router.add_get("/picture", self._picture)
         app.router.add_get("/live", self._talk)
         runner = web.AppRunner(
@@ -203,7 +184,11 @@ class ScreenServer:
         assert runner.server is not None  # noqa: S101 - after the set-up
         tasks = [
             asyncio.create_task(work)
-            for work in (self._receive(listener, runner.server), self._evaluate(), self._tick())
+            for work in (
+                self._reception.receive(listener, runner.server),
+                self._evaluate(),
+                self._tick(),
+            )
         ]
         stop = asyncio.create_task(self._stopping.wait())
         try:
@@ -218,90 +203,34 @@ class ScreenServer:
                     await asyncio.wait_for(reader.socket.close(code=1001), 0.2)
             await runner.cleanup()
 
-    async def _receive(self, listener: socket.socket, server: web.Server) -> None:
-        """Accept connections; each has `UNDECIDED_S` to become a reader."""
-        loop = asyncio.get_running_loop()
-        handshakes: set[asyncio.Task[None]] = set()
-        while True:
-            try:
-                connection, address = await loop.sock_accept(listener)
-            except OSError:
-                # No free descriptors.
-                await asyncio.sleep(PERIOD_S)
-                continue
-            if not may_connect(self._options.address, str(address[0])):
-                connection.close()
-                continue
-            connection.setblocking(False)
-            task = loop.create_task(self._greet(connection, address, server))
-            handshakes.add(task)
-            task.add_done_callback(handshakes.discard)
-            await asyncio.sleep(0)
-
-    async def _greet(self, connection: socket.socket, address: object, server: web.Server) -> None:
-        loop = asyncio.get_running_loop()
-        for one, (_, transport) in tuple(self._undecided.items()):
-            if transport is not None and transport.is_closing():
-                del self._undecided[one]
-        self._undecided[address] = connection, None
-        if len(self._undecided) > MOST_UNDECIDED:
-            self._drop(next(iter(self._undecided)))
-        try:
-            limit = UNDECIDED_S if self._tls is not None else None
-            transport, _ = await loop.connect_accepted_socket(
-                server, connection, ssl=self._tls, ssl_handshake_timeout=limit
-            )
-        except OSError:
-            # It hung up, or does not use TLS.
-            self._drop(address)
-            return
-        if address in self._undecided:
-            self._undecided[address] = connection, transport
-            loop.call_later(UNDECIDED_S, self._drop, address)
-        else:
-            transport.abort()
-
-    def _drop(self, address: object) -> None:
-        """Close a connection that has not become a reader."""
-        connection, transport = self._undecided.pop(address, (None, None))
-        if transport is not None:
-            transport.abort()
-        elif connection is not None:
-            connection.close()
-
-    async def _file(self, request: web.Request) -> web.Response:
-        content, kind = self._files[request.path]
-        return _response(content, kind)
-
     async def _picture(self, request: web.Request) -> web.Response:
         """Return the picture of a feature, with the token in a header."""
         token = request.headers.get("Authorization", "").removeprefix("Bearer ")
         if not self._options.access.right_of(token):
             self.refused += 1
-            return _response(b"", "text/plain", 403)
+            return response(b"", "text/plain", 403)
         plan, file = self._station.job.plan, self._station.job.plan_file
         wanted = request.query.get("feature", "")
         picture = next((one.picture for one in plan.features if one.name == wanted), "")
         if file is None or not picture:
-            return _response(b"", "text/plain", 404)
+            return response(b"", "text/plain", 404)
         path = file.parent / picture
         try:
-            content = await asyncio.to_thread(read_bytes, path, _MOST_PICTURE)
+            content = await asyncio.to_thread(read_bytes, path, MOST_PICTURE)
         except OcmmError:
-            return _response(b"", "text/plain", 404)
-        return _response(content, _PICTURES[path.suffix.lower()])
+            return response(b"", "text/plain", 404)
+        return response(content, PICTURES[path.suffix.lower()])
 
     async def _talk(self, request: web.Request) -> web.StreamResponse:
         """Serve one page until it leaves."""
         talk = web.WebSocketResponse(max_msg_size=4096, compress=False, timeout=1.0)
         if not talk.can_prepare(request).ok:
-            return _response(b"", "text/plain", 400)
+            return response(b"", "text/plain", 400)
         await talk.prepare(request)
         reader = await self._admit(talk)
         if reader is None:
             return talk
-        assert request.transport is not None  # noqa: S101 - it has just sent its first message
-        self._undecided.pop(request.transport.get_extra_info("peername"), None)
+        self._reception.admit(request.transport)
         self._readers.add(reader)
         self._changed.set()
         sending = asyncio.create_task(self._send(reader))
@@ -320,9 +249,9 @@ class ScreenServer:
         """Return the reader that the first message makes; None after closing."""
         try:
             first = await talk.receive(timeout=UNDECIDED_S)
-            hello = msgspec.json.decode(first.data, type=ScreenHello)
+            hello = msgspec.json.decode(first.data, type=ScreenCall)
         except (TimeoutError, TypeError, msgspec.DecodeError, UnicodeError):
-            hello = ScreenHello(token="")
+            hello = ScreenCall()
         right = self._options.access.right_of(hello.token)
         if right and len(self._readers) < MOST_READERS:
             language = hello.language if hello.language in LANGUAGES else ENGLISH
@@ -363,22 +292,24 @@ class ScreenServer:
     def _do(self, call: ScreenCall) -> None:
         """Carry out an action on the job as it was displayed; OcmmError."""
         job = self._station.job
-        shown = job.path.stem == call.job
-        if shown and call.do == "take":
-            job.take()
-            return
-        if call.do not in ("undo", "finish"):
+        if call.do not in ("take", "undo", "finish"):
             raise InputError(
                 "screen.action", "The page asked for an unknown action.", "Load the page again."
             )
-        if not shown or call.sequence != self._changes:
+        # A point is added to any state of the job; the others mean the state that was displayed.
+        changed = call.do != "take" and call.sequence != self._changes
+        if changed or job.path.stem != call.job:
             raise MeasuringError(
                 "screen.outdated",
                 "The job has changed since this page showed it.",
                 "Look at the page, then press again.",
             )
-        undo = call.do == "undo"
-        job.change(lambda session: session.steps.undo() if undo else session.steps.finish())
+        if call.do == "take":
+            job.take()
+        elif call.do == "undo":
+            job.change(lambda session: session.steps.undo())
+        else:
+            job.change(lambda session: session.steps.finish())
 
     async def _evaluate(self) -> None:
         """Evaluate the job after changes, while there are readers."""
@@ -467,12 +398,3 @@ class ScreenServer:
             made = _snapshot.job_of(job.view, job.explanations, job.sequence, speech)
             self._encoded[key] = msgspec.Raw(msgspec.json.encode(made))
         return self._encoded[key]
-
-
-def _response(content: bytes, kind: str, status: int = 200) -> web.Response:
-    found = web.Response(body=content, content_type=kind, status=status, headers=_HEADERS)
-    if kind.startswith("text/"):
-        found.charset = "utf-8"
-    # One request a connection: an idle one holds no place.
-    found.force_close()
-    return found

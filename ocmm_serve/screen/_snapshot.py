@@ -21,7 +21,7 @@ from ocmm_core.inspection.evaluation import (
     LiveView,
     job_states,
     state_lines,
-)
+)  # fmt: skip
 from ocmm_core.options import DEFAULT_OPERATOR, DEFAULT_SERIAL
 from ocmm_core.tolerances.decisions import CharacteristicResult, VerdictSummary
 from ocmm_core.tolerances.kinds import spec_of
@@ -66,7 +66,6 @@ class ScreenResult(_Part, frozen=True, kw_only=True):
     kind: str
     features: tuple[str, ...]
     unit: str
-    nominal: str
     limits: str
     measured: str
     deviation: str
@@ -149,7 +148,6 @@ def texts_of(speech: Speech) -> dict[str, str]:
         "deviation": "Deviation",
         "uncertainty": "U",
         "limits": "Tolerance",
-        "nominal": "Nominal",
         "old": "The results are being calculated.",
         "gone": "No connection to the station.",
         "gone_remedy": "Nothing shown here is valid now. Look at the station; this page reconnects "
@@ -326,7 +324,6 @@ def _result(
         kind=speech.word(result.kind),
         features=result.features,
         unit="°" if degrees else "mm",
-        nominal=_number(speech, result.nominal, digits),
         limits=limits,
         measured=_number(speech, result.measured, digits),
         deviation=_number(speech, result.deviation, digits, "+"),

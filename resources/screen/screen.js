@@ -4,7 +4,7 @@ const GONE_MS = 800, RETRY_MS = 500;
 const at = (id) => document.getElementById(id);
 const token = location.hash.slice(1) || sessionStorage.getItem("token") || "";
 sessionStorage.setItem("token", token);
-history.replaceState(null, "", location.pathname);
+history.replaceState(null, "", location.pathname + location.search);
 const wanted = new URLSearchParams(location.search).get("language") || navigator.language;
 const language = wanted.slice(0, 2).toLowerCase();
 let socket = null, texts = {}, job = null, live = null, heard = 0, busy = 0, count = 0, answer = [];
@@ -41,6 +41,7 @@ function numbers(result) {
 }
 
 function showJob() {
+  document.body.dataset.sequence = job.sequence;
   const part = job.shown === "";
   const feature = job.features.find((one) => one.name === job.shown);
   const result = job.results.find((one) => one.name === job.deciding);
