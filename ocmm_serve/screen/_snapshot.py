@@ -90,7 +90,8 @@ class ScreenJob(_Part, frozen=True, kw_only=True):
     """The job after its change ``sequence``.
 
     ``shown``: feature in large digits; empty while the verdict on the part is shown. ``deciding``:
-    the result that decides over it; ``reason``: of that verdict. ``picture``: feature of the plan
+    the result that decides over it; ``reason``: of that verdict. ``next``: the next step;
+    ``instruction``: that of the plan. ``picture``: feature of the plan
     that has one. ``refusal``: why the last touch gave no point, and what to do.
     """
 
@@ -100,6 +101,7 @@ class ScreenJob(_Part, frozen=True, kw_only=True):
     states: tuple[str, ...]
     paused: str
     next: str
+    instruction: str
     refusal: tuple[str, ...]
     shown: str
     deciding: str
@@ -213,6 +215,7 @@ def job_of(
         states=tuple(speech.say(line) for line in states if line),
         paused=speech.say("The job is paused. Resume it at the station.") if view.paused else "",
         next=speech.say(next_step(view)),
+        instruction="" if active is None else _instruction(active, speech),
         refusal=() if refusal is None else (speech.say(refusal.what), speech.say(refusal.remedy)),
         shown="" if shown is None else shown.name,
         deciding="" if shown is None else view.verdict_of(shown.name).deciding,
@@ -282,19 +285,24 @@ def _feature(view: JobView, feature: FeatureView, speech: Speech) -> ScreenFeatu
         FeatureState.SKIPPED: "skipped",
         FeatureState.DONE: "done",
     }
-    late = feature.coverage is not None and feature.taken >= feature.needed - 1
-    warning = feature.coverage.warning if late and feature.coverage is not None else ""
     # What is missing for a fit is in the next step.
     lacking = feature.taken < MINIMUM_POINTS[feature.shape]
-    notes = ("" if lacking else speech.say(feature.note), feature.text, speech.say(warning))
     return ScreenFeature(
         name=feature.name,
         shape=speech.word(shape),
         count=feature.count_text,
         state=ScreenWord(code=feature.state.value, text=speech.word(words[feature.state])),
         verdict=_verdict(summary, speech),
-        note=" ".join(one for one in notes if one),
+        note="" if lacking else speech.say(feature.note),
     )
+
+
+def _instruction(feature: FeatureView, speech: Speech) -> str:
+    """Return the plan's text for a feature, and the warning about the spread of its points."""
+    # While points are missing the next target guides the spread.
+    late = feature.coverage is not None and feature.taken >= feature.needed - 1
+    warning = feature.coverage.warning if late and feature.coverage is not None else ""
+    return f"{feature.text} {speech.say(warning)}".strip()
 
 
 def _verdict(summary: VerdictSummary, speech: Speech) -> ScreenWord:

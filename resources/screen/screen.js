@@ -33,11 +33,9 @@ function marked(said) {
 }
 
 function numbers(result) {
-  const unit = ` ${result.unit}`, list = [];
-  for (const [name, value] of [["measured", result.measured], ["deviation", result.deviation],
-    ["uncertainty", result.uncertainty], ["limits", result.limits]])
-    list.push(made("dt", texts[name] + (name === "measured" ? unit : "")), made("dd", value));
-  return list;
+  const names = ["measured", "deviation", "uncertainty", "limits"];
+  return (result.valued ? names : names.slice(3)).flatMap((name) =>
+    [made("dt", `${texts[name]} ${result.unit}`), made("dd", result[name])]);
 }
 
 function showJob() {
@@ -52,6 +50,7 @@ function showJob() {
   at("far").classList.toggle("part", part);
   text(at("reason"), job.reason);
   text(at("next"), job.next);
+  text(at("instruction"), job.instruction);
   at("features").replaceChildren(...job.features.map((one) => {
     const row = made("li", ""), said = one.state.code === "done" ? one.verdict : one.state;
     row.classList.toggle("active", one.state.code === "active");

@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import json
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
 
+from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.station.stream import StreamOptions
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 from ocmm_serve.screen import ScreenAccess, ScreenOptions
+from ocmm_serve.screen._access import code_lines
 from ocmm_serve.screen._server import MOST_READERS
+from tests.commands import Ocmm
+from tests.host import HANG_S
+from tests.serve.ippdme_server import jobs_in, served
 from tests.serve.second_screen import SECRET, ServedScreen, reading, served_screen
 from tests.waiting import wait_until
 
@@ -238,3 +247,48 @@ def test_without_readers_nothing_is_evaluated(screen: ServedScreen) -> None:
     with reading(screen, screen.access.read_token) as page:
         page.current()
     assert screen.server._evaluated is not None  # noqa: SLF001 - as above
+
+
+def test_the_command_prints_addresses_that_work(tmp_path: Path) -> None:
+    secret = tmp_path / "token.txt"
+    secret.write_text(f"{SECRET}\n")
+    secret.chmod(0o600)
+    options = ("--plan", str(resource("plans", "quick.toml")), "--token", str(secret), "--control")
+    with served(tmp_path, *options, command="screen") as process:
+        wait_until(lambda: process.text.count("http://127.0.0.1:") == 2)
+        tokens = re.findall(r"http://127\.0\.0\.1:\d+/#(\S+)", process.text)
+        assert tokens == [ScreenAccess(SECRET).read_token, SECRET]
+        for token, controls in zip(tokens, (False, True), strict=True):
+            with connect(f"ws://127.0.0.1:{process.address[1]}/live") as talk:
+                talk.send(json.dumps({"token": token}))
+                assert json.loads(talk.recv(HANG_S))["controls"] is controls
+    # Stopped early, the job is complete or not; without points it is removed.
+    assert len(jobs_in(tmp_path)) <= 1
+
+
+def test_a_secret_that_others_can_read_is_refused(tmp_path: Path, ocmm_here: Ocmm) -> None:
+    secret = tmp_path / "token.txt"
+    secret.write_text(SECRET)
+    secret.chmod(0o644)
+    done = ocmm_here("serve", "screen", "--source", "simulated", "--token", secret)
+    assert done.returncode == 3
+    assert "other users of this computer can read the token" in done.stderr
+    assert "chmod 600" in done.stderr
+    secret.chmod(0o600)
+    secret.write_text("short")
+    done = ocmm_here("serve", "screen", "--source", "simulated", "--token", secret)
+    assert "The token has 5 characters." in done.stderr
+
+
+def test_the_code_of_an_address_is_that_address() -> None:
+    url = ScreenOptions(HERE, ScreenAccess(SECRET)).page(1391, SECRET)
+    lines = code_lines(url)
+    rows: list[list[bool]] = []
+    for line in lines:
+        rows.append([one in " ▄" for one in line])
+        rows.append([one in " ▀" for one in line])
+    picture = np.repeat(np.repeat(np.where(np.array(rows), 0, 255), 8, axis=0), 8, axis=1)
+    found, _, _ = cv2.QRCodeDetector().detectAndDecode(
+        np.pad(picture, 32, constant_values=255).astype(np.uint8)
+    )
+    assert found == url
