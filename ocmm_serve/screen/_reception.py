@@ -25,11 +25,6 @@ _FILES = {
     "/screen.css": ("screen.css", "text/css"),
     "/screen.js": ("screen.js", "text/javascript"),
 }
-PICTURES = {
-    ".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".webp": "image/webp",
-    ".svg": "image/svg+xml",
-}  # fmt: skip
-MOST_PICTURE = 8_000_000
 _HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
@@ -103,9 +98,14 @@ class ScreenReception:
             return
         if address in self._undecided:
             self._undecided[address] = connection, transport
-            loop.call_later(UNDECIDED_S, self._drop, address)
+            loop.call_later(UNDECIDED_S, self._expire, address, transport)
         else:
             transport.abort()
+
+    def _expire(self, address: object, transport: asyncio.Transport) -> None:
+        # Another connection can have the address by now.
+        if self._undecided.get(address, (None, None))[1] is transport:
+            self._drop(address)
 
     def _drop(self, address: object) -> None:
         """Close a connection that has not become a reader."""

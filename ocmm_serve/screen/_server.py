@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import itertools
+import logging
+import mimetypes
 import socket
 import threading
 import time
@@ -19,26 +20,18 @@ from dataclasses import dataclass, field
 
 import msgspec
 from aiohttp import WSMessage, web
+from aiohttp.typedefs import Handler
 
 from ocmm_core.documents import read_bytes
-from ocmm_core.errors import InputError, MeasuringError, OcmmError
+from ocmm_core.errors import MeasuringError, OcmmError
 from ocmm_core.failure import contained
-from ocmm_core.inspection.causes import Explanation
-from ocmm_core.inspection.evaluation import JobView, withdrawn
 from ocmm_core.station import MeasuringStation
 from ocmm_core.station.stream import listen, tls_context
 from ocmm_core.wording import ENGLISH, LANGUAGES, Speech
 from ocmm_serve.screen import _snapshot
 from ocmm_serve.screen._access import Right, ScreenOptions
-from ocmm_serve.screen._reception import (
-    MOST_PICTURE,
-    MOST_UNDECIDED,
-    PICTURES,
-    UNDECIDED_S,
-    PageFiles,
-    ScreenReception,
-    response,
-)  # fmt: skip
+from ocmm_serve.screen._job import JobOnScreen, ScreenCall
+from ocmm_serve.screen._reception import UNDECIDED_S, PageFiles, ScreenReception, response
 
 MOST_READERS = 16
 PERIOD_S = 0.1
@@ -48,33 +41,11 @@ PAUSE_S = 0.1
 """Minimum pause between two evaluations, so that the page never takes a whole processor."""
 _PACE_S = 0.005
 """s: messages of one reader are read at most 200 times a second."""
-_STOP_S = 2.0
+_STOP_S, _GOODBYE_S = 2.0, 0.5
+_MOST_PICTURE = 8_000_000
+"""Bytes."""
 _FULL, _WRONG, _STALLED = 4029, 4001, 4008
 """Codes of the WebSocket for the page."""
-
-
-class ScreenCall(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Message of a page: first its ``token`` and ``language``, then what it has ``seen``.
-
-    ``do``: an action on the job as displayed; it is answered under its ``id``.
-    """
-
-    token: str = ""
-    language: str = ENGLISH
-    seen: int = 0
-    do: str = ""
-    id: int = 0
-    job: str = ""
-    sequence: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class _Evaluated:
-    """A job after its change `sequence`."""
-
-    sequence: int
-    view: JobView
-    explanations: tuple[Explanation, ...]
 
 
 @dataclass(slots=True, eq=False)
@@ -107,10 +78,7 @@ class ScreenServer:
         self._files = PageFiles()
         self._reception = ScreenReception(options.address, self._tls)
         self._readers: set[_Reader] = set()
-        self._count = itertools.count(1)
-        self._changes = 0
-        self._evaluated: _Evaluated | None = None
-        self._encoded: dict[tuple[int, str], msgspec.Raw] = {}
+        self._job = JobOnScreen(station)
         self._live: dict[str, msgspec.Raw] = {}
         self._thread: threading.Thread | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -130,7 +98,7 @@ class ScreenServer:
 
     def start(self) -> tuple[str, int]:
         """Listen, and return the address; MeasuringError if it is unavailable."""
-        listener = listen(self._options.address, MOST_UNDECIDED)
+        listener = listen(self._options.address, MOST_READERS)
         listener.setblocking(False)
         address = listener.getsockname()
         self.address = (str(address[0]), int(address[1]))
@@ -152,7 +120,7 @@ class ScreenServer:
 
     def _on_change(self) -> None:
         # On the thread of the change, which never waits here.
-        self._changes = next(self._count)
+        self._job.note_change()
         self._wake(self._changed)
 
     def _wake(self, event: asyncio.Event) -> None:
@@ -172,13 +140,14 @@ class ScreenServer:
                 pool.shutdown(cancel_futures=True)
 
     async def _serve(self, listener: socket.socket) -> None:
-        app = web.Application(client_max_size=1024)
+        app = web.Application(client_max_size=1024, middlewares=[self._guard])
         self._files.add_to(app)
         app.router.add_get("/picture", self._picture)
         app.router.add_get("/live", self._talk)
         runner = web.AppRunner(
             app, access_log=None, handle_signals=False, shutdown_timeout=0.1, max_line_size=2048,
-            max_field_size=2048,
+            # Faults of clients are answered; in the log they would be tracebacks without end.
+            max_field_size=2048, logger=logging.Logger("ocmm-screen", logging.CRITICAL),  # noqa: LOG001 - without handlers
         )  # fmt: skip
         await runner.setup()
         assert runner.server is not None  # noqa: S101 - after the set-up
@@ -198,10 +167,20 @@ class ScreenServer:
         finally:
             for task in (*tasks, stop):
                 task.cancel()
-            for reader in tuple(self._readers):
-                with contextlib.suppress(Exception):
-                    await asyncio.wait_for(reader.socket.close(code=1001), 0.2)
+            goodbyes = [asyncio.create_task(one.socket.close(code=1001)) for one in self._readers]
+            if goodbyes:
+                await asyncio.wait(goodbyes, timeout=_GOODBYE_S)
             await runner.cleanup()
+
+    @web.middleware
+    async def _guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
+        try:
+            return await handler(request)
+        except (web.HTTPException, ConnectionError):
+            raise
+        except Exception as error:
+            self._failed(error)
+            raise
 
     async def _picture(self, request: web.Request) -> web.Response:
         """Return the picture of a feature, with the token in a header."""
@@ -216,17 +195,19 @@ class ScreenServer:
             return response(b"", "text/plain", 404)
         path = file.parent / picture
         try:
-            content = await asyncio.to_thread(read_bytes, path, MOST_PICTURE)
+            content = await asyncio.to_thread(read_bytes, path, _MOST_PICTURE)
         except OcmmError:
             return response(b"", "text/plain", 404)
-        return response(content, PICTURES[path.suffix.lower()])
+        return response(content, mimetypes.guess_type(path.name)[0] or "image/png")
 
     async def _talk(self, request: web.Request) -> web.StreamResponse:
         """Serve one page until it leaves."""
         talk = web.WebSocketResponse(max_msg_size=4096, compress=False, timeout=1.0)
-        if not talk.can_prepare(request).ok:
+        try:
+            await talk.prepare(request)
+        except ValueError:
+            # A key that is not ASCII.
             return response(b"", "text/plain", 400)
-        await talk.prepare(request)
         reader = await self._admit(talk)
         if reader is None:
             return talk
@@ -278,7 +259,7 @@ class ScreenServer:
                     "Use the buttons of the station.",
                 )
             loop = asyncio.get_running_loop()
-            await loop.run_in_executor(self._actions, self._do, call)
+            await loop.run_in_executor(self._actions, self._job.act, call)
             what, remedy = "", ""
         except Exception as error:
             self.refused += isinstance(error, MeasuringError) and error.code == "screen.read_only"
@@ -289,52 +270,15 @@ class ScreenServer:
         del reader.answers[:-MOST_READERS]
         return True
 
-    def _do(self, call: ScreenCall) -> None:
-        """Carry out an action on the job as it was displayed; OcmmError."""
-        job = self._station.job
-        if call.do not in ("take", "undo", "finish"):
-            raise InputError(
-                "screen.action", "The page asked for an unknown action.", "Load the page again."
-            )
-        # A point is added to any state of the job; the others mean the state that was displayed.
-        changed = call.do != "take" and call.sequence != self._changes
-        if changed or job.path.stem != call.job:
-            raise MeasuringError(
-                "screen.outdated",
-                "The job has changed since this page showed it.",
-                "Look at the page, then press again.",
-            )
-        if call.do == "take":
-            job.take()
-        elif call.do == "undo":
-            job.change(lambda session: session.steps.undo())
-        else:
-            job.change(lambda session: session.steps.finish())
-
     async def _evaluate(self) -> None:
         """Evaluate the job after changes, while there are readers."""
         loop = asyncio.get_running_loop()
         while True:
             await self._changed.wait()
             self._changed.clear()
-            known = self._evaluated
-            if not self._readers or (known is not None and known.sequence == self._changes):
-                continue
-            self._evaluated = await loop.run_in_executor(self._evaluations, self._now)
-            self._encoded.clear()
+            if self._readers and not self._job.is_current:
+                await loop.run_in_executor(self._evaluations, self._job.evaluate)
             await asyncio.sleep(PAUSE_S)
-
-    def _now(self) -> _Evaluated | None:
-        # Read first: the view fetched next contains everything up to this change.
-        sequence, known = self._changes, self._evaluated
-        try:
-            return _Evaluated(sequence, self._station.job.view(), self._station.job.explanations())
-        except Exception as error:
-            # Without this the previous verdicts would stand.
-            told = contained(error, "The evaluation for the second screen")
-            if known is None:
-                return None
-            return _Evaluated(sequence, withdrawn(known.view, f"{told.what} {told.remedy}"), ())
 
     async def _tick(self) -> None:
         """Take a snapshot of the machine for all readers."""
@@ -342,11 +286,10 @@ class ScreenServer:
             await asyncio.sleep(PERIOD_S)
             if not self._readers:
                 continue
-            live, job = self._station.looks.live(), self._evaluated
-            current = job is not None and job.sequence == self._changes
+            live, job = self._station.looks.live(), self._job.evaluated
             view = None if job is None else job.view
             for language in {reader.speech.language for reader in self._readers}:
-                made = _snapshot.live_of(live, view, Speech(language), current=current)
+                made = _snapshot.live_of(live, view, Speech(language))
                 self._live[language] = msgspec.Raw(msgspec.json.encode(made))
             for reader in self._readers:
                 self.missed += reader.wake.is_set() or reader.number > reader.seen
@@ -373,28 +316,21 @@ class ScreenServer:
             self._failed(error)
 
     def _message(self, reader: _Reader) -> str:
-        first, job = reader.number == 0, self._evaluated
+        first, job = reader.number == 0, self._job.evaluated
         reader.number += 1
         answers, reader.answers = reader.answers, []
         raw: msgspec.Raw | None = None
         if job is not None and job.sequence != reader.job_sent:
             reader.job_sent = job.sequence
-            raw = self._job(job, reader.speech)
+            raw = self._job.encoded(job, reader.speech)
         made = {
             "schema": _snapshot.SCHEMA,
             "number": reader.number,
             "controls": reader.right == "control",
+            "current": self._job.is_current,
             "live": self._live[reader.speech.language],
             "job": raw,
             "answers": answers,
             "texts": _snapshot.texts_of(reader.speech) if first else {},
         }
         return msgspec.json.encode(made).decode("utf-8")
-
-    def _job(self, job: _Evaluated, speech: Speech) -> msgspec.Raw:
-        """Return the job in a language, encoded once for all its readers."""
-        key = (job.sequence, speech.language)
-        if key not in self._encoded:
-            made = _snapshot.job_of(job.view, job.explanations, job.sequence, speech)
-            self._encoded[key] = msgspec.Raw(msgspec.json.encode(made))
-        return self._encoded[key]

@@ -46,8 +46,7 @@ class ScreenWord(_Part, frozen=True, kw_only=True):
 class ScreenLive(_Part, frozen=True, kw_only=True):
     """The machine now: ``position`` X, Y, Z and ``uncertainty`` (k = 2) in mm, or dashes.
 
-    ``distance`` to the next point is a sentence. ``current`` is false while the job is evaluated
-    again: its results are of an earlier state.
+    ``distance`` to the next point is a sentence.
     """
 
     status: ScreenWord
@@ -56,7 +55,6 @@ class ScreenLive(_Part, frozen=True, kw_only=True):
     uncertainty: str
     distance: str
     faults: tuple[str, ...]
-    current: bool
 
 
 class ScreenResult(_Part, frozen=True, kw_only=True):
@@ -125,12 +123,14 @@ class ScreenAnswer(_Part, frozen=True, kw_only=True):
 class ScreenSnapshot(_Part, frozen=True, kw_only=True):
     """One message to a reader, who acknowledges its ``number`` before the next one.
 
-    ``job`` is null if unchanged. ``texts`` of the page are in the first message only.
+    ``job`` is null if unchanged; ``current`` is false while it is evaluated again: its results are
+    of an earlier state. ``texts`` of the page are in the first message only.
     """
 
     schema: str
     number: int
     controls: bool
+    current: bool
     live: ScreenLive
     job: ScreenJob | None
     answers: tuple[ScreenAnswer, ...]
@@ -164,7 +164,7 @@ def texts_of(speech: Speech) -> dict[str, str]:
     }
 
 
-def live_of(live: LiveView, job: JobView | None, speech: Speech, *, current: bool) -> ScreenLive:
+def live_of(live: LiveView, job: JobView | None, speech: Speech) -> ScreenLive:
     """Return the machine for display; numbers only if the core trusts them."""
     position, tip = (DASHES, DASHES, DASHES), live.tip_world
     distance = ""
@@ -183,7 +183,6 @@ def live_of(live: LiveView, job: JobView | None, speech: Speech, *, current: boo
         uncertainty=_number(speech, live.tip_uncertainty, 3),
         distance=speech.say(distance),
         faults=tuple(map(speech.say, live.faults)),
-        current=current,
     )
 
 

@@ -8,7 +8,7 @@ history.replaceState(null, "", location.pathname + location.search);
 const wanted = new URLSearchParams(location.search).get("language") || navigator.language;
 const language = wanted.slice(0, 2).toLowerCase();
 let socket = null, texts = {}, job = null, live = null, heard = 0, busy = 0, count = 0, answer = [];
-let code = 0, pictured = "", mayControl = false;
+let code = 0, pictured = "", mayControl = false, current = false;
 
 function text(element, words) {
   if (element.textContent !== words) element.textContent = words;
@@ -90,8 +90,8 @@ function showLive() {
   text(at("distance"), live.distance);
   const [x, y, z] = live.position, u = `${texts.uncertainty} ${live.uncertainty} mm`;
   at("position").replaceChildren(...[`X ${x}`, `Y ${y}`, `Z ${z}`, u].map((one) => made("span", one)));
-  text(at("title"), !live.current ? texts.old : job ? job.title : "");
-  document.body.classList.toggle("old", !live.current);
+  text(at("title"), !current ? texts.old : job ? job.title : "");
+  document.body.classList.toggle("old", !current);
 }
 
 function showNotes() {
@@ -115,8 +115,8 @@ function showNotes() {
 function showButtons() {
   at("buttons").hidden = !mayControl;
   at("take").disabled = busy || !job;
-  at("undo").disabled = busy || !job || !job.undo || !live.current;
-  at("finish").disabled = busy || !job || !job.can_finish || !live.current;
+  at("undo").disabled = busy || !job || !job.undo || !current;
+  at("finish").disabled = busy || !job || !job.can_finish || !current;
   text(at("undo").lastChild, job ? job.undo : "");
 }
 
@@ -132,6 +132,7 @@ function show(snapshot) {
   }
   mayControl = snapshot.controls;
   live = snapshot.live;
+  current = snapshot.current;
   for (const one of snapshot.answers) if (one.id === busy) {
     busy = 0;
     answer = [one.what, one.remedy].filter(Boolean);

@@ -94,8 +94,7 @@ class Reader:
 
     def current(self) -> dict[str, Any]:
         """Return the job once the page shows its present state."""
-        self.next()
-        while not (self.job and self.next()["live"]["current"]):
+        while not (self.next()["current"] and self.job):
             pass
         return self.job
 

@@ -65,8 +65,8 @@ name = "{name}"
 kind = "{kind}"
 features = {features}
 nominal = {nominal}
-lower = -{limit}
-upper = {limit}
+lower = {lower}
+upper = {upper}
 """
 
 
@@ -107,7 +107,7 @@ def opened(
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(url)
     page.wait_for_selector("#gone", state="hidden")
-    page.wait_for_function("document.body.dataset.sequence !== undefined")
+    page.wait_for_selector("body[data-sequence]")
     try:
         yield page
     finally:
@@ -120,23 +120,23 @@ def mixed_plan_in(folder: Path) -> Path:
     step = {"kind": "distance", "features": '["BLOCK_TOP", "BED"]'}
     ball = {"kind": "diameter", "features": '["SPHERE"]'}
     rows = [
-        step | {"name": "Step", "nominal": 20.34, "limit": 0.08},
-        step | {"name": "Wrong step", "nominal": 20.9, "limit": 0.08},
-        ball | {"name": "Ball", "nominal": 19.989, "limit": 0.2},
-        ball | {"name": "Tight ball", "nominal": 19.989, "limit": 0.005},
+        step | {"name": "Step", "nominal": 20.34, "lower": -0.08, "upper": 0.08},
+        step | {"name": "Wrong step", "nominal": 20.34, "lower": 0.06, "upper": 0.08},
+        ball | {"name": "Ball", "nominal": 19.989, "lower": -0.2, "upper": 0.2},
+        ball | {"name": "Tight ball", "nominal": 19.989, "lower": -0.02, "upper": 0.02},
         {"name": "Flatness", "kind": "flatness", "features": '["BED"]', "nominal": 0.0,
-         "limit": 0.1},
+         "lower": 0.0, "upper": 0.1},
     ]  # fmt: skip
     text = PLAN + "".join(CHARACTERISTIC.format(**row) for row in rows)
     file = folder / "mixed.toml"
-    file.write_text(text.replace("lower = -0.1\n", "lower = 0.0\n"), "utf-8")
+    file.write_text(text, "utf-8")
     return file
 
 
 def shown_on(page: Page, screen: ServedScreen, view: JobView) -> dict[str, object]:
     """Return the words and colours of a page once it shows a state of the job."""
-    sequence = screen.server._changes  # noqa: SLF001 - the page shows no number of its state
-    page.wait_for_function(f"document.body.dataset.sequence === '{sequence}'")
+    sequence = screen.server._job.changes  # noqa: SLF001 - the page shows no number of its state
+    page.wait_for_selector(f"body[data-sequence='{sequence}']")
     assert screen.station.job.view() is view
     found: dict[str, object] = page.evaluate(
         """() => {
@@ -291,12 +291,10 @@ def test_buttons_change_the_job_once(chromium: Browser, tmp_path: Path) -> None:
             # Pressed twice within the time of one answer.
             page.evaluate("() => { const one = document.getElementById('undo'); one.click(); }")
             page.evaluate("() => document.getElementById('undo').click()")
-            page.wait_for_function(
-                "document.getElementById('features').textContent.includes('5 / 6')"
-            )
+            page.wait_for_selector("#features :text('5 / 6')", state="attached")
             assert screen.station.job.view().features[2].taken == 5
             page.click("#finish")
-            page.wait_for_function("document.getElementById('verdict').dataset.code === 'CONFORM'")
+            page.wait_for_selector("#far.part")
             assert screen.station.job.view().complete
         with opened(chromium, screen.page(screen.access.read_token)) as page:
             assert not page.is_visible("#buttons")
@@ -307,10 +305,14 @@ def test_shows_names_as_text_and_refusals_with_their_remedy(
 ) -> None:
     plan = mixed_plan_in(tmp_path)
     hostile = "<img src=x onerror=document.title=1>"
-    plan.write_text(plan.read_text("utf-8").replace('"Ball"', f'"{hostile}"'), "utf-8")
+    plan.write_text(
+        plan.read_text("utf-8").replace('name = "BED"\n', f'name = "BED"\ntext = "{hostile}"\n'),
+        "utf-8",
+    )
     with served_screen(tmp_path, plan) as screen:
+        screen.station.job.change(lambda session: session.steps.reopen("BED"))
         with opened(chromium, screen.page(SECRET)) as page:
-            assert hostile in page.locator("#list").all_text_contents()[0]
+            page.wait_for_selector(f"#instruction:text-is('{hostile}')")
             assert page.title() == "OCMM"
             screen.station.job.change(lambda session: session.pausing.pause())
             page.click("#take")
@@ -320,7 +322,7 @@ def test_shows_names_as_text_and_refusals_with_their_remedy(
             assert page.inner_text("#notes .bad") == f"{refusal.what} {refusal.remedy}"
         page = chromium.new_page()
         page.goto(screen.page("of-another-start"))
-        page.wait_for_function("document.getElementById('gone').textContent.includes('Scan')")
+        page.wait_for_selector("#gone :text('Scan')")
         assert page.is_visible("#gone")
         assert page.text_content("#list") == ""
         page.context.close()
