@@ -58,7 +58,7 @@ class ScreenAccess:
         return base64.urlsafe_b64encode(found[:18]).decode("ascii")
 
     def right_of(self, token: str) -> Right:
-        """Return what a token permits; the comparison takes equal time for all."""
+        """Return the right of a token; all comparisons take equal time."""
         given = token.encode("utf-8", "surrogatepass")
         if hmac.compare_digest(given, self.read_token.encode()):
             return "read"

@@ -68,7 +68,7 @@ class JobOnScreen:
             told = contained(error, "The evaluation for the second screen")
             if known is None:
                 return
-            # Otherwise the previous verdicts would stand.
+            # Otherwise the previous verdicts would remain.
             view, explanations = withdrawn(known.view, f"{told.what} {told.remedy}"), ()
         self.evaluated = ScreenedJob(sequence, view, explanations)
 

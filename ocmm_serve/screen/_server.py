@@ -2,7 +2,7 @@
 
 A reader gets the next snapshot after it has acknowledged the last one, so nothing queues for a slow
 one: it misses snapshots, which are counted. Without readers nothing is evaluated. Actions run one
-at a time on a thread of their own.
+at a time on a separate thread.
 """
 
 from __future__ import annotations

@@ -284,7 +284,7 @@ def _feature(view: JobView, feature: FeatureView, speech: Speech) -> ScreenFeatu
         FeatureState.SKIPPED: "skipped",
         FeatureState.DONE: "done",
     }
-    # What is missing for a fit is in the next step.
+    # The next step states missing points.
     lacking = feature.taken < MINIMUM_POINTS[feature.shape]
     return ScreenFeature(
         name=feature.name,

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
@@ -75,7 +76,7 @@ def served_screen(
 class Reader:
     """A page without a browser: every snapshot is checked by the schema and acknowledged."""
 
-    talk: ClientConnection
+    talk: Connection
     job: dict[str, Any] = field(default_factory=dict)
     latest: dict[str, Any] = field(default_factory=dict)
     answers: list[dict[str, Any]] = field(default_factory=list)

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import pytest
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 
 from ocmm_core.composition import stream_options
 from ocmm_core.documents import resource
@@ -63,7 +64,7 @@ def said(screen: ServedScreen, content: bytes) -> bytes:
     return b""
 
 
-def talk_until_closed(talk: ClientConnection, message: str | bytes) -> None:
+def talk_until_closed(talk: Connection, message: str | bytes) -> None:
     """Send a message and read until the server closes."""
     talk.send(message)
     while True:

@@ -275,11 +275,13 @@ def test_shows_within_a_second_that_the_station_is_gone(chromium: Browser, tmp_p
             }); }"""
         )
         # The connection stays and nothing comes, as from a computer that hangs.
-        screen.server._loop.call_soon_threadsafe(time.sleep, 3.0)  # noqa: SLF001 - makes it hang
+        loop = screen.server._loop  # noqa: SLF001 - to make it hang
+        assert loop is not None
+        loop.call_soon_threadsafe(time.sleep, 3.0)
         waited_ms = page.evaluate("() => window.shown")
         assert waited_ms <= 1000.0 * GONE_S
         assert page.inner_text("#gone p") == "Keine Verbindung zur Station."
-        # It comes back by itself.
+        # The page reconnects.
         page.wait_for_selector("#gone", state="hidden")
         stack.close()
         page.wait_for_selector("#gone", state="visible")
