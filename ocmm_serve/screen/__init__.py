@@ -3,9 +3,9 @@
 In: the view of the job and the live values of a station, and three actions of a permitted reader.
 Out: a snapshot in the reader's language, by a schema, over a WebSocket.
 
-Read `_snapshot` (the texts and the schema), `_job` (evaluation, actions), `_access` (tokens and
-addresses), `_reception` (connections), `_server` (its thread, pace and readers) and `_command`
-(`ocmm serve screen`). The page is in `resources/screen`.
+Read `_snapshot` (the texts and the schema), `_job` (evaluation, actions), `_access` (tokens,
+addresses, connections), `_server` (its thread, pace and readers) and `_command` (`ocmm serve
+screen`). The page is in `resources/screen`.
 Verdicts and numbers come from the core; nothing here makes one.
 """
 

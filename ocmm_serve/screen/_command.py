@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import secrets
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,8 @@ from pathlib import Path
 from rich.style import Style
 
 from ocmm_cli.terminal import lead, make_console, say, told
+from ocmm_core.errors import InputError
+from ocmm_core.plugins import install_line
 from ocmm_serve.site import (
     POINTS,
     ServedAddress,
@@ -37,9 +40,14 @@ def serve_screen(
     --control is given. Ends by Ctrl-C.
     """
     from ocmm_core.composition import build_station
-    from ocmm_serve.screen import _access
 
-    _access.require_package()
+    if importlib.util.find_spec("aiohttp") is None:
+        raise InputError(
+            "screen.package",
+            "The second screen needs a package that is not installed.",
+            f"Install it: {install_line('screen')}.",
+        )
+    from ocmm_serve.screen import _access
     from ocmm_serve.screen._server import ScreenServer
 
     stream = address.options(PORT, token)

@@ -28,10 +28,8 @@ from ocmm_core.failure import contained
 from ocmm_core.station import MeasuringStation
 from ocmm_core.station.stream import listen, tls_context
 from ocmm_core.wording import ENGLISH, LANGUAGES, Speech
-from ocmm_serve.screen import _snapshot
-from ocmm_serve.screen._access import Right, ScreenOptions
+from ocmm_serve.screen import _access, _snapshot
 from ocmm_serve.screen._job import JobOnScreen, ScreenCall
-from ocmm_serve.screen._reception import UNDECIDED_S, PageFiles, ScreenReception, response
 
 MOST_READERS = 16
 PERIOD_S = 0.1
@@ -51,7 +49,7 @@ _FULL, _WRONG, _STALLED = 4029, 4001, 4008
 @dataclass(slots=True, eq=False)
 class _Reader:
     socket: web.WebSocketResponse
-    right: Right
+    right: _access.Right
     speech: Speech
     wake: asyncio.Event = field(default_factory=asyncio.Event)
     answers: list[_snapshot.ScreenAnswer] = field(default_factory=list)
@@ -70,13 +68,13 @@ class ScreenServer:
     def __init__(
         self,
         station: MeasuringStation,
-        options: ScreenOptions,
+        options: _access.ScreenOptions,
         failed: Callable[[Exception], None] = lambda error: None,
     ) -> None:
         self._station, self._options, self._failed = station, options, failed
         self._tls = tls_context(options.address)
-        self._files = PageFiles()
-        self._reception = ScreenReception(options.address, self._tls)
+        self._files = _access.PageFiles()
+        self._reception = _access.ScreenReception(options.address, self._tls)
         self._readers: set[_Reader] = set()
         self._job = JobOnScreen(station)
         self._live: dict[str, msgspec.Raw] = {}
@@ -187,18 +185,18 @@ class ScreenServer:
         token = request.headers.get("Authorization", "").removeprefix("Bearer ")
         if not self._options.access.right_of(token):
             self.refused += 1
-            return response(b"", "text/plain", 403)
+            return _access.response(b"", "text/plain", 403)
         plan, file = self._station.job.plan, self._station.job.plan_file
         wanted = request.query.get("feature", "")
         picture = next((one.picture for one in plan.features if one.name == wanted), "")
         if file is None or not picture:
-            return response(b"", "text/plain", 404)
+            return _access.response(b"", "text/plain", 404)
         path = file.parent / picture
         try:
             content = await asyncio.to_thread(read_bytes, path, _MOST_PICTURE)
         except OcmmError:
-            return response(b"", "text/plain", 404)
-        return response(content, mimetypes.guess_type(path.name)[0] or "image/png")
+            return _access.response(b"", "text/plain", 404)
+        return _access.response(content, mimetypes.guess_type(path.name)[0] or "image/png")
 
     async def _talk(self, request: web.Request) -> web.StreamResponse:
         """Serve one page until it leaves."""
@@ -207,7 +205,7 @@ class ScreenServer:
             await talk.prepare(request)
         except ValueError:
             # A key that is not ASCII.
-            return response(b"", "text/plain", 400)
+            return _access.response(b"", "text/plain", 400)
         reader = await self._admit(talk)
         if reader is None:
             return talk
@@ -229,7 +227,7 @@ class ScreenServer:
     async def _admit(self, talk: web.WebSocketResponse) -> _Reader | None:
         """Return the reader that the first message makes; None after closing."""
         try:
-            first = await talk.receive(timeout=UNDECIDED_S)
+            first = await talk.receive(timeout=_access.UNDECIDED_S)
             hello = msgspec.json.decode(first.data, type=ScreenCall)
         except (TimeoutError, TypeError, msgspec.DecodeError, UnicodeError):
             hello = ScreenCall()

@@ -21,7 +21,7 @@ from ocmm_core.composition import stream_options
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.station.stream import StreamOptions, may_connect
-from ocmm_serve.screen._reception import MOST_UNDECIDED
+from ocmm_serve.screen._access import MOST_UNDECIDED
 from tests.core.station.test_stream_attacks import make_certificate
 from tests.host import HANG_S
 from tests.serve.second_screen import SECRET, ServedScreen, reading, served_screen
