@@ -387,16 +387,6 @@ TABLE = {
         Option("device", "", "Serial line in place of TCP, such as /dev/ttyUSB0."),
         Option("baud", 9600, "Speed of the serial line.", "baud"),
     ),
-    "serve screen": (
-        Option("plan", None, "Plan to measure. Default: a list of points; for a virtual source the "
-               "demonstration."),
-        Option("speed", 1.0, ""),
-        Option("port", None, "TCP port; 0: any free port. Default: 1391.", "port"),
-        Option("token", None, "File whose first line is the secret of the addresses; readable by "
-               "you alone (chmod 600). Default: a new one at each start."),
-        Option("control", False, "Also print an address whose page has the buttons Take, Undo and "
-               "Next. Beyond this computer it needs --cert."),
-    ),
     "serve keyboard": (
         *_POINTS,
         Option("template", "{x:.4f}\\t{y:.4f}\\t{z:.4f}", "As of ocmm serve lines; \\t presses "

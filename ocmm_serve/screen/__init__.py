@@ -14,9 +14,12 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_serve.screen._access import ScreenAccess, ScreenOptions
     from ocmm_serve.screen._command import serve_screen
+    from ocmm_serve.screen._job import ScreenCall
     from ocmm_serve.screen._server import ScreenServer
     from ocmm_serve.screen._snapshot import ScreenSnapshot
 else:
     __getattr__ = door(__name__)
 
-__all__ = ["ScreenAccess", "ScreenOptions", "ScreenServer", "ScreenSnapshot", "serve_screen"]
+__all__ = [
+    "ScreenAccess", "ScreenCall", "ScreenOptions", "ScreenServer", "ScreenSnapshot", "serve_screen",
+]  # fmt: skip

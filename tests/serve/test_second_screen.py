@@ -104,7 +104,7 @@ def test_takes_a_point_when_the_button_is_pressed(tmp_path: Path) -> None:
         screen.station.events.point_refused.connect(refused.append)
         screen.station.events.point_taken.connect(refused.append)
         assert page.act("take")["what"] == ""
-        # The idle hand holds the probe in the air: a point, or a reason why there is none.
+        # The idle hand holds the probe in the air: a point, or a refusal.
         wait_until(lambda: refused)
         job = page.current()
         while not (job["refusal"] or job["features"][0]["count"] != "0 / 4"):
@@ -207,7 +207,7 @@ def test_slow_pages_miss_snapshots_and_hold_nothing_up(screen: ServedScreen) -> 
             pass
         assert time.monotonic() - start < 20.0
         assert screen.server.missed >= before + 5
-        # Nothing is queued for it: the next one after the acknowledgement is a new one.
+        # Nothing is queued: the snapshot after the acknowledgement is a new one.
         slow.talk.send(json.dumps({"seen": 1}))
         assert slow.next()["number"] == 2
 

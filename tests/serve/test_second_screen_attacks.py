@@ -160,7 +160,7 @@ def test_ends_pages_that_break_the_protocol(
             talk.send(json.dumps({"token": token}))
             with pytest.raises(ConnectionClosed):
                 talk.recv(HANG_S)
-    # Acknowledging what was never sent brings nothing.
+    # Acknowledgements of later snapshots have no effect.
     with reading(screen, SECRET) as page:
         page.talk.send(json.dumps({"seen": 10**9}))
         number = page.next()["number"]

@@ -153,7 +153,7 @@ def shown_on(page: Page, screen: ServedScreen, view: JobView) -> dict[str, objec
 
 
 def expected_of(view: JobView) -> dict[str, object]:
-    """Return what a page must show of a view."""
+    """Return the expected contents of a page."""
     features = []
     for one in view.features:
         summary = view.verdict_of(one.name)
@@ -274,7 +274,7 @@ def test_shows_within_a_second_that_the_station_is_gone(chromium: Browser, tmp_p
                 .observe(gone, {attributes: true});
             }); }"""
         )
-        # The connection stays and nothing comes, as from a computer that hangs.
+        # The connection stays open without data, as with a computer that hangs.
         loop = screen.server._loop  # noqa: SLF001 - to make it hang
         assert loop is not None
         loop.call_soon_threadsafe(time.sleep, 3.0)
