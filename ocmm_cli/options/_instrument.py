@@ -18,8 +18,7 @@ TABLE = {
         Option("plan", None, "Plan to measure. Default: as of ocmm serve lines."),
         Option("speed", 1.0, ""),
         Option("port", None, "TCP port; 0: any free port. Default: 1391.", "port"),
-        Option("token", None, "File whose first line is the secret of the addresses; readable by "
-               "you alone. Default: a new one at each start."),
+        Option("token", None, "File with the secret of the addresses (chmod 600). Default: new."),
         Option("control", False, "Also print an address whose page has the buttons Take, Undo and "
                "Next. Beyond this computer it needs --cert."),
     ),
