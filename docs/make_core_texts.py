@@ -144,7 +144,7 @@ PROCEDURES = (
 WORD_FILES = re.compile(
     r"_steps|_procedure_\w+|acceptance/_guided|settings/_specs|_facts|_paper_facts|_report_data|_head"
     r"|_tables|_recall_messages|_causes|_registry|_calibration_choice|_gauge_rr|_from_jobs|_in_use"
-    r"|_model_frame|_job_messages|_usable|certificate/_content|_contributions|_evaluating|_kinds"
+    r"|screen/_snapshot|_model_frame|_job_messages|_usable|certificate/_content|_contributions|_evaluating|_kinds"
 )
 """Fields whose single words are headings or titles of steps."""
 

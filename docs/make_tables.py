@@ -33,6 +33,7 @@ from ocmm_core.tolerances.zones import Characteristic
 from ocmm_core.typed_numbers import number_field
 from ocmm_gui.plan_editor import words_of
 from ocmm_serve.ippdme import DmeDialect, supported
+from ocmm_serve.screen import ScreenSnapshot
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -343,6 +344,7 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
 SCHEMAS: dict[str, type[msgspec.Struct]] = {
     "docs/doctor.schema.json": DoctorReport,
     "docs/report.schema.json": ReportFile,
+    "docs/second_screen.schema.json": ScreenSnapshot,
 }
 """JSON Schemas (draft 2020-12) of the program's JSON output, from its types."""
 

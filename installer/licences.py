@@ -118,7 +118,8 @@ def surprise(package: str, version: str) -> str:
     if installed["Version"] != version:
         return f"version {installed['Version']} is installed, {version} is locked"
     known = licences().packages[package]
-    stated = _stated(installed)
+    # The file of the licence alone states it with some packages.
+    stated = _stated(installed) or "none"
     if stated != (known.states or known.licence):
         return f"its metadata state the licence {stated!r}"
     return ""

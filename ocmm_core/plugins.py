@@ -26,7 +26,7 @@ _log = logging.getLogger(__name__)
 def install_line(extra: str) -> str:
     """Return the command that installs an extra into this checkout or environment."""
     if (Path(__file__).parents[1] / "run").is_file():
-        return "./run setup" + (f" --{extra}" if extra in ("sensors", "shop", "step") else "")
+        return "./run setup" + (f" --{extra}" if extra in ("boards", "screen", "sensors", "shop", "step") else "")
     # pip reads the extras of the installed package, and queries no index for it.
     return f"pip install 'ocmm[{extra}]'"
 

@@ -9,6 +9,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ocmm_core.documents import resource
+from ocmm_core.options import DEMO_PLAN
+
 if TYPE_CHECKING:
     from ocmm_core.composition import StationRequest
     from ocmm_core.station import MeasuringStation
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
 
 POINTS = "points.toml"
 """Plan of single points, which never ends."""
+_POLL_S = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,13 +32,16 @@ class ServedAddress:
     certificate: Path | None
     private_key: Path | None
 
-    def options(self, port: int) -> StreamOptions:
-        """Return the options of the server; ``port`` if none is given; InputError if unusable."""
+    def options(self, port: int, token: Path | None = None) -> StreamOptions:
+        """Return the options of the server; ``port`` if none is given; InputError if unusable.
+
+        `token`: file with the token, for clients that send one.
+        """
         from ocmm_core.composition import stream_options
 
         allow = tuple(self.allow or ())
         chosen = port if self.port is None else self.port
-        found = stream_options(chosen, self.host, None, self.certificate, self.private_key, allow)
+        found = stream_options(chosen, self.host, token, self.certificate, self.private_key, allow)
         assert found is not None  # noqa: S101 - there is a port
         return found
 
@@ -81,6 +88,27 @@ def stop_event() -> threading.Event:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
     return ended
+
+
+def plan_for(plan: Path | None, source: str) -> Path:
+    """Return the plan, else the demonstration of a virtual source, else a list of points."""
+    from ocmm_core.composition import Origin, origin_of
+
+    if plan is not None:
+        return plan
+    virtual = origin_of(source) is Origin.VIRTUAL
+    return DEMO_PLAN if virtual else resource("plans", POINTS)
+
+
+def measure_until(
+    station: MeasuringStation, ended: threading.Event, *, lasting: bool = False
+) -> None:
+    """Measure until an event or, unless ``lasting``, the end of the source; OcmmError: failed."""
+    station.start()
+    while not ended.wait(_POLL_S) and (lasting or not station.wait_finished(0.0)):
+        failure = station.faults.why_failed()
+        if failure is not None:
+            raise failure
 
 
 def keep_open(station: MeasuringStation) -> Callable[[object], None]:

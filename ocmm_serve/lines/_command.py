@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ocmm_core.errors import InputError
 from ocmm_serve.lines._template import DecimalSign, LengthUnit, LineTemplate, PointKind
-from ocmm_serve.site import ServedAddress, ServedStation
+from ocmm_serve.site import ServedAddress, ServedStation, plan_for
 
 if TYPE_CHECKING:
     from ocmm_core.station import MeasuringStation
@@ -37,7 +37,7 @@ def serve_lines(
     """
     from ocmm_core.failure import contained
     from ocmm_core.station.stream import StreamServer
-    from ocmm_serve.lines._feed import LineFeed, SerialReceiver, plan_for, run
+    from ocmm_serve.lines._feed import LineFeed, SerialReceiver, run
 
     made = LineTemplate.of(template, unit, point, decimal)
     if device and (address.port is not None or address.allow or address.host != "127.0.0.1"):
@@ -77,7 +77,7 @@ def serve_keyboard(
     Needs xdotool (X11), wtype or ydotool (Wayland). A point is in the job file before it is typed,
     and typed once. State the window, so that no other program gets numbers. Ends by Ctrl-C.
     """
-    from ocmm_serve.lines._feed import KeyboardReceiver, LineFeed, find_tool, plan_for, run
+    from ocmm_serve.lines._feed import KeyboardReceiver, LineFeed, find_tool, run
 
     made = LineTemplate.of(template, unit, point, decimal)
     receiver = KeyboardReceiver(find_tool(), window)

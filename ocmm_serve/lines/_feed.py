@@ -18,20 +18,17 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Protocol
 
 from ocmm_cli.terminal import lead, make_console, say, told
-from ocmm_core.composition import Origin, StationRequest, build_station, origin_of
-from ocmm_core.documents import resource
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
 from ocmm_core.failure import contained
-from ocmm_core.options import DEMO_PLAN
 from ocmm_core.plugins import install_line
 from ocmm_core.station import MeasuringStation
 from ocmm_core.station.stream import PlainLines, StepReader, StreamSource
 from ocmm_serve.lines._template import LineTemplate
-from ocmm_serve.site import POINTS, close_station, keep_open, stop_event
+from ocmm_serve.site import POINTS, close_station, keep_open, measure_until, stop_event
 
 MOST_WAITING = 100
 """Lines that wait for a device; more than a minute of touches."""
@@ -160,19 +157,9 @@ class SerialReceiver:
         return f"{self._line.port}, {self._line.baudrate} baud"
 
 
-_POLL_S = 0.05
-
 Note = Callable[[str], None]
 Face = Callable[[MeasuringStation, PlainLines, Note], AbstractContextManager[object]]
 """Connects the lines of a station to their destination; its text names that."""
-
-
-def plan_for(plan: Path | None, source: str) -> Path:
-    """Return the plan, else the demonstration of a virtual source, else a list of points."""
-    if plan is not None:
-        return plan
-    virtual = origin_of(source) is Origin.VIRTUAL
-    return DEMO_PLAN if virtual else resource("plans", POINTS)
 
 
 def run(request: StationRequest, template: LineTemplate, end: bytes, face: Face) -> None:
@@ -198,11 +185,7 @@ def run(request: StationRequest, template: LineTemplate, end: bytes, face: Face)
             console.print(f"{lead('Job     ')}{built.job_path}")
             console.print(say(template.words))
             console.print(f"{lead('Lines   ')}{made}")
-            station.start()
-            while not ended.is_set() and not station.wait_finished(_POLL_S):
-                failure = station.faults.why_failed()
-                if failure is not None:
-                    raise failure
+            measure_until(station, ended)
     finally:
         close_station(station)
 

@@ -20,6 +20,7 @@ from installer.locks import (
     PACKAGE,
     ROOT,
     RUNTIME,
+    SCREEN,
     SENSORS,
     SHOP,
     STEP,
@@ -27,7 +28,7 @@ from installer.locks import (
 )
 
 _SHIPPED = read_lock(RUNTIME) | read_lock(STEP)
-_OTHERS = (SHOP, SENSORS, BOARDS, DEVELOPMENT, PACKAGE, DOCS)
+_OTHERS = (SHOP, SENSORS, BOARDS, SCREEN, DEVELOPMENT, PACKAGE, DOCS)
 _ALL = {name: pin for lock in _OTHERS for name, pin in read_lock(lock).items()} | _SHIPPED
 
 

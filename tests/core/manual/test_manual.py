@@ -13,6 +13,7 @@ from ocmm_core.manual import Manual, ManualPart, Place, anchors_of, load_manual
 _ROOT = Path(__file__).resolve().parents[3]
 _LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)\s]*)\)")
 _OUT = {
+    ("inspector/second_screen.md", "../second_screen.schema.json"),
     ("quality/exports.md", "../report.schema.json"),
     ("technician/doctor.md", "../doctor.schema.json"),
     ("technician/doctor.md", "../../installer/station/README.md"),

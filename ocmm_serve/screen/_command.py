@@ -1,0 +1,97 @@
+"""``ocmm serve screen``: an entry point of the group `ocmm.commands`."""
+
+from __future__ import annotations
+
+import importlib.util
+import secrets
+from dataclasses import replace
+from pathlib import Path
+
+from rich.style import Style
+
+from ocmm_cli.terminal import lead, make_console, say, told
+from ocmm_core.errors import InputError
+from ocmm_core.plugins import install_line
+from ocmm_serve.site import (
+    POINTS,
+    ServedAddress,
+    ServedStation,
+    close_station,
+    keep_open,
+    measure_until,
+    plan_for,
+    stop_event,
+)
+
+PORT = 1391
+
+
+def serve_screen(
+    *,
+    address: ServedAddress,
+    token: Path | None,
+    control: bool,
+    plan: Path | None,
+    site: ServedStation,
+) -> None:
+    """Show a job on a tablet or phone at the part: digits, next point, plan and results.
+
+    Prints the address of the page, on a terminal also as QR code. The page reads only, unless
+    --control is given. Ends by Ctrl-C.
+    """
+    from ocmm_core.composition import build_station
+
+    if importlib.util.find_spec("aiohttp") is None:
+        raise InputError(
+            "screen.package",
+            "The second screen needs a package that is not installed.",
+            f"Install it: {install_line('screen')}.",
+        )
+    from ocmm_serve.screen import _access
+    from ocmm_serve.screen._server import ScreenServer
+
+    stream = address.options(PORT, token)
+    options = _access.ScreenOptions(
+        stream, _access.ScreenAccess(stream.token or secrets.token_urlsafe(24), control)
+    )
+    console = make_console(soft_wrap=True)
+    ended = stop_event()
+    request = site.request(plan_for(plan, site.source))
+    built = build_station(replace(request, stay=True))
+    station = built.station
+    try:
+        if request.plan.name == POINTS:
+            station.events.point_taken.connect(keep_open(station))
+        station.events.point_refused.connect(
+            lambda refusal: console.print(f"{say('Point refused:')} {told(refusal)}")
+        )
+        station.faults.failed.connect(lambda error: console.print(told(error), style="yellow"))
+        server = ScreenServer(
+            station, options, lambda error: station.faults.note(error, "The second screen")
+        )
+        _, port = server.start()
+        try:
+            console.print(f"{lead('Source  ')}{built.description.name}")
+            console.print(f"{lead('Job     ')}{built.job_path}")
+            if options.is_exposed:
+                console.print(
+                    say("Without TLS the page can be read and changed in the network (--cert)."),
+                    style="yellow",
+                )
+            access = options.access
+            pages = [(lead("Page    "), access.read_token)]
+            if access.may_control:
+                pages.append((lead("Buttons "), access.secret))
+            for label, secret in pages:
+                page = options.page(port, secret)
+                console.print(f"{label}{page}")
+                if console.is_terminal:
+                    console.print(
+                        "\n".join(_access.code_lines(page)),
+                        style=Style(color="white", bgcolor="black"),
+                    )
+            measure_until(station, ended, lasting=True)
+        finally:
+            server.close()
+    finally:
+        close_station(station)
