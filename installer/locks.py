@@ -10,9 +10,9 @@ from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[1]
-RUNTIME, STEP, SHOP, SENSORS, BOARDS, DEVELOPMENT, PACKAGE, DOCS = (
+RUNTIME, STEP, SHOP, SENSORS, BOARDS, OPCUA, DEVELOPMENT, PACKAGE, DOCS = (
     ROOT / f"requirements{kind}.lock"
-    for kind in ("", "-step", "-shop", "-sensors", "-boards", "-dev", "-package", "-docs")
+    for kind in ("", "-step", "-shop", "-sensors", "-boards", "-opcua", "-dev", "-package", "-docs")
 )
 
 _NAME = re.compile(r"([a-z0-9][a-z0-9-]*)==([^\s;]+)(?: ; [^\\]+)? \\")

@@ -15,6 +15,7 @@ from installer.locks import (
     BOARDS,
     DEVELOPMENT,
     DOCS,
+    OPCUA,
     PACKAGE,
     ROOT,
     RUNTIME,
@@ -28,7 +29,8 @@ from ocmm_core.errors import InputError
 from tests.host import HANG_S
 
 _LOCKS = {
-    path.name: path for path in (RUNTIME, STEP, SHOP, SENSORS, BOARDS, DEVELOPMENT, PACKAGE, DOCS)
+    path.name: path
+    for path in (RUNTIME, STEP, SHOP, SENSORS, BOARDS, OPCUA, DEVELOPMENT, PACKAGE, DOCS)
 }
 _PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
@@ -82,9 +84,11 @@ def test_whatever_the_project_asks_for_is_locked() -> None:
     assert _names(extras["shop"]) <= set(read_lock(SHOP))
     assert _names(extras["sensors"]) <= set(read_lock(SENSORS))
     assert _names(extras["boards"]) <= set(read_lock(BOARDS))
+    assert _names(extras["opcua"]) <= set(read_lock(OPCUA))
     # A new extra or group needs a lock file, `lock_files` in `run`, and a line here.
     assert set(extras) == {
-        "gui", "bus", "token", "station", "step", "shop", "sensors", "boards", "genicam",
+        "gui", "bus", "token", "station", "step", "shop", "sensors", "boards", "opcua",
+        "genicam",
     }  # fmt: skip
     # Aravis comes from the system.
     assert not extras["genicam"]
@@ -94,7 +98,16 @@ def test_whatever_the_project_asks_for_is_locked() -> None:
 
 @pytest.mark.parametrize(
     "lock",
-    [STEP.name, SHOP.name, SENSORS.name, BOARDS.name, DEVELOPMENT.name, PACKAGE.name, DOCS.name],
+    [
+        STEP.name,
+        SHOP.name,
+        SENSORS.name,
+        BOARDS.name,
+        OPCUA.name,
+        DEVELOPMENT.name,
+        PACKAGE.name,
+        DOCS.name,
+    ],
 )
 def test_the_other_sets_hold_the_runtime_set_in_the_same_versions_and_files(lock: str) -> None:
     other = read_lock(_LOCKS[lock])
@@ -102,7 +115,7 @@ def test_the_other_sets_hold_the_runtime_set_in_the_same_versions_and_files(lock
         assert (other[name].version, other[name].hashes) == (pin.version, pin.hashes)
 
 
-@pytest.mark.parametrize("lock", [STEP, SHOP, SENSORS, BOARDS], ids=lambda path: path.name)
+@pytest.mark.parametrize("lock", [STEP, SHOP, SENSORS, BOARDS, OPCUA], ids=lambda path: path.name)
 def test_an_extra_and_the_development_set_agree(lock: Path) -> None:
     extra, development = read_lock(lock), read_lock(DEVELOPMENT)
     for name in extra.keys() & development.keys():
