@@ -19,29 +19,14 @@ from typing import Any, Literal
 
 import msgspec
 
-from ocmm_core.calibration.records import (
-    CalibrationStore,
-    ProbeStore,
-    default_folder,
-    default_probe_folder,
-    probe_overview,
-    probe_store_folder,
-    store_folder,
-)
+from ocmm_core.calibration import records
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import OcmmError
 from ocmm_core.export import EXPORTERS
-from ocmm_core.export.report import (
-    ReportData,
-    ReportFile,
-    polyworks_profile,
-    read_report,
-    report_of_job,
-)
+from ocmm_core.export import report as reports
 from ocmm_core.failure import contained
 from ocmm_core.inspection.archive import SUFFIX, ReopenedJob, reopen_job
 from ocmm_core.inspection.evaluation import SIMULATED
-from ocmm_core.tolerances.decisions import Verdict
 from ocmm_machine import Machine
 from ocmm_serve.site import PublishedPlaces
 
@@ -140,7 +125,7 @@ class CorrectionFacts(msgspec.Struct, frozen=True, kw_only=True):
 class PublishedResult:
     """A job, as its report has it, without raw observations."""
 
-    report: ReportFile
+    report: reports.ReportFile
     evaluation: Evaluation
     partial: bool
     """The job is not complete, or the plan lacks requirements."""
@@ -171,20 +156,15 @@ class PublishedFacts:
 
 def result_of(job: ReopenedJob) -> PublishedResult:
     """Return the result of a job; OcmmError if it cannot be reported."""
-    data = report_of_job(job)
-    contents = EXPORTERS["json"].contents((data,), polyworks_profile())
-    report = read_report(next(iter(contents.values())))
+    data = reports.report_of_job(job)
+    contents = EXPORTERS["json"].contents((data,), reports.polyworks_profile())
+    report = reports.read_report(next(iter(contents.values())))
     short = msgspec.structs.replace(report, observations=(), taken_back=())
-    partial = not data.part.complete or data.part.is_partial
-    return PublishedResult(short, _evaluation_of_part(data), partial)
-
-
-def _evaluation_of_part(data: ReportData) -> Evaluation:
-    """Return the evaluation of a job; OK only if complete and in no state but SIMULATED."""
     shown = data.part.shown_as
-    if shown is not Verdict.CONFORM or set(data.states) <= {SIMULATED}:
-        return evaluation_of(None if shown is None else shown.value)
-    return Evaluation.NOT_DECIDABLE if data.part.complete else Evaluation.UNDEFINED
+    evaluation = evaluation_of(None if shown is None else shown.value)
+    if evaluation is Evaluation.OK and not set(data.states) <= {SIMULATED}:
+        evaluation = Evaluation.NOT_DECIDABLE
+    return PublishedResult(short, evaluation, not data.part.complete or data.part.is_partial)
 
 
 class PublishedStation:
@@ -282,15 +262,16 @@ class PublishedStation:
                 # A file that changes is read when it has rested for a turn.
                 rested = [path for path, state in now.items() if waiting.get(path) == state]
                 waiting = now
-                for path in [path for path in self._seen if path not in now]:
-                    del self._seen[path]
-                due = [path for path in rested if self._seen.get(path, ((),))[0] != now[path]]
+                # The result of a job that has changed does not hold any more.
+                seen = self._seen.items()
+                self._seen = {path: one for path, one in seen if now.get(path) == one[0]}
+                self._show_results()
+                due = [path for path in rested if path not in self._seen]
                 for path in due[::-1]:
                     self._seen[path] = now[path], self._result(path)
                     self._show_results()
                     if self._stopping.is_set():
                         return
-                self._show_results()
                 if turn % _EQUIPMENT_TURNS == 0 or due:
                     self._show_equipment()
             except Exception as error:
@@ -348,7 +329,9 @@ def _calibrations(job: ReopenedJob, places: PublishedPlaces) -> Iterator[Calibra
     """Yield the present state of the equipment of a job; faults of records become states."""
     now, rig, probe = datetime.now(UTC), job.rig.name, job.body.name
     try:
-        store = CalibrationStore(store_folder(places.calibrations or default_folder(), rig))
+        store = records.CalibrationStore(
+            records.store_folder(places.calibrations or records.default_folder(), rig)
+        )
         record = store.active()
         found = None if record is None else store.status_of(record, now, thorough=True)
         if record is None or found is None:
@@ -362,8 +345,10 @@ def _calibrations(job: ReopenedJob, places: PublishedPlaces) -> Iterator[Calibra
     except OcmmError as error:
         yield CalibrationFacts(of="cameras", name=rig, status="UNUSABLE", reason=error.what)
     try:
-        tips = ProbeStore(probe_store_folder(places.probes or default_probe_folder(), probe))
-        overview = probe_overview(tips, now)
+        tips = records.ProbeStore(
+            records.probe_store_folder(places.probes or records.default_probe_folder(), probe)
+        )
+        overview = records.probe_overview(tips, now)
         if overview.fault or not overview.tips:
             status = "UNUSABLE" if overview.fault else "NONE"
             yield CalibrationFacts(of="tip", name=probe, status=status, reason=overview.fault)

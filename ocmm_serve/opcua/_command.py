@@ -44,4 +44,4 @@ def serve_opcua(
     finally:
         server.close()
     refused, missed = clients.refused, server.missed
-    console.print(say(f"{refused} clients refused, {missed} versions replaced before shown."))
+    console.print(say(f"{refused} clients refused, {missed} changes skipped."))

@@ -23,7 +23,10 @@ NAMESPACE = "urn:ocmm:station"
 _DI = "http://opcfoundation.org/UA/DI/"
 _MACHINERY = "http://opcfoundation.org/UA/Machinery/"
 _RESULT = "http://opcfoundation.org/UA/Machinery/Result/"
-_FILES = ("Di", "IA", "Machinery", "Machinery_Result")
+_FILES = (
+    "Opc.Ua.Di.NodeSet2.xml", "Opc.Ua.IA.NodeSet2.xml", "Opc.Ua.Machinery.NodeSet2.xml",
+    "Opc.Ua.Machinery_Result.NodeSet2.xml",
+)  # fmt: skip
 """In the order of their dependence."""
 _MACHINES, _IDENTIFICATION, _ITEM_STATE, _MANAGEMENT, _RESULT_TYPE = 1001, 1012, 1002, 1004, 2001
 _STATES = {"NotAvailable": 5005, "OutOfService": 5004, "NotExecuting": 5007, "Executing": 5006}
@@ -40,7 +43,7 @@ _KINDS = {
 _DEFAULT = re.compile(r"<Value>\s*<uax:ExtensionObject.*?</Value>", re.DOTALL)
 # A field that allows subtypes is a whole ExtensionObject on the wire. asyncua 2.1 ignores that and
 # writes the bare structure, which clients of other makers cannot decode; i=22 is any structure.
-_SUBTYPED, _STRUCTURE = 'DataType="ResultMetaDataType" AllowSubTypes="true"', 'DataType="i=22"'
+_SUBTYPED = re.compile(r'DataType="ResultMetaDataType"\s+AllowSubTypes="true"')
 
 _NODE_ID: Any = ua.NodeId
 """Its annotations do not accept plain numbers and texts, which it takes."""
@@ -62,8 +65,8 @@ class MachineModel:
         """Load the nodesets and make the machine; `uri`: globally unique."""
         server = self._server
         for file in _FILES:
-            text = read_text(resource("opcua", f"Opc.Ua.{file}.NodeSet2.xml"))
-            text = _DEFAULT.sub("", text).replace(_SUBTYPED, _STRUCTURE)
+            text = read_text(resource("opcua", file))
+            text = _SUBTYPED.sub('DataType="i=22"', _DEFAULT.sub("", text))
             await server.import_xml(xmlstring=text)
         await server.load_data_type_definitions()
         self._own = own = await server.register_namespace(NAMESPACE)
