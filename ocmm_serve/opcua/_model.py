@@ -14,6 +14,7 @@ from typing import Any, get_args
 
 import msgspec
 from asyncua import Node, Server, ua
+from asyncua.common.instantiate_util import instantiate
 
 from ocmm_core.build import build_version
 from ocmm_core.documents import read_text, resource
@@ -29,6 +30,7 @@ _FILES = (
 )  # fmt: skip
 """In the order of their dependence."""
 _MACHINES, _IDENTIFICATION, _ITEM_STATE, _MANAGEMENT, _RESULT_TYPE = 1001, 1012, 1002, 1004, 2001
+_META_STRUCTURE, _RESULT_STRUCTURE = 3007, 3008
 _STATES = {"NotAvailable": 5005, "OutOfService": 5004, "NotExecuting": 5007, "Executing": 5006}
 """Numbers of nodes in the nodesets."""
 _NOT_OFFERED = (
@@ -41,10 +43,9 @@ _KINDS = {
 }  # fmt: skip
 # Default values that are structures of their own file, whose types do not exist yet.
 _DEFAULT = re.compile(r"<Value>\s*<uax:ExtensionObject.*?</Value>", re.DOTALL)
-# A field that allows subtypes is a whole ExtensionObject on the wire. asyncua 2.1 ignores that and
-# writes the bare structure, which clients of other makers cannot decode; i=22 is any structure.
+# asyncua 2.1 ignores that a field allows subtypes and writes the bare structure, which clients of
+# other makers cannot decode. As i=22, any structure, it is a whole ExtensionObject, as specified.
 _SUBTYPED = re.compile(r'DataType="ResultMetaDataType"\s+AllowSubTypes="true"')
-
 _NODE_ID: Any = ua.NodeId
 """Its annotations do not accept plain numbers and texts, which it takes."""
 _Leaf = tuple[Any, ua.VariantType]
@@ -68,9 +69,10 @@ class MachineModel:
             text = read_text(resource("opcua", file))
             text = _SUBTYPED.sub('DataType="i=22"', _DEFAULT.sub("", text))
             await server.import_xml(xmlstring=text)
-        await server.load_data_type_definitions()
         self._own = own = await server.register_namespace(NAMESPACE)
         self._result = await server.get_namespace_index(_RESULT)
+        await server.load_data_type_definitions()
+        await self._state_subtypes()
         self._machinery = machinery = await server.get_namespace_index(_MACHINERY)
         devices = await server.get_namespace_index(_DI)
         machines = server.get_node(_NODE_ID(_MACHINES, machinery))
@@ -97,7 +99,19 @@ class MachineModel:
             if (await one.read_browse_name()).Name in _NOT_OFFERED:
                 await server.delete_nodes([one], True)
         self._folder = await management.get_child(f"{self._result}:Results")
+        # The placeholder of the type.
+        await server.delete_nodes(await self._folder.get_children(), True)
         await self.show(PublishedFacts())
+
+    async def _state_subtypes(self) -> None:
+        """Give clients the definition of the specification, after asyncua has used the other."""
+        node = self._server.get_node(_NODE_ID(_RESULT_STRUCTURE, self._result))
+        definition = await node.read_data_type_definition()
+        definition.StructureType = ua.StructureType.StructureWithSubtypedValues
+        meta = definition.Fields[0]
+        meta.DataType, meta.IsOptional = _NODE_ID(_META_STRUCTURE, self._result), True
+        value = ua.Variant(definition, ua.VariantType.ExtensionObject)
+        await node.write_attribute(ua.AttributeIds.DataTypeDefinition, ua.DataValue(value))
 
     async def show(self, facts: PublishedFacts) -> None:
         """Show facts in place of those before them."""
@@ -146,22 +160,22 @@ class MachineModel:
 
     async def _add_result(self, path: str, result: PublishedResult) -> Node:
         """Add a result as a variable of the type of the specification, with its parts."""
-        value, name = _structure(result), result.report.job.name
-        node = await self._folder.add_variable(
-            _NODE_ID(path, self._own), ua.QualifiedName(name, self._own), value,
-            datatype=value.data_type,
+        value, space = _structure(result), self._result
+        node, *_ = await instantiate(
+            self._folder, self._server.get_node(_NODE_ID(_RESULT_TYPE, space)),
+            _NODE_ID(path, self._own), ua.QualifiedName(result.report.job.name, self._own),
+            instantiate_optional=False,
         )  # fmt: skip
-        kind = ua.ObjectIds.HasTypeDefinition
-        await node.delete_reference(_NODE_ID(ua.ObjectIds.BaseDataVariableType), kind)
-        await node.add_reference(_NODE_ID(_RESULT_TYPE, self._result), kind)
-        for part, data in (
-            ("ResultMetaData", value.ResultMetaData.data_type),
-            ("ResultContent", None),
-        ):
-            await node.add_variable(
-                _NODE_ID(f"{path}/{part}", self._own), ua.QualifiedName(part, self._result),
-                getattr(value, part), datatype=data,
-            )  # fmt: skip
+        meta = await node.get_child(f"{space}:ResultMetaData")
+        number = await meta.get_child(f"{space}:ResultId")
+        content = ua.Variant(value.ResultContent, ua.VariantType.Variant)
+        await node.add_variable(
+            _NODE_ID(f"{path}.ResultContent", self._own), ua.QualifiedName("ResultContent", space),
+            content, datatype=_NODE_ID(ua.ObjectIds.BaseDataType),
+        )  # fmt: skip
+        await node.write_value(value)
+        await meta.write_value(value.ResultMetaData)
+        await number.write_value(result.report.job.uuid)
         return node
 
     async def _mirror(self, tree: _Tree) -> None:

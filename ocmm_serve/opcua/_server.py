@@ -17,7 +17,7 @@ from urllib.parse import quote
 from asyncua import Server, ua
 from asyncua.common.connection import TransportLimits
 from asyncua.common.utils import ServiceError
-from asyncua.crypto.permission_rules import User, UserRole
+from asyncua.crypto.permission_rules import SimpleRoleRuleset, User, UserRole
 from asyncua.server.binary_server_asyncio import BinaryServer, OPCUAProtocol
 from asyncua.server.internal_server import InternalServer
 from cryptography import x509
@@ -39,6 +39,7 @@ _MOST_CLIENTS = 16
 _HANDSHAKE_S = 10.0
 _MOST_BYTES = 4 * 1024 * 1024
 """Of a request, and of answers that a client has not read; more disconnects it."""
+_WRITE: Any = ua.NodeId(ua.ObjectIds.WriteRequest_Encoding_DefaultBinary)
 _LIMITS = TransportLimits(65535, 65535, 64, _MOST_BYTES)
 _LOOK_S = 0.1
 _CLOSE_S = 10.0
@@ -100,6 +101,14 @@ def _certificate(content: bytes, path: Path) -> x509.Certificate:
             f"{path}: this is not a certificate ({error}).",
             "Keep only certificates of clients in this folder, as PEM or DER files.",
         ) from error
+
+
+class _ReadOnly(SimpleRoleRuleset):
+    """Rules of the library without writing: some members of the nodesets are writable."""
+
+    def check_validity(self, user: User, action_type_id: ua.NodeId, body: Any) -> bool:
+        allowed: bool = super().check_validity(user, action_type_id, body)
+        return allowed and action_type_id != _WRITE
 
 
 class _Connection(OPCUAProtocol):
@@ -229,7 +238,7 @@ class OpcUaServer:
         await server.set_application_uri(uri)
         if self._clients.anonymous:
             policies.append(ua.SecurityPolicyType.NoSecurity)
-        server.set_security_policy(policies)
+        server.set_security_policy(policies, _ReadOnly())
         model = MachineModel(server)
         names = quote(self._machine), quote(self._serial)
         await model.build(self._machine, self._serial, ":".join(("urn:ocmm", *names)))

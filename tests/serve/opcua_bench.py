@@ -11,7 +11,7 @@ from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
@@ -99,7 +99,7 @@ def url_of(server: ServedProcess) -> str:
 @asynccontextmanager
 async def opcua_client(server: ServedProcess, secured: Pair | None = None) -> Any:
     """Connect asyncua's own client; `secured`: certificate and key."""
-    from asyncua import Client
+    from asyncua import Client, ua
     from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
 
     client = Client(url_of(server), timeout=HANG_S)
@@ -109,6 +109,8 @@ async def opcua_client(server: ServedProcess, secured: Pair | None = None) -> An
         await client.set_security(SecurityPolicyBasic256Sha256, own, key)
     async with client:
         await client.load_data_type_definitions()
+        # Its importer forgets that this field is a whole structure (docs/integrator/opcua.md).
+        cast(Any, ua).ResultDataType.__annotations__["ResultMetaData"] = ua.ExtensionObject
         yield client
 
 
