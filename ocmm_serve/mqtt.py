@@ -85,7 +85,7 @@ class MqttPublisher:
         if broker.ca is not None:
             client.tls_set(str(broker.ca))
         client.will_set(f"{broker.topic}/alive", _DEAD, qos=1, retain=True)
-        # The broker may have lost what was retained.
+        # The broker may have lost the retained messages.
         client.on_connect = lambda *_: self._shown.clear()
         try:
             standard = _PORT if broker.ca is None else _TLS_PORT
@@ -107,7 +107,7 @@ class MqttPublisher:
         return True
 
     def close(self) -> None:
-        """Say that nothing is published any more, and disconnect."""
+        """Publish the end, and disconnect."""
         if self._client.is_connected():
             last = self._client.publish(f"{self.broker.topic}/alive", _DEAD, 1, retain=True)
             last.wait_for_publish(_KEEPALIVE_S)

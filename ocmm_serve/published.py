@@ -2,7 +2,7 @@
 
 The state comes from the live stream of a station, results are job files as `ocmm report` has them,
 so that nothing is computed where points are measured. `PublishedFacts` is replaced as a whole: a
-slow reader misses versions, and delays nobody.
+slow reader misses versions and delays nothing.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _NO_VERDICT: dict[str, Any] = {
 _LONGEST_LINE = 4 * 1024 * 1024
 _POLL_S = 1.0
 _EQUIPMENT_TURNS = 10
-"""Polls between two looks at records and register."""
+"""Polls between two readings of records and register."""
 _END_S = 30.0
 """s: reading a large job."""
 
@@ -243,7 +243,7 @@ class PublishedStation:
                 if kind in ("point", "annulled"):
                     after = message["seq"]
                 new = kind in ("point", "annulled") or found["job"] != state.job
-                # Verdicts before the last point do not hold any more.
+                # Verdicts before the last point are void.
                 if new or (kind == "verdict" and message["part"] is None):
                     found |= _NO_VERDICT
                 elif kind == "verdict" and message["after"] >= after:
@@ -262,7 +262,7 @@ class PublishedStation:
                 # A file that changes is read when it has rested for a turn.
                 rested = [path for path, state in now.items() if waiting.get(path) == state]
                 waiting = now
-                # The result of a job that has changed does not hold any more.
+                # The result of a job that has changed is void.
                 seen = self._seen.items()
                 self._seen = {path: one for path, one in seen if now.get(path) == one[0]}
                 self._show_results()

@@ -41,7 +41,7 @@ _KINDS = {
     bool: ua.VariantType.Boolean, float: ua.VariantType.Double, int: ua.VariantType.Int32,
     str: ua.VariantType.String,
 }  # fmt: skip
-# Default values that are structures of their own file, whose types do not exist yet.
+# Default values of types of the same file, which do not exist yet.
 _DEFAULT = re.compile(r"<Value>\s*<uax:ExtensionObject.*?</Value>", re.DOTALL)
 # asyncua 2.1 ignores that a field allows subtypes and writes the bare structure, which clients of
 # other makers cannot decode. As i=22, any structure, it is a whole ExtensionObject, as specified.
@@ -49,7 +49,7 @@ _SUBTYPED = re.compile(r'DataType="ResultMetaDataType"\s+AllowSubTypes="true"')
 _NODE_ID: Any = ua.NodeId
 """Its annotations do not accept plain numbers and texts, which it takes."""
 _Leaf = tuple[Any, ua.VariantType]
-"""Value and type of a variable; None: there is no value, which clients see as BadNoData."""
+"""Value and type of a variable; None is shown as BadNoData."""
 _Tree = Mapping[str, "_Leaf | _Tree"]
 
 

@@ -38,7 +38,7 @@ _POLICIES = [
 _MOST_CLIENTS = 16
 _HANDSHAKE_S = 10.0
 _MOST_BYTES = 4 * 1024 * 1024
-"""Of a request, and of answers that a client has not read; more disconnects it."""
+"""Limit for a request, and for unread answers; more disconnects the client."""
 _WRITE: Any = ua.NodeId(ua.ObjectIds.WriteRequest_Encoding_DefaultBinary)
 _LIMITS = TransportLimits(65535, 65535, 64, _MOST_BYTES)
 _LOOK_S = 0.1
@@ -46,7 +46,7 @@ _CLOSE_S = 10.0
 
 
 class TrustedClients:
-    """Clients by their certificates, as the library asks for them.
+    """Permitted clients by their certificates: the user manager of the library.
 
     `anonymous`: clients without a certificate may read also. InputError: a file of the folder is
     no certificate.
@@ -176,7 +176,7 @@ class _BoundedServer(Server):
 
 
 class OpcUaServer:
-    """Serve facts on a thread of its own. MeasuringError: the address is unavailable."""
+    """Serve facts on a separate thread. MeasuringError: the address is unavailable."""
 
     def __init__(
         self, clients: TrustedClients, options: StreamOptions, machine: str, serial: str

@@ -102,7 +102,8 @@ async def opcua_client(server: ServedProcess, secured: Pair | None = None) -> An
     from asyncua import Client, ua
     from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
 
-    client = Client(url_of(server), timeout=HANG_S)
+    # It would disconnect itself where a busy computer delays an answer for a second.
+    client = Client(url_of(server), timeout=HANG_S, watchdog_intervall=HANG_S)
     client.application_uri = CLIENT_URI
     if secured is not None:
         own, key = map(str, secured)
@@ -110,7 +111,7 @@ async def opcua_client(server: ServedProcess, secured: Pair | None = None) -> An
     async with client:
         await client.load_data_type_definitions()
         # Its importer forgets that this field is a whole structure (docs/integrator/opcua.md).
-        cast(Any, ua).ResultDataType.__annotations__["ResultMetaData"] = ua.ExtensionObject
+        cast("Any", ua).ResultDataType.__annotations__["ResultMetaData"] = ua.ExtensionObject
         yield client
 
 
