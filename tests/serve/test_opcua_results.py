@@ -26,6 +26,9 @@ from tests.serve.opcua_bench import (
 from tests.serve.published_jobs import STATES, measure, measure_all, published, report_file
 from tests.waiting import wait_until
 
+# Five jobs, a server and two clients in processes of their own.
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
+
 
 @pytest.fixture
 def server(bench: Bench, tmp_path: Path, access: Access) -> Iterator[ServedProcess]:
