@@ -10,7 +10,7 @@ from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[1]
-RUNTIME, STEP, SHOP, SENSORS, BOARDS, SCREEN, DEVELOPMENT, PACKAGE, DOCS = (
+RUNTIME, STEP, SHOP, SENSORS, BOARDS, SCREEN, OPCUA, DEVELOPMENT, PACKAGE, DOCS = (
     ROOT / f"requirements{kind}.lock"
     for kind in (
         "",
@@ -19,6 +19,7 @@ RUNTIME, STEP, SHOP, SENSORS, BOARDS, SCREEN, DEVELOPMENT, PACKAGE, DOCS = (
         "-sensors",
         "-boards",
         "-screen",
+        "-opcua",
         "-dev",
         "-package",
         "-docs",

@@ -18,6 +18,7 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
+_SET_UP_BY_OPTION = ("boards", "opcua", "screen", "sensors", "shop", "step")
 _OURS = "ocmm"
 """Distribution of this program."""
 _log = logging.getLogger(__name__)
@@ -26,7 +27,7 @@ _log = logging.getLogger(__name__)
 def install_line(extra: str) -> str:
     """Return the command that installs an extra into this checkout or environment."""
     if (Path(__file__).parents[1] / "run").is_file():
-        return "./run setup" + (f" --{extra}" if extra in ("boards", "screen", "sensors", "shop", "step") else "")
+        return "./run setup" + (f" --{extra}" if extra in _SET_UP_BY_OPTION else "")
     # pip reads the extras of the installed package, and queries no index for it.
     return f"pip install 'ocmm[{extra}]'"
 

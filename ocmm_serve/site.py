@@ -1,7 +1,9 @@
-"""A served station: its options, each group as one parameter of a command, and its end."""
+"""Served stations: their options, each group as one parameter of a command, and their end."""
 
 from __future__ import annotations
 
+import importlib.util
+import os
 import signal
 import threading
 from collections.abc import Callable
@@ -10,12 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ocmm_core.documents import resource
+from ocmm_core.errors import InputError
 from ocmm_core.options import DEMO_PLAN
+from ocmm_core.plugins import install_line
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationRequest
     from ocmm_core.station import MeasuringStation
     from ocmm_core.station.stream import StreamOptions
+    from ocmm_serve.published import PublishedFacts
 
 POINTS = "points.toml"
 """Plan of single points, which never ends."""
@@ -80,6 +85,54 @@ class ServedStation:
         )
         check_after_h = named.pop("check_after")
         return StationRequest(plan=plan, check_after_h=check_after_h, climate=climate, **named)
+
+
+@dataclass(frozen=True, slots=True)
+class PublishedPlaces:
+    """Where the facts of a station are that another process measures with."""
+
+    out: Path
+    """Folder of its jobs."""
+    stream: int | None
+    """Port of its live stream on this computer; None: its state is unknown."""
+    probes: Path | None
+    calibrations: Path | None
+    """`probes`, `calibrations`: folders of records; None for those of this user."""
+    corrections: Path | None
+    """Document of a machine tool; None: no corrections are published."""
+    records: Path | None
+    """Folder of the registers of corrections; None for that of this user."""
+
+
+_NICE = 5
+"""Behind the measuring, which may run on this computer."""
+_LOOK_S = 0.1
+
+
+def publish_until_end(
+    places: PublishedPlaces, note: Callable[[str], None], show: Callable[[PublishedFacts], bool]
+) -> None:
+    """Show the facts of a station until Ctrl-C, or until ``show`` returns false."""
+    from ocmm_serve.published import PublishedStation
+
+    os.nice(_NICE)
+    ended, station = stop_event(), PublishedStation(places, note)
+    try:
+        station.start()
+        while show(station.facts) and not ended.wait(_LOOK_S):
+            pass
+    finally:
+        station.close()
+
+
+def require_package(name: str, extra: str) -> None:
+    """Raise InputError, with the command that installs it, unless a package is there."""
+    if importlib.util.find_spec(name) is None:
+        raise InputError(
+            "serve.package",
+            f"This server needs the package {name}, which is not installed.",
+            f"Install it: {install_line(extra)}.",
+        )
 
 
 def stop_event() -> threading.Event:

@@ -387,6 +387,29 @@ TABLE = {
         Option("device", "", "Serial line in place of TCP, such as /dev/ttyUSB0."),
         Option("baud", 9600, "Speed of the serial line.", "baud"),
     ),
+    "serve opcua, serve mqtt": (
+        Option("out", Path("ocmm-out"), "Folder of the jobs of the station."),
+        Option("stream", None, "Port of the live stream of the station on this computer "
+               "(ocmm measure --stream). Default: its state is not published.", "port"),
+        Option("probes", None, "Probe record folder. Default: that of this user."),
+        Option("calibrations", None, "Calibration folder. Default: that of this user."),
+        Option("corrections", None, "Document of a machine tool (ocmm correct), whose offsets are "
+               "published."),
+        Option("records", None, "Folder of the registers; default: that of this user."),
+    ),
+    "serve opcua": (
+        Option("port", None, "TCP port; 0: any free port. Default: 4840.", "port"),
+        Option("trusted", None, "Folder with the certificates (PEM, DER) of permitted clients."),
+        Option("anonymous", False, "Let clients without a certificate read."),
+        Option("machine", "OCMM", "Name of the machine."),
+        Option("machine_serial", "", "Its serial number."),
+    ),
+    "serve mqtt": (
+        Option("broker", ..., "Broker: HOST or HOST:PORT."),
+        Option("topic", "ocmm", "Beginning of all topics."),
+        Option("login", None, "File with user:password."),
+        Option("ca", None, "PEM file: who signed the certificate of the broker. Default: no TLS."),
+    ),
     "serve keyboard": (
         *_POINTS,
         Option("template", "{x:.4f}\\t{y:.4f}\\t{z:.4f}", "As of ocmm serve lines; \\t presses "

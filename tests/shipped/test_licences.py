@@ -17,6 +17,7 @@ from installer.locks import (
     BOARDS,
     DEVELOPMENT,
     DOCS,
+    OPCUA,
     PACKAGE,
     ROOT,
     RUNTIME,
@@ -28,7 +29,7 @@ from installer.locks import (
 )
 
 _SHIPPED = read_lock(RUNTIME) | read_lock(STEP)
-_OTHERS = (SHOP, SENSORS, BOARDS, SCREEN, DEVELOPMENT, PACKAGE, DOCS)
+_OTHERS = (SHOP, SENSORS, BOARDS, SCREEN, OPCUA, DEVELOPMENT, PACKAGE, DOCS)
 _ALL = {name: pin for lock in _OTHERS for name, pin in read_lock(lock).items()} | _SHIPPED
 
 

@@ -15,6 +15,7 @@ from installer.locks import (
     BOARDS,
     DEVELOPMENT,
     DOCS,
+    OPCUA,
     PACKAGE,
     ROOT,
     RUNTIME,
@@ -30,7 +31,7 @@ from tests.host import HANG_S
 
 _LOCKS = {
     path.name: path
-    for path in (RUNTIME, STEP, SHOP, SENSORS, BOARDS, SCREEN, DEVELOPMENT, PACKAGE, DOCS)
+    for path in (RUNTIME, STEP, SHOP, SENSORS, BOARDS, SCREEN, OPCUA, DEVELOPMENT, PACKAGE, DOCS)
 }
 _PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
@@ -85,9 +86,11 @@ def test_whatever_the_project_asks_for_is_locked() -> None:
     assert _names(extras["sensors"]) <= set(read_lock(SENSORS))
     assert _names(extras["boards"]) <= set(read_lock(BOARDS))
     assert _names(extras["screen"]) <= set(read_lock(SCREEN))
+    assert _names(extras["opcua"]) <= set(read_lock(OPCUA))
     # A new extra or group needs a lock file, `lock_files` in `run`, and a line here.
     assert set(extras) == {
         "gui", "bus", "token", "station", "step", "shop", "sensors", "boards", "genicam", "screen",
+        "opcua",
     }  # fmt: skip
     # Aravis comes from the system.
     assert not extras["genicam"]
@@ -103,6 +106,7 @@ def test_whatever_the_project_asks_for_is_locked() -> None:
         SENSORS.name,
         BOARDS.name,
         SCREEN.name,
+        OPCUA.name,
         DEVELOPMENT.name,
         PACKAGE.name,
         DOCS.name,
@@ -114,7 +118,9 @@ def test_the_other_sets_hold_the_runtime_set_in_the_same_versions_and_files(lock
         assert (other[name].version, other[name].hashes) == (pin.version, pin.hashes)
 
 
-@pytest.mark.parametrize("lock", [STEP, SHOP, SENSORS, BOARDS, SCREEN], ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "lock", [STEP, SHOP, SENSORS, BOARDS, SCREEN, OPCUA], ids=lambda path: path.name
+)
 def test_an_extra_and_the_development_set_agree(lock: Path) -> None:
     extra, development = read_lock(lock), read_lock(DEVELOPMENT)
     for name in extra.keys() & development.keys():
