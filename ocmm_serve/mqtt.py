@@ -16,7 +16,7 @@ from ocmm_cli.terminal import lead, make_console, say
 from ocmm_core.documents import read_text
 from ocmm_core.errors import InputError
 from ocmm_core.host import HOST
-from ocmm_serve.site import PublishedPlaces, publish_until_end, require_package
+from ocmm_serve.site import PublishedPlaces, require_package
 
 if TYPE_CHECKING:
     from ocmm_serve.published import PublishedFacts
@@ -50,6 +50,8 @@ def serve_mqtt(*, broker: MqttBroker, places: PublishedPlaces) -> None:
     Retained messages below --topic: state, result, calibrations, corrections and alive. See
     docs/integrator/opcua.md. Ends by Ctrl-C.
     """
+    from ocmm_serve.published import publish_until_end
+
     require_package("paho", "sensors")
     console, publisher = make_console(soft_wrap=True), MqttPublisher(broker)
     publisher.start()

@@ -8,6 +8,7 @@ slow reader misses versions and delays nothing.
 from __future__ import annotations
 
 import contextlib
+import os
 import socket
 import threading
 from collections.abc import Callable, Iterator
@@ -28,7 +29,7 @@ from ocmm_core.failure import contained
 from ocmm_core.inspection.archive import SUFFIX, ReopenedJob, reopen_job
 from ocmm_core.inspection.evaluation import SIMULATED
 from ocmm_machine import Machine
-from ocmm_serve.site import PublishedPlaces
+from ocmm_serve.site import PublishedPlaces, stop_event
 
 MOST_RESULTS = 50
 """Latest jobs that are published."""
@@ -42,11 +43,14 @@ _LONGEST_LINE = 4 * 1024 * 1024
 _POLL_S = 1.0
 _EQUIPMENT_TURNS = 10
 """Polls between two readings of records and register."""
+_NICE = 5
+"""Behind the measuring, which may run on this computer."""
+_LOOK_S = 0.1
 _END_S = 30.0
 """s: reading a large job."""
 
 
-class Evaluation(IntEnum):
+class ResultEvaluation(IntEnum):
     """Verdict in the words of OPC UA; NOT PROVEN is NOT_DECIDABLE."""
 
     UNDEFINED = 0
@@ -56,14 +60,14 @@ class Evaluation(IntEnum):
 
 
 _EVALUATIONS = {
-    "CONFORM": Evaluation.OK, "NOT CONFORM": Evaluation.NOT_OK,
-    "NOT PROVEN": Evaluation.NOT_DECIDABLE,
+    "CONFORM": ResultEvaluation.OK, "NOT CONFORM": ResultEvaluation.NOT_OK,
+    "NOT PROVEN": ResultEvaluation.NOT_DECIDABLE,
 }  # fmt: skip
 
 
-def evaluation_of(verdict: str | None) -> Evaluation:
+def evaluation_of(verdict: str | None) -> ResultEvaluation:
     """Return the evaluation of a verdict; OK for CONFORM only."""
-    return _EVALUATIONS.get(verdict or "", Evaluation.UNDEFINED)
+    return _EVALUATIONS.get(verdict or "", ResultEvaluation.UNDEFINED)
 
 
 class StateFacts(msgspec.Struct, frozen=True, kw_only=True):
@@ -126,7 +130,7 @@ class PublishedResult:
     """A job, as its report has it, without raw observations."""
 
     report: reports.ReportFile
-    evaluation: Evaluation
+    evaluation: ResultEvaluation
     partial: bool
     """The job is not complete, or the plan lacks requirements."""
 
@@ -162,8 +166,8 @@ def result_of(job: ReopenedJob) -> PublishedResult:
     short = msgspec.structs.replace(report, observations=(), taken_back=())
     shown = data.part.shown_as
     evaluation = evaluation_of(None if shown is None else shown.value)
-    if evaluation is Evaluation.OK and not set(data.states) <= {SIMULATED}:
-        evaluation = Evaluation.NOT_DECIDABLE
+    if evaluation is ResultEvaluation.OK and not set(data.states) <= {SIMULATED}:
+        evaluation = ResultEvaluation.NOT_DECIDABLE
     return PublishedResult(short, evaluation, not data.part.complete or data.part.is_partial)
 
 
@@ -375,3 +379,17 @@ def _corrections(machine: Machine) -> Iterator[CorrectionFacts]:
                 expanded=line.expanded.get(name), characteristics=line.characteristics,
                 job=line.job, by=line.who, made_utc=line.utc, practice=machine.practice,
             )  # fmt: skip
+
+
+def publish_until_end(
+    places: PublishedPlaces, note: Callable[[str], None], show: Callable[[PublishedFacts], bool]
+) -> None:
+    """Show the facts of a station until Ctrl-C, or until ``show`` returns false."""
+    os.nice(_NICE)
+    ended, station = stop_event(), PublishedStation(places, note)
+    try:
+        station.start()
+        while show(station.facts) and not ended.wait(_LOOK_S):
+            pass
+    finally:
+        station.close()

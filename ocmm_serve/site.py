@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import signal
 import threading
 from collections.abc import Callable
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from ocmm_core.composition import StationRequest
     from ocmm_core.station import MeasuringStation
     from ocmm_core.station.stream import StreamOptions
-    from ocmm_serve.published import PublishedFacts
 
 POINTS = "points.toml"
 """Plan of single points, which never ends."""
@@ -102,27 +100,6 @@ class PublishedPlaces:
     """Document of a machine tool; None: no corrections are published."""
     records: Path | None
     """Folder of the registers of corrections; None for that of this user."""
-
-
-_NICE = 5
-"""Behind the measuring, which may run on this computer."""
-_LOOK_S = 0.1
-
-
-def publish_until_end(
-    places: PublishedPlaces, note: Callable[[str], None], show: Callable[[PublishedFacts], bool]
-) -> None:
-    """Show the facts of a station until Ctrl-C, or until ``show`` returns false."""
-    from ocmm_serve.published import PublishedStation
-
-    os.nice(_NICE)
-    ended, station = stop_event(), PublishedStation(places, note)
-    try:
-        station.start()
-        while show(station.facts) and not ended.wait(_LOOK_S):
-            pass
-    finally:
-        station.close()
 
 
 def require_package(name: str, extra: str) -> None:

@@ -3,7 +3,8 @@
 In: commands as typed functions. Out: the same with names, texts, defaults and ranges of options.
 
 Read `_describe` (options of several groups, and how a command gets its options; those of settings
-and of the window are in `ocmm_core.options`), then the tables `_jobs` and `_instrument`.
+and of the window are in `ocmm_core.options`), then the tables `_jobs`,
+`_servers` and `_instrument`.
 An option that is not in the table is refused when its command is built, with KeyError.
 """
 

@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal, get_type_hints
 import typer
 from typer.main import get_command_name
 
-from ocmm_cli.options import _instrument, _jobs
+from ocmm_cli.options import _instrument, _jobs, _servers
 from ocmm_cli.terminal import say
 from ocmm_core.cluster import Site
 from ocmm_core.composition import source_help
@@ -70,7 +70,7 @@ TABLE = {
 
 OPTIONS = {
     (command.strip(), option.name): option
-    for table in (TABLE, _jobs.TABLE, _instrument.TABLE)
+    for table in (TABLE, _jobs.TABLE, _servers.TABLE, _instrument.TABLE)
     for commands, options in table.items()
     for command in commands.split(",")
     for option in options

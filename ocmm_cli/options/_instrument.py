@@ -14,14 +14,6 @@ _WAVE_S = 60.0
 _LIMITS = Limits()
 
 TABLE = {
-    "serve screen": (
-        Option("plan", None, "Plan to measure. Default: as of ocmm serve lines."),
-        Option("speed", 1.0, ""),
-        Option("port", None, "TCP port; 0: any free port. Default: 1391.", "port"),
-        Option("token", None, "File with the secret of the addresses (chmod 600). Default: new."),
-        Option("control", False, "Also print an address whose page has the buttons Take, Undo and "
-               "Next. Beyond this computer it needs --cert."),
-    ),
     "bus snapshot": (
         argument("file", ..., "New picture, .png or .pgm, 16 bits."),
         Option("region", None, "LEFT,TOP,WIDTH,HEIGHT in pixels; default: the whole sensor."),

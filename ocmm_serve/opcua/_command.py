@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ocmm_cli.terminal import lead, make_console, say
 from ocmm_core.errors import InputError
-from ocmm_serve.site import PublishedPlaces, ServedAddress, publish_until_end, require_package
+from ocmm_serve.site import PublishedPlaces, ServedAddress, require_package
 
 
 def serve_opcua(
@@ -25,6 +25,7 @@ def serve_opcua(
     """
     require_package("asyncua", "opcua")
     from ocmm_serve.opcua._server import OpcUaServer, TrustedClients
+    from ocmm_serve.published import publish_until_end
 
     if address.certificate is None and not anonymous:
         raise InputError(

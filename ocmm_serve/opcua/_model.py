@@ -106,7 +106,7 @@ class MachineModel:
     async def _state_subtypes(self) -> None:
         """Give clients the definition of the specification, after asyncua has used the other."""
         node = self._server.get_node(_NODE_ID(_RESULT_STRUCTURE, self._result))
-        definition = await node.read_data_type_definition()
+        definition: Any = await node.read_data_type_definition()
         definition.StructureType = ua.StructureType.StructureWithSubtypedValues
         meta = definition.Fields[0]
         meta.DataType, meta.IsOptional = _NODE_ID(_META_STRUCTURE, self._result), True

@@ -39,7 +39,7 @@ _MOST_CLIENTS = 16
 _HANDSHAKE_S = 10.0
 _MOST_BYTES = 4 * 1024 * 1024
 """Limit for a request, and for unread answers; more disconnects the client."""
-_WRITE: Any = ua.NodeId(ua.ObjectIds.WriteRequest_Encoding_DefaultBinary)
+_WRITE: Any = ua.NodeId(ua.Int32(ua.ObjectIds.WriteRequest_Encoding_DefaultBinary))
 _LIMITS = TransportLimits(65535, 65535, 64, _MOST_BYTES)
 _LOOK_S = 0.1
 _CLOSE_S = 10.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import secrets
 from dataclasses import replace
 from pathlib import Path
@@ -10,8 +9,6 @@ from pathlib import Path
 from rich.style import Style
 
 from ocmm_cli.terminal import lead, make_console, say, told
-from ocmm_core.errors import InputError
-from ocmm_core.plugins import install_line
 from ocmm_serve.site import (
     POINTS,
     ServedAddress,
@@ -20,6 +17,7 @@ from ocmm_serve.site import (
     keep_open,
     measure_until,
     plan_for,
+    require_package,
     stop_event,
 )
 
@@ -41,12 +39,7 @@ def serve_screen(
     """
     from ocmm_core.composition import build_station
 
-    if importlib.util.find_spec("aiohttp") is None:
-        raise InputError(
-            "screen.package",
-            "The second screen needs a package that is not installed.",
-            f"Install it: {install_line('screen')}.",
-        )
+    require_package("aiohttp", "screen")
     from ocmm_serve.screen import _access
     from ocmm_serve.screen._server import ScreenServer
 

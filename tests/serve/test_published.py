@@ -21,7 +21,7 @@ from ocmm_core.errors import StorageError
 from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.station.stream import StreamOptions
 from ocmm_machine import Machine
-from ocmm_serve.published import Evaluation, PublishedFacts, PublishedStation
+from ocmm_serve.published import PublishedFacts, PublishedStation, ResultEvaluation
 from ocmm_serve.site import PublishedPlaces
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.made_records import make_record, make_verification
@@ -145,7 +145,7 @@ def test_names_equipment_without_records(bench: Bench, tmp_path: Path) -> None:
         wait_until(lambda: bool(published.facts.calibrations))
         found = published.facts.calibrations
         (result,) = published.facts.results
-    assert result.evaluation is Evaluation.OK
+    assert result.evaluation is ResultEvaluation.OK
     assert {(one.of, one.status, one.usable, one.due_utc) for one in found} == {
         ("cameras", "NONE", False, ""), ("tip", "NONE", False, ""),
     }  # fmt: skip

@@ -1,0 +1,88 @@
+"""Options of the servers for programs and screens."""
+
+from pathlib import Path
+
+from ocmm_core.options import DEFAULT_OPERATOR, OF_SERVER, Option
+
+_DME = {one.name: one for one in OF_SERVER}
+_POINTS = (
+    Option("unit", "mm", "Unit of positions and radius in the lines."),
+    Option("point", "ball", "ball: centre of the probe ball, the program compensates its radius; "
+           "surface: compensated along the direction of the touch."),
+    Option("decimal", "point", "Decimal sign."),
+    Option("plan", None, "Plan that the touches belong to. Default: a list of points; for a "
+           "virtual source the demonstration."),
+    Option("speed", 1.0, ""),
+)  # fmt: skip
+"""Of both faces that send points as text."""
+
+TABLE = {
+    "serve": (
+        Option("operator", DEFAULT_OPERATOR, ""),
+        Option("out", Path("ocmm-out"), ""),
+        _DME["host"],
+        _DME["allow"],
+        Option("certificate", None, "Certificate (PEM): the server speaks TLS.", flags="--cert"),
+        Option("private_key", None, "Private key of the certificate (PEM).", flags="--key"),
+    ),
+    "serve ippdme": (
+        _DME["port"],
+        _DME["dialect"],
+        _DME["shift_sign"],
+        _DME["point"],
+        Option("any_place", False, "Accept touches away from the nominal, such as before the part "
+               "is aligned."),
+        Option("patience", 600.0, "Longest wait for a touch, s.", "seconds"),
+        Option("tries", 3, "Refused touches before the program gets an error.", "touches"),
+    ),
+    "serve lines": (
+        *_POINTS,
+        Option("template", "{x:.4f},{y:.4f},{z:.4f}", "Format of a line: {x} {y} {z} position, "
+               "{i} {j} {k} direction, {r} radius of the ball, {n} number of the point; digits as "
+               "in {x:.4f}; \\t is a tabulator."),
+        Option("end", "crlf", "End of a line.", choices=("crlf", "lf", "cr")),
+        Option("port", None, "TCP port; 0: any free port. Default: 1390.", "port"),
+        Option("device", "", "Serial line in place of TCP, such as /dev/ttyUSB0."),
+        Option("baud", 9600, "Speed of the serial line.", "baud"),
+    ),
+    "serve opcua, serve mqtt": (
+        Option("out", Path("ocmm-out"), "Folder of the jobs of the station."),
+        Option("stream", None, "Port of the live stream of the station on this computer "
+               "(ocmm measure --stream). Default: its state is not published.", "port"),
+        Option("probes", None, "Probe record folder. Default: that of this user."),
+        Option("calibrations", None, "Calibration folder. Default: that of this user."),
+        Option("corrections", None, "Document of a machine tool (ocmm correct), whose offsets are "
+               "published."),
+        Option("records", None, "Folder of the registers; default: that of this user."),
+    ),
+    "serve opcua": (
+        Option("port", None, "TCP port; 0: any free port. Default: 4840.", "port"),
+        Option("trusted", None, "Folder with the certificates (PEM, DER) of permitted clients."),
+        Option("anonymous", False, "Let clients without a certificate read."),
+        Option("machine", "OCMM", "Name of the machine."),
+        Option("machine_serial", "", "Its serial number."),
+    ),
+    "serve mqtt": (
+        Option("broker", ..., "Broker: HOST or HOST:PORT."),
+        Option("topic", "ocmm", "Beginning of all topics."),
+        Option("login", None, "File with user:password."),
+        Option("ca", None, "PEM file: who signed the certificate of the broker. Default: no TLS."),
+    ),
+    "serve keyboard": (
+        *_POINTS,
+        Option("template", "{x:.4f}\\t{y:.4f}\\t{z:.4f}", "As of ocmm serve lines; \\t presses "
+               "Tab."),
+        Option("end", "enter", "Key behind a line.", choices=("enter", "tab", "none")),
+        Option("window", "", "Type only if the title of the active window contains these words "
+               "(X11)."),
+    ),
+    "serve screen": (
+        Option("plan", None, "Plan to measure. Default: as of ocmm serve lines."),
+        Option("speed", 1.0, ""),
+        Option("port", None, "TCP port; 0: any free port. Default: 1391.", "port"),
+        Option("token", None, "File with the secret of the addresses (chmod 600). Default: new."),
+        Option("control", False, "Also print an address whose page has the buttons Take, Undo and "
+               "Next. Beyond this computer it needs --cert."),
+    ),
+}  # fmt: skip
+"""By the commands that take them."""
