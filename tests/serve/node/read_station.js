@@ -35,7 +35,9 @@ async function main([url, certificateFile, privateKeyFile]) {
     const tree = await read(`ns=${spaces.indexOf("urn:ocmm:station")};s=Machine`);
     await session.close();
     await client.disconnect();
-    console.log(JSON.stringify(tree, (key, value) => (ArrayBuffer.isView(value) ? Array.from(value) : value)));
+    const text = JSON.stringify(tree, (key, value) => (ArrayBuffer.isView(value) ? Array.from(value) : value));
+    // `process.exit` would cut a text that is longer than the pipe.
+    await new Promise((done) => process.stdout.write(`${text}\n`, done));
 }
 
 main(process.argv.slice(2)).then(() => process.exit(0), (error) => {
