@@ -102,7 +102,7 @@ async def opcua_client(server: ServedProcess, secured: Pair | None = None) -> An
     from asyncua import Client, ua
     from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
 
-    # It would disconnect itself where a busy computer delays an answer for a second.
+    # It would disconnect itself if a busy computer delays an answer for a second.
     client = Client(url_of(server), timeout=HANG_S, watchdog_intervall=HANG_S)
     client.application_uri = CLIENT_URI
     if secured is not None:

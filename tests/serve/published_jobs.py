@@ -1,4 +1,4 @@
-"""Jobs of the quick plan in all states that a publisher must tell apart, and their reports."""
+"""Jobs of the quick plan in all published states, and their reports."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def report_file(path: Path) -> ReportFile:
 
 
 def published(path: Path) -> object:
-    """Return what must be published of a job, as plain objects."""
+    """Return the published facts of a job, as plain objects."""
     return msgspec.to_builtins(
         msgspec.structs.replace(report_file(path), observations=(), taken_back=())
     )

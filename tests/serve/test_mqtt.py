@@ -27,7 +27,7 @@ LOGIN = "station:secret"
 
 @contextmanager
 def mosquitto(folder: Path, port: int) -> Iterator[None]:
-    """Run a broker that asks for a user."""
+    """Run a broker with a login."""
     program = shutil.which("mosquitto", path=f"{os.environ['PATH']}:/usr/sbin")
     if program is None:
         not_run("'mosquitto' is not installed")

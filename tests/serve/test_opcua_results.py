@@ -26,7 +26,7 @@ from tests.serve.opcua_bench import (
 from tests.serve.published_jobs import STATES, measure, measure_all, published, report_file
 from tests.waiting import wait_until
 
-# Five jobs, a server and two clients in processes of their own.
+# Five jobs, a server and two clients, each in its process.
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 
@@ -39,7 +39,7 @@ def server(bench: Bench, tmp_path: Path, access: Access) -> Iterator[ServedProce
 
 
 async def _values(server: ServedProcess, client: Pair) -> dict[str, Any]:
-    """Return the values of all results, by name, as soon as there is one of each state."""
+    """Return the values of all results, by name, after one of each state exists."""
     found: dict[str, Any] = {}
     async with opcua_client(server, client) as connected:
         for _ in range(int(HANG_S)):

@@ -41,7 +41,7 @@ class Secured:
     stranger: Pair
     expired: Pair
     early: Pair
-    """`expired`, `early`: trusted, but not valid any more or yet."""
+    """`expired`, `early`: trusted, but no longer or not yet valid."""
 
 
 @pytest.fixture(scope="module")

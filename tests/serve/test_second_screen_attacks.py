@@ -128,7 +128,10 @@ def test_answers_or_ends_whatever_bytes_arrive(
             spoiled[rng.randrange(len(spoiled))] = rng.randrange(256)
         first = said(screen, bytes(spoiled) + b"\r\n\r\n" + rng.randbytes(rng.randrange(300)))
         assert first == b"" or first.startswith((b"HTTP/1.1 4", b"HTTP/1.1 101", b"HTTP/1.0 4"))
-    assert said(screen, b"GET /" + b"a" * 100_000 + b" HTTP/1.1\r\n\r\n").startswith(b"HTTP/1.1 4")
+    assert said(screen, b"GET /" + b"a" * 100_000 + b" HTTP/1.1\r\n\r\n")[:10] in (
+        b"HTTP/1.0 4",
+        b"HTTP/1.1 4",
+    )
     assert said(
         screen, b"POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 9999999\r\n\r\n"
     ).startswith(b"HTTP/1.1 405")

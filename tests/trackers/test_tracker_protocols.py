@@ -238,8 +238,8 @@ def resealed(packet: bytes) -> bytes:
 def test_hostile_packets_are_counted_or_end_with_a_sentence(name: str) -> None:
     """N = 10,000 packets; a tip within seven standard deviations of the true one, or none.
 
-    No protocol but NDI has checksums: a number that is damaged is a marker at another place, which
-    the known distances refuse.
+    No protocol but NDI has checksums: a number that is damaged is a displaced marker, refused by
+    the known distances.
     """
     device, rng = DEVICES[name], np.random.default_rng(4)
     ended = refused = frames = right = wrong = 0

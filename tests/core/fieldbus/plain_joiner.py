@@ -36,7 +36,7 @@ class PlainJoiner:
         valid: NDArray[np.uint16],
         uv: Float,
     ) -> int:
-        """Add the next frames of one camera; return the number skipped as known or lost.
+        """Add the next frames of one camera; return the number of skipped frames.
 
         `time_ns`: (n,): exposure times on the bus clock, rising. `flags`, `valid`: (n,): bits of
         `FrameFlag`, and which slots hold a spot. `uv`: (n, 8, 2), px.
