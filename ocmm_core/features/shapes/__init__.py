@@ -11,9 +11,10 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.features.shapes._nominal import (
-        CRITERIA, NominalFeature, Shape, nominal_geometry, shape_fault,
+        CRITERIA, NominalFeature, nominal_geometry, shape_fault,
     )  # fmt: skip
     from ocmm_core.features.shapes._points_file import PointsFile, read_points_file
+    from ocmm_core.features.shapes._shape import Shape
     from ocmm_core.features.shapes._shapes import (
         GEOMETRY_NAMES, MINIMUM_POINTS, MOST_POINTS, Fit, element, make_fit, shapes_where,
     )  # fmt: skip

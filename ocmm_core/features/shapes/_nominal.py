@@ -2,42 +2,15 @@
 
 from __future__ import annotations
 
-from enum import Enum
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import msgspec
 import numpy as np
 
 from ocmm_core.camera import Vector3
+from ocmm_core.features.shapes._shape import Shape
 from ocmm_core.features.shapes._specs import ACROSS, DIRECTION, GEOMETRY_SIZE, POINT, Criterion
 from ocmm_core.geometry import Float, perpendicular_pair, unit
-
-if TYPE_CHECKING:
-    from ocmm_core.features.shapes._specs import ShapeSpec
-
-
-class Shape(Enum):
-    """Shape of a feature, by its name in plan and export."""
-
-    POINT = "Point"
-    LINE = "Line"
-    PLANE = "Plane"
-    CIRCLE = "Circle"
-    SPHERE = "Sphere"
-    CYLINDER = "Cylinder"
-    ELLIPSE = "Ellipse"
-    ROUND_SLOT = "RoundSlot"
-    SQUARE_SLOT = "SquareSlot"
-    RECTANGLE = "Rectangle"
-    CONE = "Cone"
-    TORUS = "Torus"
-
-    @property
-    def spec(self) -> ShapeSpec:
-        # A command lists the shapes in its help; the registry needs numpy.
-        from ocmm_core.features.shapes._specs import SPECS
-
-        return SPECS[self.value]
 
 
 class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

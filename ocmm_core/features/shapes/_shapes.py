@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.shapes._nominal import Shape
+from ocmm_core.features.shapes._shape import Shape
 from ocmm_core.features.shapes._specs import (
     ACROSS,
     DIRECTION,
