@@ -8,7 +8,6 @@ slow reader misses versions and delays nothing.
 from __future__ import annotations
 
 import contextlib
-import os
 import socket
 import threading
 from collections.abc import Callable, Iterator
@@ -26,6 +25,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export import EXPORTERS
 from ocmm_core.export import report as reports
 from ocmm_core.failure import contained
+from ocmm_core.host import HOST
 from ocmm_core.inspection.archive import SUFFIX, ReopenedJob, reopen_job
 from ocmm_core.inspection.evaluation import SIMULATED
 from ocmm_machine import Machine
@@ -385,7 +385,7 @@ def publish_until_end(
     places: PublishedPlaces, note: Callable[[str], None], show: Callable[[PublishedFacts], bool]
 ) -> None:
     """Show the facts of a station until Ctrl-C, or until ``show`` returns false."""
-    os.nice(_NICE)
+    HOST.stand_back(_NICE)
     ended, station = stop_event(), PublishedStation(places, note)
     try:
         station.start()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from xml.sax.saxutils import escape
+from html import escape
 
 from ocmm_core.camera import TrackerDocument
 from ocmm_sim.trackers._encoder import MarkerEncoder, NamedPlaces

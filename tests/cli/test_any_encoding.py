@@ -94,7 +94,8 @@ LONG = {
     "acceptance run", "acceptance plan", "calibrate cameras", "calibrate check-tip",
     "calibrate mount-tip", "calibrate probe", "calibrate relocate", "calibrate sensors",
     "calibrate tip", "calibrate verify", "probe design", "record", "verify-fits",
-    "support bundle", "camera conform", "key replace", "key restored",
+    "support bundle", "camera conform", "key replace", "key restored", "serve ippdme",
+    "serve keyboard", "serve lines", "serve mqtt", "serve opcua", "serve screen",
 }
 ODD = "Gr\\u00f6\\u00dfe \\u00d8 \\u4e2d"
 plan, every = sys.argv[1], sys.argv[2] == "every"

@@ -55,15 +55,15 @@ class ElementSpec:
 
     fit: Callable[[Points3, FitPrior], Fit]
     """Least squares, from points (n, 3), mm."""
-    projected: Callable[[Points3, Float, FitPrior], tuple[Fit, Float]] | None = None
+    projected: Callable[[Points3, Float, FitPrior], tuple[Fit, Float]] | None
     """The same in a plane of a normal (3,), with its derivatives (12, 3); None without a plane."""
     jacobian: Slopes
     """Derivatives of signed distances, see `distance_derivatives`."""
     signed: Signed
     """Signed distances from a nominal, see `nominal_distances`."""
-    kernel: int | None = None
+    kernel: int | None
     """Kind of the compiled solver that tracks a minimum; None: the element is refitted."""
-    may_be_turned: bool = False
+    may_be_turned: bool
     """`fit_oriented` supports a given direction."""
 
 
@@ -73,26 +73,33 @@ def _slot(shape: Shape, jacobian: Slopes, signed: Signed, kernel: int) -> Elemen
         projected=lambda points, normal, known: fit_slot_projected(
             shape, points, normal, known.sizes
         ),
-        jacobian=jacobian, signed=signed, kernel=kernel,
+        jacobian=jacobian, signed=signed, kernel=kernel, may_be_turned=False,
     )  # fmt: skip
 
 
 ELEMENTS = {
     Shape.POINT: ElementSpec(
         fit=lambda points, known: fit_point(points),
+        projected=None,
         jacobian=distances.point_jacobian,
         signed=distances.signed_plane,
+        kernel=None,
+        may_be_turned=False,
     ),
     Shape.LINE: ElementSpec(
         fit=lambda points, known: fit_line(points, known.direction),
+        projected=None,
         jacobian=distances.line_slopes,
         signed=distances.signed_plane,
+        kernel=None,
         may_be_turned=True,
     ),
     Shape.PLANE: ElementSpec(
         fit=lambda points, known: fit_plane(points, known.direction),
+        projected=None,
         jacobian=distances.plane_slopes,
         signed=distances.signed_plane,
+        kernel=None,
         may_be_turned=True,
     ),
     Shape.CIRCLE: ElementSpec(
@@ -107,12 +114,15 @@ ELEMENTS = {
     ),
     Shape.SPHERE: ElementSpec(
         fit=lambda points, known: fit_sphere(points),
+        projected=None,
         jacobian=distances.sphere_slopes,
         signed=distances.signed_sphere,
         kernel=search.BALL,
+        may_be_turned=False,
     ),
     Shape.CYLINDER: ElementSpec(
         fit=lambda points, known: fit_cylinder(points, known.direction, known.radius),
+        projected=None,
         jacobian=distances.cylinder_jacobian,
         signed=distances.signed_cylinder,
         kernel=search.CYLINDER,
@@ -124,6 +134,7 @@ ELEMENTS = {
         jacobian=distances.ellipse_slopes,
         signed=distances.signed_ellipse,
         kernel=search.ELLIPSE,
+        may_be_turned=False,
     ),
     Shape.ROUND_SLOT: _slot(
         Shape.ROUND_SLOT, distances.round_slopes, distances.signed_round_slot, search.ROUND_ENDS
@@ -136,6 +147,7 @@ ELEMENTS = {
     },
     Shape.CONE: ElementSpec(
         fit=lambda points, known: fit_cone(points, known.half_angle),
+        projected=None,
         jacobian=distances.cone_slopes,
         signed=distances.signed_cone,
         kernel=search.CONE,
@@ -143,6 +155,7 @@ ELEMENTS = {
     ),
     Shape.TORUS: ElementSpec(
         fit=lambda points, known: fit_torus(points, known.direction, known.sizes),
+        projected=None,
         jacobian=distances.torus_slopes,
         signed=distances.signed_torus,
         kernel=search.TORUS,
