@@ -222,16 +222,6 @@ def text_digest(text: str) -> str:
     return hashlib.sha256(text.encode("utf-8")).hexdigest()
 
 
-def require_same(path: Path, text: str, identity: str) -> None:
-    """Raise InputError unless a text is that of the file that was read before."""
-    if text_digest(text) != identity:
-        raise InputError(
-            "document.changed",
-            f"{path}: the file was changed while it was read.",
-            "Wait until whatever writes it is done, then open it again.",
-        )
-
-
 def write_atomic(path: Path, content: bytes) -> None:
     """Write ``content`` to a temporary name next to ``path``, sync it and rename it.
 

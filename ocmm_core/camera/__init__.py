@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.camera._rig import (
         MAX_CAMERAS, MAX_LEDS, MAX_SLOTS, USUAL_SLOTS, CalibrationDesign, CameraEntry, Rig,
-        SpotNoise, ThermalShare, camera_of, known_points_covariance, load_rig,
+        SpotNoise, ThermalShare, camera_of, known_points_covariance, load_rig, read_rig,
     )  # fmt: skip
     from ocmm_core.camera._tracker import (
         REACH_MM, MarkerModel, TrackerDocument, TrackerNoise, load_tracker,
@@ -42,5 +42,5 @@ __all__ = [
     "ThermalShare", "TrackerDocument", "TrackerNoise", "Vector3", "Window", "camera_of", "centroid",
     "compiled", "distort", "distortion_jacobian", "from_pixels", "ideal_from_pixels",
     "known_points_covariance", "load_rig", "load_tracker", "on_sensor", "project",
-    "projection_jacobians", "search", "to_pixels", "windows",
+    "projection_jacobians", "read_rig", "search", "to_pixels", "windows",
 ]  # fmt: skip

@@ -160,6 +160,11 @@ def load_rig(path: Path | str) -> Rig:
     InputError: the document is malformed, has duplicate cameras, serials or aliases, fewer than two
     or more than `MAX_CAMERAS` cameras, an implausible value, or an undetermined calibration.
     """
+    return read_rig(path)[0]
+
+
+def read_rig(path: Path | str) -> tuple[Rig, str]:
+    """Return the rig of a document, and the text it was read from; InputError as `load_rig`."""
     if schema_of(path) == tracker.TRACKER_SCHEMA:
         return _tracker_rig(Path(path))
     document, text = load_with_text(path, RigDocument, SCHEMA)
@@ -169,7 +174,7 @@ def load_rig(path: Path | str) -> Rig:
     for index, camera in enumerate(cameras):
         part = slice(index * model.N_PARAMETERS, (index + 1) * model.N_PARAMETERS)
         covariance[part, part] = known_points_covariance(Path(path), camera, document.calibration)
-    return Rig(
+    rig = Rig(
         name=document.name,
         cameras=cameras,
         sensors=tuple(entry.sensor_serial for entry in document.cameras),
@@ -182,13 +187,14 @@ def load_rig(path: Path | str) -> Rig:
         parameter_covariance=covariance,
         identity=text_digest(text),
     )
+    return rig, text
 
 
-def _tracker_rig(path: Path) -> Rig:
+def _tracker_rig(path: Path) -> tuple[Rig, str]:
     document, text = load_with_text(path, tracker.TrackerDocument, tracker.TRACKER_SCHEMA)
     tracker.check_tracker(path, document)
     virtual = tracker.virtual_cameras(path, document)
-    return Rig(
+    rig = Rig(
         name=document.name,
         cameras=virtual.cameras,
         aliases=tuple(range(1, len(virtual.cameras) + 1)),
@@ -203,6 +209,7 @@ def _tracker_rig(path: Path) -> Rig:
         identity=text_digest(text),
         markers=virtual.model,
     )
+    return rig, text
 
 
 _MOST_NOISE_PX = 10.0

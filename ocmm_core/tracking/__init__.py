@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM, Ambiguity
     from ocmm_core.tracking._body import (
         SCHEMA, LedBody, LedEntry, OrientationRule, ProbeBody, ProbeDocument, body_of, check_labels,
-        load_probe, nearest_ambiguity, satisfies_rules,
+        load_probe, nearest_ambiguity, read_probe, satisfies_rules,
     )  # fmt: skip
     from ocmm_core.tracking._body_tracker import TrackingOptions, spot_sigma_px
     from ocmm_core.tracking._identify import IdentifyOptions, identify, identify_many, ordered_spots
@@ -53,7 +53,7 @@ __all__ = [
     "TipSensitivity", "TrackBlock", "TrackingOptions", "TrackingPipeline", "batch_labels",
     "body_of", "check_labels", "check_together", "cut", "dark_bits", "home_of", "identify",
     "identify_many", "in_rig", "interruptions", "join", "judge_stillness", "load_probe",
-    "load_reference", "motion_to_world", "nearest_ambiguity", "ordered_spots", "pick",
+    "load_reference", "motion_to_world", "nearest_ambiguity", "ordered_spots", "pick", "read_probe",
     "relative_sensitivities", "relative_sensitivity", "reprojection", "require_spots",
     "satisfies_rules", "simultaneous", "solve", "solve_leds", "spot_course", "spot_sigma_px",
     "tip_derivatives", "tip_sensitivities", "tip_sensitivity", "triangulate", "wildness",

@@ -203,8 +203,13 @@ def load_probe(path: Path | str) -> ProbeBody:
     InputError if it is malformed, has too few or too many LEDs, LEDs in one place or on one line, a
     tip diameter that is not positive, or labels that can be confused.
     """
+    return read_probe(path)[0]
+
+
+def read_probe(path: Path | str) -> tuple[ProbeBody, str]:
+    """Return the probe of a document, and the text it was read from; InputError as `load_probe`."""
     document, text = load_with_text(path, ProbeDocument, SCHEMA)
-    return body_of(document, path, text_digest(text))
+    return body_of(document, path, text_digest(text)), text
 
 
 def body_of(document: ProbeDocument, path: Path | str, identity: str) -> ProbeBody:

@@ -12,8 +12,7 @@ from ocmm_core.calibration.records import _usable as usable
 from ocmm_core.calibration.records._history import CalibrationStore
 from ocmm_core.calibration.records._records import CameraRecord, rig_from_record
 from ocmm_core.calibration.records._sealed import canonical, record_hash
-from ocmm_core.camera import Rig, load_rig
-from ocmm_core.documents import read_text, require_same
+from ocmm_core.camera import Rig, read_rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.fieldbus.described import DeviceDescription, doubt_line, doubt_sentences, load_device
 
@@ -102,8 +101,7 @@ def store_folder(folder: Path, rig: str) -> Path:
 
 def open_design(document: Path, *, uncalibrated: bool = False) -> CalibrationInUse:
     """Return the rig exactly as in its document; InputError if that cannot be used."""
-    text, rig = read_text(document), load_rig(document)
-    require_same(document, text, rig.identity)
+    rig, text = read_rig(document)
     device = load_device(rig.device) if rig.device else None
     return CalibrationInUse(rig, text, device=device, uncalibrated=uncalibrated)
 

@@ -14,9 +14,8 @@ from ocmm_core.calibration.records._events import TipEventKind, TipRecords
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipRecord, probe_from_records
 from ocmm_core.calibration.records._probe_store import ProbeStore
 from ocmm_core.calibration.records._sealed import canonical, record_hash
-from ocmm_core.documents import read_text, require_same
 from ocmm_core.errors import CalibrationError
-from ocmm_core.tracking import ProbeBody, load_probe
+from ocmm_core.tracking import ProbeBody, read_probe
 
 TEXT_SCHEMA = "ocmm.probe-in-use/1"
 
@@ -129,9 +128,7 @@ def probe_store_folder(folder: Path, probe: str) -> Path:
 
 def open_probe_design(document: Path, *, uncalibrated: bool = False) -> ProbeInUse:
     """Return the probe exactly as in its document; InputError if that cannot be used."""
-    text = read_text(document)
-    body = load_probe(document)
-    require_same(document, text, body.identity)
+    body, text = read_probe(document)
     return ProbeInUse(body, text, body, uncalibrated=uncalibrated)
 
 
