@@ -6,7 +6,6 @@ with its file. Faults are the end of one sentence.
 
 from __future__ import annotations
 
-import hashlib
 import math
 import re
 import uuid
@@ -21,7 +20,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core.build import build_version
-from ocmm_core.documents import decode_json, read_text
+from ocmm_core.documents import decode_json, read_text, text_digest
 from ocmm_core.errors import StorageError
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import MeasuredPoint
@@ -65,17 +64,17 @@ class JobHead:
     @property
     def plan_identity(self) -> str:
         """Return the SHA-256 of the plan document."""
-        return _sha256(self.plan_text)
+        return text_digest(self.plan_text)
 
     @property
     def rig_identity(self) -> str:
         """Return the SHA-256 of the rig document, equal to ``Rig.identity``."""
-        return _sha256(self.rig_text)
+        return text_digest(self.rig_text)
 
     @property
     def probe_identity(self) -> str:
         """Return the SHA-256 of ``probe_text``, equal to ``ProbeBody.identity``."""
-        return _sha256(self.probe_text)
+        return text_digest(self.probe_text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +98,7 @@ class JobReference:
     @property
     def identity(self) -> str:
         """Return the SHA-256 of the document, equal to ``ReferenceBody.identity``."""
-        return _sha256(self.text)
+        return text_digest(self.text)
 
 
 def make_head(
@@ -210,10 +209,6 @@ def _blob(array: Float) -> bytes:
 def _array(blob: bytes, shape: tuple[int, ...]) -> Float:
     # frombuffer gives a read-only view that keeps the blob alive.
     return np.frombuffer(blob, dtype="<f8").astype(np.float64).reshape(shape)
-
-
-def _sha256(text: str) -> str:
-    return hashlib.sha256(text.encode("utf-8")).hexdigest()
 
 
 _KINDS: dict[str, tuple[type, ...]] = {

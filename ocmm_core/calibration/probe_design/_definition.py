@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ import numpy as np
 
 from ocmm_core import tracking
 from ocmm_core.calibration.probe_design._layout import WrongLabels, wrong_labels
-from ocmm_core.documents import load_document, write_atomic
+from ocmm_core.documents import load_document, text_digest, write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.geometry import triple
 
@@ -134,7 +133,7 @@ def save_definition(path: Path, document: tracking.ProbeDocument) -> tracking.Pr
 
 
 def _identity(document: tracking.ProbeDocument) -> str:
-    return hashlib.sha256(probe_text(document).encode("utf-8")).hexdigest()
+    return text_digest(probe_text(document))
 
 
 def _vector(values: Sequence[float]) -> str:
