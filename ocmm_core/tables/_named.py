@@ -16,7 +16,7 @@ from ocmm_core.tables._grid import heading_cells, read_grid, require_no_codes
 from ocmm_core.tables._headings import is_summary, role_of
 from ocmm_core.tables._numbers import NumberGrammar, grammar_of, is_number
 from ocmm_core.tables._text import bytes_of, text_lines
-from ocmm_core.tables._unit_choice import UnitChoice, choose_unit, require_above, statements_in
+from ocmm_core.tables._unit_choice import UnitChoice, choose_unit, statements_in
 from ocmm_core.units import heading_unit
 
 _LARGEST_TABLE = 16 << 20
@@ -109,10 +109,10 @@ class TextTable:
         units = {name: found for name, found in self.units.items() if name in roles}
         stated = statements_in(self.comments)
         rows = [(row.line, row.cells["unit"]) for row in self.rows if "unit" in row.cells]
-        options = options or TableOptions()
-        if self.rows and not (options.unit or units or rows):
-            require_above(self.path, stated, self.rows[0].line, self.rows[-1].line)
-        return choose_unit(self.path, stated, units, options, rows, roles)
+        between = (self.rows[0].line, self.rows[-1].line) if self.rows else (0, 0)
+        return choose_unit(
+            self.path, stated, units, options or TableOptions(), rows, roles, between
+        )
 
     def account(self, unit: UnitChoice) -> TableAccount:
         columns = tuple(

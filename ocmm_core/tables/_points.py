@@ -31,7 +31,7 @@ from ocmm_core.tables._meshes import Mesh, read_mesh
 from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
 from ocmm_core.tables._numbers import NUMBER, NumberGrammar, grammar_of, is_number, number_with_unit
 from ocmm_core.tables._text import bytes_of, text_lines
-from ocmm_core.tables._unit_choice import PIXELS, choose_unit, require_above, statements_in
+from ocmm_core.tables._unit_choice import PIXELS, choose_unit, statements_in
 
 _UV = ("u", "v")
 _PIXEL_WORDS = ("px", "pixel", "pixels")
@@ -165,10 +165,10 @@ def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
     bare, suffixes = _without_units(rows, places)
     unit_cells = [(line, cells[plan.index("unit")]) for line, cells in rows if "unit" in plan.roles]
     lines = [line for line, _ in rows]
-    of_columns = plan.units(file, AXES)
-    if not (options.unit or of_columns or unit_cells or suffixes):
-        require_above(file, statements, lines[0], lines[-1])
-    units = choose_unit(file, statements, of_columns, options, unit_cells or suffixes)
+    units = choose_unit(
+        file, statements, plan.units(file, AXES), options, unit_cells or suffixes,
+        between=(lines[0], lines[-1]),
+    )  # fmt: skip
     require_no_codes(file, list(zip(lines, bare, strict=True)))
     if not options.columns:
         require_one_set(grid, plan, rows)

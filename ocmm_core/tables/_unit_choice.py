@@ -59,7 +59,7 @@ def statements_in(lines: Iterable[tuple[int, str]]) -> list[tuple[int, UnitState
     )
 
 
-def require_above(
+def _require_above(
     path: Path, statements: Sequence[tuple[int, UnitStatement]], first: int, last: int
 ) -> None:
     """Raise InputError if the unit is stated between the rows only, whose unit it may be."""
@@ -79,12 +79,14 @@ def choose_unit(
     options: TableOptions,
     rows: Sequence[tuple[int, str]] = (),
     roles: Sequence[str] = ("x", "y", "z"),
+    between: tuple[int, int] = (0, 0),
 ) -> UnitChoice:
     """Return the unit of the lengths; InputError if one is unknown or two statements contradict.
 
     `columns`: Line and text of the unit of a column, by its role.
     `rows`: Line and text of the unit of each row; empty if rows have none.
     `roles`: Columns that are lengths.
+    `between`: First and last line of the table.
 
     Raises InputError if a unit is unknown, or two statements contradict each other; also the name
     of the file is one.
@@ -92,6 +94,8 @@ def choose_unit(
     if options.unit:
         unit = named_unit(options.unit, "length")
         return UnitChoice(unit.symbol, unit.factor, "your statement", np.array([unit.factor]))
+    if not (columns or rows):
+        _require_above(path, statements, *between)
     found = _stated_unit(path, statements, columns, rows, roles)
     _check_name(path, found)
     return found
