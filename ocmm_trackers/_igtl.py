@@ -97,11 +97,7 @@ class IgtlDecoder(Decoder):
         if size > _MOST_BODY:
             self._passed = size - _HEADER.size
             size = _HEADER.size
-        if len(self._buffer) < size:
-            return None
-        packet = bytes(self._buffer[:size])
-        del self._buffer[:size]
-        return packet
+        return self._taken(size)
 
     def _read(self, packet: bytes) -> list[Message] | None:
         version, kind, device, *stamp, size, stated = _HEADER.unpack_from(packet)

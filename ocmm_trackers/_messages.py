@@ -120,6 +120,14 @@ class Decoder(ABC):
     def _cut(self) -> bytes | None:
         """Remove and return the next packet in the buffer; None if it is not complete."""
 
+    def _taken(self, size: int) -> bytes | None:
+        """Remove and return the first bytes of the buffer; None if they have not arrived."""
+        if len(self._buffer) < size:
+            return None
+        packet = bytes(self._buffer[:size])
+        del self._buffer[:size]
+        return packet
+
     @abstractmethod
     def _read(self, packet: bytes) -> list[Message] | None:
         """Return the messages of a packet, None for a kind that is not read.

@@ -28,6 +28,7 @@ from ocmm_trackers._ndi_replies import NdiFrame, checksum_ndi, read_bx, read_bx2
 
 _START = ("TSTOP:", "INIT:", "PHSR:02", "PHSR:03", "TSTART:")
 """A device that still tracks for an earlier client refuses the others before the first."""
+# In parts: the catalogue of sentences would take it for one.
 _POLLS = (" ".join(("BX2:--6d=tools", "--3d=all", "--1d=buttons")), "BX:1009", "TX:1001")
 _UNKNOWN = ("ERROR01", "ERROR07")
 """Unknown command or parameter."""
@@ -83,11 +84,7 @@ class NdiDecoder(Decoder):
             size = self._buffer.find(b"\r") + 1
             if max(size, (not size) * len(self._buffer)) > _MOST_TEXT:
                 raise self._foreign()
-        if not 0 < size <= len(self._buffer):
-            return None
-        packet = bytes(self._buffer[:size])
-        del self._buffer[:size]
-        return packet
+        return self._taken(size) if size else None
 
     def _read(self, packet: bytes) -> list[Message] | None:
         head = {_SHORT: 6, _LONG: 8}.get(int.from_bytes(packet[:2], "little"), 0)

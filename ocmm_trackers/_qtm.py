@@ -53,11 +53,7 @@ class QtmDecoder(Decoder):
         size, _ = _HEADER.unpack_from(self._buffer)
         if not _HEADER.size <= size <= _MOST_BYTES:
             raise self._foreign()
-        if len(self._buffer) < size:
-            return None
-        packet = bytes(self._buffer[:size])
-        del self._buffer[:size]
-        return packet
+        return self._taken(size)
 
     def _read(self, packet: bytes) -> list[Message] | None:
         _, kind = _HEADER.unpack_from(packet)
