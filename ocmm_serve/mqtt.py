@@ -98,7 +98,7 @@ class MqttPublisher:
             ) from error
         client.loop_start()
 
-    def publish(self, facts: PublishedFacts) -> bool:
+    def publish(self, facts: PublishedFacts) -> None:
         """Publish the topics that have changed; nothing waits while the broker is away."""
         if self._client.is_connected():
             for topic, content in messages(facts).items():
@@ -106,7 +106,6 @@ class MqttPublisher:
                     self._shown[topic] = content
                     self._client.publish(f"{self.broker.topic}/{topic}", content, 1, retain=True)
                     self.sent += 1
-        return True
 
     def close(self) -> None:
         """Publish the end, and disconnect."""

@@ -382,14 +382,14 @@ def _corrections(machine: Machine) -> Iterator[CorrectionFacts]:
 
 
 def publish_until_end(
-    places: PublishedPlaces, note: Callable[[str], None], show: Callable[[PublishedFacts], bool]
+    places: PublishedPlaces, note: Callable[[str], None], show: Callable[[PublishedFacts], None]
 ) -> None:
-    """Show the facts of a station until Ctrl-C, or until ``show`` returns false."""
+    """Show the facts of a station until Ctrl-C."""
     HOST.stand_back(_NICE)
     ended, station = stop_event(), PublishedStation(places, note)
     try:
         station.start()
-        while show(station.facts) and not ended.wait(_LOOK_S):
-            pass
+        while not ended.wait(_LOOK_S):
+            show(station.facts)
     finally:
         station.close()

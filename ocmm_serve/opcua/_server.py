@@ -201,12 +201,11 @@ class OpcUaServer:
         self._thread.start()
         self._ready.wait()
 
-    def show(self, facts: PublishedFacts) -> bool:
-        """Show facts as soon as possible; return true. Any error that ended the server."""
+    def show(self, facts: PublishedFacts) -> None:
+        """Show facts as soon as possible; raise the error that ended the server."""
         self._facts = facts
         if self._failure is not None:
             raise contained(self._failure, "The OPC UA server")
-        return True
 
     def close(self) -> None:
         """Disconnect all clients, and end."""
