@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -155,12 +156,7 @@ def named_quantity(
 
 def limit_words(result: CharacteristicResult) -> str:
     """Return the limits of the deviation; only one for a zone."""
-    upper = quantity(result, result.upper, signed=True)
-    if spec_of(result.kind).one_sided and result.lower <= 0.0:
-        return f"≤ {upper.lstrip('+')}"
-    if result.lower == -result.upper:
-        return f"±{upper.lstrip('+')}"
-    return f"{quantity(result, result.lower, signed=True)} {upper}"
+    return evaluation.limit_words(result, partial(quantity, result, signed=True))
 
 
 def basis_words(feature: evaluation.FeatureView, result: CharacteristicResult | None) -> str:

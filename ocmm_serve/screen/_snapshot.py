@@ -20,11 +20,11 @@ from ocmm_core.inspection.evaluation import (
     JobView,
     LiveView,
     job_states,
+    limit_words,
     state_lines,
 )  # fmt: skip
 from ocmm_core.options import DEFAULT_OPERATOR, DEFAULT_SERIAL
 from ocmm_core.tolerances.decisions import CharacteristicResult, VerdictSummary
-from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.wording import Speech
 
 SCHEMA = "ocmm.screen/1"
@@ -316,13 +316,6 @@ def _result(
 ) -> ScreenResult:
     degrees = result.unit == "deg"
     digits = 4 if degrees else 3
-    upper = _number(speech, result.upper, digits)
-    lower, above = (_number(speech, one, digits, "+") for one in (result.lower, result.upper))
-    limits = f"{lower} {above}"
-    if spec_of(result.kind).one_sided and result.lower <= 0.0:
-        limits = f"≤ {upper}"
-    elif result.lower == -result.upper:
-        limits = f"±{upper}"
     told = [result.note, result.caution]
     if explanation is not None:
         told = [explanation.why, explanation.suggestion]
@@ -331,7 +324,7 @@ def _result(
         kind=speech.word(result.kind),
         features=result.features,
         unit="°" if degrees else "mm",
-        limits=limits,
+        limits=limit_words(result, lambda one: _number(speech, one, digits, "+")),
         measured=_number(speech, result.measured, digits),
         deviation=_number(speech, result.deviation, digits, "+"),
         uncertainty=_number(speech, result.uncertainty, digits),

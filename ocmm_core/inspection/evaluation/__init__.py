@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.inspection.evaluation._job_messages import (
         INCOMPLETE, NOISY_LINE, NO_REAL_PART, PARTIAL_PLAN, SIMULATED, SIMULATED_LINE,
-        UNPROVEN_CAMERAS, job_states, part_line, state_lines,
+        UNPROVEN_CAMERAS, job_states, limit_words, part_line, state_lines,
     )  # fmt: skip
     from ocmm_core.inspection.evaluation._options import (
         FOR_COMPARISON, LIMITS_EVENT, SessionOptions, limits_text, methods_used, with_stored_limits,
@@ -58,8 +58,8 @@ __all__ = [
     "ReferenceView", "SessionOptions", "StatusWord", "Target", "Whereabouts", "WrittenProgress",
     "aligned_nominals", "alignment_of_points", "checked_features", "commanding", "coverage_of",
     "cue", "evaluate_job", "evaluated_job", "event_text", "frame_covariance", "frame_of",
-    "held_back", "held_below", "job_states", "job_uncertainty", "limits_text", "measured_frame",
-    "methods_used", "nearness", "notes_of", "notes_on", "open_plan", "outliers", "part_line",
-    "place_of_nominals", "places_of", "probe_state", "progress_from", "progress_of", "state_lines",
-    "targets_of", "uncertainty_of", "whereabouts", "with_stored_limits", "withdrawn",
+    "held_back", "held_below", "job_states", "job_uncertainty", "limit_words", "limits_text",
+    "measured_frame", "methods_used", "nearness", "notes_of", "notes_on", "open_plan", "outliers",
+    "part_line", "place_of_nominals", "places_of", "probe_state", "progress_from", "progress_of",
+    "state_lines", "targets_of", "uncertainty_of", "whereabouts", "with_stored_limits", "withdrawn",
 ]  # fmt: skip

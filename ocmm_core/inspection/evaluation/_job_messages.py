@@ -1,9 +1,16 @@
-"""Headlines of a job, from itself: simulated, unproven cameras, incomplete; all outputs agree."""
+"""Headlines of a job, from itself: simulated, unproven cameras, incomplete; all outputs agree.
+
+Also the limits of a result in words.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS as _UNPROVEN
 from ocmm_core.inspection.evaluation._view import JobView
+from ocmm_core.tolerances.decisions import CharacteristicResult
+from ocmm_core.tolerances.kinds import spec_of
 
 SIMULATED = "SIMULATED"
 UNPROVEN_CAMERAS = _UNPROVEN
@@ -53,3 +60,13 @@ def part_line(view: JobView) -> str:
     beside = "; ".join(part.reasons) or part.summary.counted
     between = "; " if part.is_partial else ": "
     return f"{part.headline}{between}{beside}" if beside else part.headline
+
+
+def limit_words(result: CharacteristicResult, signed: Callable[[float], str]) -> str:
+    """Return the limits of the deviation, only one for a zone; ``signed`` writes one with sign."""
+    upper = signed(result.upper)
+    if spec_of(result.kind).one_sided and result.lower <= 0.0:
+        return f"≤ {upper.lstrip('+')}"
+    if result.lower == -result.upper:
+        return f"±{upper.lstrip('+')}"
+    return f"{signed(result.lower)} {upper}"
