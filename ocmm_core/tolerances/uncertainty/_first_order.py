@@ -16,7 +16,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.linalg import norm
-from scipy.special import chdtri, ndtr, stdtr
+from scipy.special import fdtri, ndtr, stdtr
 
 from ocmm_core.features.measured import ActualFeature, beyond_first_order
 from ocmm_core.features.shapes import DIRECTION, RADIUS, Criterion, Fit, Shape
@@ -33,7 +33,7 @@ NOT_DETERMINED = (
 )
 WHAT_TO_DO = "Take more points, spread over more of it."
 
-CHANCE = 0.05
+CHANCE = 0.1
 """Probability of a scatter so great that it would refuse: defines a near refusal."""
 
 NEAR_REFUSAL = 0.25
@@ -46,6 +46,9 @@ remain, which include nearly all with too small a U.
 MOST_TILTED = 0.3
 """Expanded uncertainty of a direction, rad, beyond which no value about it has an uncertainty."""
 
+_LINEAR = 1e-3
+"""Second-order term, relative to U, below which a value does not share a refusal of others."""
+
 _SMALL = 1e-6
 """Share of the greatest variance below which a component of a vector is ignored."""
 
@@ -55,25 +58,25 @@ Follow: TypeAlias = Callable[[Rows], Float]
 """From m moves of the points, as rows, to the changes of k values beyond first order, (m, k)."""
 
 
-def growth(
+def second_order(
     gradients: Rows,
     factors: PointFactors | None,
     samples: Sequence[FormSample],
     found: Widened,
     follow: Follow,
-    stretch: float = 1.0,
-) -> float:
-    """Return the factor by which U grows, 1 and more; infinite if U is refused.
+) -> Float:
+    """Return the changes beyond first order at the ends of the interval, in U, (m, 2).
 
+    Each row is one principal axis of the values: ahead and behind. No rows if nothing varies.
     ``found`` is the result of `sampling.widened` for the first arguments; ``follow`` refits the
-    elements. The test is for a scatter greater by ``stretch``.
+    elements.
     """
     if not np.all(np.isfinite(found.covariance)):
-        return 1.0
+        return np.zeros((0, 2))
     variances, vectors = np.linalg.eigh(found.covariance)
     greatest = float(variances[-1])
     if greatest <= 0.0:
-        return 1.0
+        return np.zeros((0, 2))
     asked = [i for i, variance in enumerate(variances) if variance > _SMALL * greatest]
     moves = []
     for i in asked:
@@ -93,11 +96,22 @@ def growth(
         moves += [far, -far]
     changes = follow(Rows.stacked(moves))
     reach = 2.0 * math.sqrt(greatest)
-    largest = 1.0
-    for row, i in enumerate(asked):
-        ahead, behind = changes[2 * row : 2 * row + 2] @ vectors[:, i] / reach
-        largest = max(largest, _both_tails(float(ahead), -float(behind), found.degrees, stretch))
-    return largest
+    along_axes = np.einsum("msk,km->ms", changes.reshape(len(asked), 2, -1), vectors[:, asked])
+    answer: Float = along_axes * np.array([1.0, -1.0]) / reach
+    return answer
+
+
+def growth(changes: Float, degrees: float, stretch: float = 1.0, related: float = 0.0) -> float:
+    """Return the factor by which U grows, 1 and more; infinite if U is refused.
+
+    ``changes`` are those of `second_order`, with their effective degrees of freedom. The test is
+    for a scatter greater by ``stretch``. ``related`` is the greatest tested term of all numbers of
+    the same fit: they are refused by the same scatter.
+    """
+    return max(
+        (_both_tails(float(a), float(b), degrees, stretch, related) for a, b in changes),
+        default=1.0,
+    )
 
 
 def follow_features(gradients: Rows, features: Iterable[ActualFeature]) -> Follow | None:
@@ -190,15 +204,19 @@ _DIRECTED = (Shape.LINE, Shape.PLANE, *_ROUND)
 _TURNED = np.r_[DIRECTION, RADIUS]
 
 
-def _both_tails(ahead: float, behind: float, degrees: float, stretch: float) -> float:
+def _both_tails(
+    ahead: float, behind: float, degrees: float, stretch: float, related: float
+) -> float:
     """Return the growth of U that keeps both tails' probability; changes beyond U, in U."""
     most = stretch * max(abs(ahead), abs(behind))
-    if not most <= MOST_CURVED:
+    # A failed refit is not a number, on either side.
+    if not (abs(ahead + behind) < math.inf and most <= MOST_CURVED):
         return math.inf
     k, outside, doubt = student_factor(degrees), 1.0 - TWO_SIDED, 1.0
     if math.isfinite(degrees):
-        doubt = math.sqrt(float(chdtri(degrees, CHANCE)) / degrees)
-    if doubt * most > MOST_CURVED:
+        # Both the scatter and its expectation are estimates: the latter is known slightly better.
+        doubt = math.sqrt(float(fdtri(degrees, degrees + 1.0, 1.0 - CHANCE)))
+    if doubt * (most if most < _LINEAR else max(most, related)) > MOST_CURVED:
         outside *= NEAR_REFUSAL
 
     def tail(curved: float, grown: float) -> float:

@@ -18,9 +18,9 @@ from ocmm_core.features.elements import distance_derivatives
 from ocmm_core.features.measured import beyond_first_order
 from ocmm_core.geometry import Float, Points3, perpendicular_pair
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.uncertainty._first_order import growth
+from ocmm_core.tolerances.uncertainty._first_order import growth, second_order
 from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
-from ocmm_core.tolerances.uncertainty._sampling import FormSample, student_factor, widened
+from ocmm_core.tolerances.uncertainty._sampling import FormSample, Widened, student_factor, widened
 
 _PLANE_PARAMETERS = 3
 
@@ -97,24 +97,35 @@ def fit_uncertainty(fit: shapes.Fit, points: Points3) -> FitUncertainty | None:
     own = {sample.degrees for sample in samples}
     mixed = len(own) > 1 and min(own) <= FEW_DEGREES
 
-    def stated(rows: Float) -> Stated:
-        """Return the statement on combinations (k, 12) of the geometry."""
-        gradients = rows @ jacobian
-        found = widened(gradients, None, samples)
+    numbers = _numbers(fit)
+    firsts = {name: rows @ jacobian for name, rows in numbers.items()}
+    founds = {name: widened(gradients, None, samples) for name, gradients in firsts.items()}
+
+    def changed(rows: Float, gradients: Rows, found: Widened) -> Float:
+        def follow(moves: Rows) -> Float:
+            return beyond_first_order(fit, points, moves.at(places)) @ rows.T
+
+        return second_order(gradients, None, samples, found, follow)
+
+    changes = {name: changed(numbers[name], firsts[name], found) for name, found in founds.items()}
+    # A failed refit is not a number.
+    largest = (np.nan_to_num(abs(c), nan=np.inf).max(initial=0.0) for c in changes.values())
+    related = stretch * float(max(largest))
+
+    def stated(name: str) -> Stated | None:
+        found = founds.get(name)
+        if found is None:
+            return None
         variances = _unwidened(found.covariance, found.degrees)
         standard = math.sqrt(max(float(variances[-1]), 0.0))
-        total = float(variances.sum())
-        if total <= 0.0:
+        if float(variances.sum()) <= 0.0:
             return Stated(0.0, 0.0, found.degrees)
-        grown = growth(
-            gradients, None, samples, found,
-            lambda moves: beyond_first_order(fit, points, moves.at(places)) @ rows.T, stretch,
-        )  # fmt: skip
+        grown = growth(changes[name], found.degrees, stretch, related)
         if fit.rival is not None or not math.isfinite(grown):
             return Stated(standard, None, found.degrees, grown)
         reach = _reach(variances, found.degrees)
         if mixed:
-            alone = [widened(gradients, None, [sample]) for sample in samples]
+            alone = [widened(firsts[name], None, [sample]) for sample in samples]
             reach = math.sqrt(
                 sum(
                     _reach(_unwidened(one.covariance, one.degrees), one.degrees) ** 2
@@ -123,34 +134,33 @@ def fit_uncertainty(fit: shapes.Fit, points: Points3) -> FitUncertainty | None:
             )
         return Stated(standard, grown * reach, found.degrees, grown)
 
-    rows = np.eye(len(fit.geometry))
-    centre = foot = None
-    if fit.shape.spec.is_long:
-        foot = stated(np.stack(perpendicular_pair(fit.direction)) @ rows[shapes.POINT])
-    elif not fit.shape.spec.centred:
-        foot = stated((fit.direction @ rows[shapes.POINT])[None])
-    else:
-        x, y, z = (stated(rows[k : k + 1]) for k in range(*shapes.POINT.indices(3)))
-        centre = (x, y, z)
-
-    direction = turn = None
-    if fit.direction.any():
-        direction = stated(np.stack(perpendicular_pair(fit.direction)) @ rows[shapes.DIRECTION])
-    if fit.across.any():
-        turn = stated((np.cross(fit.direction, fit.across) @ rows[shapes.ACROSS])[None])
-
-    def number(place: int) -> Stated | None:
-        return stated(rows[place : place + 1]) if fit.geometry[place] != 0.0 else None
-
+    x, y, z = (stated(word) for word in "xyz")
     return FitUncertainty(
-        centre,
-        foot,
-        direction,
-        turn,
-        number(shapes.RADIUS),
-        number(shapes.SECOND),
-        number(shapes.HALF_ANGLE),
+        None if x is None or y is None or z is None else (x, y, z),
+        *(stated(name) for name in ("foot", "direction", "turn", "radius", "second", "half angle")),
     )
+
+
+def _numbers(fit: shapes.Fit) -> dict[str, Float]:
+    """Return the combinations (k, 12) of the geometry that have an uncertainty, by name."""
+    rows = np.eye(len(fit.geometry))
+    found: dict[str, Float] = {}
+    if fit.shape.spec.is_long:
+        found["foot"] = np.stack(perpendicular_pair(fit.direction)) @ rows[shapes.POINT]
+    elif not fit.shape.spec.centred:
+        found["foot"] = (fit.direction @ rows[shapes.POINT])[None]
+    else:
+        found |= {word: rows[k : k + 1] for word, k in zip("xyz", range(3), strict=True)}
+    if fit.direction.any():
+        found["direction"] = np.stack(perpendicular_pair(fit.direction)) @ rows[shapes.DIRECTION]
+    if fit.across.any():
+        found["turn"] = (np.cross(fit.direction, fit.across) @ rows[shapes.ACROSS])[None]
+    for name, place in (
+        ("radius", shapes.RADIUS), ("second", shapes.SECOND), ("half angle", shapes.HALF_ANGLE)
+    ):  # fmt: skip
+        if fit.geometry[place] != 0.0:
+            found[name] = rows[place : place + 1]
+    return found
 
 
 def _unwidened(covariance: Float, degrees: float) -> Float:

@@ -19,7 +19,12 @@ from ocmm_core.geometry import Float
 from ocmm_core.measuring import PointFactors, Rows
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty import _interval as interval
-from ocmm_core.tolerances.uncertainty._first_order import follow_features, growth, tilted
+from ocmm_core.tolerances.uncertainty._first_order import (
+    follow_features,
+    growth,
+    second_order,
+    tilted,
+)
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, widened
 from ocmm_core.tolerances.zones import Characteristic, Evaluation, FormNoise
 
@@ -299,7 +304,8 @@ def spreads_of(
     ]
     follow = follow_features(gradients, refitted)
     if follow is not None:
-        grown = growth(gradients, factors, samples, found, follow)
+        changes = second_order(gradients, factors, samples, found, follow)
+        grown = growth(changes, found.degrees)
     if np.all(np.isfinite(found.covariance)):
         is_angle = spec_of(characteristic.kind).unit == "deg"
         grown = max(grown, tilted(gradients, actual, factors, every, found, is_angle=is_angle))
