@@ -5,10 +5,11 @@ Out: a point with probe side and compensation, or a refusal; the joint uncertain
 factors.
 
 Read `_trigger` (detection of a point), `_stable_point` (from a window of frames to one ball
-centre), `_untimed` (cameras that do not prove when they expose), `_point` (its record),
-`_compensation` (the touched side), `_temperature`, then `_contributions` (effect of each error on
-all points) with `_factors`, `_pattern_field` and `_rows` (its storage). `_probe_report`
-predicts it before measuring. The package is independent of features and plans.
+centre), `_path` and `_path_points` (continuous probing), `_untimed` (cameras that do not prove when
+they expose), `_point` (its record), `_compensation` (the touched side), `_temperature`, then
+`_contributions` (effect of each error on all points) with `_factors`, `_pattern_field` and `_rows`
+(its storage). `_probe_report` predicts it before
+measuring. The package is independent of features and plans.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -23,6 +24,10 @@ if TYPE_CHECKING:
     from ocmm_core.measuring._factors import (
         COVERAGE_FACTOR, PointFactors, factors_of, factors_of_matrix, joined_factors, joint_factors,
         point_uncertainty, root_of, systematic_covariance,
+    )  # fmt: skip
+    from ocmm_core.measuring._path import PATH, Path, PathCollector, PathProgress
+    from ocmm_core.measuring._path_points import (
+        PathOptions, PathPoints, PathSurface, points_along, transported,
     )  # fmt: skip
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
     from ocmm_core.measuring._probe_report import (
@@ -43,14 +48,16 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "CAMERAS", "CLIMATE_EVENT", "COVERAGE_FACTOR", "FRAME", "IMAGE_NOISE", "METHODS", "TIP_RADIUS",
-    "UNKNOWN_SKEW", "BudgetTerm", "Climate", "Contribution", "DayCheck", "Examination",
-    "FrameDoubt", "MeasuredPoint", "Mechanics", "NoiseRatio", "PartTemperature", "PointFactors",
-    "PointOptions", "ProbeReport", "ProbeState", "Refusal", "RefusalCode", "Rows", "Side",
-    "StablePoint", "Touch", "TouchCollector", "TouchNoise", "approach_direction", "average",
-    "check_noise", "check_part", "climate_of_text", "colour_at", "contributions", "examine",
-    "explain", "explain_reference", "factors_of", "factors_of_matrix", "joined_factors",
-    "joint_factors", "label_verdict", "label_words", "map_range", "mechanics_words",
-    "point_uncertainty", "record_text", "reported_points", "rigid_movement", "root_of", "side_of",
-    "systematic_covariance", "touches_checked", "with_skew",
+    "CAMERAS", "CLIMATE_EVENT", "COVERAGE_FACTOR", "FRAME", "IMAGE_NOISE", "METHODS", "PATH",
+    "TIP_RADIUS", "UNKNOWN_SKEW", "BudgetTerm", "Climate", "Contribution", "DayCheck",
+    "Examination", "FrameDoubt", "MeasuredPoint", "Mechanics", "NoiseRatio", "PartTemperature",
+    "Path", "PathCollector", "PathOptions", "PathPoints", "PathProgress", "PathSurface",
+    "PointFactors", "PointOptions", "ProbeReport", "ProbeState", "Refusal", "RefusalCode", "Rows",
+    "Side", "StablePoint", "Touch", "TouchCollector", "TouchNoise", "approach_direction",
+    "average", "check_noise", "check_part", "climate_of_text", "colour_at", "contributions",
+    "examine", "explain", "explain_reference", "factors_of", "factors_of_matrix",
+    "joined_factors", "joint_factors", "label_verdict", "label_words", "map_range",
+    "mechanics_words", "point_uncertainty", "points_along", "record_text", "reported_points",
+    "rigid_movement", "root_of", "side_of", "systematic_covariance", "touches_checked",
+    "transported", "with_skew",
 ]  # fmt: skip

@@ -276,7 +276,7 @@ def average(
         tip_world=window.tip_world[keep].mean(axis=0),
         random_covariance=random + still.covariance + np.eye(3) * options.untimed_mm**2 / 3.0,
         motion_covariance=still.covariance,
-        rotation_world_from_probe=_mean_rotation(window.rotation_world_from_probe[keep]),
+        rotation_world_from_probe=mean_rotation(window.rotation_world_from_probe[keep]),
         spots=window.uv[keep].mean(axis=0),
         chi2_per_dof=float(np.mean(window.chi2[keep] / window.dof[keep])),
         tip_rig=in_rig(window).tip_world[keep].mean(axis=0),
@@ -369,7 +369,8 @@ def _covariance_of_mean(tips: Float, covariances: Float) -> Float:
     return covariance
 
 
-def _mean_rotation(rotations: Float) -> Float:
+def mean_rotation(rotations: Float) -> Float:
+    """Return the mean of rotations (n, 3, 3)."""
     u, _, vt = np.linalg.svd(rotations.mean(axis=0))
     rotation: Float = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
     return rotation

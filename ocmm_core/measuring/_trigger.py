@@ -48,6 +48,34 @@ class Touch:
     """Of cameras without proof of a common exposure time, which the frames were aligned by."""
 
 
+class Trail:
+    """Latest positions of a moving ball, at least `_TRAIL_STEP_MM` apart."""
+
+    def __init__(self, frame_period_s: float) -> None:
+        self._stride = max(round(_TRAIL_EVERY_S / frame_period_s), 1)
+        self._trail: deque[Float] = deque(maxlen=_TRAIL_LENGTH)
+
+    @property
+    def places(self) -> Float:
+        """Return them, (m, 3), mm, oldest first."""
+        return np.array(self._trail).reshape(-1, 3)
+
+    def clear(self) -> None:
+        self._trail.clear()
+
+    def extend(self, places: Float) -> None:
+        self._trail.extend(places)
+
+    def follow(self, block: TrackBlock, start: int, stop: int) -> None:
+        """Take in some frames of a block."""
+        part = slice(start, stop)
+        due = (block.counter[part] % self._stride == 0) & (block.status[part] == FrameStatus.OK)
+        for tip_world in block.tip_world[part][due]:
+            last = self._trail[-1] if self._trail else None
+            if last is None or float(np.linalg.norm(tip_world - last)) >= _TRAIL_STEP_MM:
+                self._trail.append(tip_world)
+
+
 class TouchCollector:
     """Cut the window of every trigger out of the tracked frames.
 
@@ -64,8 +92,7 @@ class TouchCollector:
         self._held: Touch | None = None
         self._pull: list[Float] = []
         self._expected = max(round(options.window_s / frame_period_s), MIN_FRAMES)
-        self._stride = max(round(_TRAIL_EVERY_S / frame_period_s), 1)
-        self._trail: deque[Float] = deque(maxlen=_TRAIL_LENGTH)
+        self._trail = Trail(frame_period_s)
         self._pieces: list[TrackBlock] = []
         self._end = -1
         self._armed = False
@@ -162,26 +189,17 @@ class TouchCollector:
         stop = start + int(edges[0]) if len(edges) else len(block)
         if self._armed:
             stop = start
-        self._follow(block, start, stop)
+        self._trail.follow(block, start, stop)
         if stop < len(block):
             self._armed = False
             self._end = int(block.counter[stop]) + self._expected
         return stop
 
-    def _follow(self, block: TrackBlock, start: int, stop: int) -> None:
-        part = slice(start, stop)
-        due = (block.counter[part] % self._stride == 0) & (block.status[part] == FrameStatus.OK)
-        for tip_world in block.tip_world[part][due]:
-            last = self._trail[-1] if self._trail else None
-            if last is None or float(np.linalg.norm(tip_world - last)) >= _TRAIL_STEP_MM:
-                self._trail.append(tip_world)
-
     def _complete(self, block: TrackBlock, stop: int) -> Touch:
         window = join(self._pieces) if self._pieces else cut(block, stop, stop)
-        trail = np.array(self._trail).reshape(-1, 3)
         first_frame = self._end - self._expected
         self._pieces, self._end = [], -1
-        return Touch(first_frame, window, self._expected, trail)
+        return Touch(first_frame, window, self._expected, self._trail.places)
 
 
 def approach_direction(trail_world: Float, contact_world: Float, distance: float) -> Float | None:

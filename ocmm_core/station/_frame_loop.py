@@ -12,7 +12,15 @@ from ocmm_core.acquisition import frames
 from ocmm_core.acquisition.recording import FrameHistory
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.measuring import PointOptions, Refusal, Touch, TouchCollector
+from ocmm_core.measuring import (
+    Path,
+    PathCollector,
+    PathProgress,
+    PointOptions,
+    Refusal,
+    Touch,
+    TouchCollector,
+)
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._live import LiveState
@@ -59,12 +67,14 @@ class Tracked:
 
     block: frames.FrameBlock
     track: TrackBlock
-    touches: Sequence[Touch]
+    touches: Sequence[Touch | Path]
     collecting: bool
     pipeline: TrackingPipeline
     """Its pipeline, for the labels and the reference body."""
     skew: CameraSkew | None = None
     """Of cameras without proof of a common exposure time."""
+    path: PathProgress | None = None
+    """Of the open path, if any."""
 
 
 class MeasureStep(Protocol):
@@ -73,6 +83,11 @@ class MeasureStep(Protocol):
     @property
     def awaits_pull(self) -> bool:
         """Return whether the ball is followed during its retract after a touch."""
+        ...
+
+    @property
+    def expects_path(self) -> bool:
+        """Return whether the button is held while the ball slides, for points along its path."""
         ...
 
     def measure(self, tracked: Tracked) -> None:
@@ -110,7 +125,7 @@ class FrameLoop:
         self._tracking, self._point = tracking, point
         self._step, self._faults, self._recorder = step, faults, recorder
         self._pipeline = self.pipeline_from(home)
-        self._collector: TouchCollector | None = None
+        self._collector: TouchCollector | PathCollector | None = None
         self._exclusive = threading.RLock()
         self._take = threading.Event()
         self._stop = halt
@@ -198,18 +213,29 @@ class FrameLoop:
             # That of these frames: what they tell applies to the next ones.
             skew = self._skew.skew()
             self._skew.learn(track)
-        collector = self._collector
-        if collector is None:
-            period_s = self._ring.word(frames.RingHeaderField.FRAME_PERIOD_NS) * 1e-9
-            collector = self._collector = TouchCollector(period_s, self._point)
+        collector = self._present_collector()
         if self._take.is_set():
             self._take.clear()
             collector.arm()
-        collector.pulled = self._step.awaits_pull
-        touches = [replace(touch, skew=skew) for touch in collector.feed(track)]
+        touches: list[Touch | Path]
+        if isinstance(collector, PathCollector):
+            touches = [replace(path, untimed=skew is not None) for path in collector.feed(track)]
+        else:
+            collector.pulled = self._step.awaits_pull
+            touches = [replace(touch, skew=skew) for touch in collector.feed(track)]
+        path = collector.progress if isinstance(collector, PathCollector) else None
         self._step.measure(
-            Tracked(block, track, touches, collector.collecting, self._pipeline, skew)
+            Tracked(block, track, touches, collector.collecting, self._pipeline, skew, path)
         )
+
+    def _present_collector(self) -> TouchCollector | PathCollector:
+        """Return that of touches or of paths, as the active feature is measured."""
+        now, expects = self._collector, self._step.expects_path
+        if now is None or (not now.collecting and isinstance(now, PathCollector) != expects):
+            period_s = self._ring.word(frames.RingHeaderField.FRAME_PERIOD_NS) * 1e-9
+            now = PathCollector(period_s) if expects else TouchCollector(period_s, self._point)
+            self._collector = now
+        return now
 
 
 Intent = Callable[[int], str | None]
@@ -246,6 +272,11 @@ class TouchTaker:
         """Return whether the ball is followed during its retract after a touch."""
         return self._current.now.session.awaits_pull
 
+    @property
+    def expects_path(self) -> bool:
+        """Return whether the active feature is measured along paths."""
+        return self._current.now.session.paths.expected
+
     def measure(self, tracked: Tracked) -> None:
         """Measure a block of frames; on the reconstruction thread."""
         block, track, pipeline = tracked.block, tracked.track, tracked.pipeline
@@ -256,7 +287,7 @@ class TouchTaker:
         if pipeline.home is not None and session.reference_home is None:
             # Durable before the first dependent point.
             session.keep_reference(pipeline.home)
-        self._live.feed(block, track, pipeline, collecting=tracked.collecting)
+        self._live.feed(block, track, pipeline, collecting=tracked.collecting, path=tracked.path)
         self._instruments.watch_probe(block)
         if self._maintenance.takes(block):
             return
@@ -282,13 +313,16 @@ class TouchTaker:
                 # A full disk cannot log it either; measuring resumes once it is cleared.
                 self._faults.tell(error)
 
-    def _take(self, touch: Touch) -> None:
+    def _take(self, touch: Touch | Path) -> None:
         job, events = self._current.now, self._events
         feature = self._intent(touch.first_frame) if self._intent is not None else None
         try:
             # A service names its interface only while running, which it is before the first point.
             job.session.conditions.note_origin(simulated=self._instruments.simulated)
-            outcome = job.session.touches.take(touch, feature)
+            if isinstance(touch, Path):
+                outcome = job.session.paths.take(touch, feature)
+            else:
+                outcome = job.session.touches.take(touch, feature)
         except OcmmError as error:
             # A point that is not durable does not count. Measuring continues, unless the file is
             # lost.

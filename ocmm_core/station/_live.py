@@ -16,7 +16,13 @@ from ocmm_core.errors import TrackingError
 from ocmm_core.fieldbus.report import BusPhase, trouble_words
 from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.evaluation import LiveView, ReferenceView, StatusWord
-from ocmm_core.measuring import PointOptions, explain, explain_reference, point_uncertainty
+from ocmm_core.measuring import (
+    PathProgress,
+    PointOptions,
+    explain,
+    explain_reference,
+    point_uncertainty,
+)
 from ocmm_core.station._bus_watch import SILENCE_S, BusWatch
 from ocmm_core.station.coaching import LastPose, ProbeNow
 from ocmm_core.tracking import (
@@ -117,6 +123,7 @@ class LiveState:
         self._reference_lost = (StatusWord.NOT_READY, "")
         self._reason = ""
         self._collecting = False
+        self._path: PathProgress | None = None
         self._uncertainty: float | None = None
         self._uncertainty_at = -np.inf
         self._uncertainty_lock = threading.Lock()
@@ -127,12 +134,18 @@ class LiveState:
         self._rate: deque[tuple[int, int]] = deque()
 
     def feed(
-        self, raw: FrameBlock, track: TrackBlock, pipeline: TrackingPipeline, *, collecting: bool
+        self,
+        raw: FrameBlock,
+        track: TrackBlock,
+        pipeline: TrackingPipeline,
+        *,
+        collecting: bool,
+        path: PathProgress | None = None,
     ) -> None:
         """Process the latest frames (reconstruction thread only)."""
         now = time.monotonic()
         self._raw, self._labels, self._reason = raw, pipeline.slot_leds(), pipeline.reason
-        self._collecting = collecting
+        self._collecting, self._path = collecting, path
         if self._rate and int(raw.time_ns[-1]) < self._rate[-1][0]:
             # The bus clock was reset.
             self._rate.clear()
@@ -192,6 +205,7 @@ class LiveState:
             slot_references=self._references,
             reference=reference,
             faults=faults,
+            path=self._path if shown is not None else None,
         )
 
     def _comes(self, acquisition: AcquisitionStatus) -> bool:

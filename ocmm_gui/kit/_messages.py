@@ -256,9 +256,18 @@ def next_step(job: evaluation.JobView, live: evaluation.LiveView | None = None) 
         return tr("Touch any feature; it is identified by position.")
     if feature.open_ended:
         return tr("Touch, or wait for the point that the program asks for.")
+    path = None if live is None else live.path
+    if path is not None and path.fast:
+        return tr("Too fast: {speed:.0f} mm/s. Slide more slowly.").format(speed=path.speed_mm_s)
+    if path is not None:
+        words = tr("{length:.0f} mm, {speed:.0f} mm/s. Release the button to finish.")
+        return words.format(length=path.length_mm, speed=path.speed_mm_s)
     missing = feature.needed - len(feature.points)
     if missing <= 0:
         return tr("{name} has all its points. Press Return to finish it.").format(name=feature.name)
+    if feature.spacing > 0.0:
+        words = tr("Press on {name}, hold the button and slide {way:.0f} mm.")
+        return words.format(name=feature.name, way=missing * feature.spacing)
     words = tr("Next: touch %n points on {name}.", "Next: touch one point on {name}.", missing)
     if feature.points:
         words = tr("Touch %n more points on {name}.", "Touch one more point on {name}.", missing)

@@ -56,6 +56,10 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
             later("Projection plane of circles and slots; or empty"),
         ),
         "compensation": (later("Probe side by"), later("Empty: as in the plan")),
+        "spacing": (
+            later("Path points, mm"),
+            later("Continuous probing: distance of the points; 0: single touches"),
+        ),
         "targets": (
             later("Targets, mm"),
             later("Where to touch, from a model; empty: spread over the sizes"),

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from ocmm_core.geometry import Float, Int
 from ocmm_core.instructions import njit
 
-MOVE, TOUCH, REST = 0, 1, 2
-"""Kinds of segments of the motion."""
+MOVE, TOUCH, REST, SLIDE = 0, 1, 2, 3
+"""Kinds of segments of the motion; a slide is even, in contact, with the button held."""
 
 # Columns of a motion segment. Times in s, places in mm, attitudes as rotation vectors (rad), world
 # frame.
@@ -63,7 +63,7 @@ def move(
             k += 1
         s = segments[k]
         x = min(max((t - s[T0]) / (s[T1] - s[T0]), 0.0), 1.0)
-        way = _minimum_jerk(x)
+        way = x if s[KIND] == SLIDE else _minimum_jerk(x)
         lateral = way
         # False for NaN: no height to rise to.
         lifted = s[TOP] == s[TOP]
@@ -90,6 +90,8 @@ def move(
         # In a touch segment the ball is on the surface throughout.
         contact[i] = s[KIND] == TOUCH and t < s[T1]
         button[i] = contact[i] and since >= BUTTON_DOWN_S and since < BUTTON_UP_S
+        if s[KIND] == SLIDE and t < s[T1]:
+            contact[i] = button[i] = True
         if contact[i] and since < SETTLE_S:
             y = since / SETTLE_S
             # (y (1 - y))^3 is 1/64 in the middle: one hop of SETTLE_MM, smooth at both ends.

@@ -10,6 +10,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from ocmm_core.geometry import Float
 from ocmm_sim.scene import _kernels as kernels
 from ocmm_sim.scene._artefacts import Part
 from ocmm_sim.scene._hand import attitude_at
+from ocmm_sim.scene._slides import hops, pace, slide
 from ocmm_sim.scene._surfaces import (
     HOLES,
     Artefact,
@@ -49,6 +51,10 @@ _HOME_ABOVE_MM = 40.0
 _TREMOR_RAD, _TREMOR_MM = 2e-3, 0.10
 _TREMOR_WAVES = 4
 _STREAM = 16
+_SLIDE_MM_S = (10.0, 25.0)
+_PRESS_S = 0.1
+_SPARE = 5
+"""Additional points of a slide, for those that are left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,12 +116,21 @@ class _Timeline:
 
 
 class Operator:
-    """The script; thread-safe between reading and extending; ``tip_radius``, mm, is true."""
+    """The script; thread-safe between reading and extending; ``tip_radius``, mm, is true.
+
+    ``paths``: distance of the points, mm, of features that the ball slides over.
+    """
 
     def __init__(
-        self, part: Part, tip_radius: float, touches: Touches, seed: int, period_s: float = 0.0
+        self,
+        part: Part,
+        tip_radius: float,
+        touches: Touches,
+        seed: int,
+        period_s: float = 0.0,
+        paths: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
-        self._part = part
+        self._part, self._paths = part, paths
         self._dwell_s = max(DWELL_S, kernels.BUTTON_DOWN_S + _WINDOW_FRAMES * period_s)
         self._tip_radius = tip_radius
         self._seed = seed
@@ -227,6 +242,14 @@ class Operator:
                 )
             rng = np.random.default_rng([self._seed, _STREAM, old.rounds, index])
             artefact = self._part.artefact(name)
+            if name in self._paths:
+                length = (count + _SPARE) * self._paths[name]
+                if isinstance(artefact, HOLES):
+                    # The ball runs inside.
+                    width = free_width(artefact)
+                    length *= width / (width - 2.0 * self._tip_radius)
+                self._write_path(writer, artefact, slide(artefact, length), rng)
+                continue
             if taken is not None:
                 there = np.array(taken.get(name, ())).reshape(-1, 3)
                 contacts = self._open(artefact, count, there, rng)
@@ -296,6 +319,24 @@ class Operator:
             writer.touch(artefact.name, surface[number], normals[number], tip)
             writer.retract(before)
 
+    def _write_path(
+        self, writer: _Writer, artefact: Artefact, contacts: Contacts, rng: np.random.Generator
+    ) -> None:
+        pose = self._part.T_world_from_part
+        normals = contacts.normals @ pose.rotation.T
+        tips = pose.apply(contacts.points) + self._tip_radius * normals
+        bore = isinstance(artefact, HOLES)
+        reach = _APPROACH_MM
+        if isinstance(artefact, HOLES):
+            reach = min(reach, _BORE_APPROACH * (0.5 * free_width(artefact) - self._tip_radius))
+        lean = rng.uniform(-0.1, 0.1, 3)
+        attitude = attitude_at(normals[0], lean[:2], lean[2], bore=bore)
+        seconds = pace(len(tips), rng.uniform(*_SLIDE_MM_S), rng)
+        tips += hops(seconds, rng)[:, None] * normals
+        writer.travel(tips[0] + reach * normals[0], attitude, self._safe_z, 1.0)
+        writer.slide(artefact.name, tips, normals[0], self._tip_radius, seconds)
+        writer.retract(tips[-1] + reach * normals[-1])
+
 
 class _Writer:
     def __init__(
@@ -331,6 +372,24 @@ class _Writer:
         self.touches.append(
             ScriptedTouch(
                 feature, contact, contact + kernels.SETTLE_S, self._time, surface, normal, tip
+            )
+        )
+
+    def slide(
+        self, feature: str, tips: Float, normal: Float, radius: float, seconds: Float
+    ) -> None:
+        """Press, slide along ball centres (n, 3), mm, and rest; ``normal`` is that at the start."""
+        self._append(_APPROACH_S, kernels.MOVE, tips[0], self._attitude, 0.0)
+        contact = self._time
+        self.rest(_PRESS_S)
+        settled = self._time
+        for tip, duration in zip(tips, seconds, strict=True):
+            self._append(float(duration), kernels.SLIDE, tip, self._attitude, 0.0)
+        end = self._time
+        self.rest(_PRESS_S)
+        self.touches.append(
+            ScriptedTouch(
+                feature, contact, settled, end, tips[0] - radius * normal, normal, tips[0]
             )
         )
 

@@ -7,8 +7,9 @@ only.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,8 @@ class VirtualRig:
         the probe.
     behind_body
         LEDs, from 0, permanently hidden by the probe's body.
+    paths
+        As in `Operator`.
     """
 
     def __init__(
@@ -69,6 +72,7 @@ class VirtualRig:
         frame_rate_hz: int | None = None,
         reference: ReferenceBody | None = None,
         behind_body: Sequence[int] = (),
+        paths: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         if not 0 <= seed < 2**63:
             raise InputError(
@@ -91,7 +95,7 @@ class VirtualRig:
         self._T_world_from_reference = _place_of(part) if reference is not None else None
         self._world = draw_world(rig, body, seed, self.options, reference)
         self._operator = Operator(
-            part, self._world.tip_radius, touches, seed, self.frame_period_ns * 1e-9
+            part, self._world.tip_radius, touches, seed, self.frame_period_ns * 1e-9, paths
         )
         self._packed = [self._places_of(camera) for camera in range(len(rig.cameras))]
 

@@ -39,6 +39,8 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     frame_rate_hz: int = 0
     """`seed`, `options`, `frame_rate_hz`: as in `VirtualRig`; rate 0: as in the rig document."""
     reference: str = ""
+    paths: dict[str, float] = {}
+    """As in `Operator`."""
 
     def to_json(self) -> str:
         return msgspec.json.encode(self).decode("utf-8")
@@ -56,6 +58,7 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
             self.frame_rate_hz or None,
             load_reference(Path(self.reference)) if self.reference else None,
             _behind_body(self.probe, body.identity),
+            self.paths,
         )
 
 

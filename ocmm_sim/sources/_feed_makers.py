@@ -242,6 +242,7 @@ def script_of(request: StationRequest, plan: Plan) -> scene.RigScript:
         else scene.WorldOptions(),
         frame_rate_hz=request.frame_rate_hz,
         reference=str(request.reference.absolute()) if request.reference is not None else "",
+        paths={one.name: one.spacing for one in plan.features if one.spacing > 0.0},
     )
 
 

@@ -7,7 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody
 from ocmm_sim.scene import Part, VirtualRig
 from ocmm_sim.scene._operator import Touches
 from ocmm_sim.scene._surfaces import (
@@ -70,6 +72,38 @@ def test_the_ball_touches_every_surface_at_its_true_radius(
         np.testing.assert_allclose(
             touch.surface_world + truth.tip_radius * touch.normal_world, touch.tip_world, atol=1e-12
         )
+
+
+def test_the_ball_slides_in_contact_but_for_hops(
+    recommended: Rig, standard: ProbeBody, demo_part: Part
+) -> None:
+    """Stops, uneven pace and hops of 0.06 to 0.3 mm; the button is held throughout."""
+    names = ("BED", "SPHERE", "BORE_A", "CYLINDER", "CONE")
+    lifted = frames = 0
+    for seed in range(3):
+        rig = VirtualRig(
+            recommended, standard, demo_part, [(name, 60) for name in names], seed,
+            paths=dict.fromkeys(names, 1.0),
+        )  # fmt: skip
+        part_from_world = rig.truth.T_world_from_part.inverse()
+        assert [touch.feature for touch in rig.truth.touches] == list(names)
+        for touch in rig.truth.touches:
+            motion = rig.motion(touch.first_frame, touch.last_frame - touch.first_frame)
+            assert motion.button.all()
+            assert motion.in_contact.all()
+            entry = demo_part.artefact(touch.feature)
+            heights = np.array([
+                signed_distance(entry, tip) for tip in part_from_world.apply(motion.tip_world[::40])
+            ]) - rig.tip_radius  # fmt: skip
+            # Straight steps of 0.1 mm cut the smallest surface, of 11 mm, by 0.1 um.
+            assert heights.min() > -2e-4
+            assert heights.max() < 0.7
+            lifted += int(np.sum(heights > 0.02))
+            frames += len(heights)
+            way = np.linalg.norm(np.diff(motion.tip_world[::40], axis=0), axis=1)
+            assert way.sum() > 60.0
+            assert way.min() < 0.02 < way.max()
+    assert 0.001 < lifted / frames < 0.05
 
 
 def test_points_on_planes_lie_in_the_free_areas(rig: VirtualRig, demo_part: Part) -> None:

@@ -33,7 +33,7 @@ from ocmm_core.features.shapes import (
     Shape,
 )
 from ocmm_core.geometry import Float, Int
-from ocmm_core.measuring import MeasuredPoint, Rows
+from ocmm_core.measuring import PATH, MeasuredPoint, Rows
 
 ALONG = 0.1
 """Part of the approach square to a line below which it does not show the side of the material."""
@@ -148,6 +148,8 @@ class Touches:
     tips: Float
     directions: Float
     tip_radius: float
+    along_path: bool = False
+    """Whether some were measured by continuous probing, so that neighbours share their form."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -328,6 +330,7 @@ def touches_of(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoi
         tips=np.array([point.tip_world for point in own], dtype=np.float64),
         directions=np.array([point.direction for point in own], dtype=np.float64),
         tip_radius=float(radii[0]),
+        along_path=any(point.approach == PATH for point in own),
     )
 
 

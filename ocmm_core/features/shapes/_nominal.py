@@ -51,6 +51,8 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """`text`, `picture`: Note to the inspector, and its picture file stored with the plan."""
     free: bool = False
     """Circle only, least squares or minimum zone: fitted in space as one problem."""
+    spacing: float = 0.0
+    """Continuous probing: distance of the points along the path, mm; 0 for single touches."""
     compensation: Literal["", "approach", "pulled", "shank", "nominal"] = ""
     """Method to find the material's side (`measuring.compensation.METHODS`); empty: the plan's."""
     targets: tuple[Vector3, ...] = ()

@@ -12,7 +12,7 @@ import numpy as np
 from ocmm_core.acquisition.frames import AcquisitionStatus
 from ocmm_core.features.shapes import MOST_POINTS, Fit, NominalFeature, Shape
 from ocmm_core.geometry import Float, Int, RigidTransform
-from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.measuring import MeasuredPoint, PathProgress, Refusal
 from ocmm_core.names import normal_name
 from ocmm_core.part_model import PlacedPart
 from ocmm_core.tolerances.decisions import (
@@ -90,6 +90,8 @@ class LiveView:
     reference: ReferenceView | None = None
     faults: tuple[str, ...] = ()
     """Failures outside the measurement, a sentence each; they remain until restart."""
+    path: PathProgress | None = None
+    """Of continuous probing, while the button is held."""
 
 
 class FeatureState(Enum):
@@ -186,6 +188,8 @@ class FeatureView:
     """`text`, `picture`: Instruction of the plan, and its picture file next to the plan."""
     compensation: str = "approach"
     """Detection of the side of the material: one of `measuring.compensation.METHODS`."""
+    spacing: float = 0.0
+    """Of continuous probing, mm: distance of the points along a path; 0 for single touches."""
 
     @property
     def taken(self) -> int:

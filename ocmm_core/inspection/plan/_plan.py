@@ -36,6 +36,9 @@ from ocmm_core.tolerances.zones import Characteristic
 LONGEST_TEXT = 500
 WITH_TARGETS = (Shape.PLANE, Shape.CYLINDER, Shape.CONE, Shape.SPHERE, Shape.TORUS)
 """Shapes whose surface has a normal at any place."""
+WITH_PATHS = (Shape.PLANE, Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER, Shape.CONE)
+"""Shapes measured by continuous probing."""
+SPACINGS_MM = (0.2, 50.0)
 MOST_TARGETS = 1000
 FARTHEST_MM = 1e6
 PICTURES = (".png", ".jpg", ".jpeg", ".svg", ".webp")
@@ -51,6 +54,9 @@ def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
     fault = targets_fault(feature)
     if fault:
         return "targets", fault
+    fault = spacing_fault(feature)
+    if fault:
+        return "spacing", fault
     method = feature.compensation or by_plan
     shape = feature.shape.value.lower()
     # The axis of the probe is normal to a face; along a bore it is parallel to the wall.
@@ -62,6 +68,18 @@ def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
     if method == "nominal" and feature.shape is Shape.LINE:
         return "compensation", f"is 'nominal', but the plan does not say which way a {shape} faces"
     return None
+
+
+def spacing_fault(feature: NominalFeature) -> str:
+    """Return the fault of the point distance of a feature's paths; empty if none."""
+    low, high = SPACINGS_MM
+    if feature.spacing == 0.0:
+        return ""
+    if feature.shape not in WITH_PATHS:
+        return f"is only for: {', '.join(shape.value.lower() for shape in WITH_PATHS)}"
+    if not low <= feature.spacing <= high:
+        return f"is {feature.spacing:g}; it is {low:g} to {high:g} mm, or 0 for single touches"
+    return ""
 
 
 def targets_fault(feature: NominalFeature) -> str:

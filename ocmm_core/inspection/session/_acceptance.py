@@ -77,21 +77,14 @@ class Acceptance:
         self, touch: measuring.Touch, stable: measuring.StablePoint, meant: TouchAssignment
     ) -> measuring.MeasuredPoint | measuring.Refusal:
         """Return the point from a touch, or why it gives none."""
-        ledger, progress = self._ledger, self._ledger.progress
+        ledger = self._ledger
         judged = judge_touch(
             touch, stable, meant, self._rig, self._body, self._options, self._reference
         )
         if isinstance(judged, measuring.Refusal):
             return judged
-        name = judged.feature
         point = judged.point(ledger.points.next_number(), self._body.tip_radius)
-        before = progress.opened(name)
-        follows = progress.active == name or progress.probing == "any"
-        after = before if follows else progress
-        if ledger.points.count(name) + 1 >= ledger.plan.feature(name).points:
-            after = after.finished(name)
-        ledger.log.take(point, judged.sensitivity, before, after)
-        ledger.changed()
+        ledger.add([point], [judged.sensitivity])
         return point
 
 
@@ -106,12 +99,7 @@ def judge_touch(
 ) -> Accepted | measuring.Refusal:
     """Return the result of a touch, or why it gives none."""
     if not meant.feature:
-        return measuring.Refusal(
-            measuring.RefusalCode.NO_FEATURE,
-            "All features of the plan are measured.",
-            "Select a feature to reopen or repeat, or write the report.",
-            stable.time_s,
-        )
+        return all_measured(stable.time_s)
     side = measuring.side_of(
         meant.method,
         touch,
@@ -125,17 +113,27 @@ def judge_touch(
     if isinstance(side, measuring.Refusal):
         return side
     sensitivity = reference.sensitivity(stable.spots, stable.reference_spots)
-    refusal = _doubt(stable, sensitivity, rig, body, options.point.max_uncertainty)
+    refusal = doubt_of(stable, sensitivity, rig, body, options.point.max_uncertainty)
     return refusal or Accepted(stable, meant.feature, side, sensitivity)
 
 
-def _doubt(
+def all_measured(time_s: float) -> measuring.Refusal:
+    return measuring.Refusal(
+        measuring.RefusalCode.NO_FEATURE,
+        "All features of the plan are measured.",
+        "Select a feature to reopen or repeat, or write the report.",
+        time_s,
+    )
+
+
+def doubt_of(
     stable: measuring.StablePoint,
     sensitivity: TipSensitivity,
     rig: Rig,
     body: ProbeBody,
     limit: float,
 ) -> measuring.Refusal | None:
+    """Return why a ball centre is no point: outside, or more uncertain than ``limit``, mm."""
     low, high = rig.volume_world
     if np.any(stable.tip_rig < low) or np.any(stable.tip_rig > high):
         return measuring.Refusal(

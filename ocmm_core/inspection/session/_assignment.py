@@ -214,18 +214,30 @@ class TouchAssigner:
 
         `ways`: approach and retract, unit (3,), world, if known. `wanted`: feature of a script.
         """
-        ledger, progress = self._ledger, self._ledger.progress
-        meant = assign_touch(
-            ledger.plan,
-            progress,
-            Contact(stable.tip_world, ways, self._radius, stable.time_s),
-            NominalPlace(ledger.plan, ledger.points.counting, self._options, ledger.cache),
-            wanted=wanted,
-            selected=ledger.selected if ledger.selected == progress.active else "",
-        )
+        meant = self.assign(stable.tip_world, ways, stable.time_s, wanted)
         if isinstance(meant, Refusal):
             return meant
         return self._acceptance.take(touch, stable, meant)
+
+    def assign(
+        self, tip_world: Float, ways: tuple[Float, ...], time_s: float, wanted: str | None
+    ) -> TouchAssignment | Refusal:
+        """Return the feature of a ball (3,), mm, in contact, or why it is ambiguous."""
+        ledger, progress = self._ledger, self._ledger.progress
+        return assign_touch(
+            ledger.plan,
+            progress,
+            Contact(tip_world, ways, self._radius, time_s),
+            self.nominals,
+            wanted=wanted,
+            selected=ledger.selected if ledger.selected == progress.active else "",
+        )
+
+    @property
+    def nominals(self) -> NominalPlace:
+        """Return the pose of the nominals by the present points."""
+        ledger = self._ledger
+        return NominalPlace(ledger.plan, ledger.points.counting, self._options, ledger.cache)
 
 
 def assign_touch(

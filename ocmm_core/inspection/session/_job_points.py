@@ -244,17 +244,18 @@ class JobPoints:
 
     def add(
         self,
-        point: MeasuredPoint,
-        sensitivity: tracking.TipSensitivity,
+        points: Sequence[MeasuredPoint],
+        sensitivities: Sequence[tracking.TipSensitivity],
         events: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """Make a new point durable; StorageError if that fails."""
-        self._job.change(append=[point], events=events)
-        self._sensitivities[point.number] = sensitivity
-        self._own.add(point.number)
+        """Make new points durable, all or none; StorageError if that fails."""
+        self._job.change(append=points, events=events)
+        numbers = [point.number for point in points]
+        self._sensitivities |= dict(zip(numbers, sensitivities, strict=True))
+        self._own |= set(numbers)
         if self._in_order is not None:
-            self._in_order.append(sensitivity)
-        self.counting.append(point)
+            self._in_order += sensitivities
+        self.counting += points
 
     def planned(self, annul: Collection[int], restore: Collection[int] = ()) -> Change:
         """Return the effect of `change` with the same points."""

@@ -306,6 +306,7 @@ class _Seen:
             text=nominal.text,
             picture=nominal.picture,
             compensation=self._methods[name],
+            spacing=nominal.spacing,
         )
 
     def _constructed(self, name: str) -> FeatureView:

@@ -29,13 +29,13 @@ from ocmm_core.inspection.session._assignment import TouchAssigner, awaits_pull,
 from ocmm_core.inspection.session._header import Conditions, header_of
 from ocmm_core.inspection.session._job_points import ReferenceUse
 from ocmm_core.inspection.session._job_view import JobState, PlacedNominal, view_of
+from ocmm_core.inspection.session._path_intake import PathIntake
 from ocmm_core.inspection.session._step_log import JobLedger, UnderWay
 from ocmm_core.inspection.session._steps import JobSteps, Pausing, PointSteps
 from ocmm_core.measuring import (
     MeasuredPoint,
     PointOptions,
     Refusal,
-    RefusalCode,
     Touch,
     TouchNoise,
     approach_direction,
@@ -69,29 +69,19 @@ class TouchIntake:
         with self._ledger.lock:
             outcome = self._rest(touch, feature)
             if isinstance(outcome, Refusal):
-                self._note(outcome)
+                self._ledger.note(outcome)
             return outcome
 
     def refuse(self, refusal: Refusal) -> None:
         """Note that a trigger got no answer from the cameras."""
         with self._ledger.lock:
-            self._note(refusal)
+            self._ledger.note(refusal)
 
     def _rest(self, touch: Touch, feature: str | None) -> MeasuredPoint | Refusal:
-        if self._ledger.paused:
-            return Refusal(
-                RefusalCode.PAUSED,
-                "The job is paused.",
-                "Resume the job, then touch again.",
-                float(touch.window.time_ns[0]) * 1e-9 if len(touch.window) else 0.0,
-            )
-        if touch.interrupted:
-            return Refusal(
-                RefusalCode.GAP,
-                "Camera frames were interrupted during the touch.",
-                "Touch again when the machine is ready.",
-                0.0,
-            )
+        time_s = float(touch.window.time_ns[0]) * 1e-9 if len(touch.window) else 0.0
+        refusal = self._ledger.obstacle(time_s, interrupted=touch.interrupted)
+        if refusal is not None:
+            return refusal
         stable = average(touch.window, touch.expected, self._rig, self._options, self._noise)
         if not isinstance(stable, Refusal) and touch.skew is not None:
             stable = with_skew(stable, touch.window, self._rig, self._body, touch.skew)
@@ -102,11 +92,6 @@ class TouchIntake:
         ways = [approach_direction(trail, stable.tip_world, near_mm) for trail in trails]
         known = tuple(way for way in ways if way is not None)
         return self._assignment.take(touch, stable, known, feature)
-
-    def _note(self, refusal: Refusal) -> None:
-        ledger = self._ledger
-        ledger.job.append_event("refused", f"{refusal.code.value}: {refusal.what}")
-        ledger.refusal, ledger.view, ledger.looked_at = refusal, None, ""
 
 
 class HeldPoints:
@@ -215,6 +200,7 @@ class InspectionSession:
         acceptance = Acceptance(ledger, rig, body, options, self._reference)
         assignment = TouchAssigner(ledger, body.tip_radius, options, acceptance)
         self.touches = TouchIntake(ledger, rig, body, options.point, assignment)
+        self.paths = PathIntake(ledger, rig, body, options, self._reference, assignment)
         self.frame = MeasuredFrame(ledger, options)
         self.conditions = Conditions(ledger, options, begun=begun)
         self._header = header_of(job.head, job.events())

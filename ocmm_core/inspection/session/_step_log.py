@@ -30,7 +30,7 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._job_points import FLIPPED, Change, JobPoints
-from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.storage import JobEvent, JobFile, event_value
 from ocmm_core.tracking import TipSensitivity
 
@@ -168,12 +168,21 @@ class StepLog:
         return self._deeds.last_undone
 
     def take(
-        self, point: MeasuredPoint, sensitivity: TipSensitivity, before: Progress, after: Progress
+        self,
+        points: Sequence[MeasuredPoint],
+        sensitivities: Sequence[TipSensitivity],
+        before: Progress,
+        after: Progress,
+        events: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """Add a new point. `before`, `after`: progress after undoing the point, and with it."""
-        change = Change((point.number,), ())
-        step = UndoStep(f"point {point.number} of {point.feature}", change, before, after)
-        self.points.add(point, sensitivity, self._events_of(step))
+        """Add the points of a touch or path. `before`, `after`: progress without and with them."""
+        first, last = points[0], points[-1]
+        words = f"point {first.number} of {first.feature}"
+        if last is not first:
+            words = f"points {first.number} to {last.number} of {first.feature}"
+        change = Change(tuple(point.number for point in points), ())
+        step = UndoStep(words, change, before, after)
+        self.points.add(points, sensitivities, [*events, *self._events_of(step)])
         self._remember(step)
 
     def flip(self, old: MeasuredPoint, new: MeasuredPoint) -> None:
@@ -305,6 +314,45 @@ class JobLedger:
         self.looked_at = ""
         if self.selected != self.progress.active:
             self.selected = ""
+
+    def obstacle(self, time_s: float, *, interrupted: bool) -> Refusal | None:
+        """Return why no touch or path counts now."""
+        if self.paused:
+            return Refusal(
+                RefusalCode.PAUSED,
+                "The job is paused.",
+                "Resume the job, then touch again.",
+                time_s,
+            )
+        if interrupted:
+            return Refusal(
+                RefusalCode.GAP,
+                "Camera frames were interrupted during the touch.",
+                "Touch again when the machine is ready.",
+                time_s,
+            )
+        return None
+
+    def note(self, refusal: Refusal) -> None:
+        """Store and show why a touch or path gave no point."""
+        self.job.append_event("refused", f"{refusal.code.value}: {refusal.what}")
+        self.refusal, self.view, self.looked_at = refusal, None, ""
+
+    def add(
+        self,
+        points: Sequence[MeasuredPoint],
+        sensitivities: Sequence[TipSensitivity],
+        events: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        """Make new points of one feature durable, and finish it if it has enough."""
+        name, progress = points[0].feature, self.progress
+        before = progress.opened(name)
+        follows = progress.active == name or progress.probing == "any"
+        after = before if follows else progress
+        if self.points.count(name) + len(points) >= self.plan.feature(name).points:
+            after = after.finished(name)
+        self.log.take(points, sensitivities, before, after, events)
+        self.changed()
 
     def settled(self, name: str, more: int) -> Progress:
         """Return the progress after ``more`` points of a feature."""

@@ -24,9 +24,10 @@ and costs linear time in the number of points.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.spatial.distance import pdist
 from scipy.special import stdtrit
 
 from ocmm_core.errors import FitError
@@ -119,9 +120,10 @@ def _sample(
     noise, own = of_residuals(slopes, factors)
     lengths = np.linalg.norm(own, axis=1)
     normals = own / np.maximum(lengths, 1e-12)[:, None]
-    return sample_of(
+    made = sample_of(
         name, places, normals[:, :, None], float(residuals @ residuals), noise, degrees
     )
+    return with_neighbours(made, residuals, touches) if touches.along_path else made
 
 
 def _line_sample(
@@ -145,6 +147,48 @@ def _line_sample(
     residuals = feature.fit.residuals
     return sample_of(
         name, places, np.tile(pair, (n, 1, 1)), float(residuals @ residuals), noise, degrees
+    )
+
+
+_MOST_PLACES, _BINS, _LENGTHS = 600, 25, 12
+
+
+def with_neighbours(sample: FormSample, residuals: Float, touches: Touches) -> FormSample:
+    """Return the sample of points along a path, whose form is that of their neighbours.
+
+    The correlation of two residuals is modelled as ``a exp(-d / L)`` of their distance. Smooth
+    effects on n points then vary like those on ``n / f`` independent ones, where f is the mean sum
+    of a row of the correlation matrix.
+    """
+    n = len(residuals)
+    some = np.unique(np.linspace(0, n - 1, min(n, _MOST_PLACES)).astype(np.int64))
+    distances, e = pdist(touches.tips[some]), residuals[some]
+    square = float(e @ e) / len(e)
+    farthest = float(distances.max(initial=0.0))
+    if not square * farthest > 0.0:
+        return sample
+    first, second = np.triu_indices(len(e), 1)
+    near = distances < 0.5 * farthest
+    bins = (distances[near] * (2.0 * _BINS / farthest)).astype(np.int64)
+    pairs = np.bincount(bins, minlength=_BINS).astype(np.float64)
+    products = np.bincount(bins, (e[first] * e[second])[near] / square, minlength=_BINS)
+    middles = (np.arange(_BINS) + 0.5) * 0.5 * farthest / _BINS
+    best, gain = 0.0, 0.0
+    for length in np.geomspace(0.5 * farthest / _BINS, 0.5 * farthest, _LENGTHS):
+        shape = np.exp(-middles / length)
+        weight = float(pairs @ shape**2)
+        amount = min(max(float(products @ shape) / weight, 0.0), 1.0)
+        # Decrease of the weighted sum of squares.
+        better = 2.0 * amount * float(products @ shape) - amount**2 * weight
+        if better > gain:
+            row = float(np.exp(-distances / length).mean())
+            best, gain = amount * row * (n - 1), better
+    factor = 1.0 + best
+    return replace(
+        sample,
+        scatter=factor * sample.scatter,
+        variance=sample.variance + best * sample.scatter,
+        degrees=max(int(n / factor) - (n - sample.degrees), 1),
     )
 
 

@@ -1,0 +1,263 @@
+"""Continuous probing: the path of a sliding ball to points of one feature."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from ocmm_core.camera import Rig
+from ocmm_core.errors import FitError
+from ocmm_core.features.elements import nominal_distances
+from ocmm_core.features.measured import fit_shape
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.evaluation import SessionOptions, nearness
+from ocmm_core.inspection.session._acceptance import Accepted, all_measured, doubt_of
+from ocmm_core.inspection.session._any_order import SEARCH_MM
+from ocmm_core.inspection.session._assignment import TouchAssigner
+from ocmm_core.inspection.session._job_points import ReferenceUse
+from ocmm_core.inspection.session._step_log import JobLedger
+from ocmm_core.measuring import (
+    PATH,
+    MeasuredPoint,
+    Path,
+    PathOptions,
+    PathPoints,
+    PathSurface,
+    Refusal,
+    RefusalCode,
+    Side,
+    StablePoint,
+    approach_direction,
+    points_along,
+    transported,
+)
+from ocmm_core.tracking import ProbeBody
+
+_LEAST_POINTS = 3
+_NORMAL_EVERY_MM = 0.5
+_MOST_FITTED = 400
+_FITS, _LIFTED_MM = 3, 0.1
+
+
+class PathIntake:
+    """Make durable points of paths; thread-safe."""
+
+    def __init__(
+        self,
+        ledger: JobLedger,
+        rig: Rig,
+        body: ProbeBody,
+        options: SessionOptions,
+        reference: ReferenceUse,
+        assignment: TouchAssigner,
+    ) -> None:
+        self._ledger, self._rig, self._body = ledger, rig, body
+        self._options, self._reference, self._assignment = options, reference, assignment
+
+    @property
+    def expected(self) -> bool:
+        """Return whether the active feature is measured along paths."""
+        with self._ledger.lock:
+            active = self._ledger.progress.active
+            return bool(active) and self._ledger.plan.feature(active).spacing > 0.0
+
+    def take(self, path: Path, feature: str | None = None) -> MeasuredPoint | Refusal:
+        """Make durable points of a path and return the last, or why not.
+
+        StorageError if not durable.
+        `feature`: intended feature; None for the active one.
+        """
+        with self._ledger.lock:
+            outcome = self._take(path, feature)
+            if isinstance(outcome, Refusal):
+                self._ledger.note(outcome)
+            return outcome
+
+    def _take(self, path: Path, wanted: str | None) -> MeasuredPoint | Refusal:
+        ledger, ticks = self._ledger, path.ticks
+        time_s = float(ticks.time_s[0]) if ticks is not None else 0.0
+        refusal = ledger.obstacle(time_s, interrupted=path.interrupted)
+        if refusal is not None:
+            return refusal
+        if path.untimed:
+            return Refusal(
+                RefusalCode.MOVING,
+                "The cameras do not prove a common exposure time: the place of a sliding ball is "
+                "unknown.",
+                "Measure this feature by single touches, or synchronise the cameras.",
+                time_s,
+            )
+        if ticks is None:
+            return Refusal(
+                RefusalCode.LOST,
+                "The cameras do not see the probe on the path.",
+                "Turn the LEDs towards the cameras and clear the line of sight, then slide again.",
+                time_s,
+            )
+        near_mm = self._options.point.approach_mm
+        came = approach_direction(path.trail_world, ticks.tip_world[0], near_mm)
+        ways = () if came is None else (came,)
+        meant = self._assignment.assign(ticks.tip_world[0], ways, time_s, wanted)
+        if isinstance(meant, Refusal):
+            return meant
+        if not meant.feature:
+            return all_measured(time_s)
+        feature = ledger.plan.feature(meant.feature)
+        if not feature.spacing > 0.0:
+            return Refusal(
+                RefusalCode.AMBIGUOUS,
+                f"The path is on {feature.name}, which the plan measures by single touches.",
+                f"Select {feature.name} and touch it, or slide on the selected feature.",
+                time_s,
+            )
+        place = self._assignment.nominals.find()
+        surface = surface_along(feature, ticks.tip_world, came, place, self._body.tip_radius)
+        if isinstance(surface, str):
+            return Refusal(
+                RefusalCode.NO_APPROACH,
+                surface,
+                f"Move the ball away by {near_mm:g} mm or more, approach square to the surface, "
+                "then slide.",
+                time_s,
+            )
+        low, high = np.percentile(surface.heights, [5.0, 95.0])
+        if high - low > self._options.max_form:
+            return Refusal(
+                RefusalCode.WRONG_FACE,
+                f"The path is up to {high - low:.1f} mm off a {feature.shape.value.lower()}.",
+                f"Slide on {feature.name}, in contact all the way.",
+                time_s,
+            )
+        found = points_along(ticks, surface, PathOptions(feature.spacing))
+        if found.raised_mm > 0.0:
+            return Refusal(
+                RefusalCode.MOVING,
+                f"A part of the path is {found.raised_mm:.2f} mm above the rest: the ball was "
+                "lifted, or the surface has a bump.",
+                "Slide again in contact. If it is the surface, measure it by single touches.",
+                time_s,
+            )
+        return self._store(feature, found, time_s)
+
+    def _store(
+        self, feature: NominalFeature, found: PathPoints, time_s: float
+    ) -> MeasuredPoint | Refusal:
+        kept, doubts = self._judged(feature.name, found)
+        left_out = [found.left_out.words, *(f"{n} points: {what}" for what, n in doubts.items())]
+        words = "; ".join(filter(None, left_out))
+        if len(kept) < _LEAST_POINTS:
+            return Refusal(
+                RefusalCode.MOVING if not doubts else RefusalCode.UNCERTAIN,
+                f"The path gives {len(kept)} points. Left out: {words or 'nothing'}.",
+                f"Press, slide {_LEAST_POINTS * feature.spacing:g} mm or more slowly and in "
+                "contact, then release.",
+                time_s,
+            )
+        ledger, radius = self._ledger, self._body.tip_radius
+        first = ledger.points.next_number()
+        points = [one.point(first + number, radius) for number, one in enumerate(kept)]
+        text = f"{feature.name}: {len(points)} points along {found.length_mm:.1f} mm"
+        text = f"{text}. Left out: {words}." if words else f"{text}."
+        ledger.add(points, [one.sensitivity for one in kept], [(PATH, text)])
+        return points[-1]
+
+    def _judged(self, name: str, found: PathPoints) -> tuple[list[Accepted], Counter[str]]:
+        """Return the acceptable stations, and the others counted by reason."""
+        doubts: Counter[str] = Counter()
+        seen = []
+        for station, normal in zip(found.stations, found.normals, strict=True):
+            if _is_seen(station):
+                seen.append((station, Side(normal, PATH)))
+            else:
+                doubts["Too few targets are seen by two cameras."] += 1
+        observed = [(station.spots, station.reference_spots) for station, _ in seen]
+        kept = []
+        for (station, side), sensitivity in zip(
+            seen, self._reference.sensitivities(observed), strict=True
+        ):
+            limit = self._options.point.max_uncertainty
+            doubt = doubt_of(station, sensitivity, self._rig, self._body, limit)
+            if doubt is None:
+                kept.append(Accepted(station, name, side, sensitivity))
+            else:
+                doubts[doubt.code.value] += 1
+        return kept, doubts
+
+
+def _is_seen(station: StablePoint) -> bool:
+    spots = [station.spots, station.reference_spots]
+    return all(
+        np.count_nonzero(np.isfinite(one[..., 0]).sum(axis=0) >= 2) >= 3
+        for one in spots
+        if one is not None
+    )
+
+
+def surface_along(
+    feature: NominalFeature,
+    path_world: Float,
+    came: Float | None,
+    T_nominal_from_world: RigidTransform | None,
+    radius: float,
+) -> PathSurface | str:
+    """Return the surface along the path of a ball (n, 3), mm; else why unknown.
+
+    Normals of the nominal surface if its pose is known, else of the element through the path; a
+    straight path on an unknown surface has the direction of its approach, ``came``.
+    """
+    element = _element_through(feature, path_world)
+    if T_nominal_from_world is not None and feature.shape is not Shape.LINE:
+        normals = _nominal_normals(feature, T_nominal_from_world, path_world, radius)
+        if isinstance(normals, str):
+            return normals
+    elif element is not None and feature.shape is not Shape.PLANE:
+        normals = element.normals
+    elif came is None:
+        return "The approach direction of the ball is unknown."
+    elif element is not None:
+        normals = np.asarray(element.normals * np.sign(element.normals[0] @ came))
+    else:
+        normals = transported(path_world, came, _NORMAL_EVERY_MM)
+    if element is None:
+        # A straight path: heights above its own line.
+        away = path_world - path_world.mean(axis=0)
+        along = np.linalg.svd(away[:: max(len(away) // _MOST_FITTED, 1)])[2][0]
+        flat = away - np.outer(away @ along, along)
+        return PathSurface(normals, np.einsum("ni,ni->n", flat, normals))
+    sense = np.sign(float(np.sum(element.normals[0] * normals[0])))
+    return PathSurface(normals, sense * element.heights)
+
+
+def _element_through(feature: NominalFeature, path_world: Float) -> PathSurface | None:
+    """Return normals and heights of the element through most of a path; None if indefinite."""
+    if feature.shape in (Shape.POINT, Shape.LINE):
+        return None
+    some = path_world[:: max(len(path_world) // _MOST_FITTED, 1)]
+    sign = 1.0 if feature.side == "outer" else -1.0
+    kept = np.ones(len(some), dtype=np.bool_)
+    try:
+        for _ in range(_FITS):
+            raw = fit_shape(feature.shape, some[kept])
+            distances = nominal_distances(raw.shape, raw.geometry, some)[0]
+            off = abs(distances - np.median(distances))
+            kept = off <= max(_LIFTED_MM, 5.0 * float(np.median(off)))
+        distances, outward = nominal_distances(raw.shape, raw.geometry, path_world)
+    except FitError:
+        return None
+    return PathSurface(sign * outward, sign * distances)
+
+
+def _nominal_normals(
+    feature: NominalFeature, T_nominal_from_world: RigidTransform, path_world: Float, radius: float
+) -> Float | str:
+    path = T_nominal_from_world.apply(path_world)
+    normals, last = np.empty_like(path), None
+    for index, ball in enumerate(path):
+        if last is None or np.linalg.norm(ball - path[last]) >= _NORMAL_EVERY_MM:
+            near, last = nearness(feature, ball, radius), index
+            if near.gap > SEARCH_MM:
+                return f"The path leaves {feature.name}: it is {near.gap:.0f} mm away from it."
+        normals[index] = near.normal
+    return normals @ T_nominal_from_world.rotation

@@ -1,0 +1,224 @@
+"""Points along the path of a sliding ball, and the parts of it without contact.
+
+Stations at equal distances along the path become points; each averages the frames of some tenths
+of a millimetre. A ball that hops leaves a short bump on the outer side of the path, which is left
+out and counted. A longer one may be a lifted ball or the surface itself: no filter decides that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation, uniform_filter1d
+
+from ocmm_core.geometry import Float
+from ocmm_core.measuring._path import FASTEST_MM_S, TICK_S, Ticks
+from ocmm_core.measuring._stable_point import StablePoint, mean_rotation
+
+
+@dataclass(frozen=True, slots=True)
+class PathOptions:
+    """Conditions for a path to give points."""
+
+    spacing: float
+    """Distance of the points, mm."""
+    window_mm: float = 0.3
+    """Length of path that is averaged to a point: its sagitta is 0.1 µm to 2 µm."""
+    fastest_mm_s: float = FASTEST_MM_S
+    hop_mm: float = 0.02
+    """Height above its neighbours from which a ball is without contact, if beyond the noise."""
+    lift_mm: float = 0.15
+    """The same above the whole path, if beyond its form."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """Ticks that give no points, by reason."""
+
+    lifted: int = 0
+    fast: int = 0
+
+    @property
+    def words(self) -> str:
+        parts = [
+            f"{count * TICK_S * 1e3:.0f} ms {what}"
+            for count, what in ((self.lifted, "without contact"), (self.fast, "too fast"))
+            if count
+        ]
+        return " and ".join(parts)
+
+
+MOST_POINTS = 2000
+"""Of one path: a longer one has them farther apart."""
+_SMOOTH = 9
+_REACH = 25
+_NEAR_MM = 3.0
+_OUTSIDE = 0.02
+_FLANK = 2
+_OUTLYING = 7.5
+"""Multiple of the median deviation, 5 sigma of normal ones."""
+_LONGEST_HOP_S = 0.06
+
+
+def _smoothed(ticks: Ticks) -> Float:
+    """Return the path (n, 3), mm, as a moving average over some ticks."""
+    return np.asarray(uniform_filter1d(ticks.tip_world, _SMOOTH, axis=0, mode="nearest"))
+
+
+def transported(path_world: Float, normal_world: Float, spacing: float) -> Float:
+    """Return the normals (n, 3) along a path (n, 3), mm, from the one at its start, (3,).
+
+    Each is the former one less its part along the path: on a plane it stays, around a bore or
+    shaft it turns with the surface.
+    """
+    normals = np.empty_like(path_world)
+    normal, last = normal_world, path_world[0]
+    for index, place in enumerate(path_world):
+        step = place - last
+        if float(step @ step) >= spacing**2:
+            tangent = step / np.linalg.norm(step)
+            turned = normal - (normal @ tangent) * tangent
+            normal, last = turned / max(float(np.linalg.norm(turned)), 1e-9), place
+        normals[index] = normal
+    return normals
+
+
+def _hops(ticks: Ticks, normals: Float, hop_mm: float) -> NDArray[np.bool_]:
+    """Return the ticks (n,) in which the ball is above a path through its neighbours."""
+    sigma = np.sqrt(np.einsum("ni,nij,nj->n", normals, ticks.covariance, normals))
+    high = _heights(ticks.tip_world, normals) > np.maximum(5.0 * sigma, hop_mm)
+    return np.asarray(binary_dilation(high, iterations=_FLANK))
+
+
+def _runs(marks: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return first and end of each run of marks (n,)."""
+    edges = np.flatnonzero(np.diff(marks.astype(np.int8), prepend=0, append=0))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _heights(path: Float, normals: Float) -> Float:
+    """Return the height of each tick (n,), mm, above a parabola through its neighbours.
+
+    Neighbours far above it count little, so that it is the lower envelope.
+    """
+    n = len(path)
+    count = min(2 * _REACH + 1, n)
+    first = np.clip(np.arange(n) - _REACH, 0, n - count)
+    found = np.empty(n)
+    for part in np.array_split(np.arange(n), max(n // 2048, 1)):
+        near = first[part, None] + np.arange(count)
+        arms = path[near] - path[part][:, None]
+        h = np.einsum("nki,ni->nk", arms, normals[part])
+        flat = arms - h[:, :, None] * normals[part][:, None]
+        ways = flat[np.arange(len(part)), -1] - flat[np.arange(len(part)), 0]
+        ways /= np.maximum(np.linalg.norm(ways, axis=1), 1e-9)[:, None]
+        d = np.einsum("nki,ni->nk", flat, ways)
+        rows = np.stack([np.ones_like(d), d, d**2], axis=2)
+        weights = (np.linalg.norm(flat, axis=2) < _NEAR_MM).astype(np.float64)
+        ridge = 1e-9 * np.eye(3)
+        for _ in range(4):
+            weighted = rows * weights[:, :, None]
+            normal = weighted.transpose(0, 2, 1) @ rows + ridge
+            fit = np.linalg.solve(normal, np.einsum("nkj,nk->nj", weighted, h)[:, :, None])
+            left = h - (rows @ fit)[:, :, 0]
+            spread = 1.5 * np.median(abs(left), axis=1)[:, None]
+            weights = np.where(left > 2.5 * spread, _OUTSIDE, 1.0) * (weights > 0.0)
+        found[part] = -fit[:, 0, 0]
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class PathSurface:
+    """Surface under each tick of a path."""
+
+    normals: Float
+    """(n, 3), unit, world: from the material towards the probe."""
+    heights: Float
+    """(n,), mm: of the ball above an element through the whole path."""
+
+
+@dataclass(frozen=True, slots=True)
+class PathPoints:
+    """Points along a path, before they belong to a feature."""
+
+    stations: list[StablePoint] = field(default_factory=list)
+    normals: list[Float] = field(default_factory=list)
+    """(3,), unit, world, of each: from the material towards the probe."""
+    left_out: LeftOut = LeftOut()
+    length_mm: float = 0.0
+    raised_mm: float = 0.0
+    """Height, mm, of a part of the path that may be the surface or a lifted ball; 0 without one."""
+
+
+def points_along(ticks: Ticks, surface: PathSurface, options: PathOptions) -> PathPoints:
+    """Return the points along a path on a surface."""
+    normals, line = surface.normals, _smoothed(ticks)
+    lifted = _hops(ticks, normals, options.hop_mm)
+    above = surface.heights - np.median(surface.heights)
+    high = above > max(options.lift_mm, _OUTLYING * float(np.median(abs(above))))
+    raised = 0.0
+    for first, end in _runs(np.asarray(binary_dilation(high, iterations=_FLANK))):
+        lasted = float(ticks.time_s[end - 1] - ticks.time_s[first])
+        # Pressed before the contact, or released after it; anything else may be the surface.
+        if first > 0 and end < len(ticks) and lasted > _LONGEST_HOP_S:
+            raised = max(raised, float(above[first:end].max()))
+        lifted[first:end] = True
+    ahead = np.minimum(np.arange(len(ticks)) + _SMOOTH // 2, len(ticks) - 1)
+    behind = np.maximum(np.arange(len(ticks)) - _SMOOTH // 2, 0)
+    seconds = np.maximum(ticks.time_s[ahead] - ticks.time_s[behind], 1e-9)
+    speed = np.linalg.norm(line[ahead] - line[behind], axis=1) / seconds
+    fast = (speed > options.fastest_mm_s) & ~lifted
+    usable = ~(lifted | fast)
+    found = PathPoints(left_out=LeftOut(int(lifted.sum()), int(fast.sum())), raised_mm=raised)
+    length, last = 0.0, None
+    whole = float(np.linalg.norm(np.diff(line[:: 2 * _SMOOTH], axis=0), axis=1).sum())
+    spacing = max(options.spacing, whole / MOST_POINTS)
+    for index in np.flatnonzero(usable):
+        if last is not None and np.linalg.norm(line[index] - line[last]) < spacing:
+            continue
+        first, stop = _window(line, usable, int(index), 0.5 * options.window_mm)
+        found.stations.append(_station(ticks, line, first, stop))
+        found.normals.append(normals[index])
+        length += 0.0 if last is None else float(np.linalg.norm(line[index] - line[last]))
+        last = index
+    return replace(found, length_mm=length)
+
+
+def _window(line: Float, usable: NDArray[np.bool_], index: int, reach: float) -> tuple[int, int]:
+    """Return first and end of the consecutive usable ticks within ``reach``, mm, of one."""
+    near = usable & (np.linalg.norm(line - line[index], axis=1) <= reach)
+    before, after = np.flatnonzero(~near[:index]), np.flatnonzero(~near[index:])
+    first = int(before[-1]) + 1 if len(before) else 0
+    return first, index + int(after[0]) if len(after) else len(line)
+
+
+def _station(ticks: Ticks, line: Float, first: int, stop: int) -> StablePoint:
+    part = slice(first, stop)
+    counts = ticks.n_frames[part].astype(np.float64)
+    share = counts / counts.sum()
+
+    def mean(values: Float) -> Float:
+        return np.asarray(np.tensordot(share, values[part], axes=1))
+
+    covariance = np.tensordot(share**2, ticks.covariance[part], axes=1)
+    # The average of a bent piece is beside it, by less than its sagitta.
+    chord = 0.5 * (line[first] + line[stop - 1])
+    middle = line[(first + stop - 1) // 2]
+    sagitta = float(np.linalg.norm(middle - chord)) / 3.0 if stop - first > _SMOOTH else 0.0
+    reference = ticks.reference_spots
+    return StablePoint(
+        time_s=float(mean(ticks.time_s)),
+        first_frame=int(ticks.first_frame[first]),
+        last_frame=int(ticks.last_frame[stop - 1]),
+        n_frames=int(counts.sum()),
+        tip_world=mean(ticks.tip_world),
+        random_covariance=covariance + np.eye(3) * sagitta**2,
+        motion_covariance=np.eye(3) * sagitta**2,
+        rotation_world_from_probe=mean_rotation(ticks.rotation_world_from_probe[part]),
+        spots=mean(ticks.spots),
+        chi2_per_dof=float(mean(ticks.chi2_per_dof)),
+        tip_rig=mean(ticks.tip_rig),
+        reference_spots=None if reference is None else mean(reference),
+    )

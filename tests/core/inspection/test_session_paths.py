@@ -1,0 +1,143 @@
+"""Continuous probing in a job: points of a path are one step, durable, and decide like touches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path as File
+
+import msgspec
+import pytest
+
+from ocmm_core.camera import load_rig
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError
+from ocmm_core.features.shapes import Shape
+from ocmm_core.inspection.plan import Plan, load_plan, step_fault
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.measuring import MeasuredPoint, Path, PathCollector, Refusal, RefusalCode
+from ocmm_core.storage import JobFile
+from ocmm_core.tolerances.decisions import Verdict
+from ocmm_core.tracking import TrackingPipeline, load_probe
+from ocmm_sim.scene import VirtualRig, load_part
+from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench
+
+RATE_HZ = 1000
+SPACING_MM = 2.0
+
+
+def planned(plan: Plan) -> Plan:
+    """Return the quick plan with paths instead of touches."""
+    features = [
+        msgspec.structs.replace(one, spacing=SPACING_MM, points=30) for one in plan.features
+    ]
+    return msgspec.structs.replace(plan, features=features)
+
+
+@pytest.fixture(scope="session")
+def quick_paths() -> tuple[Path, ...]:
+    """Return a path on each feature of the quick plan, in order."""
+    rig, body, plan = load_rig(RIG), load_probe(PROBE), planned(load_plan(PLAN))
+    script = [(one.name, one.points) for one in plan.features]
+    virtual = VirtualRig(
+        rig, body, load_part(resource("parts", "demo.toml")), script, seed=4,
+        frame_rate_hz=RATE_HZ, paths={one.name: one.spacing for one in plan.features},
+    )  # fmt: skip
+    pipeline, collector = TrackingPipeline(rig, body), PathCollector(1.0 / RATE_HZ)
+    return tuple(collector.feed(pipeline.process(virtual.frames(0, virtual.n_frames))))
+
+
+@pytest.fixture
+def sliding(bench: Bench) -> Bench:
+    return replace(bench, plan=planned(bench.plan))
+
+
+def refused(session: InspectionSession, path: Path) -> Refusal:
+    outcome = session.paths.take(path)
+    assert isinstance(outcome, Refusal)
+    assert not session.has_points
+    return outcome
+
+
+def test_paths_make_a_part_conform(sliding: Bench, quick_paths: tuple[Path, ...]) -> None:
+    assert len(quick_paths) == len(sliding.plan.features)
+    with sliding.job() as job:
+        session = sliding.session(job)
+        for path, feature in zip(quick_paths, sliding.plan.features, strict=True):
+            assert session.paths.expected
+            last = session.paths.take(path)
+            assert isinstance(last, MeasuredPoint), last
+            assert last.feature == feature.name
+            assert last.approach == "path"
+        view = session.view
+        assert {one.verdict for one in view.characteristics} == {Verdict.CONFORM}
+        # True sizes of the demo part; form of a perfect part can only enlarge U.
+        for one, true in zip(view.characteristics, (19.989, 20.342), strict=True):
+            assert one.measured is not None
+            assert one.uncertainty is not None
+            assert abs(one.measured - true) < 1.5 * one.uncertainty < 0.06
+        kinds = [event.kind for event in job.events()]
+        assert kinds.count("path") == 3
+    with sliding.job_at(sliding.folder / "again.ocmm") as job:
+        again = sliding.session(job)
+        for path in quick_paths:
+            again.paths.take(path)
+        first = [one.measured for one in view.characteristics]
+        assert [one.measured for one in again.view.characteristics] == first
+
+
+def test_a_path_is_one_step(sliding: Bench, quick_paths: tuple[Path, ...]) -> None:
+    with sliding.job() as job:
+        session = sliding.session(job)
+        last = session.paths.take(quick_paths[0])
+        assert isinstance(last, MeasuredPoint)
+        assert "points 1 to" in session.view.undo
+        session.steps.undo()
+        assert not session.has_points
+        session.steps.redo()
+        count = len(session.stored_points()[0])
+        assert count == last.number
+    with JobFile.open(sliding.folder / "job.ocmm") as job:
+        assert len(sliding.session(job).stored_points()[0]) == count
+
+
+def test_what_is_no_path_is_refused(sliding: Bench, quick_paths: tuple[Path, ...]) -> None:
+    path = quick_paths[0]
+    for changed, code in (
+        (replace(path, untimed=True), RefusalCode.MOVING),
+        (replace(path, interrupted=True), RefusalCode.GAP),
+        (replace(path, ticks=None), RefusalCode.LOST),
+        (replace(path, trail_world=path.trail_world[:0]), RefusalCode.NO_APPROACH),
+        # On the ball, while the bed is due: a plane does not bend.
+        (quick_paths[2], RefusalCode.WRONG_FACE),
+    ):
+        with sliding.job_at(sliding.folder / f"{code.value}_{id(changed)}.ocmm") as job:
+            found = refused(sliding.session(job), changed)
+            assert found.code is code, found
+            assert found.what
+            assert found.remedy
+
+
+def test_single_touches_are_not_replaced_by_a_path(
+    bench: Bench, quick_paths: tuple[Path, ...]
+) -> None:
+    with bench.job() as job:
+        session = bench.session(job)
+        assert not session.paths.expected
+        assert refused(session, quick_paths[0]).code is RefusalCode.AMBIGUOUS
+
+
+@pytest.mark.parametrize("spacing", [-1.0, 0.05, 1e9, float("nan"), float("inf")])
+def test_the_distance_of_points_has_a_range(tmp_path: File, spacing: float) -> None:
+    text = PLAN.read_text("utf-8").replace("points = 4", f"points = 4\nspacing = {spacing}", 1)
+    file = tmp_path / "plan.toml"
+    file.write_text(text, "utf-8")
+    with pytest.raises(InputError, match="spacing"):
+        load_plan(file)
+
+
+def test_only_surfaces_have_paths() -> None:
+    plan = load_plan(resource("plans", "demo.toml"))
+    line = next(one for one in plan.features if one.shape is Shape.LINE)
+    fault = step_fault(msgspec.structs.replace(line, spacing=1.0), "approach")
+    assert fault is not None
+    assert fault[0] == "spacing"
