@@ -27,7 +27,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.spatial.distance import pdist
+from scipy.spatial.distance import pdist, squareform
 from scipy.special import stdtrit
 
 from ocmm_core.errors import FitError
@@ -123,7 +123,9 @@ def _sample(
     made = sample_of(
         name, places, normals[:, :, None], float(residuals @ residuals), noise, degrees
     )
-    return with_neighbours(made, residuals, touches) if touches.along_path else made
+    if not touches.along_path:
+        return made
+    return with_neighbours(made, residuals, touches, slopes.by_geometry)
 
 
 def _line_sample(
@@ -150,45 +152,52 @@ def _line_sample(
     )
 
 
-_MOST_PLACES, _BINS, _LENGTHS = 600, 25, 12
+_MOST_PLACES, _LENGTHS = 150, 10
+_AMOUNTS = np.linspace(0.0, 0.98, 15)
+_LONGEST = 0.25
 
 
-def with_neighbours(sample: FormSample, residuals: Float, touches: Touches) -> FormSample:
+def with_neighbours(
+    sample: FormSample, residuals: Float, touches: Touches, by_geometry: Float
+) -> FormSample:
     """Return the sample of points along a path, whose form is that of their neighbours.
 
-    The correlation of two residuals is modelled as ``a exp(-d / L)`` of their distance. Smooth
-    effects on n points then vary like those on ``n / f`` independent ones, where f is the mean sum
-    of a row of the correlation matrix.
+    The correlation of two deviations is modelled as ``a exp(-d / L)`` of their distance, with a and
+    L by restricted maximum likelihood (H. D. Patterson and R. Thompson, Biometrika 58, 1971) from
+    the part of ``residuals`` (n,) that no element follows: ``by_geometry`` (n, 12) are their
+    derivatives. Smooth effects on n points then vary like those on n / f independent ones, where f
+    is the mean sum of a row of the correlation matrix.
     """
     n = len(residuals)
     some = np.unique(np.linspace(0, n - 1, min(n, _MOST_PLACES)).astype(np.int64))
-    distances, e = pdist(touches.tips[some]), residuals[some]
-    square = float(e @ e) / len(e)
+    distances = squareform(pdist(touches.tips[some]))
+    # Weaker columns are no freedom of the element, as the length of its direction.
+    free = np.linalg.svd(by_geometry[some])[0][:, n - sample.degrees :]
+    deviations = free.T @ residuals[some]
     farthest = float(distances.max(initial=0.0))
-    if not square * farthest > 0.0:
+    if not float(deviations @ deviations) * farthest > 0.0:
         return sample
-    first, second = np.triu_indices(len(e), 1)
-    near = distances < 0.5 * farthest
-    bins = (distances[near] * (2.0 * _BINS / farthest)).astype(np.int64)
-    pairs = np.bincount(bins, minlength=_BINS).astype(np.float64)
-    products = np.bincount(bins, (e[first] * e[second])[near] / square, minlength=_BINS)
-    middles = (np.arange(_BINS) + 0.5) * 0.5 * farthest / _BINS
-    best, gain = 0.0, 0.0
-    for length in np.geomspace(0.5 * farthest / _BINS, 0.5 * farthest, _LENGTHS):
-        shape = np.exp(-middles / length)
-        weight = float(pairs @ shape**2)
-        amount = min(max(float(products @ shape) / weight, 0.0), 1.0)
-        # Decrease of the weighted sum of squares.
-        better = 2.0 * amount * float(products @ shape) - amount**2 * weight
-        if better > gain:
-            row = float(np.exp(-distances / length).mean())
-            best, gain = amount * row * (n - 1), better
-    factor = 1.0 + best
+    found = []
+    for length in np.geomspace(0.5 * farthest / len(some), _LONGEST * farthest, _LENGTHS):
+        alike = np.exp(-distances / length)
+        variances, axes = np.linalg.eigh(free.T @ alike @ free)
+        squares = (axes.T @ deviations) ** 2
+        wide = 1.0 - _AMOUNTS[:, None] * (1.0 - np.maximum(variances, 0.0))
+        scales = np.mean(squares / wide, axis=1)
+        likelihoods = -0.5 * (len(squares) * np.log(scales) + np.log(wide).sum(axis=1))
+        row = (float(alike.mean()) * len(some) - 1.0) / max(len(some) - 1, 1)
+        factors = 1.0 + _AMOUNTS * row * (n - 1)
+        found.append(np.stack([likelihoods, factors, scales], axis=1))
+    likelihoods, factors, scales = np.concatenate(found).T
+    shares = np.exp(likelihoods - likelihoods.max())
+    shares /= shares.sum()
+    total = float(np.exp(shares @ np.log(factors * scales)))
+    count = n / float(np.exp(shares @ np.log(factors)))
     return replace(
         sample,
-        scatter=factor * sample.scatter,
-        variance=sample.variance + best * sample.scatter,
-        degrees=max(int(n / factor) - (n - sample.degrees), 1),
+        scatter=total,
+        variance=sample.variance - sample.scatter + total,
+        degrees=max(int(count) - (n - sample.degrees), 1),
     )
 
 
