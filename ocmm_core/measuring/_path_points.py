@@ -35,19 +35,10 @@ class PathOptions:
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """Ticks that give no points, by reason."""
+    """Time on a path that gives no points, by reason."""
 
-    lifted: int = 0
-    fast: int = 0
-
-    @property
-    def words(self) -> str:
-        parts = [
-            f"{count * TICK_S * 1e3:.0f} ms {what}"
-            for count, what in ((self.lifted, "without contact"), (self.fast, "too fast"))
-            if count
-        ]
-        return " and ".join(parts)
+    lifted_ms: float = 0.0
+    fast_ms: float = 0.0
 
 
 MOST_POINTS = 2000
@@ -171,7 +162,10 @@ def points_along(ticks: Ticks, surface: PathSurface, options: PathOptions) -> Pa
     speed = np.linalg.norm(line[ahead] - line[behind], axis=1) / seconds
     fast = (speed > options.fastest_mm_s) & ~lifted
     usable = ~(lifted | fast)
-    found = PathPoints(left_out=LeftOut(int(lifted.sum()), int(fast.sum())), raised_mm=raised)
+    found = PathPoints(
+        left_out=LeftOut(*(1e3 * TICK_S * float(one.sum()) for one in (lifted, fast))),
+        raised_mm=raised,
+    )
     length, last = 0.0, None
     whole = float(np.linalg.norm(np.diff(line[:: 2 * _SMOOTH], axis=0), axis=1).sum())
     spacing = max(options.spacing, whole / MOST_POINTS)

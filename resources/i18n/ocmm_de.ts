@@ -2601,8 +2601,20 @@ Startet: {source}</translation>
         <translation>Antasten, oder auf den Punkt warten, den das Programm verlangt.</translation>
     </message>
     <message>
+        <source>Too fast: {speed:.0f} mm/s. Slide more slowly.</source>
+        <translation>Zu schnell: {speed:.0f} mm/s. Langsamer gleiten.</translation>
+    </message>
+    <message>
+        <source>{length:.0f} mm, {speed:.0f} mm/s. Release the button to finish.</source>
+        <translation>{length:.0f} mm, {speed:.0f} mm/s. Zum Beenden die Taste loslassen.</translation>
+    </message>
+    <message>
         <source>{name} has all its points. Press Return to finish it.</source>
         <translation>{name} hat alle Punkte. Eingabe drücken, um es abzuschließen.</translation>
+    </message>
+    <message>
+        <source>Press on {name}, hold the button and slide {way:.0f} mm.</source>
+        <translation>Auf {name} drücken, Taste halten und {way:.0f} mm gleiten.</translation>
     </message>
     <message numerus="yes">
         <source>Next: touch %n points on {name}.</source>
@@ -4747,6 +4759,14 @@ Startet: {source}</translation>
     <message>
         <source>Empty: as in the plan</source>
         <translation>Leer: wie im Plan</translation>
+    </message>
+    <message>
+        <source>Path points, mm</source>
+        <translation>Bahnpunkte, mm</translation>
+    </message>
+    <message>
+        <source>Continuous probing: distance of the points; 0: single touches</source>
+        <translation>Scannen: Abstand der Punkte; 0: Einzelantastungen</translation>
     </message>
     <message>
         <source>Targets, mm</source>

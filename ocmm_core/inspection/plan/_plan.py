@@ -76,7 +76,8 @@ def spacing_fault(feature: NominalFeature) -> str:
     if feature.spacing == 0.0:
         return ""
     if feature.shape not in WITH_PATHS:
-        return f"is only for: {', '.join(shape.value.lower() for shape in WITH_PATHS)}"
+        words = ", ".join(shape.value.lower() for shape in WITH_PATHS)
+        return f"is only for: {words}"
     if not low <= feature.spacing <= high:
         return f"is {feature.spacing:g}; it is {low:g} to {high:g} mm, or 0 for single touches"
     return ""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 
 from ocmm_core.camera import Rig
@@ -144,13 +142,13 @@ class PathIntake:
     def _store(
         self, feature: NominalFeature, found: PathPoints, time_s: float
     ) -> MeasuredPoint | Refusal:
-        kept, doubts = self._judged(feature.name, found)
-        left_out = [found.left_out.words, *(f"{n} points: {what}" for what, n in doubts.items())]
-        words = "; ".join(filter(None, left_out))
+        kept = self._accepted(feature.name, found)
+        out, others = found.left_out, len(found.stations) - len(kept)
         if len(kept) < _LEAST_POINTS:
             return Refusal(
-                RefusalCode.MOVING if not doubts else RefusalCode.UNCERTAIN,
-                f"The path gives {len(kept)} points. Left out: {words or 'nothing'}.",
+                RefusalCode.UNCERTAIN if others else RefusalCode.MOVING,
+                f"The path gives {len(kept)} points. Left out: {out.lifted_ms:.0f} ms without "
+                f"contact, {out.fast_ms:.0f} ms too fast, {others} uncertain points.",
                 f"Press, slide {_LEAST_POINTS * feature.spacing:g} mm or more slowly and in "
                 "contact, then release.",
                 time_s,
@@ -158,32 +156,30 @@ class PathIntake:
         ledger, radius = self._ledger, self._body.tip_radius
         first = ledger.points.next_number()
         points = [one.point(first + number, radius) for number, one in enumerate(kept)]
-        text = f"{feature.name}: {len(points)} points along {found.length_mm:.1f} mm"
-        text = f"{text}. Left out: {words}." if words else f"{text}."
+        text = (
+            f"{feature.name}: {len(points)} points along {found.length_mm:.1f} mm. Left out: "
+            f"{out.lifted_ms:.0f} ms without contact, {out.fast_ms:.0f} ms too fast, {others} "
+            "uncertain points."
+        )
         ledger.add(points, [one.sensitivity for one in kept], [(PATH, text)])
         return points[-1]
 
-    def _judged(self, name: str, found: PathPoints) -> tuple[list[Accepted], Counter[str]]:
-        """Return the acceptable stations, and the others counted by reason."""
-        doubts: Counter[str] = Counter()
-        seen = []
-        for station, normal in zip(found.stations, found.normals, strict=True):
-            if _is_seen(station):
-                seen.append((station, Side(normal, PATH)))
-            else:
-                doubts["Too few targets are seen by two cameras."] += 1
+    def _accepted(self, name: str, found: PathPoints) -> list[Accepted]:
+        """Return the stations that are seen, inside the volume and certain enough."""
+        seen = [
+            (station, Side(normal, PATH))
+            for station, normal in zip(found.stations, found.normals, strict=True)
+            if _is_seen(station)
+        ]
         observed = [(station.spots, station.reference_spots) for station, _ in seen]
-        kept = []
-        for (station, side), sensitivity in zip(
-            seen, self._reference.sensitivities(observed), strict=True
-        ):
-            limit = self._options.point.max_uncertainty
-            doubt = doubt_of(station, sensitivity, self._rig, self._body, limit)
-            if doubt is None:
-                kept.append(Accepted(station, name, side, sensitivity))
-            else:
-                doubts[doubt.code.value] += 1
-        return kept, doubts
+        limit = self._options.point.max_uncertainty
+        return [
+            Accepted(station, name, side, sensitivity)
+            for (station, side), sensitivity in zip(
+                seen, self._reference.sensitivities(observed), strict=True
+            )
+            if doubt_of(station, sensitivity, self._rig, self._body, limit) is None
+        ]
 
 
 def _is_seen(station: StablePoint) -> bool:
