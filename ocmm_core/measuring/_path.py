@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.geometry import Float, Int
-from ocmm_core.measuring._trigger import Trail
+from ocmm_core.measuring._trigger import BallTrail
 from ocmm_core.tracking import (
     FrameStatus,
     TrackBlock,
@@ -97,7 +97,7 @@ class PathCollector:
 
     def __init__(self, frame_period_s: float) -> None:
         self._tick_ns = round(max(TICK_S, frame_period_s) * 1e9)
-        self._trail = Trail(frame_period_s)
+        self._trail = BallTrail(frame_period_s)
         self._rest: TrackBlock | None = None
         self._ticks: list[Ticks] = []
         self._first = -1

@@ -34,7 +34,7 @@ class PathOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class LeftOut:
+class PathLoss:
     """Time on a path that gives no points, by reason."""
 
     lifted_ms: float = 0.0
@@ -137,7 +137,7 @@ class PathPoints:
     stations: list[StablePoint] = field(default_factory=list)
     normals: list[Float] = field(default_factory=list)
     """(3,), unit, world, of each: from the material towards the probe."""
-    left_out: LeftOut = LeftOut()
+    left_out: PathLoss = PathLoss()
     length_mm: float = 0.0
     raised_mm: float = 0.0
     """Height, mm, of a part of the path that may be the surface or a lifted ball; 0 without one."""
@@ -163,7 +163,7 @@ def points_along(ticks: Ticks, surface: PathSurface, options: PathOptions) -> Pa
     fast = (speed > options.fastest_mm_s) & ~lifted
     usable = ~(lifted | fast)
     found = PathPoints(
-        left_out=LeftOut(*(1e3 * TICK_S * float(one.sum()) for one in (lifted, fast))),
+        left_out=PathLoss(*(1e3 * TICK_S * float(one.sum()) for one in (lifted, fast))),
         raised_mm=raised,
     )
     length, last = 0.0, None

@@ -48,7 +48,7 @@ class Touch:
     """Of cameras without proof of a common exposure time, which the frames were aligned by."""
 
 
-class Trail:
+class BallTrail:
     """Latest positions of a moving ball, at least `_TRAIL_STEP_MM` apart."""
 
     def __init__(self, frame_period_s: float) -> None:
@@ -92,7 +92,7 @@ class TouchCollector:
         self._held: Touch | None = None
         self._pull: list[Float] = []
         self._expected = max(round(options.window_s / frame_period_s), MIN_FRAMES)
-        self._trail = Trail(frame_period_s)
+        self._trail = BallTrail(frame_period_s)
         self._pieces: list[TrackBlock] = []
         self._end = -1
         self._armed = False

@@ -20,6 +20,7 @@ from ocmm_core.geometry import Float
 from ocmm_sim.scene import _kernels as kernels
 from ocmm_sim.scene._artefacts import Part
 from ocmm_sim.scene._hand import attitude_at
+from ocmm_sim.scene._script_writer import ScriptedTouch, ScriptWriter, segment_of
 from ocmm_sim.scene._slides import hops, pace, slide
 from ocmm_sim.scene._surfaces import (
     HOLES,
@@ -40,19 +41,15 @@ REST_S = 0.5
 DWELL_S = 0.45
 _WINDOW_FRAMES = 28
 """Of a touch by a slow camera, after the press of the button."""
-_APPROACH_S, _RETRACT_S = 0.25, 0.18
 _APPROACH_MM = 8.0
 _BORE_APPROACH = 0.8
 """Fraction of the way from axis to wall used as approach in a bore."""
-_SPEED_MM_S = 220.0
-_TRAVEL_MIN_S, _TRAVEL_MAX_S = 0.35, 1.6
 _CLEARANCE_MM = 12.0
 _HOME_ABOVE_MM = 40.0
 _TREMOR_RAD, _TREMOR_MM = 2e-3, 0.10
 _TREMOR_WAVES = 4
 _STREAM = 16
 _SLIDE_MM_S = (10.0, 25.0)
-_PRESS_S = 0.1
 _SPARE = 5
 """Additional points of a slide, for those that are left out."""
 
@@ -83,23 +80,6 @@ class Motion:
         """Return the origin of the probe frame (n, 3), mm, for a ball at `tip_probe` (3,)."""
         origin: Float = self.tip_world - self.rotation_world_from_probe @ tip_probe
         return origin
-
-
-@dataclass(frozen=True, slots=True)
-class ScriptedTouch:
-    """True course of one touch."""
-
-    feature: str
-    contact_s: float
-    settled_s: float
-    retract_s: float
-    """`contact_s`, `settled_s`, `retract_s`: first contact, start and end of the ball's rest."""
-    surface_world: Float
-    """(3,), mm: the point that is touched."""
-    normal_world: Float
-    """(3,), unit: from the material towards the ball."""
-    tip_world: Float
-    """(3,), mm: ball centre at rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +123,7 @@ class Operator:
         middle = pose.apply(np.array([entry.point for entry in part.artefacts])).mean(axis=0)
         self._home = np.array([middle[0], middle[1], self._safe_z + _HOME_ABOVE_MM])
         self._places: dict[str, Contacts] = {}
-        rest = _segment(0.0, REST_S, kernels.REST, self._home, self._home)
+        rest = segment_of(0.0, REST_S, kernels.REST, self._home, self._home)
         self._timeline = self._extended(_Timeline(rest[None], (), 0), touches, 0.0)
 
     @property
@@ -186,7 +166,7 @@ class Operator:
         """
         with self._lock:
             old = self._timeline
-            writer = _Writer(self._home, max(old.end_s, not_before_s), self._dwell_s)
+            writer = ScriptWriter(self._home, max(old.end_s, not_before_s), self._dwell_s)
             writer.follow(old.segments[-1])
             tip = surface_world + self._tip_radius * normal_world
             before = tip + _APPROACH_MM * normal_world
@@ -207,7 +187,7 @@ class Operator:
         """
         with self._lock:
             old = self._timeline
-            writer = _Writer(tip_world, at_s, self._dwell_s, attitude)
+            writer = ScriptWriter(tip_world, at_s, self._dwell_s, attitude)
             above = np.array([tip_world[0], tip_world[1], max(self._safe_z, tip_world[2])])
             writer.travel(above, attitude, np.nan, 0.0)
             writer.travel(self._home, np.zeros(3), np.nan, 0.0)
@@ -231,7 +211,7 @@ class Operator:
         not_before_s: float,
         taken: Mapping[str, Sequence[Sequence[float]]] | None = None,
     ) -> _Timeline:
-        writer = _Writer(self._home, max(old.end_s, not_before_s), self._dwell_s)
+        writer = ScriptWriter(self._home, max(old.end_s, not_before_s), self._dwell_s)
         writer.follow(old.segments[-1])
         for index, (name, count) in enumerate(touches):
             if count < 1:
@@ -279,7 +259,7 @@ class Operator:
         return farthest(places, self._tip_radius, inverse.apply(taken), count)
 
     def _write_feature(
-        self, writer: _Writer, artefact: Artefact, contacts: Contacts, rng: np.random.Generator
+        self, writer: ScriptWriter, artefact: Artefact, contacts: Contacts, rng: np.random.Generator
     ) -> None:
         pose = self._part.T_world_from_part
         surface = pose.apply(contacts.points)
@@ -320,7 +300,7 @@ class Operator:
             writer.retract(before)
 
     def _write_path(
-        self, writer: _Writer, artefact: Artefact, contacts: Contacts, rng: np.random.Generator
+        self, writer: ScriptWriter, artefact: Artefact, contacts: Contacts, rng: np.random.Generator
     ) -> None:
         pose = self._part.T_world_from_part
         normals = contacts.normals @ pose.rotation.T
@@ -336,96 +316,6 @@ class Operator:
         writer.travel(tips[0] + reach * normals[0], attitude, self._safe_z, 1.0)
         writer.slide(artefact.name, tips, normals[0], self._tip_radius, seconds)
         writer.retract(tips[-1] + reach * normals[-1])
-
-
-class _Writer:
-    def __init__(
-        self, place: Float, start_s: float, dwell_s: float, attitude: Float | None = None
-    ) -> None:
-        self.segments: list[Float] = []
-        self.touches: list[ScriptedTouch] = []
-        self._time = start_s
-        self._place = place
-        self._attitude = np.zeros(3) if attitude is None else attitude
-        self._sway = 0.0
-        self._dwell_s = dwell_s
-
-    def follow(self, last: Float) -> None:
-        """Start from the end of a segment."""
-        self._place, self._sway = last[kernels.P1 : kernels.P1 + 3], float(last[kernels.SWAY1])
-        self._attitude = last[kernels.W1 : kernels.W1 + 3]
-
-    def rest(self, duration_s: float) -> None:
-        self._append(duration_s, kernels.REST, self._place, self._attitude, self._sway)
-
-    def travel(self, place: Float, attitude: Float, top_z: float, sway: float) -> None:
-        way = float(np.linalg.norm(place - self._place))
-        if np.isfinite(top_z):
-            way += abs(top_z - self._place[2]) + abs(top_z - place[2])
-        duration = float(np.clip(0.2 + way / _SPEED_MM_S, _TRAVEL_MIN_S, _TRAVEL_MAX_S))
-        self._append(duration, kernels.MOVE, place, attitude, sway, top_z)
-
-    def touch(self, feature: str, surface: Float, normal: Float, tip: Float) -> None:
-        self._append(_APPROACH_S, kernels.MOVE, tip, self._attitude, 0.0)
-        contact = self._time
-        self._append(self._dwell_s, kernels.TOUCH, tip, self._attitude, 0.0, normal=normal)
-        self.touches.append(
-            ScriptedTouch(
-                feature, contact, contact + kernels.SETTLE_S, self._time, surface, normal, tip
-            )
-        )
-
-    def slide(
-        self, feature: str, tips: Float, normal: Float, radius: float, seconds: Float
-    ) -> None:
-        """Press, slide along ball centres (n, 3), mm, and rest; ``normal`` is that at the start."""
-        self._append(_APPROACH_S, kernels.MOVE, tips[0], self._attitude, 0.0)
-        contact = self._time
-        self.rest(_PRESS_S)
-        settled = self._time
-        for tip, duration in zip(tips, seconds, strict=True):
-            self._append(float(duration), kernels.SLIDE, tip, self._attitude, 0.0)
-        end = self._time
-        self.rest(_PRESS_S)
-        self.touches.append(
-            ScriptedTouch(
-                feature, contact, settled, end, tips[0] - radius * normal, normal, tips[0]
-            )
-        )
-
-    def retract(self, place: Float) -> None:
-        self._append(_RETRACT_S, kernels.MOVE, place, self._attitude, 1.0)
-
-    def _append(
-        self,
-        duration_s: float,
-        kind: int,
-        place: Float,
-        attitude: Float,
-        sway: float,
-        top_z: float = np.nan,
-        normal: Float | None = None,
-    ) -> None:
-        segment = _segment(self._time, duration_s, kind, self._place, place)
-        segment[kernels.TOP] = top_z
-        segment[kernels.SWAY0], segment[kernels.SWAY1] = self._sway, sway
-        segment[kernels.W0 : kernels.W0 + 3] = self._attitude
-        segment[kernels.W1 : kernels.W1 + 3] = attitude
-        if normal is not None:
-            segment[kernels.NORMAL : kernels.NORMAL + 3] = normal
-        self.segments.append(segment)
-        self._time += duration_s
-        self._place, self._attitude, self._sway = place, attitude, sway
-
-
-def _segment(start_s: float, duration_s: float, kind: int, begin: Float, end: Float) -> Float:
-    segment = np.zeros(kernels.N_COLUMNS)
-    segment[kernels.T0], segment[kernels.T1] = start_s, start_s + duration_s
-    segment[kernels.KIND] = kind
-    segment[kernels.TOP] = np.nan
-    segment[kernels.P0 : kernels.P0 + 3] = begin
-    segment[kernels.P1 : kernels.P1 + 3] = end
-    return segment
 
 
 def _draw_tremor(rng: np.random.Generator) -> Float:
