@@ -31,9 +31,12 @@ def slide(artefact: surfaces.Artefact, length: float) -> Contacts:
         along = unit(np.array(artefact.along))
         u0, v0, u1, v1 = max(artefact.areas, key=lambda a: (a[2] - a[0]) * (a[3] - a[1]))
         rim = _RIM * np.array([u1 - u0, v1 - v0])
-        lines = max(int(np.ceil(length / (u1 - u0 - 2.0 * rim[0]))), 3)
+        half = 0.5 * (u1 - u0) - rim[0]
+        # Three lines or more, over half the length or more.
+        half = min(half, max(0.5 * half, length / 6.0))
+        lines = max(int(np.ceil(length / (2.0 * half))), 3)
         v = np.repeat(np.linspace(v0 + rim[1], v1 - rim[1], lines), 2)
-        u = np.resize([u0 + rim[0], u1 - rim[0], u1 - rim[0], u0 + rim[0]], len(v))
+        u = 0.5 * (u0 + u1) + np.resize([-half, half, half, -half], len(v))
         corners = point + u[:, None] * along + v[:, None] * np.cross(axis, along)
         places = _dense(corners)
         return _contacts(places, np.tile(axis, (len(places), 1)))
