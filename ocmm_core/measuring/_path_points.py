@@ -29,7 +29,7 @@ class PathOptions:
     fastest_mm_s: float = FASTEST_MM_S
     hop_mm: float = 0.02
     """Height above its neighbours from which a ball is without contact, if beyond the noise."""
-    lift_mm: float = 0.15
+    lift_mm: float = 0.03
     """The same above the whole path, if beyond its form."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, perpendicular_pair, unit
@@ -90,9 +91,11 @@ def hops(seconds: Float, rng: np.random.Generator) -> Float:
     for start in np.flatnonzero(rng.random(len(seconds)) < _HOPS * STEP_MM):
         share = np.clip((times - times[start]) / _HOP_S, 0.0, 1.0)
         heights += rng.uniform(*_HOP_MM) * 4.0 * share * (1.0 - share)
-    # It starts and ends in contact.
+    # It starts, stops and ends in contact.
     heights[:50] = heights[-50:] = 0.0
-    return heights
+    return np.where(
+        minimum_filter1d(seconds, 9) < maximum_filter1d(seconds, 9) - 0.02, 0.0, heights
+    )
 
 
 def _dense(corners: Float) -> Float:

@@ -125,7 +125,7 @@ def _sample(
     )
     if not touches.along_path:
         return made
-    return with_neighbours(made, residuals, touches, slopes.by_geometry)
+    return with_neighbours(made, residuals, touches, slopes, factors)
 
 
 def _line_sample(
@@ -158,21 +158,32 @@ _LONGEST = 0.25
 
 
 def with_neighbours(
-    sample: FormSample, residuals: Float, touches: Touches, by_geometry: Float
+    sample: FormSample,
+    residuals: Float,
+    touches: Touches,
+    slopes: ResidualSlopes,
+    factors: PointFactors,
 ) -> FormSample:
     """Return the sample of points along a path, whose form is that of their neighbours.
 
     The correlation of two deviations is modelled as ``a exp(-d / L)`` of their distance, with a and
     L by restricted maximum likelihood (H. D. Patterson and R. Thompson, Biometrika 58, 1971) from
-    the part of ``residuals`` (n,) that no element follows: ``by_geometry`` (n, 12) are their
-    derivatives. Smooth effects on n points then vary like those on n / f independent ones, where f
-    is the mean sum of a row of the correlation matrix.
+    the part of ``residuals`` (n,) that no element follows. Smooth effects on n points then vary
+    like those on n / f independent ones, where f is the mean sum of a row of the correlation
+    matrix. The known errors, ``factors``, are subtracted as they would appear in the same estimate.
     """
     n = len(residuals)
     some = np.unique(np.linspace(0, n - 1, min(n, _MOST_PLACES)).astype(np.int64))
     distances = squareform(pdist(touches.tips[some]))
     # Weaker columns are no freedom of the element, as the length of its direction.
-    free = np.linalg.svd(by_geometry[some])[0][:, n - sample.degrees :]
+    free = np.linalg.svd(slopes.by_geometry[some])[0][:, n - sample.degrees :]
+    by_points = replace(
+        slopes,
+        by_geometry=slopes.by_geometry[some],
+        places=slopes.places[some],
+        normals=slopes.normals[some],
+    )
+    known = factors.of(free.T @ by_points.rows)
     deviations = free.T @ residuals[some]
     farthest = float(distances.max(initial=0.0))
     if not float(deviations @ deviations) * farthest > 0.0:
@@ -186,17 +197,18 @@ def with_neighbours(
         scales = np.mean(squares / wide, axis=1)
         likelihoods = -0.5 * (len(squares) * np.log(scales) + np.log(wide).sum(axis=1))
         row = (float(alike.mean()) * len(some) - 1.0) / max(len(some) - 1, 1)
-        factors = 1.0 + _AMOUNTS * row * (n - 1)
-        found.append(np.stack([likelihoods, factors, scales], axis=1))
-    likelihoods, factors, scales = np.concatenate(found).T
+        many = 1.0 + _AMOUNTS * row * (n - 1)
+        expected = np.mean(np.einsum("ij,ik,kj->j", axes, known, axes) / wide, axis=1)
+        found.append(np.stack([likelihoods, many, scales, expected / scales], axis=1))
+    likelihoods, many, scales, explained = np.concatenate(found).T
     shares = np.exp(likelihoods - likelihoods.max())
     shares /= shares.sum()
-    total = float(np.exp(shares @ np.log(factors * scales)))
-    count = n / float(np.exp(shares @ np.log(factors)))
+    total = float(np.exp(shares @ np.log(many * scales)))
+    count = n / float(np.exp(shares @ np.log(many)))
     return replace(
         sample,
         scatter=total,
-        variance=sample.variance - sample.scatter + total,
+        variance=total * (1.0 - float(shares @ explained)),
         degrees=max(int(count) - (n - sample.degrees), 1),
     )
 
