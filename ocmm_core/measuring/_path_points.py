@@ -197,7 +197,7 @@ def _station(ticks: Ticks, line: Float, first: int, stop: int) -> StablePoint:
         return np.asarray(np.tensordot(share, values[part], axes=1))
 
     covariance = np.tensordot(share**2, ticks.covariance[part], axes=1)
-    # The average of a bent piece is beside it, by less than its sagitta.
+    # The average of a bent piece is off it by less than its sagitta.
     chord = 0.5 * (line[first] + line[stop - 1])
     middle = line[(first + stop - 1) // 2]
     sagitta = float(np.linalg.norm(middle - chord)) / 3.0 if stop - first > _SMOOTH else 0.0

@@ -200,7 +200,7 @@ def surface_along(
 ) -> PathSurface | str:
     """Return the surface along the path of a ball (n, 3), mm; else why unknown.
 
-    Normals of the nominal surface if its pose is known, else of the element through the path; a
+    Normals are those of the nominal surface if its pose is known, or of the element on the path; a
     straight path on an unknown surface has the direction of its approach, ``came``.
     """
     element = _element_through(feature, path_world)
