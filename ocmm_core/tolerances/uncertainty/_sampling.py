@@ -177,13 +177,9 @@ def with_neighbours(
     distances = squareform(pdist(touches.tips[some]))
     # Weaker columns are no freedom of the element, as the length of its direction.
     free = np.linalg.svd(slopes.by_geometry[some])[0][:, n - sample.degrees :]
-    by_points = replace(
-        slopes,
-        by_geometry=slopes.by_geometry[some],
-        places=slopes.places[some],
-        normals=slopes.normals[some],
-    )
-    known = factors.of(free.T @ by_points.rows)
+    # Without the part by the element, which has no share in them.
+    own = Rows.of_own_points(slopes.places[some], slopes.normals[some])
+    known = free.T @ factors.of(own.with_radius(slopes.by_radius)) @ free
     deviations = free.T @ residuals[some]
     farthest = float(distances.max(initial=0.0))
     if not float(deviations @ deviations) * farthest > 0.0:
