@@ -27,6 +27,8 @@ class PathOptions:
     window_mm: float = 0.3
     """Length of path that is averaged to a point: its sagitta is 0.1 µm to 2 µm."""
     fastest_mm_s: float = FASTEST_MM_S
+    exposure_s: float = 0.0
+    """Largest error of the exposure times."""
     hop_mm: float = 0.02
     """Height above its neighbours from which a ball is without contact, if beyond the noise."""
     lift_mm: float = 0.03
@@ -51,6 +53,7 @@ _FLANK = 2
 _OUTLYING = 7.5
 """Multiple of the median deviation, 5 sigma of normal ones."""
 _LONGEST_HOP_S = 0.06
+_MOST_UNTIMED_MM = 0.01
 
 
 def _smoothed(ticks: Ticks) -> Float:
@@ -160,7 +163,9 @@ def points_along(ticks: Ticks, surface: PathSurface, options: PathOptions) -> Pa
     behind = np.maximum(np.arange(len(ticks)) - _SMOOTH // 2, 0)
     seconds = np.maximum(ticks.time_s[ahead] - ticks.time_s[behind], 1e-9)
     speed = np.linalg.norm(line[ahead] - line[behind], axis=1) / seconds
-    fast = (speed > options.fastest_mm_s) & ~lifted
+    # Rays at 10 degrees to each other cross eleven times as far away.
+    untimed = 11.0 * options.exposure_s * speed
+    fast = ((speed > options.fastest_mm_s) | (untimed > _MOST_UNTIMED_MM)) & ~lifted
     usable = ~(lifted | fast)
     found = PathPoints(
         left_out=PathLoss(*(1e3 * TICK_S * float(one.sum()) for one in (lifted, fast))),
@@ -173,7 +178,7 @@ def points_along(ticks: Ticks, surface: PathSurface, options: PathOptions) -> Pa
         if last is not None and np.linalg.norm(line[index] - line[last]) < spacing:
             continue
         first, stop = _window(line, usable, int(index), 0.5 * options.window_mm)
-        found.stations.append(_station(ticks, line, first, stop))
+        found.stations.append(_station(ticks, line, first, stop, float(untimed[index])))
         found.normals.append(normals[index])
         length += 0.0 if last is None else float(np.linalg.norm(line[index] - line[last]))
         last = index
@@ -188,7 +193,7 @@ def _window(line: Float, usable: NDArray[np.bool_], index: int, reach: float) ->
     return first, index + int(after[0]) if len(after) else len(line)
 
 
-def _station(ticks: Ticks, line: Float, first: int, stop: int) -> StablePoint:
+def _station(ticks: Ticks, line: Float, first: int, stop: int, untimed_mm: float) -> StablePoint:
     part = slice(first, stop)
     counts = ticks.n_frames[part].astype(np.float64)
     share = counts / counts.sum()
@@ -201,6 +206,7 @@ def _station(ticks: Ticks, line: Float, first: int, stop: int) -> StablePoint:
     chord = 0.5 * (line[first] + line[stop - 1])
     middle = line[(first + stop - 1) // 2]
     sagitta = float(np.linalg.norm(middle - chord)) / 3.0 if stop - first > _SMOOTH else 0.0
+    motion = np.eye(3) * (sagitta**2 + untimed_mm**2 / 3.0)
     reference = ticks.reference_spots
     return StablePoint(
         time_s=float(mean(ticks.time_s)),
@@ -208,8 +214,8 @@ def _station(ticks: Ticks, line: Float, first: int, stop: int) -> StablePoint:
         last_frame=int(ticks.last_frame[stop - 1]),
         n_frames=int(counts.sum()),
         tip_world=mean(ticks.tip_world),
-        random_covariance=covariance + np.eye(3) * sagitta**2,
-        motion_covariance=np.eye(3) * sagitta**2,
+        random_covariance=covariance + motion,
+        motion_covariance=motion,
         rotation_world_from_probe=mean_rotation(ticks.rotation_world_from_probe[part]),
         spots=mean(ticks.spots),
         chi2_per_dof=float(mean(ticks.chi2_per_dof)),

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.described._esi_reader import EsiDevice, choose_device
     from ocmm_core.fieldbus.described._process_image import ProcessImage
     from ocmm_core.fieldbus.described._proof import (
-        UNPROVEN_CAMERAS, AllowedBy, Doubt, age_doubts, doubt_line, doubt_sentences, doubts_by_name,
-        doubts_of, refuse_coarse, refuse_unproven, resting_doubt_mm,
+        REST_SPEED, UNPROVEN_CAMERAS, AllowedBy, Doubt, age_doubts, doubt_line, doubt_sentences,
+        doubts_by_name, doubts_of, refuse_coarse, refuse_unproven, resting_doubt_mm,
     )  # fmt: skip
     from ocmm_core.fieldbus.described._translator import (
         InputTranslator, Timing, corrected_from_pixels, pixels_from_corrected,
@@ -34,9 +34,10 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "UNPROVEN_CAMERAS", "AllowedBy", "Clock", "DeviceDescription", "Doubt", "Entry", "EsiDevice",
-    "EsiStatements", "InputTranslator", "ProcessImage", "ProcessObject", "Role", "Sends", "StartUp",
-    "Timing", "age_doubts", "choose_device", "corrected_from_pixels", "describe_esi", "doubt_line",
-    "doubt_sentences", "doubts_by_name", "doubts_of", "load_device", "missing_statements",
-    "pixels_from_corrected", "refuse_coarse", "refuse_unproven", "resting_doubt_mm",
+    "REST_SPEED", "UNPROVEN_CAMERAS", "AllowedBy", "Clock", "DeviceDescription", "Doubt", "Entry",
+    "EsiDevice", "EsiStatements", "InputTranslator", "ProcessImage", "ProcessObject", "Role",
+    "Sends", "StartUp", "Timing", "age_doubts", "choose_device", "corrected_from_pixels",
+    "describe_esi", "doubt_line", "doubt_sentences", "doubts_by_name", "doubts_of", "load_device",
+    "missing_statements", "pixels_from_corrected", "refuse_coarse", "refuse_unproven",
+    "resting_doubt_mm",
 ]  # fmt: skip

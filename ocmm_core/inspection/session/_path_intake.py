@@ -9,6 +9,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.fieldbus.described import REST_SPEED
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.evaluation import SessionOptions, nearness
 from ocmm_core.inspection.session._acceptance import Accepted, all_measured, doubt_of
@@ -79,11 +80,11 @@ class PathIntake:
         refusal = ledger.obstacle(time_s, interrupted=path.interrupted)
         if refusal is not None:
             return refusal
-        if path.untimed:
+        doubt = self._timing_doubt(path)
+        if doubt:
             return Refusal(
                 RefusalCode.MOVING,
-                "The cameras do not prove a common exposure time: the place of a sliding ball is "
-                "unknown.",
+                doubt,
                 "Measure this feature by single touches, or synchronise the cameras.",
                 time_s,
             )
@@ -128,7 +129,9 @@ class PathIntake:
                 f"Slide on {feature.name}, in contact all the way.",
                 time_s,
             )
-        found = points_along(ticks, surface, PathOptions(feature.spacing))
+        exposure_s = self._options.point.untimed_mm / REST_SPEED
+        options = PathOptions(feature.spacing, exposure_s=exposure_s)
+        found = points_along(ticks, surface, options)
         if found.raised_mm > 0.0:
             return Refusal(
                 RefusalCode.MOVING,
@@ -138,6 +141,17 @@ class PathIntake:
                 time_s,
             )
         return self._store(feature, found, time_s)
+
+    def _timing_doubt(self, path: Path) -> str:
+        """Return why the place of a moving ball is unknown; empty if it is known."""
+        if self._rig.markers is not None:
+            return "A tracker may filter its markers: the place of a sliding ball is unknown."
+        if path.untimed:
+            return (
+                "The cameras do not prove a common exposure time: the place of a sliding ball is "
+                "unknown."
+            )
+        return ""
 
     def _store(
         self, feature: NominalFeature, found: PathPoints, time_s: float

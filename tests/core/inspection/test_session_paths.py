@@ -12,9 +12,17 @@ from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import Shape
+from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan, step_fault
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.measuring import MeasuredPoint, Path, PathCollector, Refusal, RefusalCode
+from ocmm_core.measuring import (
+    MeasuredPoint,
+    Path,
+    PathCollector,
+    PointOptions,
+    Refusal,
+    RefusalCode,
+)
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tracking import TrackingPipeline, load_probe
@@ -115,6 +123,25 @@ def test_what_is_no_path_is_refused(sliding: Bench, quick_paths: tuple[Path, ...
             assert found.code is code, found
             assert found.what
             assert found.remedy
+
+
+def test_cameras_of_uncertain_times_measure_no_paths(
+    sliding: Bench, quick_paths: tuple[Path, ...]
+) -> None:
+    """Of 1 us they cost a few micrometres of a moving ball, of 1 ms every point."""
+    largest = []
+    for number, untimed_mm in enumerate((0.0, 2e-6, 2e-3)):
+        options = SessionOptions(point=PointOptions(untimed_mm=untimed_mm))
+        with sliding.job_at(sliding.folder / f"timed_{number}.ocmm") as job:
+            session = InspectionSession(sliding.plan, sliding.rig, sliding.body, job, options)
+            if untimed_mm == 2e-3:
+                found = refused(session, quick_paths[0])
+                assert "too fast" in found.what
+                continue
+            assert isinstance(session.paths.take(quick_paths[0]), MeasuredPoint)
+            points = session.stored_points()[0]
+            largest.append(max(float(one.random_covariance.trace()) for one in points))
+    assert largest[0] < largest[1] < largest[0] + (11e-6 * 100.0) ** 2
 
 
 def test_single_touches_are_not_replaced_by_a_path(
