@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.tolerances.decisions import PartWord
@@ -30,6 +31,6 @@ def test_paths_are_led_shown_and_undone_as_one_step(open_window: OpenWindow, qtb
     # One sound a path, whatever the number of its points.
     assert len(points) == 3
     count = len(bench.bridge.shown.job.features[2].points)
-    qtbot.keyClick(bench.window, Qt.Key.Key_Backspace)
+    QTest.keyClick(bench.window, Qt.Key.Key_Backspace)
     qtbot.waitUntil(lambda: len(bench.bridge.shown.job.features[2].points) < count)
     assert not bench.bridge.shown.job.features[2].points
