@@ -218,6 +218,10 @@ SOUND_WORDS = {
         later("Sweep begins"), later("one long"),
         later("Poses are captured now; the page counts them."),
     ),
+    kit.Sound.TOO_FAST: SoundWords(
+        later("Too fast"), later("three short taps, high"),
+        later("The ball slides too fast for points. The next step states its speed."),
+    ),
 }  # fmt: skip
 """One entry per sound; a test compares it with `Sound`."""
 

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureState, JobView, LiveView, Target
-from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.measuring import MeasuredPoint, PathProgress, Refusal, RefusalCode
 from ocmm_core.station.coaching import CoachView
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui import kit
@@ -265,6 +265,7 @@ class Feedback:
     ) -> None:
         self._sounds, self._notices, self._readout = sounds, notices, readout
         self._approach = kit.Approach(sounds)
+        self._fast = False
 
     def play(self, sound: kit.Sound) -> None:
         if self._sounds is not None:
@@ -296,6 +297,13 @@ class Feedback:
     def _tell(self, verdict: Verdict | None) -> None:
         self.play(kit.verdict_sound(verdict))
         self._readout().flash(good=verdict in (None, Verdict.CONFORM))
+
+    def slide(self, path: PathProgress | None) -> None:
+        """Warn once when the ball of an open path becomes too fast."""
+        fast = path is not None and path.fast
+        if fast and not self._fast:
+            self.play(kit.Sound.TOO_FAST)
+        self._fast = fast
 
     def way(self, target: Target | None, tip_world: Float | None) -> None:
         """Play the approach of the ball, (3,) mm, to the target."""

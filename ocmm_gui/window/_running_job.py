@@ -104,6 +104,7 @@ class RunningJob(QObject):
         measures = self._pages.measures()
         target = self._job.target if measures and self._job is not None else None
         self._feedback.way(target, live.tip_world)
+        self._feedback.slide(live.path)
 
     def _place(self) -> operator.TrustPlace:
         if self._pages.mode() is kit.Mode.MAINTAIN:

@@ -9472,6 +9472,18 @@ Startet: {source}</translation>
         <translation>Lagen werden jetzt aufgenommen; die Seite zählt sie.</translation>
     </message>
     <message>
+        <source>Too fast</source>
+        <translation>Zu schnell</translation>
+    </message>
+    <message>
+        <source>three short taps, high</source>
+        <translation>dreimal kurz, hoch</translation>
+    </message>
+    <message>
+        <source>The ball slides too fast for points. The next step states its speed.</source>
+        <translation>Die Kugel gleitet zu schnell für Punkte. Der nächste Schritt nennt ihre Geschwindigkeit.</translation>
+    </message>
+    <message>
         <source>Approach</source>
         <translation>Annäherung</translation>
     </message>
