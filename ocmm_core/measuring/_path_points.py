@@ -54,6 +54,8 @@ _OUTLYING = 7.5
 """Multiple of the median deviation, 5 sigma of normal ones."""
 _LONGEST_HOP_S = 0.06
 _MOST_UNTIMED_MM = 0.01
+_MOST_TICKS = 400
+"""On each side of a point, if the ball stops."""
 
 
 def _smoothed(ticks: Ticks) -> Float:
@@ -187,10 +189,13 @@ def points_along(ticks: Ticks, surface: PathSurface, options: PathOptions) -> Pa
 
 def _window(line: Float, usable: NDArray[np.bool_], index: int, reach: float) -> tuple[int, int]:
     """Return first and end of the consecutive usable ticks within ``reach``, mm, of one."""
-    near = usable & (np.linalg.norm(line - line[index], axis=1) <= reach)
-    before, after = np.flatnonzero(~near[:index]), np.flatnonzero(~near[index:])
+    start = max(index - _MOST_TICKS, 0)
+    some = slice(start, index + _MOST_TICKS)
+    near = usable[some] & (np.linalg.norm(line[some] - line[index], axis=1) <= reach)
+    here = index - start
+    before, after = np.flatnonzero(~near[:here]), np.flatnonzero(~near[here:])
     first = int(before[-1]) + 1 if len(before) else 0
-    return first, index + int(after[0]) if len(after) else len(line)
+    return start + first, index + int(after[0]) if len(after) else start + len(near)
 
 
 def _station(ticks: Ticks, line: Float, first: int, stop: int, untimed_mm: float) -> StablePoint:
