@@ -184,15 +184,17 @@ def _maintain(
     force: bool = False,
 ) -> None:
     """Run it in the privileged process; show its progress."""
-    from ocmm_cli.bus._session import camera_of, maintenance_of
-    from ocmm_core.acquisition.bus_process import MaintenanceNews
+    from ocmm_cli.bus._session import bus_to_scan, camera_of, command_of, segment_for
+    from ocmm_core.acquisition.bus_process import MaintenanceConfig, MaintenanceNews
     from ocmm_core.camera import load_rig
 
     serial = camera_of(load_rig(rig), camera).serial
     firmware_path = "" if image is None else str(image.absolute())
-    command, first_lines = maintenance_of(
-        source, rig, serial, alias_value, firmware_path, force=force
+    named = bus_to_scan(source)
+    config = MaintenanceConfig(
+        interface=named.value, force=force, serial=serial, alias=alias_value, firmware=firmware_path
     )
+    command, first_lines = command_of(config, segment_for(named, rig))
     console = make_console()
     words = ""
 

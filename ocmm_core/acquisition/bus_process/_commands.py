@@ -14,9 +14,12 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable
+from typing import TypeVar
+
+import msgspec
 
 from ocmm_core.acquisition.bus_process._rights import NEEDED, give_up_all_but
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.failure import REOPEN, contained, exit_with
 from ocmm_core.fieldbus.objects import (
     MAX_LINE_BYTES,
@@ -35,6 +38,7 @@ _READ_BYTES = 65536
 _WRITE_BYTES = 4096
 """Minimum room in a writable pipe (POSIX, PIPE_BUF of Linux)."""
 _LAST_WORDS_S = 0.5
+_Request = TypeVar("_Request")
 
 
 def read_first_line(descriptor: int) -> bytes:
@@ -258,10 +262,27 @@ class CommandPort:
         del self._pending[:written]
 
 
-def run_errand(run: Callable[[bytes], None], what: str) -> None:
-    """Drop rights, run the task with a line of input; errors to stderr, exit 2, unexpected 3."""
+def run_errand(
+    request: msgspec.json.Decoder[_Request], run: Callable[[_Request], None], what: str
+) -> None:
+    """Drop rights, run the task of the first line; errors to stderr, exit 2, unexpected 3."""
     try:
         give_up_all_but(NEEDED)
-        run(read_first_line(sys.stdin.fileno()))
+        try:
+            asked = request.decode(read_first_line(sys.stdin.fileno()))
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            raise InputError(
+                "bus.request",
+                f"Invalid request: {error}.",
+                "Use the commands 'ocmm bus' and 'ocmm camera'.",
+            ) from error
+        run(asked)
     except Exception as error:
         exit_with(error, what)
+
+
+def send_line(news: msgspec.Struct | bytes) -> None:
+    """Write a message to the parent, as a line of JSON, or these bytes."""
+    line = news if isinstance(news, bytes) else msgspec.json.encode(news) + b"\n"
+    sys.stdout.buffer.write(line)
+    sys.stdout.buffer.flush()
