@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib.util
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +17,9 @@ from ocmm_core.options import DEMO_PLAN
 from ocmm_core.plugins import install_line
 
 if TYPE_CHECKING:
-    from ocmm_core.composition import StationRequest
+    from rich.console import Console
+
+    from ocmm_core.composition import BuiltStation, StationRequest
     from ocmm_core.station import MeasuringStation
     from ocmm_core.station.stream import StreamOptions
 
@@ -128,6 +131,33 @@ def plan_for(plan: Path | None, source: str) -> Path:
         return plan
     virtual = origin_of(source) is Origin.VIRTUAL
     return DEMO_PLAN if virtual else resource("plans", POINTS)
+
+
+@contextmanager
+def serving(request: StationRequest, console: Console) -> Iterator[BuiltStation]:
+    """Build a station, print its refusals and faults, and close it at the end.
+
+    Plans of single points stay open.
+    """
+    from ocmm_cli.terminal import lead, say, told
+    from ocmm_core.composition import build_station
+
+    built = build_station(request)
+    station = built.station
+    try:
+        if request.plan.name == POINTS:
+            station.events.point_taken.connect(keep_open(station))
+        station.events.point_refused.connect(
+            lambda refusal: console.print(
+                f"{say('Point refused:')} {told(refusal)}", style="yellow"
+            )
+        )
+        station.faults.failed.connect(lambda error: console.print(told(error), style="yellow"))
+        console.print(f"{lead('Source  ')}{built.description.name}")
+        console.print(f"{lead('Job     ')}{built.job_path}")
+        yield built
+    finally:
+        close_station(station)
 
 
 def measure_until(

@@ -274,7 +274,8 @@ def run_errand(
             raise InputError(
                 "bus.request",
                 f"Invalid request: {error}.",
-                "Use the commands 'ocmm bus' and 'ocmm camera'.",
+                "Use the commands 'ocmm bus'; if this came from them, report it as a program "
+                "error.",
             ) from error
         run(asked)
     except Exception as error:
