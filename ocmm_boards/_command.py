@@ -35,8 +35,7 @@ def calibrate_boards(
     from ocmm_boards._board import load_board
     from ocmm_boards._corners import read_corners
     from ocmm_boards._detection import detect_corners
-    from ocmm_boards._session import evaluated, keep_views
-    from ocmm_boards._solution import calibrate_with_board
+    from ocmm_boards._solution import calibrate_with_board, evaluated, keep_views
     from ocmm_cli.calibrate import is_yes, open_site, print_calibration, print_status
     from ocmm_cli.terminal import lead, make_console, progress_line, say
     from ocmm_core.acceptance import read_temperature

@@ -4,8 +4,8 @@ In: finished jobs, and the document of a machine's offsets. Out: changes of work
 lengths and radii beyond U and the dead band, as files for controls.
 
 Read `_document` (offsets, their limits, and what acts on them), `_facts` (results of a job),
-`_proposal` (deviations to changes, signs and handedness), `_history` (the signed register),
-`_dialects` (files for controls) and `_writing` (preview, confirmed write, undo). `_command` is
+`_proposal` (deviations to changes, signs and handedness), `_dialects` (files for controls) and
+`_writing` (the signed register, preview, confirmed write, undo). `_command` is
 `ocmm correct`, an entry point of `ocmm.commands`; nothing imports this package.
 """
 
@@ -18,9 +18,8 @@ if TYPE_CHECKING:
         ControlOffset, CorrectionDocument, Drive, MachineFrame, load_corrections,
     )  # fmt: skip
     from ocmm_machine._facts import MeasuredValue, PartFacts, facts_of, read_parts
-    from ocmm_machine._history import CorrectionLine, values_in_force
     from ocmm_machine._proposal import Effect, OffsetChange, Proposal, propose
-    from ocmm_machine._writing import Machine
+    from ocmm_machine._writing import CorrectionLine, Machine, values_in_force
 else:
     __getattr__ = door(__name__)
 
