@@ -11,7 +11,7 @@ import sys
 import msgspec
 import numpy as np
 
-from ocmm_core.acquisition.bus_process import Request, read_first_line, stopped_by_parent
+from ocmm_core.acquisition.bus_process import ProcessConfig, read_first_line, stopped_by_parent
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
 from ocmm_core.camera import Vector3, load_rig, load_tracker
 from ocmm_core.failure import REOPEN, exit_with
@@ -28,7 +28,7 @@ PROTOCOLS: dict[str, type[Decoder]] = {
 """By the prefixes of their sources."""
 
 
-class TrackerConfig(Request, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class TrackerConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A tracker, the probe that proves its unit and axes, and the ring for its frames."""
 
     name: str

@@ -13,12 +13,12 @@ import msgspec
 from ocmm_bench.conform._findings import ConformanceReport
 from ocmm_bench.conform._mail_line import WireLine
 from ocmm_bench.conform._run import conform, find_place
-from ocmm_core.acquisition.bus_process import Errand, run_errand, send_line
+from ocmm_core.acquisition.bus_process import WireErrand, run_errand, send_line
 from ocmm_core.documents import read_bytes
 from ocmm_core.fieldbus.wire import RawLine, check_interface
 
 
-class ConformConfig(Errand, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ConformConfig(WireErrand, frozen=True, kw_only=True, forbid_unknown_fields=True):
     module = "ocmm_bench.conform._conform_process"
     serial: int = 0
     """Serial number; 0: the only camera."""

@@ -29,21 +29,14 @@ def describe(
     The file contains places and types, not their meaning: roles, unit, step and clock are in the
     manual of the camera. Without --out, the entries and the missing statements are listed.
     """
-    from ocmm_core.fieldbus.described import (
-        Clock,
-        EsiStatements,
-        Sends,
-        choose_device,
-        describe_esi,
-        missing_statements,
-    )
+    from ocmm_core.fieldbus import described
 
-    device = choose_device(
+    device = described.choose_device(
         esi,
         _number("--product", product) if product else None,
         _number("--revision", revision) if revision else None,
     )
-    stated = EsiStatements(
+    stated = described.EsiStatements(
         roles={
             _role(name): tuple(_key("--role", part) for part in keys.split(","))
             for name, keys in (_halves("--role", one) for one in role or ())
@@ -52,8 +45,8 @@ def describe(
             _key("--output", key): _number("--output", value)
             for key, value in (_halves("--output", one) for one in output or ())
         },
-        sends=Sends(sends) if sends else None, step=step,
-        clock=Clock(clock) if clock else None, doubt_ns=doubt_ns, cycle_ns=cycle_ns,
+        sends=described.Sends(sends) if sends else None, step=step,
+        clock=described.Clock(clock) if clock else None, doubt_ns=doubt_ns, cycle_ns=cycle_ns,
         latency_ns=latency_ns,
     )  # fmt: skip
     console = make_console(soft_wrap=True)
@@ -67,9 +60,9 @@ def describe(
     for part in device.left_out:
         console.print(say(f"Left out: {part}."))
     if out is not None:
-        write_bytes(out, describe_esi(device, stated).encode())
+        write_bytes(out, described.describe_esi(device, stated).encode())
         return
-    for sentence in missing_statements(device, stated):
+    for sentence in described.missing_statements(device, stated):
         console.print(say(sentence))
 
 

@@ -118,7 +118,7 @@ def open_bus(
 
 
 def command_of(
-    errand: bus_process.Errand, segment: SegmentConfig | None
+    errand: bus_process.WireErrand, segment: SegmentConfig | None
 ) -> tuple[list[str], bytes]:
     """Return the command of a task on a bus, or on the virtual wire of cameras, and its input."""
     if segment is None:

@@ -14,19 +14,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from ocmm_core import tracking
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.geometry import Float, unit
 from ocmm_core.measuring._point import Refusal, RefusalCode
 from ocmm_core.measuring._stable_point import PointOptions
-from ocmm_core.tracking import (
-    CameraSkew,
-    FrameStatus,
-    ProbeBody,
-    TrackBlock,
-    cut,
-    interruptions,
-    join,
-)
 
 MIN_FRAMES = 25
 """Minimum frames of a window, to estimate its scatter."""
@@ -49,7 +41,7 @@ class Touch:
     """The frames of one touch."""
 
     first_frame: int
-    window: TrackBlock
+    window: tracking.TrackBlock
     """Frames from the trigger on, as far as they arrived."""
     expected: int
     """Intended frames of the window."""
@@ -59,7 +51,7 @@ class Touch:
     """The stream was interrupted before the window was full."""
     pull_world: Float = field(default_factory=lambda: np.empty((0, 3)))
     """(k, 3), mm: ball positions after the window, oldest first; empty unless waited for."""
-    skew: CameraSkew | None = None
+    skew: tracking.CameraSkew | None = None
     """Of cameras without proof of a common exposure time, which the frames were aligned by."""
 
 
@@ -81,7 +73,7 @@ class TouchCollector:
         self._expected = max(round(options.window_s / frame_period_s), MIN_FRAMES)
         self._stride = max(round(_TRAIL_EVERY_S / frame_period_s), 1)
         self._trail: deque[Float] = deque(maxlen=_TRAIL_LENGTH)
-        self._pieces: list[TrackBlock] = []
+        self._pieces: list[tracking.TrackBlock] = []
         self._end = -1
         self._armed = False
         self._button = True
@@ -96,18 +88,18 @@ class TouchCollector:
         """Request a point with the next frame; ignored while a window is open."""
         self._armed = not self.collecting
 
-    def feed(self, block: TrackBlock) -> list[Touch]:
+    def feed(self, block: tracking.TrackBlock) -> list[Touch]:
         """Take in tracked frames and return the completed touches."""
         touches: list[Touch] = []
-        breaks = interruptions(block.time_ns, self._before_ns)
+        breaks = tracking.interruptions(block.time_ns, self._before_ns)
         for first, last in pairwise(sorted({0, *breaks, len(block)})):
             if first in breaks:
                 touches += self._interrupt(block, first)
-            touches += self._feed(cut(block, first, last) if breaks else block)
+            touches += self._feed(tracking.cut(block, first, last) if breaks else block)
         self._before_ns = int(block.time_ns[-1])
         return touches
 
-    def _feed(self, block: TrackBlock) -> list[Touch]:
+    def _feed(self, block: tracking.TrackBlock) -> list[Touch]:
         touches: list[Touch] = []
         start = 0
         while start < len(block):
@@ -119,7 +111,7 @@ class TouchCollector:
             else:
                 stop = int(np.searchsorted(block.counter, self._end))
                 if stop > start:
-                    self._pieces.append(cut(block, start, stop))
+                    self._pieces.append(tracking.cut(block, start, stop))
                     self._button = bool(block.flags[stop - 1] & FrameFlag.BUTTON)
                 if stop == len(block):
                     return touches
@@ -131,13 +123,15 @@ class TouchCollector:
                 start = stop
         return touches
 
-    def _follow_pull(self, block: TrackBlock, start: int, held: Touch) -> tuple[int, Touch | None]:
+    def _follow_pull(
+        self, block: tracking.TrackBlock, start: int, held: Touch
+    ) -> tuple[int, Touch | None]:
         """Follow the ball from ``start``; return the next frame and the completed touch."""
         latest = int(held.window.counter[-1]) + self._pull_frames
-        contact = held.window.tip_world[held.window.status == FrameStatus.OK]
+        contact = held.window.tip_world[held.window.status == tracking.FrameStatus.OK]
         for index in range(start, len(block)):
             over = int(block.counter[index]) > latest or not len(contact)
-            if block.status[index] == FrameStatus.OK and not over:
+            if block.status[index] == tracking.FrameStatus.OK and not over:
                 away = float(np.linalg.norm(block.tip_world[index] - contact[-1]))
                 last = self._pull[-1] if self._pull else contact[-1]
                 if float(np.linalg.norm(block.tip_world[index] - last)) >= _TRAIL_STEP_MM:
@@ -154,7 +148,7 @@ class TouchCollector:
         self._trail.extend(pull)
         return replace(held, pull_world=pull)
 
-    def _interrupt(self, block: TrackBlock, first: int) -> list[Touch]:
+    def _interrupt(self, block: tracking.TrackBlock, first: int) -> list[Touch]:
         """Forget frames before ``first``; return the touches that a waiting trigger completes."""
         touches = [self._end_pull(self._held)] if self._held is not None else []
         if self._armed:
@@ -168,7 +162,7 @@ class TouchCollector:
         self._trail.clear()
         return touches
 
-    def _watch(self, block: TrackBlock, start: int) -> int:
+    def _watch(self, block: tracking.TrackBlock, start: int) -> int:
         """Find a trigger from ``start`` on; return where the window begins, or the end."""
         down = (block.flags[start:] & FrameFlag.BUTTON) != 0
         before = np.concatenate([[self._button], down[:-1]])
@@ -183,16 +177,18 @@ class TouchCollector:
             self._end = int(block.counter[stop]) + self._expected
         return stop
 
-    def _follow(self, block: TrackBlock, start: int, stop: int) -> None:
+    def _follow(self, block: tracking.TrackBlock, start: int, stop: int) -> None:
         part = slice(start, stop)
-        due = (block.counter[part] % self._stride == 0) & (block.status[part] == FrameStatus.OK)
+        due = (block.counter[part] % self._stride == 0) & (
+            block.status[part] == tracking.FrameStatus.OK
+        )
         for tip_world in block.tip_world[part][due]:
             last = self._trail[-1] if self._trail else None
             if last is None or float(np.linalg.norm(tip_world - last)) >= _TRAIL_STEP_MM:
                 self._trail.append(tip_world)
 
-    def _complete(self, block: TrackBlock, stop: int) -> Touch:
-        window = join(self._pieces) if self._pieces else cut(block, stop, stop)
+    def _complete(self, block: tracking.TrackBlock, stop: int) -> Touch:
+        window = tracking.join(self._pieces) if self._pieces else tracking.cut(block, stop, stop)
         trail = np.array(self._trail).reshape(-1, 3)
         first_frame = self._end - self._expected
         self._pieces, self._end = [], -1
@@ -256,7 +252,7 @@ def side_of(
     touch: Touch,
     tip_world: Float,
     rotation_world_from_probe: Float,
-    body: ProbeBody,
+    body: tracking.ProbeBody,
     approach_mm: float,
     nominal_normal: Float | None,
     time_s: float,
@@ -311,7 +307,7 @@ def side_of(
     return Side(direction, WORDS[method])
 
 
-def shank_axis(body: ProbeBody) -> Float:
+def shank_axis(body: tracking.ProbeBody) -> Float:
     """Return the axis of the probe, (3,), unit, probe frame: from the ball to its LEDs."""
     return unit(body.leds_probe.mean(axis=0) - body.tip_probe)
 

@@ -90,7 +90,9 @@ class VirtualBus(VirtualWire):
         super().__init__(_MODULE, cameras.to_json() + master.to_json(), ring)
 
 
-def errand_virtual(segment: SegmentConfig, errand: bus_process.Errand) -> tuple[list[str], bytes]:
+def errand_virtual(
+    segment: SegmentConfig, errand: bus_process.WireErrand
+) -> tuple[list[str], bytes]:
     """Return the command of a task on the virtual wire, and its input."""
     cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
     told = msgspec.structs.replace(errand, interface=HOST_INTERFACE)

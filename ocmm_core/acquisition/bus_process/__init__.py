@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
     from ocmm_core.acquisition.bus_process._launch import (
-        RECIPE, BusConfig, Errand, Request, bus_command, read_config,
+        RECIPE, BusConfig, ProcessConfig, WireErrand, bus_command, read_config,
     )  # fmt: skip
     from ocmm_core.acquisition.bus_process._remote_objects import RemoteObjects
     from ocmm_core.acquisition.bus_process._rights import (
@@ -39,9 +39,9 @@ else:
 
 __all__ = [
     "BUS_PRIORITY", "CAMERA_PRIORITY", "NEEDED", "RECIPE", "Acquisition", "BusConfig", "BusProcess",
-    "Capability", "ChildProcess", "Errand", "EthercatSource", "MaintenanceConfig",
-    "MaintenanceNews", "ProcessRights", "RecordConfig", "RemoteObjects", "Request", "ScanConfig",
-    "ServiceBus", "SteppedTime", "allow_locked_memory", "bus_command", "give_up_all_but",
+    "Capability", "ChildProcess", "EthercatSource", "MaintenanceConfig", "MaintenanceNews",
+    "ProcessConfig", "ProcessRights", "RecordConfig", "RemoteObjects", "ScanConfig", "ServiceBus",
+    "SteppedTime", "WireErrand", "allow_locked_memory", "bus_command", "give_up_all_but",
     "granted_by", "hold_nothing", "lock_memory", "read_config", "read_first_line", "rights_of",
     "run_errand", "send_line", "stopped_by_parent", "take_priority",
 ]  # fmt: skip

@@ -21,15 +21,7 @@ import msgspec
 from ocmm_core.acquisition.bus_process._rights import NEEDED, give_up_all_but
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.failure import REOPEN, contained, exit_with
-from ocmm_core.fieldbus.objects import (
-    MAX_LINE_BYTES,
-    CancelRequest,
-    EepromRequest,
-    ObjectReply,
-    ObjectRequest,
-    decode_request,
-    encode_line,
-)
+from ocmm_core.fieldbus import objects
 
 MAX_REQUESTS = 64
 MAX_REPLIES = 256
@@ -44,7 +36,7 @@ _Request = TypeVar("_Request")
 def read_first_line(descriptor: int) -> bytes:
     """Return the first line of a stream without reading beyond it."""
     line = bytearray()
-    while not line.endswith(b"\n") and len(line) < MAX_LINE_BYTES:
+    while not line.endswith(b"\n") and len(line) < objects.MAX_LINE_BYTES:
         byte = os.read(descriptor, 1)
         if not byte:
             break
@@ -71,7 +63,7 @@ def _until_end(stop: threading.Event) -> None:
 class LineBuffer:
     """Splits a stream into lines; skips and counts overlong ones."""
 
-    def __init__(self, longest: int = MAX_LINE_BYTES) -> None:
+    def __init__(self, longest: int = objects.MAX_LINE_BYTES) -> None:
         self._longest = longest
         self._rest = bytearray()
         self._skipping = False
@@ -116,8 +108,8 @@ class CommandPort:
         self._input = input_
         self._output = output
         self._on_end, self._on_failure = on_end, on_failure
-        self._requests: deque[ObjectRequest | EepromRequest] = deque()
-        self._replies: deque[ObjectReply] = deque()
+        self._requests: deque[objects.ObjectRequest | objects.EepromRequest] = deque()
+        self._replies: deque[objects.ObjectReply] = deque()
         self._cancelled: deque[int] = deque(maxlen=_MAX_CANCELLED)
         self._lines = LineBuffer()
         self._pending = bytearray()
@@ -142,7 +134,7 @@ class CommandPort:
         """Return the port on standard streams; use `read_first_line`: ``sys.stdin`` buffers."""
         return cls(sys.stdin.fileno(), sys.stdout.fileno(), on_end, on_failure)
 
-    def take(self) -> ObjectRequest | EepromRequest | None:
+    def take(self) -> objects.ObjectRequest | objects.EepromRequest | None:
         """Return the next request, or None; never waits."""
         while True:
             try:
@@ -156,7 +148,7 @@ class CommandPort:
         """Return whether a request was cancelled; never waits."""
         return number in self._cancelled
 
-    def reply(self, reply: ObjectReply) -> None:
+    def reply(self, reply: objects.ObjectReply) -> None:
         """Send a reply; never waits. If replies are not read, progress is dropped first."""
         room = MAX_REPLIES if reply.finished else MAX_REPLIES // 2
         if self._closing or len(self._replies) >= room:
@@ -229,11 +221,11 @@ class CommandPort:
 
     def _understand(self, line: bytes) -> None:
         try:
-            request = decode_request(line)
+            request = objects.decode_request(line)
         except OcmmError as error:
             self._refuse(0, error.code, error.what, error.remedy)
             return
-        if isinstance(request, CancelRequest):
+        if isinstance(request, objects.CancelRequest):
             self._cancelled.append(request.number)
         elif len(self._requests) >= MAX_REQUESTS:
             self._refuse(
@@ -247,11 +239,11 @@ class CommandPort:
 
     def _refuse(self, number: int, code: str, what: str, remedy: str) -> None:
         self.refused += 1
-        self.reply(ObjectReply(number, finished=True, code=code, what=what, remedy=remedy))
+        self.reply(objects.ObjectReply(number, finished=True, code=code, what=what, remedy=remedy))
 
     def _speak(self) -> None:
         if not self._pending:
-            self._pending += encode_line(self._replies.popleft())
+            self._pending += objects.encode_line(self._replies.popleft())
         try:
             written = os.write(self._output, self._pending[:_WRITE_BYTES])
         except OSError:

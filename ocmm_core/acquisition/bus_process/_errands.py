@@ -17,30 +17,21 @@ from typing import TypeAlias
 import msgspec
 
 from ocmm_core.acquisition.bus_process._commands import run_errand, send_line
-from ocmm_core.acquisition.bus_process._launch import Errand
+from ocmm_core.acquisition.bus_process._launch import WireErrand
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
+from ocmm_core.fieldbus import wire
 from ocmm_core.fieldbus.objects import update_firmware, write_alias
-from ocmm_core.fieldbus.wire import (
-    RawLine,
-    Tap,
-    check_interface,
-    encode_scan,
-    pcapng_end,
-    pcapng_frame,
-    pcapng_head,
-    scan_devices,
-)
 
 _WAIT_S = _TELL_S = 0.1
 MOST_SECONDS, MOST_BYTES = 3600.0, 1 << 31
 
 
-class ScanConfig(Errand, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="scan"):
+class ScanConfig(WireErrand, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="scan"):
     module = "ocmm_core.acquisition.bus_process._errands"
 
 
-class RecordConfig(Errand, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="record"):
+class RecordConfig(WireErrand, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="record"):
     module = ScanConfig.module
     seconds: float
     size_bytes: int
@@ -49,7 +40,7 @@ class RecordConfig(Errand, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class MaintenanceConfig(
-    Errand, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="maintain"
+    WireErrand, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="maintain"
 ):
     module = ScanConfig.module
     serial: int
@@ -59,7 +50,7 @@ class MaintenanceConfig(
     """Firmware file; empty: none."""
 
 
-_WireErrand: TypeAlias = ScanConfig | RecordConfig | MaintenanceConfig
+_AnyErrand: TypeAlias = ScanConfig | RecordConfig | MaintenanceConfig
 
 
 class MaintenanceNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -70,18 +61,18 @@ class MaintenanceNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
 
 def main() -> None:
-    run_errand(msgspec.json.Decoder(_WireErrand), _run, "The task on the bus")
+    run_errand(msgspec.json.Decoder(_AnyErrand), _run, "The task on the bus")
 
 
-def _run(errand: _WireErrand) -> None:
+def _run(errand: _AnyErrand) -> None:
     if isinstance(errand, RecordConfig):
         _record(errand)
     elif isinstance(errand, MaintenanceConfig):
         _maintain(errand)
     else:
-        check_interface(errand.interface, force=errand.force)
-        with closing(RawLine(errand.interface)) as line:
-            send_line(encode_scan(scan_devices(line.exchange)))
+        wire.check_interface(errand.interface, force=errand.force)
+        with closing(wire.RawLine(errand.interface)) as line:
+            send_line(wire.encode_scan(wire.scan_devices(line.exchange)))
 
 
 def _record(errand: RecordConfig) -> None:
@@ -91,27 +82,27 @@ def _record(errand: RecordConfig) -> None:
             f"A recording of {errand.seconds:g} s and {errand.size_bytes} bytes has no bound.",
             f"Give up to {MOST_SECONDS:.0f} s and {MOST_BYTES >> 20} MB.",
         )
-    check_interface(errand.interface, force=errand.force)
+    wire.check_interface(errand.interface, force=errand.force)
     out = sys.stdout.buffer
-    with closing(Tap(errand.interface)) as tap:
-        size = out.write(pcapng_head(errand.interface, errand.program))
+    with closing(wire.Tap(errand.interface)) as tap:
+        size = out.write(wire.pcapng_head(errand.interface, errand.program))
         deadline = time.monotonic() + errand.seconds
         while (left := deadline - time.monotonic()) > 0.0 and size < errand.size_bytes:
             for frame in tap.frames(min(_WAIT_S, left)):
                 size += out.write(
-                    pcapng_frame(frame.content, frame.utc_ns, outgoing=frame.outgoing)
+                    wire.pcapng_frame(frame.content, frame.utc_ns, outgoing=frame.outgoing)
                 )
                 if size >= errand.size_bytes:
                     break
             if select.select([sys.stdin], [], [], 0.0)[0]:
                 break
         tap.count()
-        send_line(pcapng_end(time.time_ns(), tap.received, tap.dropped))
+        send_line(wire.pcapng_end(time.time_ns(), tap.received, tap.dropped))
 
 
 def _maintain(errand: MaintenanceConfig) -> None:
     image = read_bytes(Path(errand.firmware)) if errand.firmware else b""
-    check_interface(errand.interface, force=errand.force)
+    wire.check_interface(errand.interface, force=errand.force)
     told_s = 0.0
 
     def tell(done: int, total: int) -> None:
@@ -121,7 +112,7 @@ def _maintain(errand: MaintenanceConfig) -> None:
             send_line(MaintenanceNews(done=done, total=total))
 
     words = []
-    with closing(RawLine(errand.interface)) as line:
+    with closing(wire.RawLine(errand.interface)) as line:
         if errand.alias:
             before = write_alias(line.exchange, errand.serial, errand.alias)
             words.append(

@@ -22,7 +22,7 @@ from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 from ocmm_core.host import HOST, require_linux
 
 
-class Request(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ProcessConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What a program gets from its parent, in the first line of its standard input."""
 
     def to_json(self) -> bytes:
@@ -30,7 +30,7 @@ class Request(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         return msgspec.json.encode(self) + b"\n"
 
 
-class Errand(Request, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class WireErrand(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A short task on the wire with the rights of the bus process."""
 
     module: ClassVar[str]
@@ -44,7 +44,7 @@ class Errand(Request, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return [*bus_command()[:-1], self.module]
 
 
-class BusConfig(Request, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class BusConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fields=True):
     interface: str
     ring_path: str
     cameras: tuple[CameraIdentity, ...]
