@@ -3,7 +3,7 @@
 In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
 notices.
 
-Start with `_texts` (translation, languages), `_numbers` (numbers, lengths, dates), `_theme`
+Start with `_texts` (translation), `_language`, `_numbers` (numbers, lengths, dates), `_theme`
 (three themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome,
 painted widgets), `_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons),
 `_sheet` (pages closed by Esc), `_parts` (also layouts), `_narrow` (fitted texts), `_panels`
@@ -16,6 +16,9 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.kit._actions import ACTIONS, FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, ActionInfo, Mode
+    from ocmm_gui.kit._language import (
+        LANGUAGES, chosen_language, language_file, language_in_use, use_language,
+    )  # fmt: skip
     from ocmm_gui.kit._marks import (
         SCENE_LEAST, SCENE_SIZE, Mark, PaintedWidget, feature_mark, ink, mark_colour, paint_mark,
         status_mark, verdict_mark,
@@ -51,8 +54,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._table_import import TableImport
     from ocmm_gui.kit._texts import (
-        LANGUAGES, PlainLabel, chosen_language, language_file, language_in_use, later, literal,
-        said, said_word, tr, tr_all, use_language, with_unit,
+        PlainLabel, later, literal, said, said_word, tr, tr_all, with_unit,
     )  # fmt: skip
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT, DEFAULT_THEME, THEMES, WRAPPED, Theme, Themed, ThemedWidget, apply_theme,

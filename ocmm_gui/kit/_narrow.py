@@ -24,8 +24,8 @@ from PySide6.QtWidgets import (
     QStylePainter,
 )
 
+from ocmm_gui.kit._language import LANGUAGES, language_in_use
 from ocmm_gui.kit._marks import Mark, PaintedWidget, ink, paint_mark
-from ocmm_gui.kit._texts import LANGUAGES, language_in_use
 from ocmm_gui.kit._theme import digit_font, fitted, text_font
 
 LEAST = 0.7
