@@ -4,8 +4,8 @@ In: the text of a STEP file.
 Out: dimensions, tolerances, datums and notes, each with the numbers of its faces and, if it cannot
 be trusted, the reason.
 
-Read `_part21` (entities of the text), `_measures` (types, values with units), then `_dimensions`
-(also faces of an aspect), `_tolerances` (also the results), and `_read`, which joins them, and also
+Read `_items` (results), `_part21` (entities of the text), `_measures` (types, values with units),
+then `_dimensions` (also faces of an aspect), `_tolerances`, and `_read`, which joins them, and also
 reads units and other single entities alone. It must not know features or plans:
 `inspection.drawing` imports the items.
 """
@@ -13,12 +13,12 @@ reads units and other single entities alone. It must not know features or plans:
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
+    from ocmm_cad.pmi._items import (
+        Annotation, Datum, DatumReference, DatumTarget, Dimension, Pmi, Tolerance,
+    )  # fmt: skip
     from ocmm_cad.pmi._part21 import BadEntityError, Part21, Typed, plain, refs
     from ocmm_cad.pmi._read import (
         FaceText, may_say_tolerances, picked_entities, read_pmi, units_fault,
-    )  # fmt: skip
-    from ocmm_cad.pmi._tolerances import (
-        Annotation, Datum, DatumReference, DatumTarget, Dimension, Pmi, Tolerance,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)

@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 
+from ocmm_cad.pmi._items import Dimension
 from ocmm_cad.pmi._measures import (
     LOCATIONS,
     RELATIONS,
@@ -19,7 +20,6 @@ from ocmm_cad.pmi._measures import (
     qualifiers_of,
 )
 from ocmm_cad.pmi._part21 import BadEntityError, Part21, Typed, plain, refs
-from ocmm_cad.pmi._tolerances import Dimension
 
 _FACES = frozenset({"ADVANCED_FACE", "FACE_SURFACE"})
 _CURVES = frozenset({"EDGE_CURVE", "TRIMMED_CURVE", "COMPOSITE_CURVE", "POLYLINE"})

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import msgspec
 
 from ocmm_cad.pmi._dimensions import DIMENSIONS, Aspects, Dimensions
+from ocmm_cad.pmi._items import Annotation, Datum, DatumTarget, Pmi
 from ocmm_cad.pmi._measures import TOLERANCES, check_entity, unit_of
 from ocmm_cad.pmi._part21 import BadEntityError, Part21, plain, read_part21, refs
-from ocmm_cad.pmi._tolerances import Annotation, Datum, DatumTarget, Pmi, Tolerances
+from ocmm_cad.pmi._tolerances import Tolerances
 
 _LINKS = ("DRAUGHTING_MODEL_ITEM_ASSOCIATION", "DRAUGHTING_MODEL_ITEM_ASSOCIATION_WITH_PLACEHOLDER")
 _SAYS = "PMI representation to presentation link"

@@ -21,7 +21,6 @@ from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.wording import ENGLISH, Speech
 from ocmm_gui.kit import ink, later
-from ocmm_gui.reports._archival import paint_with_foot, written_pdf
 from ocmm_gui.reports._canvas import (
     INK,
     SMALL,
@@ -34,6 +33,7 @@ from ocmm_gui.reports._canvas import (
     paint_text,
 )
 from ocmm_gui.reports._paper import draw, drawing, paper_letterhead, write_end
+from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from ocmm_gui.work import Teller
 
 COLUMNS = (

@@ -31,7 +31,6 @@ from ocmm_core.export.report import NOT_STATED
 from ocmm_core.export.template import PaperLengths, Particulars, load_paper, template_in_use
 from ocmm_core.wording import Speech
 from ocmm_gui.kit import ink
-from ocmm_gui.reports._archival import paint_with_foot, written_pdf
 from ocmm_gui.reports._canvas import (
     INK,
     LEFT,
@@ -47,6 +46,7 @@ from ocmm_gui.reports._canvas import (
 )
 from ocmm_gui.reports._messages import table_of_values
 from ocmm_gui.reports._paper import draw, paper_letterhead, write_end
+from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
 _COLUMNS = (
     Column("Test", 485.0),

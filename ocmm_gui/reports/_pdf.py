@@ -15,11 +15,11 @@ from ocmm_core.export.template import Section
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_core.tolerances.decisions import U_LABEL
 from ocmm_gui.kit import ink, verdict_colour
-from ocmm_gui.reports._archival import paint_with_foot, written_pdf
 from ocmm_gui.reports._canvas import INK, LEFT, PAGE, SMALL, WIDTH, PageCanvas, Style, paint_text
 from ocmm_gui.reports._messages import lengths_of, numbers_of, speech_of
 from ocmm_gui.reports._paper import closing, head_facts, letterhead, records
 from ocmm_gui.reports._part_picture import picture
+from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from ocmm_gui.reports._sections import basis, features, title, verdicts, why_not
 
 _ROW = 52.0

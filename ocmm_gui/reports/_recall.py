@@ -15,7 +15,6 @@ from ocmm_core.inspection import recall
 from ocmm_core.inspection.archive import Outcome, RecallRecord
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_core.wording import ENGLISH, LANGUAGES, Speech
-from ocmm_gui.reports._archival import paint_with_foot, written_pdf
 from ocmm_gui.reports._canvas import (
     BODY,
     HEADING,
@@ -29,6 +28,7 @@ from ocmm_gui.reports._canvas import (
     Style,
 )
 from ocmm_gui.reports._paper import draw
+from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
 _WIDTHS = (340.0, 390.0, 390.0, 230.0, 450.0)
 _COLOURS = {Outcome.HOLDS: INK.good, Outcome.CHANGES: INK.bad, Outcome.UNKNOWN: INK.warn}

@@ -11,7 +11,6 @@ import msgspec
 
 from ocmm_core.export import write_together
 from ocmm_core.wording import ENGLISH, LANGUAGES, Speech
-from ocmm_gui.reports._archival import paint_with_foot, written_pdf
 from ocmm_gui.reports._canvas import (
     HEADING,
     SMALL,
@@ -23,6 +22,7 @@ from ocmm_gui.reports._canvas import (
     Style,
 )
 from ocmm_gui.reports._paper import draw
+from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from ocmm_planner import RigSheet, read_sheet, sheet_sentences, shopping_list
 
 _NAMES = ("X", "Y", "Z", "Azimuth °", "Elevation °", "Roll °", "Focus", "Stop", "Exposure / µs")

@@ -24,9 +24,10 @@ from ocmm_gui.reports import _batch as batch
 from ocmm_gui.reports import _certificate as certificate
 from ocmm_gui.reports import _pdf as report
 from ocmm_gui.reports import _recall as recall
-from ocmm_gui.reports._archival import attached, paint_with_foot, written_pdf
+from ocmm_gui.reports._archival import attached
 from ocmm_gui.reports._canvas import BOTTOM, HEADING, SMALL, PageCanvas
 from ocmm_gui.reports._paper import paper_letterhead, write_end
+from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.export.sample_report import sample_report
 from tests.core.export.test_batch_table import COMPARISON

@@ -1,4 +1,4 @@
-"""Profile of a line and of a surface (ISO 1101, 17.7 and 17.8; ISO 1660), and run-out (17.15, 17.16)."""
+"""Profiles of lines and surfaces (ISO 1101, 17.7, 17.8; ISO 1660), and run-out (17.15, 17.16)."""
 
 from __future__ import annotations
 
