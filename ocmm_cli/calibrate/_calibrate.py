@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import typer
 
 from ocmm_cli.calibrate._setup import CameraSetup, ProbeChoice
 from ocmm_cli.terminal import make_console, print_table_account
+from ocmm_core.calibration.relocation import RelocationRequest
 from ocmm_core.calibration.verification import Limits
 from ocmm_core.composition import STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
@@ -81,10 +83,8 @@ def cameras(
 
 @calibrate_app.command()
 def relocate(
-    *, bar: Path, shots: Path | None, spot: TableOptions,
-    world: Literal["cameras", "points", "set"], control: Path | None, layout: TableOptions,
-    lens: Literal["fixed", "prior", "free"], geometry: Literal["known", "uncertain", "unknown"],
-    poses: int, placements: int, limit: float, seats: bool, choice: ProbeChoice, overrule: str,
+    *, bar: Path, shots: Path | None, spot: TableOptions, control: Path | None,
+    layout: TableOptions, request: RelocationRequest, choice: ProbeChoice, overrule: str,
     setup: CameraSetup,
 ) -> None:  # fmt: skip
     """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar.
@@ -115,9 +115,9 @@ def relocate(
         lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
         lambda warm, now: RelocationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, now,
-            who=setup.who, temperature=warm, world=world, control=known, lens=lens,
-            geometry=geometry, poses_wanted=poses, bars_wanted=placements,
-            length_limit_mm=limit, seats=_has_seats(setup.source, recorded, seats=seats),
+            who=setup.who, temperature=warm, control=known, request=replace(
+                request, seats=_has_seats(setup.source, recorded, seats=request.seats)
+            ),
         ),
     )  # fmt: skip
     if shots is not None:
