@@ -7,7 +7,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,42 +50,6 @@ class ServedAddress:
         found = stream_options(chosen, self.host, token, self.certificate, self.private_key, allow)
         assert found is not None  # noqa: S101 - there is a port
         return found
-
-
-@dataclass(frozen=True, slots=True)
-class ServedStation:
-    """The station whose points are served."""
-
-    out: Path
-    source: str
-    rig: Path
-    probe: Path
-    reference: Path | None
-    seed: int
-    speed: float
-    operator: str
-    serial: str
-    calibrations: Path | None
-    uncalibrated: bool
-    probes: Path | None
-    tip: str | None
-    check_after: float
-    """Hours."""
-    force: bool
-    bus_processor: int | None
-    part_temperature: float | None
-    temperature_sigma: float | None
-
-    def request(self, plan: Path) -> StationRequest:
-        """Return the request of the station for a plan."""
-        from ocmm_core.composition import ClimateRequest, StationRequest
-
-        named = asdict(self)
-        climate = ClimateRequest(
-            part_c=named.pop("part_temperature"), sigma_k=named.pop("temperature_sigma")
-        )
-        check_after_h = named.pop("check_after")
-        return StationRequest(plan=plan, check_after_h=check_after_h, climate=climate, **named)
 
 
 @dataclass(frozen=True, slots=True)

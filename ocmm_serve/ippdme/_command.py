@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from ocmm_cli.options import StationOptions
 from ocmm_cli.terminal import lead, make_console, say, shown
 from ocmm_core.documents import resource
-from ocmm_serve.site import POINTS, ServedAddress, ServedStation, close_station, stop_event
+from ocmm_serve.site import POINTS, ServedAddress, close_station, stop_event
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -34,7 +35,7 @@ def serve_ippdme(
     any_place: bool,
     patience: float,
     tries: int,
-    site: ServedStation,
+    site: StationOptions,
 ) -> None:
     """Let a measuring program measure with this machine, by I++ DME (VDMA 8722).
 
