@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.options import ClimateOptions, JobOptions, StationOptions, StreamChoice
+from ocmm_cli.options import ClimateOptions, JobOptions, StationChoice, StreamChoice
 from ocmm_cli.terminal import make_console, print_notes, say, say_later, shown, told
 from ocmm_core.composition import DEMO_PLAN
 from ocmm_core.errors import InputError, OcmmError
@@ -181,7 +181,7 @@ def demo(
 
 
 def measure(
-    *, plan: Path | None, go_on: Path | None, job: JobOptions, site: StationOptions,
+    *, plan: Path | None, go_on: Path | None, job: JobOptions, site: StationChoice,
     climate: ClimateOptions, read: TypedRoom, stream: StreamChoice, parts: int, incomplete: bool,
     formats: list[str] | None, archive: str | None,
 ) -> None:  # fmt: skip

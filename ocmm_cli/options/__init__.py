@@ -15,11 +15,11 @@ if TYPE_CHECKING:
         OPTIONS, ComputingSite, describe, described, option_of, read_typed_numbers,
     )  # fmt: skip
     from ocmm_cli.options._jobs import FORMAT_WORDS, PROFILED_WORDS
-    from ocmm_cli.options._station import ClimateOptions, JobOptions, StationOptions, StreamChoice
+    from ocmm_cli.options._station import ClimateOptions, JobOptions, StationChoice, StreamChoice
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
     "FORMAT_WORDS", "OPTIONS", "PROFILED_WORDS", "ClimateOptions", "ComputingSite", "JobOptions",
-    "StationOptions", "StreamChoice", "describe", "described", "option_of", "read_typed_numbers",
+    "StationChoice", "StreamChoice", "describe", "described", "option_of", "read_typed_numbers",
 ]  # fmt: skip

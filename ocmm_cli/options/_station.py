@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class StationOptions:
+class StationChoice:
     """The station that a command measures with, or whose points it serves."""
 
     out: Path | None

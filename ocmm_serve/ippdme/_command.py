@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.options import StationOptions
+from ocmm_cli.options import StationChoice
 from ocmm_cli.terminal import lead, make_console, say, shown
 from ocmm_core.documents import resource
 from ocmm_serve.site import POINTS, ServedAddress, close_station, stop_event
@@ -35,7 +35,7 @@ def serve_ippdme(
     any_place: bool,
     patience: float,
     tries: int,
-    site: StationOptions,
+    site: StationChoice,
 ) -> None:
     """Let a measuring program measure with this machine, by I++ DME (VDMA 8722).
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.style import Style
 
-from ocmm_cli.options import StationOptions
+from ocmm_cli.options import StationChoice
 from ocmm_cli.terminal import lead, make_console, say
 from ocmm_serve.site import (
     ServedAddress,
@@ -28,7 +28,7 @@ def serve_screen(
     token: Path | None,
     control: bool,
     plan: Path | None,
-    site: StationOptions,
+    site: StationChoice,
 ) -> None:
     """Show a job on a tablet or phone at the part: digits, next point, plan and results.
 
