@@ -205,7 +205,10 @@ class Reader:
     def _is_spoken(self, node: ast.AST) -> bool:
         """Return whether a command prints it in the language of the terminal."""
         parent = self._parents.get(node)
-        return isinstance(parent, ast.Call) and _name_of(parent) in ("say", "say_later")
+        return isinstance(parent, ast.Call) and (
+            _name_of(parent) in ("say", "say_later")
+            or ast.unparse(parent.func).endswith("console.say")
+        )
 
     def _is_silent(self, node: ast.AST) -> bool:
         """Return whether a text is a docstring, a key, a pattern, or for a log."""

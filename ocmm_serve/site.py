@@ -17,8 +17,7 @@ from ocmm_core.options import DEMO_PLAN
 from ocmm_core.plugins import install_line
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from ocmm_cli.terminal import PlainConsole
     from ocmm_core.composition import BuiltStation, StationRequest
     from ocmm_core.station import MeasuringStation
     from ocmm_core.station.stream import StreamOptions
@@ -98,7 +97,7 @@ def plan_for(plan: Path | None, source: str) -> Path:
 
 
 @contextmanager
-def serving(request: StationRequest, console: Console) -> Iterator[BuiltStation]:
+def serving(request: StationRequest, console: PlainConsole) -> Iterator[BuiltStation]:
     """Build a station, print its refusals and faults, and close it at the end.
 
     Plans of single points stay open.

@@ -103,9 +103,9 @@ def export_command(view: str, file: Path, *, archive: str | None, most: int) -> 
     export_answer(ArchiveAnswer(view, table.columns, table.rows), file)
     rows = f"{len(table.rows)} row{'' if len(table.rows) == 1 else 's'}"
     console = make_console()
-    console.print(say(f"{rows}  {file}"))
+    console.say(f"{rows}  {file}")
     if table.malformed:
-        console.print(say(MALFORMED), style="yellow")
+        console.say(MALFORMED, style="yellow")
 
 
 def _answer(name: str, archive: str | None, asked: Query, export: Path | None) -> None:
@@ -147,9 +147,9 @@ def rebuild(
         with progress_line() as tell:
             done = rebuild_archive(target, contents, names, tell)
     for sentence in (*unread, *done.unread):
-        console.print(say(sentence), style="yellow")
+        console.say(sentence, style="yellow")
     jobs = f"{done.kept} job{'' if done.kept == 1 else 's'}"
-    console.print(say(f"Kept {jobs} in {new}"))
+    console.say(f"Kept {jobs} in {new}")
     raise typer.Exit(1 if unread or done.unread else 0)
 
 
@@ -175,7 +175,7 @@ def verify(
             with open_archive(against, read_only=True) as other:
                 told = differences(open_one, other)
             for sentence in told:
-                console.print(say(shown_text(sentence)), style="yellow")
+                console.say(shown_text(sentence), style="yellow")
             console.print(
                 say("The same rows.")
                 if not told
@@ -210,7 +210,7 @@ def verify(
                 else say(f"Marked {marked} jobs: they count in no statistic.")
             )
     wrong = len(found.faults) + len(lost)
-    console.print(say(f"Checked {found.looked_at}, wrong {wrong}"))
+    console.say(f"Checked {found.looked_at}, wrong {wrong}")
     raise typer.Exit(1 if wrong else 0)
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from rich.console import Console
 from rich.text import Text
 
-from ocmm_cli.terminal import print_grid, say, say_word
+from ocmm_cli.terminal import PlainConsole, print_grid, say_word
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 from ocmm_shop.archive.questions import ArchiveAnswer
 from ocmm_shop.archive.records import shown_text
@@ -21,18 +20,18 @@ _STYLES = {
 }
 
 
-def print_answer(console: Console, answer: ArchiveAnswer) -> None:
+def print_answer(console: PlainConsole, answer: ArchiveAnswer) -> None:
     rows = [[_cell(cell) for cell in row] for row in answer.rows]
     print_grid(console, answer.columns, rows, answer.title)
     for note in answer.notes:
-        console.print(say(shown_text(note)), style="yellow")
+        console.say(shown_text(note), style="yellow")
     for trend in answer.trends:
         if trend.chart is not None:
             counted = [part for part in trend.parts if part.value is not None]
             for index, why in trend.chart.signals[-8:]:
                 console.print(f"{counted[index].job}: {say_word(why.rule)}, {say_word(why.value)}.")
     if answer.study is not None:
-        console.print(say(f"Gauge R&R: {answer.study.word}."))
+        console.say(f"Gauge R&R: {answer.study.word}.")
 
 
 def _cell(cell: object) -> Text:

@@ -58,12 +58,12 @@ def describe(
     title = f"{device.name}: {device.product:#010x}, {device.revision:#010x}"
     print_grid(console, heads("Object", "Entry", "Bits", "Type", "Name"), rows, title)
     for part in device.left_out:
-        console.print(say(f"Left out: {part}."))
+        console.say(f"Left out: {part}.")
     if out is not None:
         write_bytes(out, described.describe_esi(device, stated).encode())
         return
     for sentence in described.missing_statements(device, stated):
-        console.print(say(sentence))
+        console.say(sentence)
 
 
 def _halves(option: str, text: str) -> tuple[str, str]:
@@ -204,4 +204,4 @@ def _maintain(
             complaint or f"Nothing was changed (code {returncode}).",
             "Then repeat the command.",
         )
-    console.print(say(words))
+    console.say(words)

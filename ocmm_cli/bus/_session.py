@@ -13,9 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
-from rich.console import Console
-
-from ocmm_cli.terminal import make_console, say
+from ocmm_cli.terminal import PlainConsole, make_console, say
 from ocmm_core.acquisition import bus_process
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
 from ocmm_core.camera import CameraModel, Rig, load_rig
@@ -244,7 +242,7 @@ _WATCH_POLL_S = 0.05
 
 
 def watch_bus(
-    session: BusSession, seconds: float, every: float | None, console: Console
+    session: BusSession, seconds: float, every: float | None, console: PlainConsole
 ) -> tuple[str, bool]:
     """Print the report of a bus at intervals and at the end.
 

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 import typer
 from msgspec.structs import replace
-from rich.console import Console
 
 from ocmm_cli.calibrate._setup import ProbeSetup
 from ocmm_cli.terminal import (
+    PlainConsole,
     heads,
     lead,
     make_console,
@@ -167,7 +167,7 @@ def _take_recorded(procedure: PivotProcedure, sweeps: Sequence[PivotSweep]) -> N
 
 
 def _collect(
-    procedure: PivotProcedure, place: TerminalProbeSite, setup: ProbeSetup, console: Console
+    procedure: PivotProcedure, place: TerminalProbeSite, setup: ProbeSetup, console: PlainConsole
 ) -> None:
     from ocmm_cli.calibrate._run import now
     from ocmm_cli.calibrate._steps import collect_from, is_lacking
@@ -252,7 +252,7 @@ def _store(probe: Path, folder: Path | None) -> ProbeStore:
     return ProbeStore(probe_store_folder(place, load_probe(probe).name))
 
 
-def _print_tip(console: Console, state: TipState) -> None:
+def _print_tip(console: PlainConsole, state: TipState) -> None:
     from ocmm_core.calibration.records import record_hash
 
     record, qualified, status = state.calibration, state.qualification, state.status
@@ -291,5 +291,5 @@ def _warmth(celsius: float | None) -> str:
     return "" if celsius is None else " " + say(f"at {celsius:.1f} C")
 
 
-def _say(console: Console, text: str) -> None:
+def _say(console: PlainConsole, text: str) -> None:
     console.print(text, soft_wrap=True)

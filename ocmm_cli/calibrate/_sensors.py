@@ -6,11 +6,10 @@ import time
 from datetime import datetime
 from pathlib import Path
 
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ocmm_cli.calibrate._run import TerminalSite
-from ocmm_cli.terminal import DeferredInterrupt, lead, say
+from ocmm_cli.terminal import DeferredInterrupt, PlainConsole, lead, say
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
 from ocmm_core.calibration import monitor
 from ocmm_core.composition import Feed
@@ -39,7 +38,7 @@ def require_usable(site: TerminalSite, now: datetime) -> str:
 
 
 def wave(
-    site: TerminalSite, body: ProbeBody, feed: Feed, seconds: float, console: Console
+    site: TerminalSite, body: ProbeBody, feed: Feed, seconds: float, console: PlainConsole
 ) -> list[monitor.ResidualSample]:
     """Return samples of the probe over ``seconds`` of bus time, or until the source ends."""
     pipeline = TrackingPipeline(site.rig, body)
@@ -75,17 +74,15 @@ def learn(
     body: ProbeBody,
     looks: list[monitor.ResidualSample],
     calibration: str,
-    console: Console,
+    console: PlainConsole,
 ) -> Path:
     """Learn the baseline, store it next to the calibration, and print its quality."""
     baseline: monitor.Baseline = monitor.learn_baseline(looks, site.rig, body)
     path = monitor.save_baseline(site.store.folder, baseline, calibration, body.identity)
     whole = site.rig.noise.pattern_px
-    console.print(
-        say(
-            f"Sensors  {baseline.looks} samples; pattern {whole:.4f} px, residual "
-            f"{baseline.left_px:.4f} px"
-        )
+    console.say(
+        f"Sensors  {baseline.looks} samples; pattern {whole:.4f} px, residual "
+        f"{baseline.left_px:.4f} px"
     )
     console.print(f"{lead('Baseline ')}{path}")
     return path

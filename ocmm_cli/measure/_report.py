@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from ocmm_cli.measure._pages import print_reports
-from ocmm_cli.terminal import lead, make_console, progress_line, say
+from ocmm_cli.terminal import PlainConsole, lead, make_console, progress_line, say
 from ocmm_core.errors import OcmmError
 from ocmm_core.processes import processes_for, side_by_side
 
@@ -105,7 +104,7 @@ class _Read:
 
 
 def _read_all(
-    jobs: list[Path], probes: Path | None, calibrations: Path | None, console: Console
+    jobs: list[Path], probes: Path | None, calibrations: Path | None, console: PlainConsole
 ) -> tuple[list[_Read], list[OcmmError]]:
     """Open all jobs, many in parallel; print warnings of each, in order."""
     with progress_line() as tell:
@@ -123,7 +122,7 @@ def _read_all(
     for one in found:
         if isinstance(one, OcmmError):
             faults.append(one)
-            console.print(say(one.what), style="yellow")
+            console.say(one.what, style="yellow")
             continue
         read.append(one)
         for doubt in one.doubts:

@@ -12,8 +12,7 @@ from ocmm_cli.terminal import print_grid, say, say_word, shown
 from ocmm_core.doctor import Light, can_undo
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from ocmm_cli.terminal import PlainConsole
     from ocmm_core.doctor import Computer, DoctorReport, Mended, SystemChange
 
 _STYLES = {
@@ -24,7 +23,7 @@ _STYLES = {
 }
 
 
-def print_report(report: DoctorReport, console: Console) -> None:
+def print_report(report: DoctorReport, console: PlainConsole) -> None:
     rows = []
     for one in report.results:
         text = Text(shown(say(one.what)))
@@ -42,17 +41,15 @@ def print_report(report: DoctorReport, console: Console) -> None:
     ))  # fmt: skip
 
 
-def print_hint(computer: Computer, changes: Sequence[SystemChange], console: Console) -> None:
+def print_hint(computer: Computer, changes: Sequence[SystemChange], console: PlainConsole) -> None:
     """Print the effect of --fix and --undo here, if any."""
     if changes:
-        console.print(
-            say("--fix puts right what says so: it shows the changes, asks, and can be undone.")
-        )
+        console.say("--fix puts right what says so: it shows the changes, asks, and can be undone.")
     if can_undo(computer):
-        console.print(say("--undo takes back what --fix changed."))
+        console.say("--undo takes back what --fix changed.")
 
 
-def print_changes(changes: Sequence[SystemChange], console: Console) -> None:
+def print_changes(changes: Sequence[SystemChange], console: PlainConsole) -> None:
     """Print changes; those that differ only by a number share a line."""
     alike: dict[str, list[str]] = {}
     for one in changes:
@@ -64,7 +61,7 @@ def print_changes(changes: Sequence[SystemChange], console: Console) -> None:
         )
 
 
-def print_mended(done: Sequence[Mended], what: str, console: Console) -> None:
+def print_mended(done: Sequence[Mended], what: str, console: PlainConsole) -> None:
     for one in done:
         if one.complaint:
             console.print(

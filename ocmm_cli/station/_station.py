@@ -77,7 +77,7 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
     # Separate from output that programs read.
     console = make_console(stderr=True)
     if not changes:
-        console.print(say("Nothing can be put right without a technician."))
+        console.say("Nothing can be put right without a technician.")
         return
     if not may_mend(computer):
         raise StorageError(
@@ -85,7 +85,7 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
             "This user may not change the computer; nothing was changed.",
             f"Type: sudo {Path(sys.argv[0]).absolute()} station doctor --fix",
         )
-    console.print(say("This would be changed:"))
+    console.say("This would be changed:")
     print_changes(changes, console)
     if not yes:
         if not sys.stdin.isatty():
@@ -95,14 +95,12 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
                 "Add --yes, or run it in a terminal.",
             )
         if not typer.confirm(say("Change it?"), err=True):
-            console.print(say("Nothing was changed."))
+            console.say("Nothing was changed.")
             return
     print_mended(mend(computer, changes), say("changed"), console)
-    console.print(
-        say(
-            "Values of kernel and adapter hold until the next start. "
-            "To take all of it back: ocmm station doctor --undo\n"
-        )
+    console.say(
+        "Values of kernel and adapter hold until the next start. "
+        "To take all of it back: ocmm station doctor --undo\n"
     )
 
 
@@ -167,7 +165,7 @@ def bundle(
                 "Add --yes, or run it in a terminal.",
             )
         if not typer.confirm(say(f"Write {file}?"), err=True):
-            console.print(say("Nothing was written."))
+            console.say("Nothing was written.")
             return
     size = write_bundle(draft, file, left_out)
     make_console(soft_wrap=True).print(say(f"{file}: {size} bytes. Nothing was sent."))

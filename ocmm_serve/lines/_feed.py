@@ -20,7 +20,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
-from ocmm_cli.terminal import lead, make_console, say
+from ocmm_cli.terminal import lead, make_console
 from ocmm_core.composition import StationRequest
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
 from ocmm_core.failure import contained
@@ -168,11 +168,11 @@ def run(request: StationRequest, template: LineTemplate, end: bytes, face: Face)
     ended = stop_event()
 
     def note(words: str) -> None:
-        console.print(say(words), style="yellow")
+        console.say(words, style="yellow")
 
     plain = PlainLines(lambda one: template.line(one).encode("ascii") + end, note)
     with serving(request, console) as built, face(built.station, plain, note) as made:
-        console.print(say(template.words))
+        console.say(template.words)
         console.print(f"{lead('Lines   ')}{made}")
         measure_until(built.station, ended)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.style import Style
 
 from ocmm_cli.options import StationChoice
-from ocmm_cli.terminal import lead, make_console, say
+from ocmm_cli.terminal import lead, make_console
 from ocmm_serve.site import (
     ServedAddress,
     measure_until,
@@ -54,8 +54,8 @@ def serve_screen(
         _, port = server.start()
         try:
             if options.is_exposed:
-                console.print(
-                    say("Without TLS the page can be read and changed in the network (--cert)."),
+                console.say(
+                    "Without TLS the page can be read and changed in the network (--cert).",
                     style="yellow",
                 )
             access = options.access
