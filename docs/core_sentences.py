@@ -32,7 +32,7 @@ def _set(words: str) -> frozenset[str]:
 
 
 _SILENT_CALLS = _set(
-    "door compile getLogger debug info warning exception ValueError TypeError KeyError IndexError "
+    "door compile findall getLogger debug info warning exception ValueError TypeError KeyError IndexError "
     "AttributeError NotImplementedError AssertionError RuntimeError OSError execute executescript "
     "executemany NamedTemporaryFile Thread match search sub fullmatch dtype field_names setdefault "
     "startswith endswith removeprefix removesuffix replace rstrip lstrip strip encode join_names "

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
         OPTIONS, ComputingSite, describe, described, option_of, read_typed_numbers,
     )  # fmt: skip
     from ocmm_cli.options._jobs import FORMAT_WORDS, PROFILED_WORDS
-    from ocmm_cli.options._station import ClimateOptions, JobOptions, StationChoice, StreamChoice
+    from ocmm_cli.options._servers import ClimateOptions, JobOptions, StationChoice, StreamChoice
 else:
     __getattr__ = door(__name__)
 
