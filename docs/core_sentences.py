@@ -32,11 +32,12 @@ def _set(words: str) -> frozenset[str]:
 
 
 _SILENT_CALLS = _set(
-    "door compile findall getLogger debug info warning exception ValueError TypeError KeyError IndexError "
-    "AttributeError NotImplementedError AssertionError RuntimeError OSError execute executescript "
-    "executemany NamedTemporaryFile Thread match search sub fullmatch dtype field_names setdefault "
-    "startswith endswith removeprefix removesuffix replace rstrip lstrip strip encode join_names "
-    "TypeVar namedtuple strftime einsum query command_words command quoted call_text"
+    "door compile findall getLogger debug info warning exception ValueError TypeError KeyError "
+    "IndexError AttributeError NotImplementedError AssertionError RuntimeError OSError execute "
+    "executescript executemany NamedTemporaryFile Thread match search sub fullmatch dtype "
+    "field_names setdefault startswith endswith removeprefix removesuffix replace rstrip lstrip "
+    "strip encode join_names TypeVar namedtuple strftime einsum query command_words command "
+    "quoted call_text"
 )
 _SILENT_KEYWORDS = _set("help metavar dtype pattern encoding mode homes order")
 _SENTENCE_PARTS = _set(
