@@ -14,12 +14,13 @@ if TYPE_CHECKING:
         CRITERIA, NominalFeature, nominal_geometry, shape_fault,
     )  # fmt: skip
     from ocmm_core.features.shapes._points_file import PointsFile, read_points_file
+    from ocmm_core.features.shapes._shape import Shape
     from ocmm_core.features.shapes._shapes import (
         GEOMETRY_NAMES, MINIMUM_POINTS, MOST_POINTS, Fit, element, make_fit, shapes_where,
     )  # fmt: skip
     from ocmm_core.features.shapes._specs import (
         ACROSS, DIRECTION, GEOMETRY_SIZE, HALF_ANGLE, POINT, RADIUS, SECOND, BallWay, Criterion,
-        QifShape, Shape, ShapeSpec, Size,
+        QifShape, ShapeSpec, Size,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)

@@ -8,14 +8,8 @@ import msgspec
 import numpy as np
 
 from ocmm_core.camera import Vector3
-from ocmm_core.features.shapes._specs import (
-    ACROSS,
-    DIRECTION,
-    GEOMETRY_SIZE,
-    POINT,
-    Criterion,
-    Shape,
-)
+from ocmm_core.features.shapes._shape import Shape
+from ocmm_core.features.shapes._specs import ACROSS, DIRECTION, GEOMETRY_SIZE, POINT, Criterion
 from ocmm_core.geometry import Float, perpendicular_pair, unit
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ocmm_core.errors import FitError
+from ocmm_core.features.shapes._shape import Shape
 from ocmm_core.features.shapes._specs import (
     ACROSS,
     DIRECTION,
@@ -18,7 +19,6 @@ from ocmm_core.features.shapes._specs import (
     RADIUS,
     SECOND,
     Criterion,
-    Shape,
     ShapeSpec,
 )
 from ocmm_core.geometry import Float

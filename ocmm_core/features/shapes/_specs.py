@@ -327,27 +327,3 @@ SPECS = {
     "Torus": _TORUS,
 }
 """Entries by the name of their shape; access them by `Shape.spec`."""
-
-
-class Shape(Enum):
-    """Shape of a feature, by its name in plan and export."""
-
-    POINT = "Point"
-    LINE = "Line"
-    PLANE = "Plane"
-    CIRCLE = "Circle"
-    SPHERE = "Sphere"
-    CYLINDER = "Cylinder"
-    ELLIPSE = "Ellipse"
-    ROUND_SLOT = "RoundSlot"
-    SQUARE_SLOT = "SquareSlot"
-    RECTANGLE = "Rectangle"
-    CONE = "Cone"
-    TORUS = "Torus"
-
-    @property
-    def spec(self) -> ShapeSpec:
-        # A command lists the shapes in its help; the registry needs numpy.
-        from ocmm_core.features.shapes._specs import SPECS
-
-        return SPECS[self.value]

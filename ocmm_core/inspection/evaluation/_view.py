@@ -193,6 +193,16 @@ class FeatureView:
         return str(self.taken) if self.open_ended else f"{self.taken} / {self.needed}"
 
     @property
+    def spread_warning(self) -> str:
+        """Return the warning about the spread of the points.
+
+        While points are missing the next target guides the spread.
+        """
+        if self.coverage is None or self.taken < self.needed - 1:
+            return ""
+        return self.coverage.warning
+
+    @property
     def last_touch(self) -> int:
         """Return the number of its last point, deleted or not; zero if it never had one."""
         last = self.points[-1].number if self.points else 0
