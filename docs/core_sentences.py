@@ -32,11 +32,12 @@ def _set(words: str) -> frozenset[str]:
 
 
 _SILENT_CALLS = _set(
-    "door compile getLogger debug info warning exception ValueError TypeError KeyError IndexError "
-    "AttributeError NotImplementedError AssertionError RuntimeError OSError execute executescript "
-    "executemany NamedTemporaryFile Thread match search sub fullmatch dtype field_names setdefault "
-    "startswith endswith removeprefix removesuffix replace rstrip lstrip strip encode join_names "
-    "TypeVar namedtuple strftime einsum query command_words command quoted call_text"
+    "door compile findall getLogger debug info warning exception ValueError TypeError KeyError "
+    "IndexError AttributeError NotImplementedError AssertionError RuntimeError OSError execute "
+    "executescript executemany NamedTemporaryFile Thread match search sub fullmatch dtype "
+    "field_names setdefault startswith endswith removeprefix removesuffix replace rstrip lstrip "
+    "strip encode join_names TypeVar namedtuple strftime einsum query command_words command "
+    "quoted call_text"
 )
 _SILENT_KEYWORDS = _set("help metavar dtype pattern encoding mode homes order")
 _SENTENCE_PARTS = _set(
@@ -47,7 +48,9 @@ _WORD_PARTS = _set(
     "value word words status state kind shape strerror quantity verdict when lower hold "
     "depth_part wanted_part side"
 )
-_FAILING = _set("contained described fail note draw run_errand exit_with _do _tell_failure")
+_FAILING = _set(
+    "contained described fail note draw run_errand run_elsewhere exit_with _do _tell_failure"
+)
 _WORD_KEYWORDS = _set("words title point_word direction_word name_words label")
 
 
@@ -109,8 +112,11 @@ class Reader:
                 ):
                     yield sentence, code, is_remedy
 
-    def words(self, *, single: bool) -> Iterator[str]:
-        """Return members of enumerations, words of registries and, on request, single words."""
+    def words(self, *, single: bool, names: bool = False) -> Iterator[str]:
+        """Return members of enumerations, words of registries, and what else is asked for.
+
+        ``single``: single words; ``names``: names of entries, which stand in sentences.
+        """
         for node in ast.walk(self._tree):
             match node:
                 case ast.ClassDef(bases=bases) if any(
@@ -118,6 +124,8 @@ class Reader:
                 ):
                     values = [one.value for one in node.body if isinstance(one, ast.Assign)]
                 case ast.keyword(arg=str() as name, value=value) if name in _WORD_KEYWORDS:
+                    values = [value]
+                case ast.keyword(arg="name", value=value) if names:
                     values = [value]
                 case ast.Constant(value=str() as word) if single and _SINGLE.fullmatch(word):
                     values = [] if self._is_silent(node) or self._is_inner(node) else [node]
@@ -198,7 +206,10 @@ class Reader:
     def _is_spoken(self, node: ast.AST) -> bool:
         """Return whether a command prints it in the language of the terminal."""
         parent = self._parents.get(node)
-        return isinstance(parent, ast.Call) and _name_of(parent) in ("say", "say_later")
+        return isinstance(parent, ast.Call) and (
+            _name_of(parent) in ("say", "say_later")
+            or ast.unparse(parent.func).endswith("console.say")
+        )
 
     def _is_silent(self, node: ast.AST) -> bool:
         """Return whether a text is a docstring, a key, a pattern, or for a log."""

@@ -4,9 +4,9 @@ In: the document of a board, and its corners in simultaneous pictures of all cam
 Out: cameras with full covariance, findings, and a camera record.
 
 Read `_board` (the board and the covariance of its shape), `_corners` (tables of corners),
-`_detection` (corners in pictures, by OpenCV), `_starts` (first values), then `_solution` (one
-bundle of cameras, poses and board shape) with `_guards`. `_command` is `ocmm calibrate boards`,
-an entry point of `ocmm.commands`; nothing imports this package.
+`_detection` (corners in pictures, by OpenCV), then `_solution` (one bundle of cameras, poses and
+board shape) with `_guards` (first values before it, criteria after it). `_command` is `ocmm
+calibrate boards`, an entry point of `ocmm.commands`; nothing imports this package.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

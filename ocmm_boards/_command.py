@@ -35,8 +35,7 @@ def calibrate_boards(
     from ocmm_boards._board import load_board
     from ocmm_boards._corners import read_corners
     from ocmm_boards._detection import detect_corners
-    from ocmm_boards._session import evaluated, keep_views
-    from ocmm_boards._solution import calibrate_with_board
+    from ocmm_boards._solution import calibrate_with_board, evaluated, keep_views
     from ocmm_cli.calibrate import is_yes, open_site, print_calibration, print_status
     from ocmm_cli.terminal import lead, make_console, progress_line, say
     from ocmm_core.acceptance import read_temperature
@@ -66,7 +65,7 @@ def calibrate_boards(
                 lambda done, of: tell(say(f"Searched {done:d} of {of:d} pictures"), done / of),
             )  # fmt: skip
     for sentence in views.left_out:
-        console.print(say(sentence))
+        console.say(sentence)
     kept = keep_views(site.sessions, known, views, site.design, who, now)
     console.print(f"{lead('Session  ')}{kept}")
     found = calibrate_with_board(site.design, known, views, force=bool(overrule))
@@ -75,23 +74,21 @@ def calibrate_boards(
         who=who, temperature=warm, valid_days=valid_days,
     )  # fmt: skip
     print_calibration(console, outcome)
-    console.print(
-        say(
-            f"{found.views:d} views; corners scatter by {found.sigma_px:.3f} px, and U grows by "
-            f"{100.0 * (found.together**0.5 - 1.0):.0f} % because corners of one picture err "
-            "together."
-        ),
+    console.say(
+        f"{found.views:d} views; corners scatter by {found.sigma_px:.3f} px, and U grows by "
+        f"{100.0 * (found.together**0.5 - 1.0):.0f} % because corners of one picture err "
+        "together.",
         highlight=True,
     )
     accepted = decision
     if accepted is None and console.is_terminal:
-        console.print(say("Accept it? [y/n] "), end="", highlight=True)
+        console.say("Accept it? [y/n] ", end="", highlight=True)
         accepted = is_yes(console.input())
     if accepted:
         reason = overrule or "calibrated with a board"
         site.store.accept(outcome.record, who, reason, now, kept)
     elif accepted is None:
-        console.print(say("Not accepted: give --accept to put this calibration in force."))
+        console.say("Not accepted: give --accept to put this calibration in force.")
     print_status(console, site.document, site.calibrations, now)
     if not accepted:
         raise typer.Exit(1)

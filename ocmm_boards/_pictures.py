@@ -50,8 +50,8 @@ def take_pictures(
                 found = "" if find is None else say(f", {find(picture):d} corners")
                 said.append(f"{camera.name}{found}")
             write_view(folder, number, design, pictures)
-            console.print(say(f"View {number:d}: {', '.join(said)}"), highlight=True)
+            console.say(f"View {number:d}: {', '.join(said)}", highlight=True)
     finally:
         cameras.close()
         interrupt.close()
-    console.print(say(f"{views:d} views are in {folder}."))
+    console.say(f"{views:d} views are in {folder}.")

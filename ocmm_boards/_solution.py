@@ -11,18 +11,21 @@ estimate; Huber 1967).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_boards._board import Board
 from ocmm_boards._corners import LEAST_CORNERS, BoardViews
-from ocmm_boards._guards import FewViews, judge_solution, told_moved
-from ocmm_boards._starts import placed, start_camera
-from ocmm_core.calibration import bundle
-from ocmm_core.calibration.guided import CameraResiduals, Findings, location_gains
-from ocmm_core.calibration.records import let_pass
+from ocmm_boards._guards import FewViews, judge_solution, placed, start_camera, told_moved
+from ocmm_core.build import build_version
+from ocmm_core.calibration import bundle, guided
+from ocmm_core.calibration.probe_design import Temperature
+from ocmm_core.calibration.records import CalibrationStore, let_pass, rig_from_record
 from ocmm_core.calibration.relocation import (
     KeptByCameras,
     anchors_of,
@@ -30,6 +33,7 @@ from ocmm_core.calibration.relocation import (
     motion_to_world,
 )
 from ocmm_core.camera import CameraModel, Rig
+from ocmm_core.documents import write_new
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Points3, RigidTransform, rigid_fit, unit
 from ocmm_core.tracking import triangulate
@@ -48,7 +52,7 @@ EVALUATION_FROM = 20
 class BoardCalibration:
     """Cameras calibrated with a board."""
 
-    found: Findings
+    found: guided.Findings
     """Cameras, covariance, residuals and warnings."""
     sigma_px: float
     """Estimated standard deviation of a corner of level 0, px per axis."""
@@ -118,7 +122,7 @@ def calibrate_with_board(
     common = state.leds_world[whole.minimum.used.sum(axis=1) >= 2]
     hull = _hull(common)
     chi2 = whole.minimum.minimum.cost
-    found = Findings(
+    found = guided.Findings(
         cameras=state.cameras, covariance=covariance,
         volume_world=np.stack([hull.min(axis=0), hull.max(axis=0)]), hull_world=hull,
         residuals=_residuals(whole.minimum, used.chosen(chosen), state.cameras),
@@ -263,7 +267,7 @@ def _length_rows(rig: Rig, state: bundle.BundleState) -> Float:
     """Return the derivatives (m, 14 C) of the boards' diagonals by the cameras."""
     ends = state.leds[[0, -1]]
     points = np.einsum("nij,lj->nli", state.rotations, ends) + state.origins[:, None]
-    gains, _, seen = location_gains(rig, points.reshape(-1, 3))
+    gains, _, seen = guided.location_gains(rig, points.reshape(-1, 3))
     whole = seen.reshape(-1, 2).all(axis=1)
     along = unit(points[:, 1] - points[:, 0])[whole]
     both = gains.reshape(-1, 2, gains.shape[1], gains.shape[2])[whole]
@@ -289,12 +293,12 @@ def _evaluated(rig: Rig, corners: Points3, held: BoardViews) -> tuple[Points3, P
 
 def _residuals(
     found: bundle.RobustMinimum, views: BoardViews, cameras: tuple[CameraModel, ...]
-) -> tuple[CameraResiduals, ...]:
+) -> tuple[guided.CameraResiduals, ...]:
     result = []
     for index, camera in enumerate(cameras):
         seen = np.isfinite(found.distances[:, index])
         result.append(
-            CameraResiduals(
+            guided.CameraResiduals(
                 camera.name,
                 views.uv[:, index][seen],
                 -found.residuals[:, index][seen],
@@ -321,3 +325,48 @@ def _hull(corners: Points3) -> Points3:
             f"Only {len(corners)} corners, or corners in one plane, were seen by two cameras.",
             "Show the board all over the volume that two cameras see.",
         ) from error
+
+
+SCHEMA = "ocmm.board-views/1"
+
+
+def keep_views(
+    folder: Path, board: Board, views: BoardViews, rig: Rig, who: str, now: datetime
+) -> Path:
+    """Write all corners before anything is computed; return the new file."""
+    path = folder / now.strftime("boards-%Y%m%dT%H%M%S%f.json")
+    folder.mkdir(parents=True, exist_ok=True)
+    seen = np.where(np.isfinite(views.uv), views.uv, -1.0)
+    content = {
+        "schema": SCHEMA,
+        "rig": rig.name,
+        "rig_identity": rig.identity,
+        "who": who,
+        "utc": now.isoformat(),
+        "board": msgspec.to_builtins(board.document),
+        "views": list(views.names),
+        "serials": [camera.serial for camera in rig.cameras],
+        "corners_px": seen.tolist(),
+        "levels": views.levels.tolist(),
+        "left_out": list(views.left_out),
+    }
+    write_new(path, msgspec.json.encode(content))
+    return path
+
+
+def evaluated(
+    rig: Rig, store: CalibrationStore, board: Board, views: BoardViews, found: BoardCalibration,
+    now: datetime, *, who: str, temperature: Temperature | None, valid_days: int,
+) -> guided.CalibrationOutcome:  # fmt: skip
+    """Return the record and its comparison with the calibration in force."""
+    running = store.active()
+    how = guided.CalibrationContext(
+        method="boards", made=now, valid_days=valid_days, who=who, software=build_version(),
+        temperature_c=None if temperature is None else temperature.celsius,
+        sensor_temperatures_c=(), data_sha256=guided.hash_of(views.uv),
+        artefacts=(board.artefact.use,) if board.traceable else (),
+        previous=store.active_hash or "",
+    )  # fmt: skip
+    return guided.build_outcome(
+        rig, found.found, how, None if running is None else rig_from_record(running)
+    )

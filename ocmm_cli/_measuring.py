@@ -6,12 +6,13 @@ import importlib.util
 import os
 import sys
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from ocmm_cli.options import ClimateOptions, JobOptions, StationChoice, StreamChoice
 from ocmm_cli.terminal import make_console, print_notes, say, say_later, shown, told
 from ocmm_core.composition import DEMO_PLAN
 from ocmm_core.errors import InputError, OcmmError
@@ -180,17 +181,9 @@ def demo(
 
 
 def measure(
-    *, plan: Path | None, out: Path | None, source: str, rig: Path, probe: Path,
-    reference: Path | None, part: Path, seed: int, speed: float, operator: str, serial: str,
-    order_number: str, batch: str, parts: int, go_on: Path | None, order: str,
-    record: Path | None, thesis: bool, calibrations: Path | None, uncalibrated: bool,
-    probes: Path | None, tip: str | None, check_after: float, probe_design: Path | None,
-    probe_temperature: float | None, compensate_probe: bool, part_temperature: float | None,
-    part_expansion: float | None, compensate_part: bool, temperature_sigma: float | None,
-    temperature_u: str, room: str, thermometer: str, humidity: str, pressure: str, force: bool,
-    bus_processor: int | None, stream: int | None, stream_host: str, stream_token: Path | None,
-    stream_cert: Path | None, stream_key: Path | None, incomplete: bool, formats: list[str] | None,
-    archive: str | None,
+    *, plan: Path | None, go_on: Path | None, job: JobOptions, site: StationChoice,
+    climate: ClimateOptions, read: TypedRoom, stream: StreamChoice, parts: int, incomplete: bool,
+    formats: list[str] | None, archive: str | None,
 ) -> None:  # fmt: skip
     """Measure a part by a plan, and write the job file and the report.
 
@@ -200,7 +193,7 @@ def measure(
     cloud and a macro. Their names say SIMULATED and INCOMPLETE where that is so. Without
     --incomplete no report is written of a job that lacks something.
     """
-    from ocmm_core.composition import ClimateRequest, StationRequest, stream_options
+    from ocmm_core.composition import ClimateRequest, stream_options
     from ocmm_core.settings import SettingsStore
     from ocmm_shop.archiving import archive_place
 
@@ -216,25 +209,21 @@ def measure(
             "--continue resumes one job, but --parts asks for several.",
             "Resume the job first, then measure the other parts.",
         )
-    read = TypedRoom(room, humidity, pressure)
     read.check()
     loaded = SettingsStore.of_this_user().load()
     print_notes(loaded.notes, stderr=True)
-    request = StationRequest(
-        plan=plan or DEMO_PLAN, out=out or (go_on.parent if go_on is not None else _OUT), rig=rig,
-        probe=probe, part=part, source=source, seed=seed, speed=speed, operator=operator,
-        serial=serial, order=order_number, batch=batch, resume=go_on,
-        probing="any" if order == "any" else "plan", record=record, force=force,
-        bus_processor=bus_processor, reference=reference,
-        calibrations=calibrations, uncalibrated=uncalibrated, probes=probes, tip=tip,
-        check_after_h=check_after,
+    request = site.request(
+        plan or DEMO_PLAN, out=site.out or (go_on.parent if go_on is not None else _OUT),
+        part=job.part, order=job.order_number, batch=job.batch, resume=go_on,
+        probing="any" if job.order == "any" else "plan", record=job.record,
         climate=ClimateRequest(
-            probe_design, probe_temperature, part_temperature, temperature_sigma, part_expansion,
-            compensate_probe, compensate_part, stated_u=temperature_u,
+            climate.probe_design, climate.probe_temperature, site.part_temperature,
+            site.temperature_sigma, climate.part_expansion, climate.compensate_probe,
+            climate.compensate_part, stated_u=climate.temperature_u,
         ),
-        room=read, thermometers=thermometer,
-        method="thesis" if thesis else "gauss-newton",
-        stream=stream_options(stream, stream_host, stream_token, stream_cert, stream_key),
+        room=read, thermometers=climate.thermometer,
+        method="thesis" if job.thesis else "gauss-newton",
+        stream=stream_options(*astuple(stream)),
     )  # fmt: skip
     measure_parts(
         request, with_truth=False, parts=parts, incomplete=incomplete,

@@ -8,7 +8,6 @@ is computed; seeds belong to tasks, never to workers.
 from __future__ import annotations
 
 import importlib.util
-import ipaddress
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -19,7 +18,7 @@ from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.host import HOST
+from ocmm_core.host import HOST, is_loopback
 from ocmm_core.plugins import install_line, load
 from ocmm_core.processes import processes_for, side_by_side
 
@@ -56,7 +55,7 @@ class Site:
             raise _bad_address(self.scheduler, "is none of tcp://HOST:PORT and tls://HOST:PORT")
         if parts.path or parts.query or parts.fragment or parts.username is not None:
             raise _bad_address(self.scheduler, "has more than a host and a port")
-        if parts.scheme == "tcp" and not _is_loopback(host) and not self.unencrypted:
+        if parts.scheme == "tcp" and not is_loopback(host) and not self.unencrypted:
             raise _not_protected(self.scheduler)
         if parts.scheme == "tls":
             files = {"the CA": self.ca, "a certificate": self.cert, "its key": self.key}
@@ -94,15 +93,6 @@ def cluster() -> Cluster | None:
 def has_dask() -> bool:
     """Return whether the extra `shop` is installed, without loading it."""
     return all(importlib.util.find_spec(name) is not None for name in ("dask", "distributed"))
-
-
-def _is_loopback(host: str) -> bool:
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def no_dask() -> InputError:

@@ -27,10 +27,13 @@ from ocmm_core.leftovers import scratch_folder
 
 T = TypeVar("T")
 R = TypeVar("R")
+Tell = Callable[[str, float], None]
+"""Receives the next step, and the share done."""
 
 _FEW = 16
 """Up to so many jobs, two processes save no time: they load for a second, a job takes 0.1 s."""
 _END_S = 1.0
+_LOOK_S = 0.05
 _MOST_FILES = 1 << 16
 
 
@@ -186,6 +189,77 @@ def _work_and_send(work: Callable[[Callable[[bytes], None]], None], pipe: Connec
         sender.join()
 
 
+def run_elsewhere(
+    work: Callable[[Tell], R],
+    part: str,
+    given_up: Callable[[], bool],
+    cancelled: OcmmError,
+    died: OcmmError,
+    tell: Tell = lambda what, share: None,
+) -> R:
+    """Return the answer of a function of a module from another process.
+
+    ``given_up`` is polled 20 times a second and obeyed in two: raises ``cancelled``. Raises
+    ``died`` if the process ends without an answer, and errors of the work (of this ``part``).
+    """
+    # The child reads this before it imports numpy.
+    use_one_thread()
+    context = process_context()
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(
+        target=_answer_once, args=(work, part, sender), name="ocmm-elsewhere", daemon=True
+    )
+    process.start()
+    sender.close()
+    try:
+        while True:
+            if given_up():
+                raise cancelled
+            if not receiver.poll(_LOOK_S):
+                continue
+            said = receiver.recv()
+            if isinstance(said, _Step):
+                tell(said.what, said.share)
+            elif isinstance(said, OcmmError):
+                raise said
+            else:
+                answer: R = said
+                return answer
+    except EOFError as error:
+        raise died from error
+    finally:
+        process.terminate()
+        end_process(process)
+        receiver.close()
+
+
+def _answer_once(work: Callable[[Tell], R], part: str, sender: Connection) -> None:
+    said: R | OcmmError
+    try:
+        said = work(lambda what, share: sender.send(_Step(what, share)))
+    except Exception as error:
+        said = contained(error, part)
+    sender.send(said)
+    sender.close()
+
+
+def end_process(process: BaseProcess) -> None:
+    """Await the end of a process for a second, then kill it; release it."""
+    process.join(_END_S)
+    if process.is_alive():
+        process.kill()
+        process.join()
+    # A process that started meanwhile also reaps ended ones, and may have been first.
+    with contextlib.suppress(ValueError):
+        process.close()
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    what: str
+    share: float
+
+
 @dataclass(slots=True)
 class _Hand:
     """A process, the pipe to it, and the place of the thing that it works on; -1 without one."""
@@ -196,11 +270,7 @@ class _Hand:
 
     def end(self) -> None:
         self.pipe.close()
-        self.process.join(_END_S)
-        if self.process.is_alive():
-            self.process.kill()
-            self.process.join()
-        self.process.close()
+        end_process(self.process)
 
 
 def _shared_out(

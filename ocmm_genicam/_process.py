@@ -10,7 +10,7 @@ import sys
 
 import msgspec
 
-from ocmm_core.acquisition.bus_process import read_first_line, stopped_by_parent
+from ocmm_core.acquisition.bus_process import ProcessConfig, read_first_line, stopped_by_parent
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
 from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.failure import REOPEN, exit_with
@@ -22,7 +22,7 @@ from ocmm_genicam._timing import SKEW_BOUND_NS
 _STRETCHED_US = 2_000_000
 
 
-class GenicamConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class GenicamConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Cameras of a rig and the ring that their frames go to."""
 
     name: str
@@ -41,10 +41,6 @@ class GenicamConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """Accept cameras without proof of a common clock and common exposures."""
     n_slots: int = USUAL_SLOTS
     """Spots of each camera."""
-
-    def to_json(self) -> bytes:
-        """Return the configuration as one line of JSON."""
-        return msgspec.json.encode(self) + b"\n"
 
 
 def genicam_command() -> list[str]:

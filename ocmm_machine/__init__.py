@@ -3,9 +3,9 @@
 In: finished jobs, and the document of a machine's offsets. Out: changes of work offsets, tool
 lengths and radii beyond U and the dead band, as files for controls.
 
-Read `_document` (offsets, their limits, and what acts on them), `_facts` (results of a job),
-`_proposal` (deviations to changes, signs and handedness), `_history` (the signed register),
-`_dialects` (files for controls) and `_writing` (preview, confirmed write, undo). `_command` is
+Read `_document` (offsets, their limits, and what acts on them), `_facts` (results of a job,
+and the signed register), `_proposal` (deviations to changes, signs and handedness), `_dialects`
+(files for controls) and `_writing` (preview, confirmed write, undo). `_command` is
 `ocmm correct`, an entry point of `ocmm.commands`; nothing imports this package.
 """
 
@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from ocmm_machine._document import (
         ControlOffset, CorrectionDocument, Drive, MachineFrame, load_corrections,
     )  # fmt: skip
-    from ocmm_machine._facts import MeasuredValue, PartFacts, facts_of, read_parts
-    from ocmm_machine._history import CorrectionLine, values_in_force
+    from ocmm_machine._facts import (
+        CorrectionLine, MeasuredValue, PartFacts, facts_of, read_parts, values_in_force,
+    )  # fmt: skip
     from ocmm_machine._proposal import Effect, OffsetChange, Proposal, propose
     from ocmm_machine._writing import Machine
 else:

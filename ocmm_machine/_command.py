@@ -10,9 +10,8 @@ from typing import Annotated, Literal
 
 import msgspec
 import typer
-from rich.console import Console
 
-from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
+from ocmm_cli.terminal import PlainConsole, heads, lead, make_console, print_grid, say, say_word
 from ocmm_core.door import TYPE_CHECKING
 from ocmm_core.errors import MeasuringError
 
@@ -73,14 +72,14 @@ def write(
     console, opened = make_console(soft_wrap=True), machine.open()
     if opened.is_last(read_summary(job).head.job_uuid):
         _tell(console, opened.write_again(dialect, out), out)
-        console.print(say("This correction was recorded before: the same values were written."))
+        console.say("This correction was recorded before: the same values were written.")
         return
     found = opened.preview(job, recut=recut, probes=probes, calibrations=calibrations)
     _show(console, found)
     if not found.changed:
         raise typer.Exit(1)
     if not confirm and console.is_terminal:
-        console.print(say("Write this correction? [y/n] "), end="", highlight=True)
+        console.say("Write this correction? [y/n] ", end="", highlight=True)
         confirm = found.code if is_yes(console.input()) else ""
     if not confirm:
         raise MeasuringError(
@@ -133,11 +132,11 @@ def _number(value: float | None, sign: str = "+") -> str:
     return "" if value is None else f"{value:{sign}.4f}"
 
 
-def _show(console: Console, found: Proposal) -> None:
+def _show(console: PlainConsole, found: Proposal) -> None:
     if found.practice:
-        console.print(say("PRACTICE: for no machine."), style="yellow")
+        console.say("PRACTICE: for no machine.", style="yellow")
     for sentence in (*found.refusals, *found.left_out):
-        console.print(say(sentence), style="yellow")
+        console.say(sentence, style="yellow")
     if found.changes:
         print_grid(
             console,
@@ -164,9 +163,9 @@ def _show(console: Console, found: Proposal) -> None:
     )
 
 
-def _tell(console: Console, line: CorrectionLine, out: Path | None) -> None:
+def _tell(console: PlainConsole, line: CorrectionLine, out: Path | None) -> None:
     for change in _changes(line):
         console.print(change)
     if out is not None:
         console.print(f"{lead('File  ')}{out}")
-        console.print(say("Check that the control shows the old values, then load the file."))
+        console.say("Check that the control shows the old values, then load the file.")

@@ -1,12 +1,19 @@
-"""Facts of a finished job that corrections rest on, and reasons why it proves nothing."""
+"""Facts of finished jobs for corrections, reasons why they prove nothing, and the register.
+
+The register has every change of an offset, signed, chained and undoable. Each line states all
+values before and after it, so that files of corrections have absolute values: loading one twice
+changes nothing more.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import Literal
 
+import msgspec
 import numpy as np
 
 from ocmm_core.calibration.records import CalibrationStatus
@@ -17,6 +24,7 @@ from ocmm_core.inspection.archive import ReopenedJob, parts_of_batch, reopen_job
 from ocmm_core.inspection.evaluation import PARTIAL_PLAN, SIMULATED
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 from ocmm_core.tolerances.kinds import spec_of
+from ocmm_machine._document import CorrectionDocument
 
 _USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
 
@@ -118,3 +126,59 @@ def read_parts(
         except OcmmError as error:
             unread.append(error.what)
     return (*parts, own), tuple(unread)
+
+
+class CorrectionLine(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One change of a machine's offsets."""
+
+    utc: str
+    who: str
+    software: str
+    what: Literal["corrected", "undone", "stated"]
+    """By a job; back to the values before; or read by a person from the control."""
+    document: str
+    """SHA-256 of the document of corrections."""
+    before: dict[str, float]
+    after: dict[str, float]
+    """`before`, `after`: values of all offsets of the document, mm or degrees."""
+    expanded: dict[str, float] = {}
+    """U of the changes."""
+    job: str = ""
+    serial: str = ""
+    jobs: tuple[str, ...] = ()
+    serials: tuple[str, ...] = ()
+    """`job`, `serial`: the source. `jobs`, `serials`: all parts used, by UUID and number."""
+    characteristics: tuple[str, ...] = ()
+    undoes: int = 0
+    """Number of the line that is undone, from 1 on."""
+    reason: str = ""
+
+    @property
+    def changed(self) -> list[str]:
+        """Return the names of the changed offsets."""
+        return [one for one, value in self.after.items() if value != self.before.get(one)]
+
+
+def values_in_force(
+    document: CorrectionDocument, lines: Sequence[CorrectionLine]
+) -> dict[str, float]:
+    """Return the values of all offsets after these lines."""
+    values = {one.name: one.present for one in document.offset}
+    for line in lines:
+        values |= {name: value for name, value in line.after.items() if name in values}
+    return values
+
+
+def count_since(
+    document: CorrectionDocument, parts: Sequence[PartFacts], lines: Sequence[CorrectionLine]
+) -> Iterator[PartFacts]:
+    """Yield the parts that were cut with the values in force now, oldest first."""
+    times = [datetime.fromisoformat(line.utc) for line in lines]
+    now = values_in_force(document, lines)
+    seen: dict[int, int] = {}
+    for part in parts:
+        before = sum(time <= part.created for time in times)
+        seen[before] = seen.get(before, 0) + 1
+        dead = document.dead_parts if before else 0
+        if seen[before] > dead and values_in_force(document, lines[:before]) == now:
+            yield part

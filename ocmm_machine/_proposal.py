@@ -20,8 +20,13 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_machine._document import ControlOffset, CorrectionDocument, Drive, vector_of
-from ocmm_machine._facts import MeasuredValue, PartFacts
-from ocmm_machine._history import CorrectionLine, count_since, values_in_force
+from ocmm_machine._facts import (
+    CorrectionLine,
+    MeasuredValue,
+    PartFacts,
+    count_since,
+    values_in_force,
+)
 
 _SMALLEST = 1e-9
 _RANK = 1e-6

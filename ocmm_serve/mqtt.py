@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from ocmm_cli.terminal import lead, make_console, say
+from ocmm_cli.terminal import lead, make_console
 from ocmm_core.documents import read_text
 from ocmm_core.errors import InputError
 from ocmm_core.host import HOST
@@ -58,11 +58,11 @@ def serve_mqtt(*, broker: MqttBroker, places: PublishedPlaces) -> None:
     try:
         console.print(f"{lead('Broker  ')}{broker.broker}, {broker.topic}/#")
         publish_until_end(
-            places, lambda words: console.print(say(words), style="yellow"), publisher.publish
+            places, lambda words: console.say(words, style="yellow"), publisher.publish
         )
     finally:
         publisher.close()
-    console.print(say(f"{publisher.sent} messages sent."))
+    console.say(f"{publisher.sent} messages sent.")
 
 
 @dataclass(slots=True)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import importlib.util
 import signal
 import threading
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,8 @@ from ocmm_core.options import DEMO_PLAN
 from ocmm_core.plugins import install_line
 
 if TYPE_CHECKING:
-    from ocmm_core.composition import StationRequest
+    from ocmm_cli.terminal import PlainConsole
+    from ocmm_core.composition import BuiltStation, StationRequest
     from ocmm_core.station import MeasuringStation
     from ocmm_core.station.stream import StreamOptions
 
@@ -47,42 +49,6 @@ class ServedAddress:
         found = stream_options(chosen, self.host, token, self.certificate, self.private_key, allow)
         assert found is not None  # noqa: S101 - there is a port
         return found
-
-
-@dataclass(frozen=True, slots=True)
-class ServedStation:
-    """The station whose points are served."""
-
-    out: Path
-    source: str
-    rig: Path
-    probe: Path
-    reference: Path | None
-    seed: int
-    speed: float
-    operator: str
-    serial: str
-    calibrations: Path | None
-    uncalibrated: bool
-    probes: Path | None
-    tip: str | None
-    check_after: float
-    """Hours."""
-    force: bool
-    bus_processor: int | None
-    part_temperature: float | None
-    temperature_sigma: float | None
-
-    def request(self, plan: Path) -> StationRequest:
-        """Return the request of the station for a plan."""
-        from ocmm_core.composition import ClimateRequest, StationRequest
-
-        named = asdict(self)
-        climate = ClimateRequest(
-            part_c=named.pop("part_temperature"), sigma_k=named.pop("temperature_sigma")
-        )
-        check_after_h = named.pop("check_after")
-        return StationRequest(plan=plan, check_after_h=check_after_h, climate=climate, **named)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +94,33 @@ def plan_for(plan: Path | None, source: str) -> Path:
         return plan
     virtual = origin_of(source) is Origin.VIRTUAL
     return DEMO_PLAN if virtual else resource("plans", POINTS)
+
+
+@contextmanager
+def serving(request: StationRequest, console: PlainConsole) -> Iterator[BuiltStation]:
+    """Build a station, print its refusals and faults, and close it at the end.
+
+    Plans of single points stay open.
+    """
+    from ocmm_cli.terminal import lead, say, told
+    from ocmm_core.composition import build_station
+
+    built = build_station(request)
+    station = built.station
+    try:
+        if request.plan.name == POINTS:
+            station.events.point_taken.connect(keep_open(station))
+        station.events.point_refused.connect(
+            lambda refusal: console.print(
+                f"{say('Point refused:')} {told(refusal)}", style="yellow"
+            )
+        )
+        station.faults.failed.connect(lambda error: console.print(told(error), style="yellow"))
+        console.print(f"{lead('Source  ')}{built.description.name}")
+        console.print(f"{lead('Job     ')}{built.job_path}")
+        yield built
+    finally:
+        close_station(station)
 
 
 def measure_until(

@@ -11,7 +11,7 @@ import sys
 import msgspec
 import numpy as np
 
-from ocmm_core.acquisition.bus_process import read_first_line, stopped_by_parent
+from ocmm_core.acquisition.bus_process import ProcessConfig, read_first_line, stopped_by_parent
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
 from ocmm_core.camera import Vector3, load_rig, load_tracker
 from ocmm_core.failure import REOPEN, exit_with
@@ -28,7 +28,7 @@ PROTOCOLS: dict[str, type[Decoder]] = {
 """By the prefixes of their sources."""
 
 
-class TrackerConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class TrackerConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A tracker, the probe that proves its unit and axes, and the ring for its frames."""
 
     name: str
@@ -46,10 +46,6 @@ class TrackerConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     stretched: bool = False
     """A virtual tracker, whose time waits for this computer."""
     connect_s: float = 5.0
-
-    def to_json(self) -> bytes:
-        """Return the configuration as one line of JSON."""
-        return msgspec.json.encode(self) + b"\n"
 
 
 def tracker_command() -> list[str]:

@@ -13,9 +13,8 @@ from ocmm_cli.terminal import make_console, print_grid
 from ocmm_core.host import require_linux
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from ocmm_bench.campaign._trials import LaneResult
+    from ocmm_cli.terminal import PlainConsole
 
 selftest_app = typer.Typer(no_args_is_help=True, help="Test this installation.")
 
@@ -63,7 +62,7 @@ def run_reliability(
     hours: float | None,
     seed: int,
     state: Path | None,
-    console: Console,
+    console: PlainConsole,
 ) -> list[LaneResult]:
     from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -103,7 +102,7 @@ def run_reliability(
     return results
 
 
-def print_results(results: list[LaneResult], console: Console) -> None:
+def print_results(results: list[LaneResult], console: PlainConsole) -> None:
     from ocmm_bench.campaign._trials import FINDINGS, bound
 
     rows = []

@@ -16,9 +16,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_bench.conform._command import conform_camera
-    from ocmm_bench.conform._conform_process import (
-        ConformConfig, ConformNews, conform_command, conform_virtual,
-    )  # fmt: skip
+    from ocmm_bench.conform._conform_process import ConformConfig, ConformNews
     from ocmm_bench.conform._findings import (
         CameraOutcome, ConformanceReport, RuleResult, RuleVerdict, TimingSheet, conformance_page,
         conformance_text,
@@ -31,5 +29,5 @@ else:
 __all__ = [
     "RULES", "CameraOutcome", "ConformConfig", "ConformLine", "ConformNews", "ConformanceReport",
     "RuleResult", "RuleVerdict", "TimingSheet", "WireLine", "conform", "conform_camera",
-    "conform_command", "conform_virtual", "conformance_page", "conformance_text", "find_place",
+    "conformance_page", "conformance_text", "find_place",
 ]  # fmt: skip

@@ -25,19 +25,7 @@ from ocmm_bench.conform._mail_line import (
     MailLine,
     Status,
 )
-from ocmm_core.fieldbus.device import (
-    INPUT_DTYPE,
-    INPUT_START,
-    NEWEST_LAYOUT,
-    OUTPUT_START,
-    OUTPUT_STRUCT,
-    SII_BYTES,
-    SYNC0_NS,
-    SYNC1_NS,
-    SYNC_MANAGERS,
-    DictionaryObject,
-    object_dictionary,
-)
+from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.wire import Command, Datagram, read_words
 
 _AL_CONTROL, _AL_STATUS = 0x0120, 0x0130
@@ -72,9 +60,9 @@ class Bench:
         self.findings.timed(name, time_ns, limit_ns)
 
     @property
-    def objects(self) -> dict[int, DictionaryObject]:
+    def objects(self) -> dict[int, device.DictionaryObject]:
         """Return the required object dictionary of the camera."""
-        return object_dictionary(self.serial)
+        return device.object_dictionary(self.serial)
 
     # Registers
 
@@ -106,7 +94,7 @@ class Bench:
     def eeprom(self) -> bytes:
         """Return the EEPROM, read at the first call."""
         if not self._eeprom:
-            self._eeprom = read_words(self._one, self.place, 0, SII_BYTES // 2)
+            self._eeprom = read_words(self._one, self.place, 0, device.SII_BYTES // 2)
         return self._eeprom
 
     # States
@@ -157,16 +145,24 @@ class Bench:
         self.go(INIT)
         self.go(wanted)
 
-    def prepare(self, state: int, *, sync0_ns: int = SYNC0_NS, without: Sequence[int] = ()) -> None:
+    def prepare(
+        self, state: int, *, sync0_ns: int = device.SYNC0_NS, without: Sequence[int] = ()
+    ) -> None:
         """Write the registers for a state; `sync0_ns` 0 leaves SYNC0 off."""
         numbers = {PREOP: (0, 1), SAFEOP: (2, 3)}.get(state, ())
         for number in numbers:
-            start, size, control, _status, _active, _kind = SYNC_MANAGERS[number]
+            start, size, control, _status, _active, _kind = device.SYNC_MANAGERS[number]
             active = 0 if number in without else 1
             self.set_manager(number, start, size, control, active)
         if state == SAFEOP:
-            self._map(0, _LOGICAL, OUTPUT_START, OUTPUT_STRUCT.size, 2)
-            self._map(1, _LOGICAL + OUTPUT_STRUCT.size, INPUT_START, INPUT_DTYPE.itemsize, 1)
+            self._map(0, _LOGICAL, device.OUTPUT_START, device.OUTPUT_STRUCT.size, 2)
+            self._map(
+                1,
+                _LOGICAL + device.OUTPUT_STRUCT.size,
+                device.INPUT_START,
+                device.INPUT_DTYPE.itemsize,
+                1,
+            )
             self.program_clock(sync0_ns)
         if state == OP:
             self.cycle()
@@ -179,7 +175,7 @@ class Bench:
         self.put(_SYNC, bytes(2))
         if sync0_ns:
             self.sync0_start = self.system_ns() + begin_ns
-            self.put(_SYNC0_CYCLE, struct.pack("<II", sync0_ns, SYNC1_NS))
+            self.put(_SYNC0_CYCLE, struct.pack("<II", sync0_ns, device.SYNC1_NS))
             self.put(_SYNC0_START, struct.pack("<Q", self.sync0_start))
             self.put(_SYNC, bytes([0, 0x03]))
 
@@ -204,8 +200,8 @@ class Bench:
     def outputs(self, control: int, number: int, command: int = Command.LRW) -> ExchangeCycle:
         """Exchange process data once with these outputs."""
         self._heartbeat = self._heartbeat + 1 & 0xFFFFFFFF
-        sent = OUTPUT_STRUCT.pack(control, 0, number & 0xFFFFFFFF, self._heartbeat)
-        data = sent + bytes(INPUT_DTYPE.itemsize)
+        sent = device.OUTPUT_STRUCT.pack(control, 0, number & 0xFFFFFFFF, self._heartbeat)
+        data = sent + bytes(device.INPUT_DTYPE.itemsize)
         before = self.line.now_ns()
         logical, clock = self.line.exchange(
             [
@@ -214,9 +210,9 @@ class Bench:
             ]
         )
         came = self.line.now_ns()
-        content = logical.data[OUTPUT_STRUCT.size :]
+        content = logical.data[device.OUTPUT_STRUCT.size :]
         return ExchangeCycle(
-            logical.working_counter, content, NEWEST_LAYOUT.decode(content),
+            logical.working_counter, content, device.NEWEST_LAYOUT.decode(content),
             int.from_bytes(clock.data, "little"), before, came,
         )  # fmt: skip
 
@@ -230,7 +226,7 @@ class Bench:
 
     def belongs(self, cycle: ExchangeCycle) -> bool:
         """Return whether the checksum matches this camera's input."""
-        return cycle.header.data_crc == NEWEST_LAYOUT.crc(cycle.content, self.serial)
+        return cycle.header.data_crc == device.NEWEST_LAYOUT.crc(cycle.content, self.serial)
 
     def run(self, cycles: int, *, step_s: float = 0.001) -> list[ExchangeCycle]:
         """Exchange process data and acknowledge all frames; return the cycles."""
@@ -244,7 +240,7 @@ class Bench:
             self.line.sleep(step_s)
         return found
 
-    def streaming(self, *, sync0_ns: int = SYNC0_NS) -> ExchangeCycle:
+    def streaming(self, *, sync0_ns: int = device.SYNC0_NS) -> ExchangeCycle:
         """Bring the camera to OP with running exposures; return a cycle with frames."""
         self.feeding = False
         self.go(INIT)

@@ -28,8 +28,9 @@ def conform_camera(
     Takes one to two minutes on an idle bus. Deletes the camera's black image, clears its errors
     and, with --firmware, updates it permanently. Exit code 0: GREEN; 1: RED; 3: INCOMPLETE.
     """
-    from ocmm_bench.conform._conform_process import ConformNews
+    from ocmm_bench.conform._conform_process import ConformConfig, ConformNews
     from ocmm_bench.conform._findings import CameraOutcome, conformance_page, conformance_text
+    from ocmm_cli.bus import bus_to_scan, command_of, segment_for
     from ocmm_core.fieldbus.device import Firmware
 
     if firmware is not None:
@@ -37,7 +38,13 @@ def conform_camera(
         Firmware.read(read_bytes(firmware))
     image = "" if firmware is None else str(firmware.absolute())
     source = interface if ":" in interface else f"ethercat:{interface}"
-    command, first_lines = _command(source, rig, serial, image, force=force)
+    named = bus_to_scan(source)
+    segment = segment_for(named, rig)
+    if segment is not None:
+        # By default the first camera: the test is for one.
+        serial = serial or segment.cameras[0].serial
+    config = ConformConfig(interface=named.value, force=force, serial=serial, firmware=image)
+    command, first_lines = command_of(config, segment)
     console = make_console()
     report: ConformanceReport | None = None
 
@@ -61,18 +68,3 @@ def conform_camera(
         write_bytes(page, conformance_page(report).encode())
     codes = {CameraOutcome.RED: _EXIT_RED, CameraOutcome.INCOMPLETE: _EXIT_INCOMPLETE}
     raise typer.Exit(codes.get(report.outcome, 0))
-
-
-def _command(
-    source: str, rig_path: Path, serial: int, firmware: str, *, force: bool
-) -> tuple[list[str], bytes]:
-    """Return the command that tests a camera, and its input; InputError without its own bus."""
-    from ocmm_bench.conform._conform_process import ConformConfig, conform_command, conform_virtual
-    from ocmm_cli.bus import bus_to_scan, segment_for
-
-    named = bus_to_scan(source)
-    config = ConformConfig(interface=named.value, force=force, serial=serial, firmware=firmware)
-    segment = segment_for(named, rig_path)
-    if segment is None:
-        return conform_command(), config.to_json()
-    return conform_virtual(segment, config)

@@ -12,8 +12,7 @@ import typer
 from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from ocmm_cli.terminal import PlainConsole
     from ocmm_core.acceptance import AcceptanceRecord, InterimChart
     from ocmm_core.composition import AcceptanceSite
 
@@ -73,7 +72,7 @@ def interim(*, setup: RunSetup) -> None:
     base = tests_folder(setup.folder, site)
     history = InterimHistory(base)
     if history.doubt:
-        console.print(say(history.doubt), style="yellow")
+        console.say(history.doubt, style="yellow")
     for attempt in range(2):
         given = StatedConditions(who=setup.who, temperature=room_temperature(site, setup))
         record = run_test(replace(site, seed=setup.seed + attempt), base, console, given, setup)
@@ -85,9 +84,7 @@ def interim(*, setup: RunSetup) -> None:
             break
     if chart.word is InterimWord.STOP:
         if site.cameras.store is not None:
-            console.print(
-                say("Held     Points since the last good check, until a verification passes")
-            )
+            console.say("Held     Points since the last good check, until a verification passes")
         raise typer.Exit(1)
 
 
@@ -138,8 +135,8 @@ def plan(*, setup: TestSetup) -> None:
         ends = (one.points_world[0], one.points_world[-1])
         begin, end = ("({:z.0f}, {:z.0f}, {:z.0f})".format(*point) for point in ends)
         count = len(one.points_world) * one.repeats
-        console.print(
-            say(f"{number:3}  {say(one.name)}: {count} points, {begin} to {end} mm, world frame")
+        console.say(
+            f"{number:3}  {say(one.name)}: {count} points, {begin} to {end} mm, world frame"
         )
     for note in notes:
         console.print(f"{lead('Note     ')}{say(note)}")
@@ -191,10 +188,10 @@ def recompute(
     for one in found:
         console.print(f"{lead('Differs  ')}{say(one)}", style="red")
     if not signer.sound:
-        console.print(say(f"The record is not vouched for. {signer.fault}"), style="red")
+        console.say(f"The record is not vouched for. {signer.fault}", style="red")
     if found or not signer.sound:
         raise typer.Exit(2)
-    console.print(say("Recomputed from raw data: matches the file."))
+    console.say("Recomputed from raw data: matches the file.")
     _exit(again)
 
 
@@ -240,11 +237,11 @@ def status(*, folder: Path | None) -> None:
 acceptance_app.command()(interim)
 
 
-def _print_record(console: Console, record: AcceptanceRecord) -> None:
+def _print_record(console: PlainConsole, record: AcceptanceRecord) -> None:
     from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
 
     if record.instrument.simulated:
-        console.print(say("SIMULATED: measured on the virtual rig"), style="yellow")
+        console.say("SIMULATED: measured on the virtual rig", style="yellow")
     for why in record.instrument.unproven:
         console.print(f"{say_word(UNPROVEN_CAMERAS)}: {say(why)}", style="yellow")
     rule = (
@@ -265,11 +262,9 @@ def _print_record(console: Console, record: AcceptanceRecord) -> None:
     print_grid(console, columns, rows)
     if record.retests:
         count = sum(one.superseded for one in record.values)
-        console.print(
-            say(
-                f"Retests  {record.retests}; {count} value{'' if count == 1 else 's'} superseded, "
-                "kept in the record"
-            ),
+        console.say(
+            f"Retests  {record.retests}; {count} value{'' if count == 1 else 's'} superseded, "
+            "kept in the record",
             highlight=True,
         )
     for refusal in record.refusals:

@@ -65,7 +65,7 @@ def list_command(*, folder: Path | None) -> None:
     register = ArtefactRegister(folder)
     entries, faults = register.entries, register.faults()
     if not entries:
-        console.print(say("No artefacts yet. Add one: ocmm artefact add FILE"))
+        console.say("No artefacts yet. Add one: ocmm artefact add FILE")
         return
     rows = []
     for one in entries.values():
@@ -107,7 +107,7 @@ def read(*, name: str, folder: Path | None) -> None:
             words = f"{one.id:12} {one.sample.celsius:.3f} °C, U {one.expanded:g} K (k = 2)"
             console.print(f"{words}, {one.sample.utc:%Y-%m-%d %H:%M:%S%z}")
     for doubt in dict.fromkeys(one.doubt for one in found if one.doubt):
-        console.print(say(doubt))
+        console.say(doubt)
     raise typer.Exit(1 if any(one.doubt for one in found) else 0)
 
 

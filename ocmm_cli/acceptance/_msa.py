@@ -12,8 +12,7 @@ from ocmm_cli.terminal import lead, make_console, say, say_word
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from ocmm_cli.terminal import PlainConsole
     from ocmm_core.inspection.archive import Trend
 
 
@@ -29,22 +28,17 @@ def type1(
     width = trend.high - trend.low if tolerance is None else tolerance
     found = type1_study(trend.values, reference, width)
     _say_simulated(console, simulated)
-    console.print(
-        say(
-            f"N {found.results}, mean {found.mean:.5f}, s {found.scatter:.5f}, "
-            f"bias {found.bias:+.5f} mm (t {found.t:.2f}, "
-            f"{'significant' if found.biased else 'not significant'} at 5 %)"
-        ),
+    console.say(
+        f"N {found.results}, mean {found.mean:.5f}, s {found.scatter:.5f}, "
+        f"bias {found.bias:+.5f} mm (t {found.t:.2f}, "
+        f"{'significant' if found.biased else 'not significant'} at 5 %)",
         highlight=True,
     )
-    console.print(
-        say(
-            f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk "
-            f"{found.cgk:.3f}"
-        ),
+    console.say(
+        f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk {found.cgk:.3f}",
         highlight=True,
     )
-    console.print(say(f"Least tolerance {found.least_tolerance:.4f} mm"), highlight=True)
+    console.say(f"Least tolerance {found.least_tolerance:.4f} mm", highlight=True)
     console.print(say("CAPABLE") if found.capable else say("NOT CAPABLE"))
     if not found.capable:
         raise typer.Exit(1)
@@ -110,32 +104,27 @@ def part(
     )  # fmt: skip
     _say_simulated(console, simulated)
     console.print(f"{say_word(rule.title)}, {say(rule.wording)}")
-    console.print(
-        say(f"N {found.results}, bias {found.bias:+.6f}, s {found.scatter:.6f} (mm)"),
-        highlight=True,
+    console.say(
+        f"N {found.results}, bias {found.bias:+.6f}, s {found.scatter:.6f} (mm)", highlight=True
     )
-    console.print(
-        say(
-            f"U {found.expanded:.6f} of a corrected result, {found.expanded_uncorrected:.6f} of an "
-            "uncorrected one (k = 2, mm)"
-        ),
+    console.say(
+        f"U {found.expanded:.6f} of a corrected result, {found.expanded_uncorrected:.6f} of an "
+        "uncorrected one (k = 2, mm)",
         highlight=True,
     )
     few = found.results < numbers.results
     if few:
-        console.print(
-            say(
-                f"{numbers.results} results are the least: this U is not used. Measure the part "
-                f"again, "
-                "each time taken out and clamped again."
-            ),
+        console.say(
+            f"{numbers.results} results are the least: this U is not used. Measure the part "
+            f"again, "
+            "each time taken out and clamped again.",
             style="yellow",
             highlight=True,
         )
     if found.normalized is not None:
         word = say("agrees") if found.normalized <= 1.0 else say("does NOT agree")
-        console.print(
-            say(f"E_n {found.normalized:.2f}: the stated uncertainty {word} with the part"),
+        console.say(
+            f"E_n {found.normalized:.2f}: the stated uncertainty {word} with the part",
             highlight=True,
         )
     if wanted is not None and out is not None:
@@ -170,12 +159,10 @@ def part_use(*, study: Path, task: Path, temperature: float | None, temperature_
     found = uncertainty_for(kept, wanted, farthest)
     console = make_console()
     _say_simulated(console, kept.simulated)
-    console.print(
-        say(
-            f"{kept.characteristic}: U {found.expanded:.6f} of a result that the bias "
-            f"{found.bias:+.6f} was taken off, {found.expanded_uncorrected:.6f} of one as measured "
-            "(k = 2, mm)"
-        )
+    console.say(
+        f"{kept.characteristic}: U {found.expanded:.6f} of a result that the bias "
+        f"{found.bias:+.6f} was taken off, {found.expanded_uncorrected:.6f} of one as measured "
+        "(k = 2, mm)"
     )
     console.print(
         f"{say(kept.procedure.wording)}, N {found.results}, {kept.made_utc[:10]}, {kept.made_by}",
@@ -219,10 +206,10 @@ def _references(texts: list[str]) -> dict[str, float]:
     return found
 
 
-def _say_simulated(console: Console, simulated: bool) -> None:
+def _say_simulated(console: PlainConsole, simulated: bool) -> None:
     """Warn that a study of the virtual rig tests the program, not a gauge."""
     if simulated:
-        console.print(say("SIMULATED: the study was measured on the virtual rig"), style="yellow")
+        console.say("SIMULATED: the study was measured on the virtual rig", style="yellow")
 
 
 def _found(
@@ -276,11 +263,9 @@ def run(
     console, planned = make_console(), load_study(study)
     seen = {one.serial for one in parts_of_batch(out, planned.name)} if out.is_dir() else set()
     left = open_runs(planned, seen)
-    console.print(
-        say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}"), highlight=True
-    )
+    console.say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}", highlight=True)
     for number, one in enumerate(left[:most], start=1):
-        console.print(say(f"Operator {one.operator}: part {one.part}, code {one.code}"))
+        console.say(f"Operator {one.operator}: part {one.part}, code {one.code}")
         if origin_of(source) is not Origin.VIRTUAL:
             await_part(console, number, len(left), one.code, replayed=False)
         request = StationRequest(
@@ -301,12 +286,10 @@ def status(*, study: Path, jobs: Path) -> None:
     console, planned = make_console(), load_study(study)
     seen = {one.serial for one in parts_of_batch(jobs, planned.name)}
     left = open_runs(planned, seen)
-    console.print(
-        say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}"), highlight=True
-    )
+    console.say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}", highlight=True)
     if left:
         one = left[0]
-        console.print(say(f"Next     operator {one.operator}, part {one.part}, code {one.code}"))
+        console.say(f"Next     operator {one.operator}, part {one.part}, code {one.code}")
 
 
 @msa_app.command()

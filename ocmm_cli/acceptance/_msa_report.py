@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import numpy as np
-from rich.console import Console
 
-from ocmm_cli.terminal import heads, label, nice_limit, page, print_grid, say, say_word
+from ocmm_cli.terminal import (
+    PlainConsole,
+    heads,
+    label,
+    nice_limit,
+    page,
+    print_grid,
+    say,
+    say_word,
+)
 from ocmm_core.geometry import Float
 from ocmm_shop.studies import CharacteristicStudy, LinearityReport, StudyReport
 
 
-def print_study(console: Console, report: StudyReport) -> None:
+def print_study(console: PlainConsole, report: StudyReport) -> None:
     plan = report.plan
     if report.simulated:
-        console.print(say("SIMULATED: measured on the virtual rig"), style="yellow")
-    console.print(
-        say(
-            f"{plan.name}: {len(plan.parts)} parts, {len(plan.operators)} operators, {plan.trials} "
-            f"trials; {report.measured} of {len(plan.runs)} measured"
-        )
+        console.say("SIMULATED: measured on the virtual rig", style="yellow")
+    console.say(
+        f"{plan.name}: {len(plan.parts)} parts, {len(plan.operators)} operators, {plan.trials} "
+        f"trials; {report.measured} of {len(plan.runs)} measured"
     )
     columns = heads(
         "Characteristic", "GRR, µm (90 %)", "EV", "AV", "PV", "% study", "% tol.", "ndc",
@@ -32,8 +38,8 @@ def print_study(console: Console, report: StudyReport) -> None:
             console.print(f"{one.name}: {say(one.stated.message)}")
     for sentence in report.left_out:
         console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow")
-    console.print(
-        say("Standard deviations in µm. Q by the study, in brackets by the stated uncertainty."),
+    console.say(
+        "Standard deviations in µm. Q by the study, in brackets by the stated uncertainty.",
         style="dim",
     )
 
@@ -59,7 +65,7 @@ _COLUMNS = 61
 _LEFT, _RIGHT, _TOP, _BOTTOM = 80.0, 740.0, 70.0, 400.0
 
 
-def print_linearity(console: Console, found: LinearityReport) -> None:
+def print_linearity(console: PlainConsole, found: LinearityReport) -> None:
     study = found.study
     console.print(f"{say_word('Linearity')}: {found.name}")
     rows = []
@@ -78,11 +84,9 @@ def print_linearity(console: Console, found: LinearityReport) -> None:
     print_grid(console, columns, rows)
     for row in text_chart(found):
         console.print(row, soft_wrap=True)
-    console.print(
-        say(
-            f"Bias = {1e3 * study.intercept:+.3f} µm {1e3 * study.slope:+.5f} µm/mm × reference; "
-            f"p {study.p_intercept:.3g} and {study.p_slope:.3g}; s {1e3 * study.sigma:.2f} µm"
-        )
+    console.say(
+        f"Bias = {1e3 * study.intercept:+.3f} µm {1e3 * study.slope:+.5f} µm/mm × reference; "
+        f"p {study.p_intercept:.3g} and {study.p_slope:.3g}; s {1e3 * study.sigma:.2f} µm"
     )
     for sentence in found.left_out:
         console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow")

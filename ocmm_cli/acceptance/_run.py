@@ -9,10 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
 from ocmm_cli.calibrate import record_observations
-from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_later, say_word
+from ocmm_cli.terminal import DeferredInterrupt, PlainConsole, lead, say, say_later, say_word
 from ocmm_core import acceptance, composition
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.acquisition.recording import FrameRecorder
@@ -34,7 +32,7 @@ _AGAIN = say_later(
 def run_test(
     site: composition.AcceptanceSite,
     base: Path,
-    console: Console,
+    console: PlainConsole,
     given: composition.StatedConditions,
     setup: RunSetup,
     *,
@@ -114,7 +112,7 @@ def room_temperature(site: composition.AcceptanceSite, setup: RunSetup) -> Tempe
 
 
 def _unfinished(
-    site: composition.AcceptanceSite, base: Path, console: Console
+    site: composition.AcceptanceSite, base: Path, console: PlainConsole
 ) -> acceptance.AcceptanceSession | None:
     """Return the newest unfinished test of a procedure; None without one."""
     folder = base / "sessions"
@@ -147,7 +145,7 @@ class _Source:
         self,
         procedure: acceptance.AcceptanceProcedure,
         site: composition.AcceptanceSite,
-        console: Console,
+        console: PlainConsole,
         setup: RunSetup,
         record: Path | None,
         interrupt: DeferredInterrupt,

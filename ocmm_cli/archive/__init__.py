@@ -2,8 +2,8 @@
 
 In: an archive and an outbox. Out: tables, files, an exit code.
 
-Read `_archive` (the group, and upload after measuring), `_ask` (queries, rebuild, verify), then
-`_shown` (tables on the terminal).
+Read `_archive` (the group, and upload after measuring), `_ask` (queries, their
+tables, rebuild, verify).
 `ocmm_shop.archive` answers the queries; here they are printed.
 """
 

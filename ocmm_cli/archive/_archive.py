@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
-from ocmm_cli.terminal import lead, make_console, say, say_word, told
+from ocmm_cli.terminal import PlainConsole, lead, make_console, say, say_word, told
 from ocmm_core.documents import find_files
 from ocmm_core.errors import InputError, OcmmError
 
@@ -68,7 +67,7 @@ def day_of(text: str) -> date | None:
 class MeasuredJobs:
     """Jobs noted at their start, uploaded at the end; ``place`` None: not."""
 
-    def __init__(self, place: ArchivePlace | None, console: Console) -> None:
+    def __init__(self, place: ArchivePlace | None, console: PlainConsole) -> None:
         self._place, self._console = place, console
         self._jobs: list[Path] = []
         self._notes: list[JobNote] = []
@@ -146,9 +145,9 @@ def status(*, archive: str | None, outbox: Path | None) -> None:
         console.print(f"{lead('Archive  ')}{told(error)}", style="yellow")
     state = hand_over(place.outbox)
     console.print(f"{lead('Outbox   ')}{place.outbox}")
-    console.print(say(f"Waiting  {state.waiting}, set aside {len(state.aside)}"))
+    console.say(f"Waiting  {state.waiting}, set aside {len(state.aside)}")
     for sentence in state.sentences:
-        console.print(say(sentence), style="yellow")
+        console.say(sentence, style="yellow")
     for item in state.aside:
         console.print(f"{item.name}: {say(item.said)}", style="yellow")
     if state.needs_attention or not reached:
@@ -256,13 +255,13 @@ def new_outbox(*, outbox: Path | None) -> None:
         make_console().print(f"{lead('Outbox   ')}{box.identity}")
 
 
-def _print_archive(console: Console, archive: OpenArchive) -> None:
+def _print_archive(console: PlainConsole, archive: OpenArchive) -> None:
     console.print(f"{lead('Archive  ')}{archive.place}")
     jobs, stations = (
         int(str(archive.ask(f"SELECT count(*) FROM {view}").rows[0][0]))  # noqa: S608 - two views
         for view in ("archived_job", "archive_station")
     )
-    console.print(say(f"Jobs     {jobs} of {stations} station{'' if stations == 1 else 's'}"))
+    console.say(f"Jobs     {jobs} of {stations} station{'' if stations == 1 else 's'}")
     encrypted = getattr(archive, "encrypted", None)
     if encrypted is not None:
         console.print(f"{lead('TLS      ')}{say_word('yes' if encrypted else 'no')}")

@@ -9,15 +9,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ocmm_cli.archive._archive import archive_app, day_of, opened, place_of
-from ocmm_cli.terminal import lead, make_console, progress_line, say
+from ocmm_cli.terminal import lead, make_console, print_grid, progress_line, say, say_word
 from ocmm_core.errors import InputError
 
 __all__ = ["archive_app"]
 
 if TYPE_CHECKING:
+    from rich.text import Text
+
+    from ocmm_cli.terminal import PlainConsole
     from ocmm_shop.archive.checks import Checked
     from ocmm_shop.archive.outbox import Item
-    from ocmm_shop.archive.questions import Query
+    from ocmm_shop.archive.questions import ArchiveAnswer, Query
     from ocmm_shop.archive.stores import Archive as OpenArchive
 
 
@@ -103,20 +106,19 @@ def export_command(view: str, file: Path, *, archive: str | None, most: int) -> 
     export_answer(ArchiveAnswer(view, table.columns, table.rows), file)
     rows = f"{len(table.rows)} row{'' if len(table.rows) == 1 else 's'}"
     console = make_console()
-    console.print(say(f"{rows}  {file}"))
+    console.say(f"{rows}  {file}")
     if table.malformed:
-        console.print(say(MALFORMED), style="yellow")
+        console.say(MALFORMED, style="yellow")
 
 
 def _answer(name: str, archive: str | None, asked: Query, export: Path | None) -> None:
-    from ocmm_cli.archive._shown import print_answer
     from ocmm_shop.archive.questions import QUESTIONS, export_answer
 
     question = next(one for one in QUESTIONS if one.name == name)
     with opened(place_of(archive, None), read_only=True) as open_one:
         answer = question.ask(open_one, asked)
     console = make_console()
-    print_answer(console, answer)
+    _print_answer(console, answer)
     if export is not None:
         export_answer(answer, export)
         console.print(f"{lead('Table  ')}{export}")
@@ -147,9 +149,9 @@ def rebuild(
         with progress_line() as tell:
             done = rebuild_archive(target, contents, names, tell)
     for sentence in (*unread, *done.unread):
-        console.print(say(sentence), style="yellow")
+        console.say(sentence, style="yellow")
     jobs = f"{done.kept} job{'' if done.kept == 1 else 's'}"
-    console.print(say(f"Kept {jobs} in {new}"))
+    console.say(f"Kept {jobs} in {new}")
     raise typer.Exit(1 if unread or done.unread else 0)
 
 
@@ -175,7 +177,7 @@ def verify(
             with open_archive(against, read_only=True) as other:
                 told = differences(open_one, other)
             for sentence in told:
-                console.print(say(shown_text(sentence)), style="yellow")
+                console.say(shown_text(sentence), style="yellow")
             console.print(
                 say("The same rows.")
                 if not told
@@ -210,7 +212,7 @@ def verify(
                 else say(f"Marked {marked} jobs: they count in no statistic.")
             )
     wrong = len(found.faults) + len(lost)
-    console.print(say(f"Checked {found.looked_at}, wrong {wrong}"))
+    console.say(f"Checked {found.looked_at}, wrong {wrong}")
     raise typer.Exit(1 if wrong else 0)
 
 
@@ -221,3 +223,42 @@ def _lost(outbox: Path, archive: OpenArchive) -> list[Item]:
         return []
     with Outbox(outbox) as box:
         return lost_deliveries(box, archive)
+
+
+def _print_answer(console: PlainConsole, answer: ArchiveAnswer) -> None:
+    from ocmm_shop.archive.records import shown_text
+
+    rows = [[_cell(cell) for cell in row] for row in answer.rows]
+    print_grid(console, answer.columns, rows, answer.title)
+    for note in answer.notes:
+        console.say(shown_text(note), style="yellow")
+    for trend in answer.trends:
+        if trend.chart is not None:
+            counted = [part for part in trend.parts if part.value is not None]
+            for index, why in trend.chart.signals[-8:]:
+                console.print(f"{counted[index].job}: {say_word(why.rule)}, {say_word(why.value)}.")
+    if answer.study is not None:
+        console.say(f"Gauge R&R: {answer.study.word}.")
+
+
+def _cell(cell: object) -> Text:
+    from rich.text import Text
+
+    from ocmm_core.tolerances.decisions import PartWord, Verdict
+    from ocmm_shop.archive.records import shown_text
+
+    styles = {
+        PartWord.CONFORMS.value: "green",
+        Verdict.CONFORM.value: "green",
+        PartWord.DOES_NOT_CONFORM.value: "bold red",
+        Verdict.NOT_CONFORM.value: "bold red",
+        Verdict.NOT_PROVEN.value: "yellow",
+        PartWord.NOT_PROVEN.value: "yellow",
+        PartWord.NOT_COMPLETE.value: "yellow",
+    }
+    # Names come from anywhere: print them as text, never as markup.
+    if cell is None:
+        return Text("–")
+    if isinstance(cell, float):
+        return Text(f"{cell:.4f}")
+    return Text(shown_text(str(cell)), styles.get(str(cell), ""))

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from ocmm_cli.bus._bus import bus_app, rig_app
     from ocmm_cli.bus._camera import follow_errand, write_bytes
     from ocmm_cli.bus._maintenance import camera_app
-    from ocmm_cli.bus._session import bus_to_scan, open_bus, segment_for
+    from ocmm_cli.bus._session import bus_to_scan, command_of, open_bus, segment_for
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "bus_app", "bus_to_scan", "camera_app", "follow_errand", "open_bus", "rig_app", "segment_for",
-    "write_bytes",
+    "bus_app", "bus_to_scan", "camera_app", "command_of", "follow_errand", "open_bus", "rig_app",
+    "segment_for", "write_bytes",
 ]  # fmt: skip

@@ -67,19 +67,18 @@ def _print(state: RigStatus) -> None:
     console = make_console()
     record = state.record
     if record is None:
-        console.print(say("No virtual rig on named interfaces. Create one: ocmm rig up"))
+        console.say("No virtual rig on named interfaces. Create one: ocmm rig up")
         return
-    console.print(
-        say(f"Master's side   {record.host}: {'there' if state.interface_there else 'gone'}"),
+    console.say(
+        f"Master's side   {record.host}: {'there' if state.interface_there else 'gone'}",
         highlight=True,
     )
     running = say(f"running, process {record.pid}") if state.cameras_running else say("not running")
-    console.print(
-        say(f"Cameras         {', '.join(record.names)} on {record.cameras}: {running}"),
-        highlight=True,
+    console.say(
+        f"Cameras         {', '.join(record.names)} on {record.cameras}: {running}", highlight=True
     )
-    console.print(
-        say(f"Measure         ocmm measure --source ethercat:{record.host} --plan ... --out ..."),
+    console.say(
+        f"Measure         ocmm measure --source ethercat:{record.host} --plan ... --out ...",
         highlight=True,
     )
 
@@ -110,7 +109,7 @@ def record(file: Path, *, source: str, seconds: float, megabytes: int, force: bo
             open(descriptor, "wb") as out,  # noqa: PTH123 - made next to the file
             errand(command, first_lines) as ran,
         ):
-            console.print(say(f"Recording for {seconds:g} s; Ctrl-C ends it."))
+            console.say(f"Recording for {seconds:g} s; Ctrl-C ends it.")
             while True:
                 try:
                     piece = os.read(ran.stdout.fileno(), _PIECE)
@@ -139,9 +138,9 @@ def record(file: Path, *, source: str, seconds: float, megabytes: int, force: bo
     finally:
         if part is not None:
             part.unlink(missing_ok=True)
-    console.print(say(f"{file}: {size:d} bytes"))
+    console.say(f"{file}: {size:d} bytes")
     if size < _NOTHING:
-        console.print(say("No EtherCAT frame passed: is the bus running?"))
+        console.say("No EtherCAT frame passed: is the bus running?")
 
 
 bus_app = typer.Typer(
@@ -198,7 +197,7 @@ def scan_command(*, source: str, rig: Path, force: bool) -> None:
     except BusError as error:
         console.print(told(error))
         raise typer.Exit(1) from error
-    console.print(say("These are the cameras of the rig."))
+    console.say("These are the cameras of the rig.")
 
 
 @object_app.command()
@@ -215,7 +214,7 @@ def read(
         write_bytes(out, value)
         return
     console = make_console()
-    console.print(say(f"{index:04x}:{sub:02x}  {len(value)} bytes"))
+    console.say(f"{index:04x}:{sub:02x}  {len(value)} bytes")
     console.print(value.hex(" ", 1) or say("(empty)"), soft_wrap=True)
     if 1 <= len(value) <= 8:
         console.print(f"{lead('number  ')}{int.from_bytes(value, 'little')}")

@@ -14,10 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-from ocmm_cli.terminal import heads, make_console, print_grid, say
+from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, say
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.failure import INTERRUPTED
@@ -69,14 +68,12 @@ def snapshot(
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus, interruptible(console):
         access = bus.objects(camera)
-        console.print(say(f"Camera '{camera}' takes a picture; Ctrl-C cancels."), highlight=True)
+        console.say(f"Camera '{camera}' takes a picture; Ctrl-C cancels.", highlight=True)
         with bar(console, say("Fetching it")) as told:
             picture = take_snapshot(access, window, told)
-    console.print(
-        say(
-            f"{picture.shape[1]} x {picture.shape[0]} pixels, grey levels {picture.min()} to "
-            f"{picture.max()}, mean {picture.mean():.1f}"
-        )
+    console.say(
+        f"{picture.shape[1]} x {picture.shape[0]} pixels, grey levels {picture.min()} to "
+        f"{picture.max()}, mean {picture.mean():.1f}"
     )
     write_bytes(file, encode(picture))
 
@@ -142,7 +139,7 @@ def read_command(camera: str, *, source: str, rig: Path, force: bool) -> None:
         stored = read_intrinsics(bus.objects(camera))
         expected = Intrinsics.of(camera_of(bus.rig, camera), 0)
     if stored is None:
-        console.print(say(f"Camera '{camera}' stores no intrinsics."), highlight=True)
+        console.say(f"Camera '{camera}' stores no intrinsics.", highlight=True)
         raise typer.Exit(1)
     rows, same = [], True
     for field in fields(Intrinsics):
@@ -153,7 +150,7 @@ def read_command(camera: str, *, source: str, rig: Path, force: bool) -> None:
         rows.append((field.name, repr(theirs), repr(ours) if ours != theirs else say("the same")))
     print_grid(console, ("", *heads("Camera", "Rig document")), rows)
     date = datetime.fromtimestamp(stored.date_s, UTC)
-    console.print(say(f"Written {date:%Y-%m-%d %H:%M:%S} UTC."))
+    console.say(f"Written {date:%Y-%m-%d %H:%M:%S} UTC.")
     raise typer.Exit(0 if same else 1)
 
 
@@ -185,7 +182,7 @@ def history(camera: str, *, source: str, clear: bool, rig: Path, force: bool) ->
         if clear:
             clear_error_history(access)
     if not messages:
-        console.print(say(f"Camera '{camera}' has no errors in its history."), highlight=True)
+        console.say(f"Camera '{camera}' has no errors in its history.", highlight=True)
         return
     rows = [
         (
@@ -199,7 +196,7 @@ def history(camera: str, *, source: str, clear: bool, rig: Path, force: bool) ->
 
 
 @contextmanager
-def bar(console: Console, text: str) -> Iterator[Told]:
+def bar(console: PlainConsole, text: str) -> Iterator[Told]:
     with Progress(
         TextColumn(text, markup=False),
         BarColumn(),
@@ -215,7 +212,7 @@ def bar(console: Console, text: str) -> Iterator[Told]:
 def follow_errand(
     command: list[str],
     first_lines: bytes,
-    console: Console,
+    console: PlainConsole,
     text: str,
     take: Callable[[bytes], tuple[int, int]],
 ) -> tuple[int, str]:
@@ -236,12 +233,12 @@ def follow_errand(
 
 
 @contextmanager
-def interruptible(console: Console) -> Iterator[None]:
+def interruptible(console: PlainConsole) -> Iterator[None]:
     """Print a message on Ctrl-C."""
     try:
         yield
     except KeyboardInterrupt:
-        console.print(say("Stopped; the camera was notified."))
+        console.say("Stopped; the camera was notified.")
         raise typer.Exit(INTERRUPTED) from None
 
 
@@ -261,20 +258,18 @@ def _window(text: str | None) -> Window | None:
     return left, top, width, height
 
 
-def _print_black(console: Console, state: BlackImageState) -> None:
+def _print_black(console: PlainConsole, state: BlackImageState) -> None:
     from ocmm_core.fieldbus.device import BlackImage
 
     images = {BlackImage.IN_USE: say("in use"), BlackImage.STORED: say("stored")}
     words = [word for flag, word in images.items() if state.images & flag]
     if BlackImage.IN_USE not in state.images:
-        console.print(
-            say(f"No black image is in use{'; one is stored' if words else ''}."), highlight=True
+        console.say(
+            f"No black image is in use{'; one is stored' if words else ''}.", highlight=True
         )
         return
-    console.print(
-        say(
-            f"Black image {say(' and ').join(words)}: mean {state.mean:.1f} grey levels, "
-            f"SHA-256 {state.sha256}"
-        ),
+    console.say(
+        f"Black image {say(' and ').join(words)}: mean {state.mean:.1f} grey levels, "
+        f"SHA-256 {state.sha256}",
         soft_wrap=True,
     )

@@ -7,10 +7,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from ocmm_cli.terminal import heads, print_grid, say, say_later, say_word
+from ocmm_cli.terminal import PlainConsole, heads, print_grid, say, say_later, say_word
 from ocmm_core.acquisition.frames import FrameBlock, SourceDescription
 from ocmm_core.acquisition.recording import BusCapture, CaptureAccount, FrameRecorder
 from ocmm_core.camera import Rig
@@ -35,7 +34,7 @@ _MEANINGS = {
 
 
 def decode_capture(
-    path: Path, n_cameras: int, recording: Path | None, rig: Rig, console: Console
+    path: Path, n_cameras: int, recording: Path | None, rig: Rig, console: PlainConsole
 ) -> CaptureAccount:
     """Read a recorded bus, print its counters, and keep its frames in `recording`, if any."""
     capture = BusCapture(path, n_cameras)
@@ -71,19 +70,17 @@ def decode_capture(
     return capture.account
 
 
-def print_account(account: CaptureAccount, console: Console) -> None:
-    console.print(
-        say(
-            f"Packets    {account.packets}: {account.other} not EtherCAT, {account.malformed} "
-            f"malformed, {account.cut} recorded in part"
-        )
+def print_account(account: CaptureAccount, console: PlainConsole) -> None:
+    console.say(
+        f"Packets    {account.packets}: {account.other} not EtherCAT, {account.malformed} "
+        f"malformed, {account.cut} recorded in part"
     )
     if account.first_ns:
         begin = datetime.fromtimestamp(account.first_ns * 1e-9, UTC)
         seconds = (account.last_ns - account.first_ns) * 1e-9
-        console.print(say(f"Time       {begin:%Y-%m-%d %H:%M:%S} UTC, {seconds:.3f} s"))
+        console.say(f"Time       {begin:%Y-%m-%d %H:%M:%S} UTC, {seconds:.3f} s")
     if account.cut_off:
-        console.print(say("The file ends in the middle of a packet."))
+        console.say("The file ends in the middle of a packet.")
     names = [command.name for command in Command]
     known = [name for name in names if name in account.sent or name in account.returned]
     unknown = sorted((set(account.sent) | set(account.returned)) - set(names))
@@ -91,15 +88,11 @@ def print_account(account: CaptureAccount, console: Console) -> None:
         (name, str(account.sent[name]), str(account.returned[name])) for name in (*known, *unknown)
     ]
     print_grid(console, heads("Command", "Sent", "Returned"), rows)
-    console.print(
-        say(
-            f"Cycles     {account.cycles} sent, {account.answered} answered, "
-            f"{account.short} answers with a low working counter"
-        )
+    console.say(
+        f"Cycles     {account.cycles} sent, {account.answered} answered, "
+        f"{account.short} answers with a low working counter"
     )
-    console.print(
-        say(f"Exposures  {account.joined} from all cameras, {account.unjoined} not from all")
-    )
+    console.say(f"Exposures  {account.joined} from all cameras, {account.unjoined} not from all")
     cameras = account.cameras
     counters = [
         (say(meaning), *(str(getattr(camera, field)) for camera in cameras))

@@ -29,21 +29,14 @@ def describe(
     The file contains places and types, not their meaning: roles, unit, step and clock are in the
     manual of the camera. Without --out, the entries and the missing statements are listed.
     """
-    from ocmm_core.fieldbus.described import (
-        Clock,
-        EsiStatements,
-        Sends,
-        choose_device,
-        describe_esi,
-        missing_statements,
-    )
+    from ocmm_core.fieldbus import described
 
-    device = choose_device(
+    device = described.choose_device(
         esi,
         _number("--product", product) if product else None,
         _number("--revision", revision) if revision else None,
     )
-    stated = EsiStatements(
+    stated = described.EsiStatements(
         roles={
             _role(name): tuple(_key("--role", part) for part in keys.split(","))
             for name, keys in (_halves("--role", one) for one in role or ())
@@ -52,8 +45,8 @@ def describe(
             _key("--output", key): _number("--output", value)
             for key, value in (_halves("--output", one) for one in output or ())
         },
-        sends=Sends(sends) if sends else None, step=step,
-        clock=Clock(clock) if clock else None, doubt_ns=doubt_ns, cycle_ns=cycle_ns,
+        sends=described.Sends(sends) if sends else None, step=step,
+        clock=described.Clock(clock) if clock else None, doubt_ns=doubt_ns, cycle_ns=cycle_ns,
         latency_ns=latency_ns,
     )  # fmt: skip
     console = make_console(soft_wrap=True)
@@ -65,12 +58,12 @@ def describe(
     title = f"{device.name}: {device.product:#010x}, {device.revision:#010x}"
     print_grid(console, heads("Object", "Entry", "Bits", "Type", "Name"), rows, title)
     for part in device.left_out:
-        console.print(say(f"Left out: {part}."))
+        console.say(f"Left out: {part}.")
     if out is not None:
-        write_bytes(out, describe_esi(device, stated).encode())
+        write_bytes(out, described.describe_esi(device, stated).encode())
         return
-    for sentence in missing_statements(device, stated):
-        console.print(say(sentence))
+    for sentence in described.missing_statements(device, stated):
+        console.say(sentence)
 
 
 def _halves(option: str, text: str) -> tuple[str, str]:
@@ -184,15 +177,17 @@ def _maintain(
     force: bool = False,
 ) -> None:
     """Run it in the privileged process; show its progress."""
-    from ocmm_cli.bus._session import camera_of, maintenance_of
-    from ocmm_core.acquisition.bus_process import MaintenanceNews
+    from ocmm_cli.bus._session import bus_to_scan, camera_of, command_of, segment_for
+    from ocmm_core.acquisition.bus_process import MaintenanceConfig, MaintenanceNews
     from ocmm_core.camera import load_rig
 
     serial = camera_of(load_rig(rig), camera).serial
     firmware_path = "" if image is None else str(image.absolute())
-    command, first_lines = maintenance_of(
-        source, rig, serial, alias_value, firmware_path, force=force
+    named = bus_to_scan(source)
+    config = MaintenanceConfig(
+        interface=named.value, force=force, serial=serial, alias=alias_value, firmware=firmware_path
     )
+    command, first_lines = command_of(config, segment_for(named, rig))
     console = make_console()
     words = ""
 
@@ -209,4 +204,4 @@ def _maintain(
             complaint or f"Nothing was changed (code {returncode}).",
             "Then repeat the command.",
         )
-    console.print(say(words))
+    console.say(words)

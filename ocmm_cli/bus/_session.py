@@ -13,9 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
-from rich.console import Console
-
-from ocmm_cli.terminal import make_console, say
+from ocmm_cli.terminal import PlainConsole, make_console, say
 from ocmm_core.acquisition import bus_process
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
 from ocmm_core.camera import CameraModel, Rig, load_rig
@@ -117,32 +115,22 @@ def open_bus(
         feed.end()
 
 
+def command_of(
+    errand: bus_process.WireErrand, segment: SegmentConfig | None
+) -> tuple[list[str], bytes]:
+    """Return the command of a task on a bus, or on the virtual wire of cameras, and its input."""
+    if segment is None:
+        return errand.command(), errand.to_json()
+    from ocmm_sim.bus import errand_virtual
+
+    return errand_virtual(segment, errand)
+
+
 def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDevice, ...]:
     """Return the devices on a bus without configuring it; errors as `open_bus`."""
     named = bus_to_scan(source)
-    segment = segment_for(named, rig_path)
-    if segment is None:
-        config = bus_process.ScanConfig(interface=named.value, force=force)
-        return decode_scan(_ask(bus_process.scan_command(), config.to_json()))
-    from ocmm_sim.bus import scan_virtual
-
-    return decode_scan(_ask(*scan_virtual(segment)))
-
-
-def maintenance_of(
-    source: str, rig_path: Path, serial: int, alias: int, firmware: str, *, force: bool = False
-) -> tuple[list[str], bytes]:
-    """Return the command that changes a camera, and its input; errors as `scan`."""
-    named = bus_to_scan(source)
-    config = bus_process.MaintenanceConfig(
-        interface=named.value, force=force, serial=serial, alias=alias, firmware=firmware
-    )
-    segment = segment_for(named, rig_path)
-    if segment is None:
-        return bus_process.maintenance_command(), config.to_json()
-    from ocmm_sim.bus import maintain_virtual
-
-    return maintain_virtual(segment, config)
+    config = bus_process.ScanConfig(interface=named.value, force=force)
+    return decode_scan(_ask(*command_of(config, segment_for(named, rig_path))))
 
 
 def recorder_of(
@@ -159,7 +147,7 @@ def recorder_of(
         interface=named.value.partition("+")[0], force=force, seconds=seconds,
         size_bytes=size_bytes,
     )  # fmt: skip
-    return bus_process.record_command(), config.to_json()
+    return command_of(config, None)
 
 
 class BusErrand(subprocess.Popen[bytes]):
@@ -254,7 +242,7 @@ _WATCH_POLL_S = 0.05
 
 
 def watch_bus(
-    session: BusSession, seconds: float, every: float | None, console: Console
+    session: BusSession, seconds: float, every: float | None, console: PlainConsole
 ) -> tuple[str, bool]:
     """Print the report of a bus at intervals and at the end.
 

@@ -5,7 +5,7 @@ Out: records in their folder, tables of results, an exit code for the verdict.
 
 Read `_setup` (options of every guided procedure), `_calibrate` (cameras), `_run` (a guided
 procedure on the terminal), `_steps`, then the probe: `_probe` (also its tips), `_tip`. `_report`
-and `_tip_report` print; `_sensors` learns the baseline; `_write_cameras` writes into the cameras.
+and `_tip_report` print; `_write_cameras` writes into the cameras.
 Procedures, gates and numbers are in `calibration`, the same for the window.
 """
 

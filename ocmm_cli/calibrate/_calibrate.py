@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
+from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import typer
 
 from ocmm_cli.calibrate._setup import CameraSetup, ProbeChoice
-from ocmm_cli.terminal import make_console, print_table_account
+from ocmm_cli.terminal import (
+    DeferredInterrupt,
+    PlainConsole,
+    lead,
+    make_console,
+    print_table_account,
+    say,
+)
+from ocmm_core.calibration.relocation import RelocationRequest
 from ocmm_core.calibration.verification import Limits
 from ocmm_core.composition import STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
+    from ocmm_cli.calibrate._run import TerminalSite
+    from ocmm_core.calibration import monitor
     from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
     from ocmm_core.calibration.guided import Shot
+    from ocmm_core.composition import Feed
+    from ocmm_core.tracking import ProbeBody
     from ocmm_sim.calibration_scenes import Scene
     from ocmm_sim.sources import VirtualSite
 
@@ -81,10 +96,8 @@ def cameras(
 
 @calibrate_app.command()
 def relocate(
-    *, bar: Path, shots: Path | None, spot: TableOptions,
-    world: Literal["cameras", "points", "set"], control: Path | None, layout: TableOptions,
-    lens: Literal["fixed", "prior", "free"], geometry: Literal["known", "uncertain", "unknown"],
-    poses: int, placements: int, limit: float, seats: bool, choice: ProbeChoice, overrule: str,
+    *, bar: Path, shots: Path | None, spot: TableOptions, control: Path | None,
+    layout: TableOptions, request: RelocationRequest, choice: ProbeChoice, overrule: str,
     setup: CameraSetup,
 ) -> None:  # fmt: skip
     """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar.
@@ -115,9 +128,9 @@ def relocate(
         lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
         lambda warm, now: RelocationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, now,
-            who=setup.who, temperature=warm, world=world, control=known, lens=lens,
-            geometry=geometry, poses_wanted=poses, bars_wanted=placements,
-            length_limit_mm=limit, seats=_has_seats(setup.source, recorded, seats=seats),
+            who=setup.who, temperature=warm, control=known, request=replace(
+                request, seats=_has_seats(setup.source, recorded, seats=request.seats)
+            ),
         ),
     )  # fmt: skip
     if shots is not None:
@@ -204,13 +217,12 @@ def sensors(
     only larger pushes are noticed within seconds.
     """
     from ocmm_cli.calibrate._run import now, open_site, real_feed, virtual_feed
-    from ocmm_cli.calibrate._sensors import learn, require_usable, wave
     from ocmm_cli.calibrate._steps import body_in_use_of
     from ocmm_core.composition import Origin, origin_of
 
     console, site = make_console(), open_site(rig, calibrations)
     body = body_in_use_of(source, choice)
-    calibration = require_usable(site, now())
+    calibration = _require_usable(site, now())
     if origin_of(source) is Origin.VIRTUAL:
         from ocmm_sim.calibration_scenes import WAY_S, FreeMotionScene
         from ocmm_sim.sources import VirtualSite
@@ -221,7 +233,7 @@ def sensors(
         )
     else:
         feed = real_feed(rig, site.design, source, force=force)
-    learn(site, body, wave(site, body, feed, seconds, console), calibration, console)
+    _learn(site, body, _wave(site, body, feed, seconds, console), calibration, console)
 
 
 @calibrate_app.command()
@@ -276,3 +288,83 @@ def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:
             "Omit it, and visit two cones fixed to the table first and last.",
         )
     return seats
+
+
+_LOOK_NS = 10_000_000
+_BATCH = 800
+_IDLE_S = 0.005
+
+
+def _require_usable(site: TerminalSite, now: datetime) -> str:
+    """Return the hash of the calibration in force, to which the baseline belongs.
+
+    Raises CalibrationError if it is missing or unusable: a moved camera must not be learned.
+    """
+    status = site.store.status(now)
+    calibration = site.store.active_hash
+    if calibration is None or not status.state.usable:
+        raise CalibrationError(
+            "baseline.standing",
+            f"The calibration is {status.state.value}: {status.reason}",
+            status.remedy,
+        )
+    return calibration
+
+
+def _wave(
+    site: TerminalSite, body: ProbeBody, feed: Feed, seconds: float, console: PlainConsole
+) -> list[monitor.ResidualSample]:
+    """Return samples of the probe over ``seconds`` of bus time, or until the source ends."""
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from ocmm_core.acquisition.frames import AcquisitionState, read_status
+    from ocmm_core.calibration import monitor
+    from ocmm_core.tracking import TrackingPipeline
+
+    pipeline = TrackingPipeline(site.rig, body)
+    collector = monitor.ResidualAccumulator(site.rig, body, _LOOK_NS)
+    looks: list[monitor.ResidualSample] = []
+    left = round(seconds * 1e9 / feed.description.frame_period_ns)
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+    console.print(f"{lead('Source   ')}{feed.description.name}", highlight=True)
+    interrupt = DeferredInterrupt()
+    try:
+        with Progress(*columns, console=console, transient=True) as progress:
+            task = progress.add_task(say("Wave the probe through the whole volume"), total=left)
+            feed.acquisition.start()
+            while left > 0 and not interrupt.check():
+                stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
+                block = feed.ring.read(min(_BATCH, left))
+                if block is not None:
+                    looks += collector.feed(pipeline.process(block))
+                    left -= len(block)
+                    progress.advance(task, len(block))
+                elif stopped:
+                    break
+                else:
+                    time.sleep(_IDLE_S)
+    finally:
+        feed.end()
+        interrupt.close()
+    return looks
+
+
+def _learn(
+    site: TerminalSite,
+    body: ProbeBody,
+    looks: list[monitor.ResidualSample],
+    calibration: str,
+    console: PlainConsole,
+) -> Path:
+    """Learn the baseline, store it next to the calibration, and print its quality."""
+    from ocmm_core.calibration import monitor
+
+    baseline: monitor.Baseline = monitor.learn_baseline(looks, site.rig, body)
+    path = monitor.save_baseline(site.store.folder, baseline, calibration, body.identity)
+    whole = site.rig.noise.pattern_px
+    console.say(
+        f"Sensors  {baseline.looks} samples; pattern {whole:.4f} px, residual "
+        f"{baseline.left_px:.4f} px"
+    )
+    console.print(f"{lead('Baseline ')}{path}")
+    return path

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 import typer
 from msgspec.structs import replace
-from rich.console import Console
 
 from ocmm_cli.calibrate._setup import ProbeSetup
 from ocmm_cli.terminal import (
+    PlainConsole,
     heads,
     lead,
     make_console,
@@ -25,6 +25,7 @@ from ocmm_cli.terminal import (
     say,
     say_word,
 )
+from ocmm_core.calibration.sweeping import PivotRequest
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
@@ -48,9 +49,8 @@ _RANGES = (30.0, 30.0, 13.0)
 
 
 def probe_command(
-    *, tip: str, tip_unknown: bool, sweeps: Path | None, spot: TableOptions, poses: int,
-    slack: float, limit: float, because: str, valid_days: int, again: bool, overrule: str,
-    anew: bool, setup: ProbeSetup,
+    *, tip: str, sweeps: Path | None, spot: TableOptions, request: PivotRequest, because: str,
+    overrule: str, anew: bool, setup: ProbeSetup,
 ) -> None:  # fmt: skip
     """Calibrate a probe: its ball rests in a cone and it is swept about it, in two places.
 
@@ -73,9 +73,9 @@ def probe_command(
         lambda path: steps.about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
         lambda warm, now: PivotProcedure.begin(
             site.sessions, site.rig, body, store, tip, now,
-            who=setup.who, temperature=warm, tip_unknown=tip_unknown, slack_mm=slack,
-            change_limit_mm=limit, poses_wanted=poses, valid_days=valid_days,
-            again=_has_again(setup.source, sweeps, again=again),
+            who=setup.who, temperature=warm, request=dataclasses.replace(
+                request, again=_has_again(setup.source, sweeps, again=request.again)
+            ),
         ),
     )  # fmt: skip
     if anew and procedure.base.decision is ProcedureDecision.OPEN:
@@ -167,7 +167,7 @@ def _take_recorded(procedure: PivotProcedure, sweeps: Sequence[PivotSweep]) -> N
 
 
 def _collect(
-    procedure: PivotProcedure, place: TerminalProbeSite, setup: ProbeSetup, console: Console
+    procedure: PivotProcedure, place: TerminalProbeSite, setup: ProbeSetup, console: PlainConsole
 ) -> None:
     from ocmm_cli.calibrate._run import now
     from ocmm_cli.calibrate._steps import collect_from, is_lacking
@@ -252,7 +252,7 @@ def _store(probe: Path, folder: Path | None) -> ProbeStore:
     return ProbeStore(probe_store_folder(place, load_probe(probe).name))
 
 
-def _print_tip(console: Console, state: TipState) -> None:
+def _print_tip(console: PlainConsole, state: TipState) -> None:
     from ocmm_core.calibration.records import record_hash
 
     record, qualified, status = state.calibration, state.qualification, state.status
@@ -291,5 +291,5 @@ def _warmth(celsius: float | None) -> str:
     return "" if celsius is None else " " + say(f"at {celsius:.1f} C")
 
 
-def _say(console: Console, text: str) -> None:
+def _say(console: PlainConsole, text: str) -> None:
     console.print(text, soft_wrap=True)

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 from rich.text import Text
 
 from ocmm_cli.calibrate._tip_report import print_passed, print_term
-from ocmm_cli.terminal import heads, lead, print_grid, say, say_word, told
+from ocmm_cli.terminal import PlainConsole, heads, lead, print_grid, say, say_word, told
 from ocmm_core.calibration.guided import (
     CalibrationComparison,
     CalibrationOutcome,
@@ -29,7 +28,7 @@ from ocmm_core.calibration.records import (
 from ocmm_core.camera import load_rig
 
 
-def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
+def print_calibration(console: PlainConsole, outcome: CalibrationOutcome) -> None:
     record = outcome.record
     rows = []
     for camera, left in zip(record.cameras, outcome.residuals, strict=True):
@@ -68,7 +67,7 @@ def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
         _print_comparison(console, outcome.comparison)
 
 
-def print_verification(console: Console, outcome: VerificationOutcome) -> None:
+def print_verification(console: PlainConsole, outcome: VerificationOutcome) -> None:
     record = outcome.record
     rows = []
     for index, check in enumerate(record.checks):
@@ -108,7 +107,7 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
     print_passed(console, passed=record.passed)
 
 
-def _print_session(console: Console, record: VerificationRecord) -> None:
+def _print_session(console: PlainConsole, record: VerificationRecord) -> None:
     reached = sum(one.reached for one in record.corners)
     _say(console, say(f"Corners  {reached} of {len(record.corners)} reached"))
     for corner in record.corners:
@@ -133,7 +132,7 @@ def _print_session(console: Console, record: VerificationRecord) -> None:
         console.print(told(one), style="bold red")
 
 
-def print_status(console: Console, document: Path, folder: Path, now: datetime) -> bool:
+def print_status(console: PlainConsole, document: Path, folder: Path, now: datetime) -> bool:
     """Print the calibration in force and its state; return whether it may be used."""
     in_use = open_calibration(document, folder)
     design = load_rig(document)
@@ -175,7 +174,7 @@ def evidence_words(store: RecordStore[Any], about: str | None = None) -> str:
     return say(f"whole: history of {events}, {records}, {sessions}{before}")
 
 
-def print_history(console: Console, store: CalibrationStore) -> None:
+def print_history(console: PlainConsole, store: CalibrationStore) -> None:
     rows = []
     for event in store.events:
         lost = say(f" Lost before: {', '.join(event.lost)}.") if event.lost else ""
@@ -187,7 +186,7 @@ def print_history(console: Console, store: CalibrationStore) -> None:
     print_grid(console, columns, rows, say_word("History"))
 
 
-def _print_comparison(console: Console, found: CalibrationComparison) -> None:
+def _print_comparison(console: PlainConsole, found: CalibrationComparison) -> None:
     _say(
         console,
         say(
@@ -214,5 +213,5 @@ def _print_comparison(console: Console, found: CalibrationComparison) -> None:
     )
 
 
-def _say(console: Console, text: str) -> None:
+def _say(console: PlainConsole, text: str) -> None:
     console.print(text, soft_wrap=True)

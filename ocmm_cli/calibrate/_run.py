@@ -10,11 +10,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ocmm_cli.calibrate._setup import Setup
-from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_later
+from ocmm_cli.terminal import DeferredInterrupt, PlainConsole, lead, say, say_later
 from ocmm_core import composition
 from ocmm_core.acceptance import read_temperature
 from ocmm_core.acquisition.frames import AcquisitionState, FrameBlock, StopReason, read_status
@@ -67,7 +66,7 @@ def open_site(rig: Path, calibrations: Path | None) -> TerminalSite:
 def opened(
     site: TerminalSite,
     setup: Setup,
-    console: Console,
+    console: PlainConsole,
     kind: guided.ProcedureKind,
     resume: Callable[[Path], P],
     begin: Callable[[Temperature | None, datetime], P],
@@ -89,7 +88,7 @@ def opened(
                 f"{lead('Continue ')}{path}: {say(step.title)}, {step.done}/{step.wanted}"
             )
             if procedure.base.torn:
-                console.print(say(procedure.base.torn))
+                console.say(procedure.base.torn)
             if warm is not None:
                 procedure.note_temperature(now(), warm)
             return procedure
@@ -132,7 +131,7 @@ def collect(
     procedure: guided.Procedure,
     feed: composition.Feed,
     frames: int | None,
-    console: Console,
+    console: PlainConsole,
     recorder: FrameRecorder | None = None,
 ) -> None:
     """Record from a source as `record_observations`, and end it.
@@ -196,7 +195,7 @@ def record_observations(
     procedure: guided.Procedure,
     feed: composition.Feed,
     frames: int | None,
-    console: Console,
+    console: PlainConsole,
     interrupt: DeferredInterrupt,
     keep: Callable[[FrameBlock], None],
     words: Callable[[guided.ProcedureView], str],
@@ -242,7 +241,7 @@ def record_observations(
                 time.sleep(_IDLE_S)
 
 
-def retake_misplaced(procedure: guided.Procedure, console: Console) -> None:
+def retake_misplaced(procedure: guided.Procedure, console: PlainConsole) -> None:
     """Reopen lines of a verification whose bar was misplaced; print which."""
     if not isinstance(procedure, VerificationProcedure):
         return
@@ -272,14 +271,14 @@ def pass_open_gates(procedure: guided.Procedure) -> int:
 
 
 def decide(
-    procedure: guided.Procedure, accept: bool | None, reason: str, console: Console
+    procedure: guided.Procedure, accept: bool | None, reason: str, console: PlainConsole
 ) -> guided.ProcedureDecision:
     """Accept the result, keep the old one, or leave the session open for a later decision."""
     if accept is None and console.is_terminal:
-        console.print(say("Accept it? [y/n] "), end="", highlight=True)
+        console.say("Accept it? [y/n] ", end="", highlight=True)
         accept = is_yes(console.input())
     if accept is None:
-        console.print(say(f"Session  {procedure.base.session}: waiting for --accept or --keep."))
+        console.say(f"Session  {procedure.base.session}: waiting for --accept or --keep.")
     else:
         # Ctrl-C has no effect until the decision is stored.
         with contextlib.closing(DeferredInterrupt()):

@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import typer
-from rich.console import Console
 
 from ocmm_cli.calibrate import _run as run
 from ocmm_cli.calibrate._report import print_calibration, print_status
 from ocmm_cli.calibrate._setup import ProbeChoice, ProbeSetup, Setup
 from ocmm_cli.calibrate._write_cameras import write_accepted
-from ocmm_cli.terminal import lead, make_console, say, say_word, told
+from ocmm_cli.terminal import PlainConsole, lead, make_console, say, say_word, told
 from ocmm_core.calibration import records
 from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.guided import Procedure, ProcedureDecision
@@ -54,7 +53,7 @@ class TerminalProbeSite:
     store: records.ProbeStore
 
 
-def open_probe_site(setup: ProbeSetup, console: Console) -> TerminalProbeSite:
+def open_probe_site(setup: ProbeSetup, console: PlainConsole) -> TerminalProbeSite:
     """Return cameras and records of a probe.
 
     InputError for a wrong document, CalibrationError without usable calibration of the cameras.
@@ -90,7 +89,7 @@ def own_folder(source: str) -> Path:
     return folder.with_name("virtual-probes") if origin_of(source) is Origin.VIRTUAL else folder
 
 
-def require_cameras(cameras: records.CalibrationInUse, console: Console) -> None:
+def require_cameras(cameras: records.CalibrationInUse, console: PlainConsole) -> None:
     """Refuse cameras without a usable calibration, and print warnings."""
     view = records.judge(cameras, run.now())
     unusable = cameras.fault is not None or view.word is records.CalibrationStatus.UNUSABLE
@@ -126,7 +125,7 @@ def collect_from(
     setup: Setup,
     probe: Path,
     scenes: Callable[[VirtualSite], tuple[Scene, ...]],
-    console: Console,
+    console: PlainConsole,
     move: int | None = None,
     cameras: records.CalibrationInUse | None = None,
 ) -> None:
@@ -156,7 +155,9 @@ def collect_from(
     )
 
 
-def decided_code(procedure: Procedure, decision: bool | None, reason: str, console: Console) -> int:
+def decided_code(
+    procedure: Procedure, decision: bool | None, reason: str, console: PlainConsole
+) -> int:
     """Decide on the result, and return the exit code."""
     made = run.decide(procedure, decision, reason, console)
     return 0 if made is ProcedureDecision.ACCEPTED else 1
@@ -168,7 +169,7 @@ def conclude(
     setup: Setup,
     overrule: str,
     reason: str,
-    console: Console,
+    console: PlainConsole,
 ) -> None:
     """Compute, overruling the guards if a reason is given; decide, and exit if nothing is accepted.
 

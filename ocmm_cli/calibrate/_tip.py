@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import typer
-from rich.console import Console
 
 from ocmm_cli.calibrate._setup import ProbeSetup
-from ocmm_cli.terminal import lead, make_console, print_table_account
+from ocmm_cli.terminal import PlainConsole, lead, make_console, print_table_account
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tables import TableOptions
 
@@ -88,7 +87,7 @@ def _touched(
     shots: Path | None,
     spot: TableOptions,
     setup: ProbeSetup,
-) -> tuple[T, TerminalProbeSite, Console]:
+) -> tuple[T, TerminalProbeSite, PlainConsole]:
     """Return a calculated session about the mounted tip, with its place; resumed if possible."""
     from ocmm_cli.calibrate._run import opened
     from ocmm_cli.calibrate._steps import about_tip, open_probe_site
@@ -112,7 +111,7 @@ def _touched(
     return procedure, place, console
 
 
-def _mounted(place: TerminalProbeSite, tip: str | None, who: str, console: Console) -> str:
+def _mounted(place: TerminalProbeSite, tip: str | None, who: str, console: PlainConsole) -> str:
     """Return the name of the tip on the probe; naming another tip mounts it."""
     from ocmm_cli.calibrate._run import now
 
@@ -135,7 +134,7 @@ def _take(
     shots: Path | None,
     spot: TableOptions,
     setup: ProbeSetup,
-    console: Console,
+    console: PlainConsole,
 ) -> None:
     """Add missing observations from a file or the cameras, print them, and compute."""
     from ocmm_cli.calibrate import _steps as steps
@@ -198,7 +197,7 @@ def _finish(
     procedure: TipQualificationProcedure | TipCheckProcedure,
     place: TerminalProbeSite,
     decision: bool | None,
-    console: Console,
+    console: PlainConsole,
     *,
     passed: bool,
 ) -> None:

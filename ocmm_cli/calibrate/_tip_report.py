@@ -9,10 +9,19 @@ from collections.abc import Sequence
 from datetime import datetime
 
 import numpy as np
-from rich.console import Console
 from rich.text import Text
 
-from ocmm_cli.terminal import heads, lead, print_grid, say, say_later, say_word, shown, told
+from ocmm_cli.terminal import (
+    PlainConsole,
+    heads,
+    lead,
+    print_grid,
+    say,
+    say_later,
+    say_word,
+    shown,
+    told,
+)
 from ocmm_core.calibration.pivot import PivotCalibration
 from ocmm_core.calibration.records import Check, ProbeStore
 from ocmm_core.calibration.sweeping import PivotOutcome
@@ -20,39 +29,32 @@ from ocmm_core.calibration.tip import TipCheckOutcome, TipCheckView, TipOutcome,
 from ocmm_core.geometry import Float
 
 
-def print_sphere(console: Console, view: TouchView) -> None:
+def print_sphere(console: PlainConsole, view: TouchView) -> None:
     sphere = view.sphere
-    _say(
-        console,
-        say(
-            f"Sphere   {view.sphere_name}: {view.sphere_diameter_mm:.4f} mm, "
-            f"U = {1e3 * view.sphere_expanded_mm:.1f} um (k = 2)"
-        ),
+    console.say(
+        f"Sphere   {view.sphere_name}: {view.sphere_diameter_mm:.4f} mm, "
+        f"U = {1e3 * view.sphere_expanded_mm:.1f} um (k = 2)",
+        soft_wrap=True,
     )
     touched = len(sphere.places) - len(sphere.missing)
     known = (
         say("compared with the qualified one") if isinstance(view, TipCheckView) else say("known")
     )
-    _say(
-        console,
-        say(
-            f"Points   {len(sphere.tips_world)}, at {touched} of {len(sphere.places)} places; ball "
-            f"diameter {known}, U = {2e3 * sphere.diameter_sigma_mm:.1f} um (k = 2)"
-        ),
+    console.say(
+        f"Points   {len(sphere.tips_world)}, at {touched} of {len(sphere.places)} places; ball "
+        f"diameter {known}, U = {2e3 * sphere.diameter_sigma_mm:.1f} um (k = 2)",
+        soft_wrap=True,
     )
     for index in sphere.missing:
-        _say(console, f"         {say('not touched:')} {sphere.places[index].name}")
+        console.print(f"         {say('not touched:')} {sphere.places[index].name}", soft_wrap=True)
     for point in sphere.doubtful:
-        _say(
-            console,
-            say(
-                f"         point {point + 1} does not fit: "
-                f"{1e3 * sphere.residuals_mm[point]:+.0f} um"
-            ),
+        console.say(
+            f"         point {point + 1} does not fit: {1e3 * sphere.residuals_mm[point]:+.0f} um",
+            soft_wrap=True,
         )
 
 
-def print_cone(console: Console, view: TouchView) -> None:
+def print_cone(console: PlainConsole, view: TouchView) -> None:
     """Print the tip in every attitude."""
     cone = view.cone
     if len(cone.tips_world) < 2:
@@ -68,36 +70,30 @@ def print_cone(console: Console, view: TouchView) -> None:
     columns = heads("Probe", "dX um", "dY um", "dZ um", "Distance um")
     print_grid(console, columns, rows, say_word("Ball in the cone"))
     x, y, z = 1e3 * cone.half_range_mm
-    _say(
-        console,
-        say(
-            f"Articulation 2s {1e3 * cone.spread_2s_mm:.1f} um, largest "
-            f"{1e3 * cone.largest_mm:.1f} um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, "
-            f"{z:.1f} um"
-        ),
+    console.say(
+        f"Articulation 2s {1e3 * cone.spread_2s_mm:.1f} um, largest "
+        f"{1e3 * cone.largest_mm:.1f} um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, "
+        f"{z:.1f} um",
+        soft_wrap=True,
     )
 
 
-def print_qualification(console: Console, outcome: TipOutcome) -> None:
+def print_qualification(console: PlainConsole, outcome: TipOutcome) -> None:
     record = outcome.record
     _print_checks(console, "Qualification", record.checks)
-    _say(
-        console,
-        say(
-            f"Ball     {record.diameter_mm:.4f} mm, U = {2e3 * record.diameter_sigma_mm:.1f} um "
-            f"(k = 2); form {1e3 * record.form_mm:.1f} um, one point "
-            f"{1e3 * record.point_sigma_mm:.1f} "
-            f"um (standard deviation)"
-        ),
+    console.say(
+        f"Ball     {record.diameter_mm:.4f} mm, U = {2e3 * record.diameter_sigma_mm:.1f} um "
+        f"(k = 2); form {1e3 * record.form_mm:.1f} um, one point "
+        f"{1e3 * record.point_sigma_mm:.1f} "
+        f"um (standard deviation)",
+        soft_wrap=True,
     )
     if outcome.previous is not None:
         change = record.diameter_mm - outcome.previous.diameter_mm
-        _say(
-            console,
-            say(
-                f"         {1e3 * change:+.1f} um since {outcome.previous.made_utc[:10]} by "
-                f"{outcome.previous.made_by}"
-            ),
+        console.say(
+            f"         {1e3 * change:+.1f} um since {outcome.previous.made_utc[:10]} by "
+            f"{outcome.previous.made_by}",
+            soft_wrap=True,
         )
     print_term(console, record.valid_until_utc)
     for warning in outcome.warnings:
@@ -105,7 +101,7 @@ def print_qualification(console: Console, outcome: TipOutcome) -> None:
     print_passed(console, passed=record.passed)
 
 
-def print_check(console: Console, outcome: TipCheckOutcome) -> None:
+def print_check(console: PlainConsole, outcome: TipCheckOutcome) -> None:
     _print_checks(console, say("Quick check"), outcome.record.checks)
     for finding in outcome.findings:
         console.print(told(finding), style="red")
@@ -116,13 +112,13 @@ def print_check(console: Console, outcome: TipCheckOutcome) -> None:
     print_passed(console, passed=outcome.record.passed)
 
 
-def print_term(console: Console, until_utc: str) -> None:
+def print_term(console: PlainConsole, until_utc: str) -> None:
     """Print the last day of validity, in local time."""
     day = datetime.fromisoformat(until_utc).astimezone().date()
-    _say(console, say(f"Valid    until {day}"))
+    console.say(f"Valid    until {day}", soft_wrap=True)
 
 
-def _print_checks(console: Console, title: str, checks: Sequence[Check]) -> None:
+def _print_checks(console: PlainConsole, title: str, checks: Sequence[Check]) -> None:
     rows = []
     for check in checks:
         bad = abs(check.error_mm) > check.limit_mm
@@ -137,16 +133,12 @@ def _print_checks(console: Console, title: str, checks: Sequence[Check]) -> None
     print_grid(console, columns, rows, title)
 
 
-def print_passed(console: Console, *, passed: bool) -> None:
+def print_passed(console: PlainConsole, *, passed: bool) -> None:
     verdict = ("PASSED", "green") if passed else ("FAILED", "bold red")
     console.print(Text.assemble("Verdict  ", verdict))
 
 
-def _say(console: Console, text: str) -> None:
-    console.print(text, soft_wrap=True)
-
-
-def print_probe(console: Console, outcome: PivotOutcome) -> None:
+def print_probe(console: PlainConsole, outcome: PivotOutcome) -> None:
     _print_tips(console, outcome)
     _print_leds(console, outcome)
     for name, found in ((say("First sweep"), outcome.first), (say("Second sweep"), outcome.second)):
@@ -157,7 +149,7 @@ def print_probe(console: Console, outcome: PivotOutcome) -> None:
     _print_change(console, outcome)
 
 
-def print_tip_status(console: Console, store: ProbeStore, tip: str, now: datetime) -> None:
+def print_tip_status(console: PlainConsole, store: ProbeStore, tip: str, now: datetime) -> None:
     """Print the state of a tip if it was ever calibrated."""
     if tip not in store.tips:
         return
@@ -166,7 +158,7 @@ def print_tip_status(console: Console, store: ProbeStore, tip: str, now: datetim
     console.print(f"{lead('Tip      ')}{tip}: {say_word(status.state.value)}. {why}".rstrip())
 
 
-def _print_tips(console: Console, outcome: PivotOutcome) -> None:
+def _print_tips(console: PlainConsole, outcome: PivotOutcome) -> None:
     record, first = outcome.record, outcome.first
     expanded = [f"{2e3 * sigma:.1f}" for sigma in np.sqrt(np.diag(first.tip_covariance))]
     spread = f"{1e3 * first.thesis.spread:.1f}"
@@ -179,16 +171,14 @@ def _print_tips(console: Console, outcome: PivotOutcome) -> None:
         ],
         say(f"Probe {record.probe}, tip {record.tip}: tip position, probe frame"),
     )
-    console.print(
-        say(
-            "U: k = 2. Spread: RMS distance of the centres of the LEDs' spheres from their mean "
-            "(thesis, Table 4)."
-        ),
+    console.say(
+        "U: k = 2. Spread: RMS distance of the centres of the LEDs' spheres from their mean "
+        "(thesis, Table 4).",
         style="dim",
     )
 
 
-def _print_leds(console: Console, outcome: PivotOutcome) -> None:
+def _print_leds(console: PlainConsole, outcome: PivotOutcome) -> None:
     first = outcome.first
     rows = []
     sigmas = np.sqrt(np.diag(first.covariance)[: first.leds_probe.size]).reshape(-1, 3)
@@ -205,55 +195,47 @@ def _print_leds(console: Console, outcome: PivotOutcome) -> None:
     print_grid(console, columns, rows)
 
 
-def _print_sweep(console: Console, name: str, found: PivotCalibration) -> None:
+def _print_sweep(console: PlainConsole, name: str, found: PivotCalibration) -> None:
     ranges = ", ".join(f"{value:.0f}" for value in np.degrees(found.coverage.ranges))
-    console.print(
-        say(
-            f"{name}: {len(found.used)} poses, {found.coverage.attitudes} attitudes, turned by "
-            f"{ranges} degrees, residuals {found.rms_px:.4f} px RMS, chi-square "
-            f"{found.chi2 / found.dof:.2f} per degree of freedom, {len(found.left_out)} left out."
-        )
+    console.say(
+        f"{name}: {len(found.used)} poses, {found.coverage.attitudes} attitudes, turned by "
+        f"{ranges} degrees, residuals {found.rms_px:.4f} px RMS, chi-square "
+        f"{found.chi2 / found.dof:.2f} per degree of freedom, {len(found.left_out)} left out."
     )
     for one in found.left_out[:5]:
-        console.print(say(f"  left out: pose {one.frame}, {say(_WORDS[one.reason])}"))
+        console.say(f"  left out: pose {one.frame}, {say(_WORDS[one.reason])}")
     if len(found.left_out) > 5:
-        console.print(say(f"  and {len(found.left_out) - 5:d} more"))
+        console.say(f"  and {len(found.left_out) - 5:d} more")
 
 
-def _print_validation(console: Console, outcome: PivotOutcome) -> None:
+def _print_validation(console: PlainConsole, outcome: PivotOutcome) -> None:
     check = outcome.validation
     off = ", ".join(f"{value:+.1f}" for value in 1e3 * check.tip_difference)
     sigma = ", ".join(f"{value:.1f}" for value in 2e3 * check.tip_difference_sigma)
-    console.print(
-        say(
-            f"Second against first: tip {off} um (U {sigma}), LEDs "
-            f"{1e3 * check.led_difference:.1f} um "
-            f"RMS, cone {check.place_distance:.0f} mm and attitude "
-            f"{np.degrees(check.attitude_distance):.0f} degrees apart."
-        )
+    console.say(
+        f"Second against first: tip {off} um (U {sigma}), LEDs "
+        f"{1e3 * check.led_difference:.1f} um "
+        f"RMS, cone {check.place_distance:.0f} mm and attitude "
+        f"{np.degrees(check.attitude_distance):.0f} degrees apart."
     )
     if np.isfinite(check.articulation_2s):
-        console.print(
-            say(
-                f"Articulation of the tip in the second sweep: 2s "
-                f"{1e3 * check.articulation_2s:.1f} "
-                f"um, largest {1e3 * check.articulation_max:.1f} um."
-            )
+        console.say(
+            f"Articulation of the tip in the second sweep: 2s "
+            f"{1e3 * check.articulation_2s:.1f} "
+            f"um, largest {1e3 * check.articulation_max:.1f} um."
         )
 
 
-def _print_change(console: Console, outcome: PivotOutcome) -> None:
+def _print_change(console: PlainConsole, outcome: PivotOutcome) -> None:
     change = outcome.change
     if change is None:
-        console.print(say("Change   none: the first calibration of this tip."))
+        console.say("Change   none: the first calibration of this tip.")
         return
     off = ", ".join(f"{value:+.1f}" for value in 1e3 * change.tip_difference)
-    console.print(
-        say(
-            f"Change   tip {1e3 * change.tip_distance:.1f} um ({off}), LEDs "
-            f"{1e3 * change.led_rms:.1f} um RMS since {change.previous.made_utc[:10]}; limit "
-            f"{1e3 * change.limit_mm:.0f} um."
-        ),
+    console.say(
+        f"Change   tip {1e3 * change.tip_distance:.1f} um ({off}), LEDs "
+        f"{1e3 * change.led_rms:.1f} um RMS since {change.previous.made_utc[:10]}; limit "
+        f"{1e3 * change.limit_mm:.0f} um.",
         style="bold yellow" if change.must_be_confirmed else "",
     )
 

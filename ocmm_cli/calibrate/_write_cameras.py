@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
 
-from ocmm_cli.terminal import make_console, say, told
+from ocmm_cli.terminal import PlainConsole, make_console, say, told
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
@@ -44,7 +43,7 @@ def write_cameras(
 
 
 def write_accepted(
-    record: CameraRecord, source: str, rig: Path, console: Console, *, force: bool
+    record: CameraRecord, source: str, rig: Path, console: PlainConsole, *, force: bool
 ) -> None:
     """Store the intrinsics of a just accepted calibration; print failures.
 
@@ -66,8 +65,8 @@ def write_accepted(
         _print_stored(record, console)
 
 
-def _print_stored(record: CameraRecord, console: Console) -> None:
+def _print_stored(record: CameraRecord, console: PlainConsole) -> None:
     from ocmm_core.calibration.records import record_hash
 
     names = ", ".join(f"'{entry.name}' ({entry.serial})" for entry in record.cameras)
-    console.print(say(f"{names} now store calibration {record_hash(record)}."))
+    console.say(f"{names} now store calibration {record_hash(record)}.")

@@ -115,7 +115,7 @@ def artefact(
         raise
     console = make_console(soft_wrap=True)
     console.print(f"{lead('Artefact  ')}{out}")
-    console.print(say(dcc.signature.words))
+    console.say(dcc.signature.words)
     read = quantities_read(dcc, kind, quantity=quantity)
     for one in dcc.quantities:
         is_read = any(one is other for other in read)

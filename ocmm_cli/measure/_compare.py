@@ -6,11 +6,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from ocmm_cli.measure._pages import print_pages
 from ocmm_cli.options import ComputingSite
-from ocmm_cli.terminal import heads, lead, make_console, print_grid, progress_line, say, say_word
+from ocmm_cli.terminal import (
+    PlainConsole,
+    heads,
+    lead,
+    make_console,
+    print_grid,
+    progress_line,
+    say,
+    say_word,
+)
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.archive import Trend
@@ -39,7 +47,7 @@ def compare_command(
     with progress_line() as tell:
         found = compare_files(jobs, tell, probes, calibrations, site=site).about(feature)
     if found.simulated:
-        console.print(say(SIMULATED_LINE), style="bold yellow")
+        console.say(SIMULATED_LINE, style="bold yellow")
     for name, words in zip(found.jobs, found.words, strict=True):
         said = "; ".join(map(say, words))
         console.print(f"{name}: {said}")
@@ -49,10 +57,8 @@ def compare_command(
     for trend in found.trends:
         for line in _lines(trend):
             console.print(f"{trend.name}: {say(line)}")
-    console.print(
-        say(
-            "Lengths in mm. Chart limits: 2.66 mean moving ranges; Cp and Cpk use the same scatter."
-        ),
+    console.say(
+        "Lengths in mm. Chart limits: 2.66 mean moving ranges; Cp and Cpk use the same scatter.",
         style="dim",
         highlight=True,
     )
@@ -75,7 +81,7 @@ def compare_command(
         raise typer.Exit(1)
 
 
-def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> None:
+def _print_table(console: PlainConsole, trends: tuple[Trend, ...], count: int) -> None:
     title = say(f"{count:d} job{'' if count == 1 else 's'}")
     rows = []
     for trend in trends:

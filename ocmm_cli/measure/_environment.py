@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ocmm_cli.terminal import make_console, say
+from ocmm_cli.terminal import make_console
 
 
 def environment_command(*, job: Path, room: str, humidity: str, pressure: str, who: str) -> None:
@@ -28,6 +28,6 @@ def environment_command(*, job: Path, room: str, humidity: str, pressure: str, w
         told = environment_words(noted_rooms(opened.events()), last)
     console = make_console(soft_wrap=True)
     if not told:
-        console.print(say("Nothing was read off in the room."))
+        console.say("Nothing was read off in the room.")
     for _, sentence in told:
-        console.print(say(sentence))
+        console.say(sentence)

@@ -7,12 +7,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
 from ocmm_cli.measure._pages import print_reports
-from ocmm_cli.terminal import DeferredInterrupt, heads, lead, print_grid, say, say_word, shown, told
+from ocmm_cli.terminal import (
+    DeferredInterrupt,
+    PlainConsole,
+    heads,
+    lead,
+    print_grid,
+    say,
+    say_word,
+    shown,
+    told,
+)
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_core.composition import BuiltStation
@@ -39,7 +48,7 @@ _STYLE = {
 def run_job(
     built: BuiltStation,
     out: Path,
-    console: Console,
+    console: PlainConsole,
     *,
     incomplete: bool = False,
     formats: Sequence[str] = (),
@@ -56,9 +65,7 @@ def run_job(
     files: tuple[FileIdentity, ...] = ()
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     console.print(f"{lead('Source  ')}{built.description.name}", highlight=True)
-    console.print(
-        say(f"Plan    {station.job.plan.name}, part {station.job.plan.part}"), highlight=True
-    )
+    console.say(f"Plan    {station.job.plan.name}, part {station.job.plan.part}", highlight=True)
     console.print(f"{lead('Job     ')}{built.job_path}", highlight=True)
     console.print(f"{lead('Header  ')}{_header(station.job.view().header)}")
     for fault in built.passed_over:
@@ -70,7 +77,7 @@ def run_job(
     if station.instruments.reference is not None:
         console.print(f"{lead('Reference  ')}{say(station.instruments.reference.label)}")
     for warning in calibration.warnings:
-        console.print(say(warning), style="yellow")
+        console.say(warning, style="yellow")
     interrupt = DeferredInterrupt()
     try:
         station.events.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
@@ -113,7 +120,7 @@ def run_job(
     return view
 
 
-def _print_pages(job: Path, out: Path, console: Console, *, incomplete: bool) -> None:
+def _print_pages(job: Path, out: Path, console: PlainConsole, *, incomplete: bool) -> None:
     """Write the PDF from the closed file of the job."""
     from ocmm_core.export.report import report_of_job
     from ocmm_core.export.template import paper_of
@@ -124,25 +131,25 @@ def _print_pages(job: Path, out: Path, console: Console, *, incomplete: bool) ->
         console.print(f"{lead('Report  ')}{path}")
 
 
-def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:
+def print_table(
+    console: PlainConsole, view: JobView, truth: Mapping[str, float] | None = None
+) -> None:
     _print_results(console, view, truth)
     for result in view.characteristics:
         if result.note:
             console.print(f"{result.name}: {say(result.note)}", style="dim")
     if view.unproven:
-        console.print(say(view.unproven), style="bold red")
+        console.say(view.unproven, style="bold red")
     console.print(f"{say('Lengths in mm, angles in degrees.')} {say(U_WORDS)}.", style="dim")
     if truth is not None:
         held, known = _held(view, truth)
-        console.print(
-            say(
-                f"Measured ± U holds the true value of {held} of {known} characteristics; 95 % are "
-                "expected. (Form excluded: noise can only enlarge it.)"
-            )
+        console.say(
+            f"Measured ± U holds the true value of {held} of {known} characteristics; 95 % are "
+            "expected. (Form excluded: noise can only enlarge it.)"
         )
 
 
-def _print_results(console: Console, view: JobView, truth: Mapping[str, float] | None) -> None:
+def _print_results(console: PlainConsole, view: JobView, truth: Mapping[str, float] | None) -> None:
     names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", U_LABEL, "True", "Error"]
     count = 6 if truth is None else 8
     rows: list[Sequence[str | Text]] = [
@@ -157,47 +164,42 @@ def _print_results(console: Console, view: JobView, truth: Mapping[str, float] |
     print_grid(console, columns, rows, f"{view.part}: {view.job}", spare)
 
 
-def print_verdict(console: Console, view: JobView) -> None:
+def print_verdict(console: PlainConsole, view: JobView) -> None:
     """Print the states, the reasons, and in the last line, for scripts, the part verdict."""
     print_states(console, view)
     for reason in view.part_verdict.reasons:
-        console.print(say(reason), style="bold yellow")
+        console.say(reason, style="bold yellow")
     verdict = view.part_verdict.shown_as
     style = "" if verdict is None else _STYLE[verdict]
     # English in every language: scripts read it.
     console.print(view.part_verdict.headline, style=style)
 
 
-def print_states(console: Console, view: JobView) -> None:
+def print_states(console: PlainConsole, view: JobView) -> None:
     """Print a line for every limitation of a job: SIMULATED, INCOMPLETE."""
     for line in state_lines(view):
-        console.print(say(line), style="bold yellow")
+        console.say(line, style="bold yellow")
 
 
-def print_explanations(console: Console, explained: Sequence[Explanation]) -> None:
+def print_explanations(console: PlainConsole, explained: Sequence[Explanation]) -> None:
     """Print a line for every result that is not good: by how much, and the remedy."""
     for item in explained:
         words = f"{item.characteristic}: {say(item.why)} {say(item.suggestion)}"
         console.print(words)
 
 
-def print_counters(console: Console, status: AcquisitionStatus) -> None:
-    console.print(
-        say(
-            f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} "
-            f"lost, "
-            f"{status.bad} bad"
-        )
+def print_counters(console: PlainConsole, status: AcquisitionStatus) -> None:
+    console.say(
+        f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} "
+        f"lost, "
+        f"{status.bad} bad"
     )
-    console.print(
-        say(
-            f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} "
-            f"overrun"
-        )
+    console.say(
+        f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} overrun"
     )
     if status.mean_pace is not None:
         words = pace_words(status.mean_pace) or say("The virtual bus kept pace with real time.")
-        console.print(say(f"Pace    {status.mean_pace:.2f}: {say(words)}"))
+        console.say(f"Pace    {status.mean_pace:.2f}: {say(words)}")
 
 
 def exit_code(view: JobView) -> int:
@@ -224,7 +226,7 @@ def _header(header: JobHeader) -> str:
     return ", ".join(f"{say_word(word)} {name}" for word, name in named.items())
 
 
-def _wait(built: BuiltStation, console: Console, interrupt: DeferredInterrupt) -> None:
+def _wait(built: BuiltStation, console: PlainConsole, interrupt: DeferredInterrupt) -> None:
     station = built.station
     total = sum(feature.points for feature in station.job.plan.features)
     columns = (
@@ -252,11 +254,11 @@ def _wait(built: BuiltStation, console: Console, interrupt: DeferredInterrupt) -
             _require_calibration(built)
 
 
-def _print_probe(console: Console, probe: ProbeView) -> None:
+def _print_probe(console: PlainConsole, probe: ProbeView) -> None:
     # A tip requested by name is mounted when the station starts.
     console.print(f"{lead('Probe  ')}{say(probe.label)}")
     for warning in probe.warnings:
-        console.print(say(warning), style="yellow")
+        console.say(warning, style="yellow")
 
 
 def _require_calibration(built: BuiltStation) -> None:
@@ -306,12 +308,12 @@ def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> Ocm
     )
 
 
-def _print_error(console: Console, error: OcmmError) -> None:
+def _print_error(console: PlainConsole, error: OcmmError) -> None:
     # Immediately, although the error is repeated at the end: closing takes time.
     console.print(Text.assemble((shown(say(error.what)), "red"), " ", shown(say(error.remedy))))
 
 
-def _print_refusal(console: Console, refusal: Refusal) -> None:
+def _print_refusal(console: PlainConsole, refusal: Refusal) -> None:
     stamp = time.strftime("%H:%M:%S")
     console.print(f"{stamp} {say('Point refused:')} {told(refusal)}")
 
@@ -352,7 +354,9 @@ def _number(value: float | None, sign: str = "-") -> str:
 _NO = ("q", "quit", "n", "no", "nein")
 
 
-def await_part(console: Console, number: int, parts: int, serial: str, *, replayed: bool) -> None:
+def await_part(
+    console: PlainConsole, number: int, parts: int, serial: str, *, replayed: bool
+) -> None:
     """Wait for the confirmation that the next part is in place; else raise MeasuringError."""
     console.print(
         say(f"Part {number} of {parts} is next, serial {serial}.")

@@ -15,10 +15,9 @@ from ocmm_cli.terminal import heads, print_grid, say
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rich.console import Console
-
     from ocmm_cad.drawing import Account
     from ocmm_cad.step import FacesAccount, Offer, StepModel, StepRequest
+    from ocmm_cli.terminal import PlainConsole
     from ocmm_core.tolerances.decisions import RequirementCount
 
 
@@ -43,7 +42,7 @@ def request_by(
     return request if sight else msgspec.structs.replace(request, rig="")
 
 
-def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) -> None:
+def print_offers(offers: Sequence[Offer], model: StepModel, console: PlainConsole) -> None:
     """Print a line for each surface of a model, with reasons against it."""
     from ocmm_cad.step import faces_account
 
@@ -58,16 +57,16 @@ def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) ->
     if model.free_forms:
         console.print(free_form_words(model))
     if model.remark:
-        console.print(say(model.remark), style="yellow")
+        console.say(model.remark, style="yellow")
 
 
-def print_faces(account: FacesAccount, console: Console) -> None:
+def print_faces(account: FacesAccount, console: PlainConsole) -> None:
     """Print how many faces of a model became features, and why the others did not."""
-    console.print(say(account.sentence()))
+    console.say(account.sentence())
     for why, count in account.left_out:
         console.print(f"{count:5}  {say(why)}")
     if words := account.recognised_sentence():
-        console.print(say(words))
+        console.say(words)
 
 
 def free_form_words(model: StepModel) -> str:
@@ -97,16 +96,16 @@ def offers_json(offers: Sequence[Offer], model: StepModel) -> str:
     return msgspec.json.format(msgspec.json.encode(content), indent=2).decode()
 
 
-def print_account(account: Account, console: Console) -> None:
+def print_account(account: Account, console: PlainConsole) -> None:
     """Print the outcome of every item of a model, and counts by kind.
 
     Datum references and labels follow their item; both are counted, and separate in the JSON.
     """
     if not account.items:
         for remark in account.remarks:
-            console.print(say(remark))
+            console.say(remark)
         return
-    console.print(say("Tolerances of the model:"))
+    console.say("Tolerances of the model:")
     rows = []
     for item in account.by_itself():
         became = ", ".join(item.became)
@@ -117,14 +116,14 @@ def print_account(account: Account, console: Console) -> None:
         told = ", ".join(f"{count} {say(word)}" for word, count in counts.items() if count)
         console.print(f"{say(group)}: {sum(counts.values())} ({told})")
     for remark in account.remarks:
-        console.print(say(remark))
+        console.say(remark)
 
 
-def print_requirements(count: RequirementCount | None, console: Console) -> None:
+def print_requirements(count: RequirementCount | None, console: PlainConsole) -> None:
     """Print the number of requirements of its sources a plan contains; nothing without a source."""
     if count is not None:
         style = "" if count.is_whole else "bold yellow"
-        console.print(say(count.words), style=style)
+        console.say(count.words, style=style)
 
 
 def account_json(account: Account, more: dict[str, Any]) -> str:

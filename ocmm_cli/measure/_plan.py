@@ -131,7 +131,7 @@ def import_command(
         console = make_console()
         offers.print_faces(faces, console)
         for sentence in filter(None, (model.remark, *asked.sentences())):
-            console.print(say(sentence), style="yellow")
+            console.say(sentence, style="yellow")
         if model.free_forms and not free_forms:
             console.print(offers.free_form_words(model))
         if tolerances:
@@ -267,9 +267,9 @@ def check(plan: Path) -> None:
         words = say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}.")
     console.print(words)
     print_requirements(count, console)
-    console.print(say(f"Plan release: {say(plan_release(plan).words)}."))
+    console.say(f"Plan release: {say(plan_release(plan).words)}.")
     for warning in warnings_of(loaded, plan.parent):
-        console.print(say(warning), style="yellow")
+        console.say(warning, style="yellow")
     if errors:
         raise typer.Exit(1)
 

@@ -64,7 +64,7 @@ def plan_rig(
         console.out(content.decode(), highlight=False)
         return
     for sentence in sheet_sentences(sheet):
-        console.print(say(sentence), highlight=True)
+        console.say(sentence, highlight=True)
     rows = [
         (one.name, *(f"{value:.1f}" for value in (
             *one.centre, one.azimuth_deg, one.elevation_deg, one.roll_deg, one.focus)),

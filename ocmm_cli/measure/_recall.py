@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.text import Text
 
 from ocmm_cli import terminal
 from ocmm_cli.measure._pages import print_pages
 from ocmm_cli.options import ComputingSite
+from ocmm_cli.terminal import PlainConsole
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.leftovers import scratch_folder
@@ -63,7 +63,7 @@ def recall_command(
 
 
 def _let_fall(
-    console: Console, folder: Path, artefact: str | None, since: datetime | None, who: str
+    console: PlainConsole, folder: Path, artefact: str | None, since: datetime | None, who: str
 ) -> None:
     from ocmm_core.inspection.recall import artefact_wrong
 
@@ -92,7 +92,7 @@ def _let_fall(
 
 
 def write_recall(
-    console: Console, record: RecallRecord, json_file: Path | None, pdf_file: Path | None
+    console: PlainConsole, record: RecallRecord, json_file: Path | None, pdf_file: Path | None
 ) -> None:
     """Write the sealed recall and its pages if requested."""
     from ocmm_core.calibration.records import seal_signed
@@ -106,7 +106,7 @@ def write_recall(
         console.print(f"{terminal.lead('Recall  ')}{pdf_file}")
 
 
-def show_recall(console: Console, record: RecallRecord) -> None:
+def show_recall(console: PlainConsole, record: RecallRecord) -> None:
     from ocmm_core.inspection.recall import (
         COLUMNS,
         decided,

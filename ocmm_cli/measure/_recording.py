@@ -5,11 +5,10 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from ocmm_cli.measure._headless import print_counters
-from ocmm_cli.terminal import DeferredInterrupt, lead, say
+from ocmm_cli.terminal import DeferredInterrupt, PlainConsole, lead, say
 from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.composition import StationRequest, calibration_of, make_feed
@@ -20,7 +19,7 @@ _IDLE_S = 0.005
 
 
 def record_source(
-    request: StationRequest, path: Path, seconds: float | None, console: Console
+    request: StationRequest, path: Path, seconds: float | None, console: PlainConsole
 ) -> None:
     """Record until a source ends or ``seconds`` of bus time; AcquisitionError keeps the frames."""
     plan, rig = load_plan(request.plan), calibration_of(request).rig
@@ -52,10 +51,10 @@ def record_source(
     print_counters(console, status)
     if status.stop_reason is StopReason.FAILED:
         raise status.error("record.source", f"The {frames} frames before that are in {path}.")
-    console.print(say(f"Recording  {path}: {frames} frames"), highlight=True)
+    console.say(f"Recording  {path}: {frames} frames", highlight=True)
 
 
-def _progress(console: Console) -> Progress:
+def _progress(console: PlainConsole) -> Progress:
     return Progress(
         SpinnerColumn(),
         TextColumn(lead("Recording ") + "{task.description}", markup=False),

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from ocmm_cli.measure._pages import print_reports
-from ocmm_cli.terminal import lead, make_console, progress_line, say
+from ocmm_cli.terminal import PlainConsole, lead, make_console, progress_line, say
 from ocmm_core.errors import OcmmError
 from ocmm_core.processes import processes_for, side_by_side
 
@@ -35,16 +34,7 @@ def report_command(
     read is named and left out; the command ends with 2 then. What the job does not know (customer,
     drawing ...) is given here or was kept with it; what nobody gives is "not stated" on the paper.
     """
-    from ocmm_core.export import (
-        DEFAULT_FORMAT,
-        EXPORTERS,
-        PDF,
-        chosen_formats,
-        preview,
-        preview_text,
-        require_complete,
-        write_report,
-    )
+    from ocmm_core import export
     from ocmm_core.export.report import load_profile
     from ocmm_core.export.template import (
         Particulars,
@@ -66,7 +56,7 @@ def report_command(
     # Reject an unusable template before the jobs are computed.
     load_paper(template or template_in_use())
     console = make_console(soft_wrap=True)
-    chosen = chosen_formats(formats or [DEFAULT_FORMAT])
+    chosen = export.chosen_formats(formats or [export.DEFAULT_FORMAT])
     layout = None if profile is None else load_profile(profile)
     read, faults = _read_all(jobs, probes, calibrations, console)
     if not read:
@@ -80,22 +70,22 @@ def report_command(
                 kept = keep_given(one.path, whole)
                 console.print(f"{lead('Kept  ')}{kept}")
     data = [replace(one.data, paper=paper_of(one.path, given, template)) for one in read]
-    written = [name for name in chosen if name in EXPORTERS]
+    written = [name for name in chosen if name in export.EXPORTERS]
     if preview_only:
         for name in written:
-            typer.echo(f"== {EXPORTERS[name].title}")
-            typer.echo(preview_text(preview(data, name, layout)))
-        if PDF.name in chosen:
+            typer.echo(f"== {export.EXPORTERS[name].title}")
+            typer.echo(export.preview_text(export.preview(data, name, layout)))
+        if export.PDF.name in chosen:
             typer.echo(say("The window shows the pages of the PDF report (Results, Report)."))
         return
     folder = out if out is not None else jobs[0].parent
     if not incomplete:
         # Before the first file, for all formats.
-        require_complete(data)
+        export.require_complete(data)
     if written:
-        for path in write_report(data, written, folder, layout, incomplete=incomplete):
+        for path in export.write_report(data, written, folder, layout, incomplete=incomplete):
             console.print(f"{lead('Report  ')}{path}")
-    if PDF.name in chosen:
+    if export.PDF.name in chosen:
         for path in print_reports(data, folder, incomplete=incomplete):
             console.print(f"{lead('Report  ')}{path}")
     if faults:
@@ -114,7 +104,7 @@ class _Read:
 
 
 def _read_all(
-    jobs: list[Path], probes: Path | None, calibrations: Path | None, console: Console
+    jobs: list[Path], probes: Path | None, calibrations: Path | None, console: PlainConsole
 ) -> tuple[list[_Read], list[OcmmError]]:
     """Open all jobs, many in parallel; print warnings of each, in order."""
     with progress_line() as tell:
@@ -132,7 +122,7 @@ def _read_all(
     for one in found:
         if isinstance(one, OcmmError):
             faults.append(one)
-            console.print(say(one.what), style="yellow")
+            console.say(one.what, style="yellow")
             continue
         read.append(one)
         for doubt in one.doubts:

@@ -15,10 +15,11 @@ if TYPE_CHECKING:
         OPTIONS, ComputingSite, describe, described, option_of, read_typed_numbers,
     )  # fmt: skip
     from ocmm_cli.options._jobs import FORMAT_WORDS, PROFILED_WORDS
+    from ocmm_cli.options._servers import ClimateOptions, JobOptions, StationChoice, StreamChoice
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "FORMAT_WORDS", "OPTIONS", "PROFILED_WORDS", "ComputingSite", "describe", "described",
-    "option_of", "read_typed_numbers",
+    "FORMAT_WORDS", "OPTIONS", "PROFILED_WORDS", "ClimateOptions", "ComputingSite", "JobOptions",
+    "StationChoice", "StreamChoice", "describe", "described", "option_of", "read_typed_numbers",
 ]  # fmt: skip

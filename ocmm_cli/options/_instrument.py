@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
-from ocmm_core.calibration import relocation, sweeping, tip
+from ocmm_core.calibration import tip
+from ocmm_core.calibration.relocation import RelocationRequest
+from ocmm_core.calibration.sweeping import PivotRequest
 from ocmm_core.calibration.verification import Limits
 from ocmm_core.composition import source_help, sources
 from ocmm_core.documents import resource
@@ -11,7 +13,7 @@ from ocmm_core.options import DEFAULT_OPERATOR, Option, argument
 BUS_SOURCES = source_help([one for one in sources() if one.on_bus])
 _WAVE_S = 60.0
 """One minute of waving samples the pattern of a 400 mm volume to a sixth (`benchmarks/bump.py`)."""
-_LIMITS = Limits()
+_LIMITS, _RELOCATION, _PIVOT = Limits(), RelocationRequest(), PivotRequest()
 
 TABLE = {
     "bus snapshot": (
@@ -123,10 +125,10 @@ TABLE = {
         Option("control", None, "List of control points (CSV)."),
         Option("lens", "prior", "Lenses: kept, refined from earlier values, or free."),
         Option("geometry", "uncertain", "Source of the LED positions."),
-        Option("poses", relocation.POSES_WANTED, "At least.", "poses"),
-        Option("placements", relocation.BARS_WANTED, "Least number of bar placements.",
+        Option("poses", _RELOCATION.poses, "At least.", "poses"),
+        Option("placements", _RELOCATION.placements, "Least number of bar placements.",
                "placements"),
-        Option("limit", relocation.LENGTH_LIMIT_MM,
+        Option("limit", _RELOCATION.limit,
                "Target: standard uncertainty (U / 2) of a length, mm.", "limit"),
         Option("seats", True, "Skip seats: for recordings without them (--source "
                "replay:).", flags="--seats/--no-seats"),
@@ -161,14 +163,14 @@ TABLE = {
         Option("check", False, "Compare only, write nothing; exit code 0: identical."),
     ),
     "calibrate probe": (
-        Option("valid_days", sweeping.VALID_DAYS, ""),
+        Option("valid_days", _PIVOT.valid_days, ""),
         Option("tip", ..., "Name of the mounted tip."),
         Option("tip_unknown", False, "The document does not define this tip: another stylus."),
         Option("sweeps", None, "Recorded spots of both sweeps (CSV) instead of a source."),
-        Option("poses", sweeping.POSES_WANTED, "Least number of poses per sweep.",
+        Option("poses", _PIVOT.poses, "Least number of poses per sweep.",
                "poses-of-a-probe"),
         Option("slack", 0.0, "Play of the ball in the cone (sigma), mm.", "limit"),
-        Option("limit", sweeping.CHANGE_LIMIT_MM, "Tip change above which a reason is required, "
+        Option("limit", _PIVOT.limit, "Tip change above which a reason is required, "
                "mm.", "limit"),
         Option("because", "", "Why the tip changed by more than the limit."),
         Option("again", True, "Skip the return to the first cone: for recordings without it "

@@ -2,8 +2,8 @@
 
 In: options. Out: a line with a light for each check, or the same as JSON.
 
-Read `_station` (doctor, support) and `_page` (output of the doctor), then `_settings`. Judgement is
-in `ocmm_core.doctor`, `ocmm_core.settings` and `ocmm_core.support`.
+Read `_station` (doctor, support), then `_settings`. Judgement is in `ocmm_core.doctor`,
+`ocmm_core.settings` and `ocmm_core.support`.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

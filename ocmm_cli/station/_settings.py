@@ -51,8 +51,8 @@ def show(key: str, *, json: bool) -> None:
         told = "" if origin is settings.SettingOrigin.DEFAULT else f"  ({origin.value})"
         value = settings.text_of(loaded.values[spec.key]) or "-"
         console.print(f"{mark} {spec.key:34} {value}{told}")
-    console.print(
-        say(f"* differs from the default. Station: {store.station.path}  User: {store.user.path}"),
+    console.say(
+        f"* differs from the default. Station: {store.station.path}  User: {store.user.path}",
     )  # fmt: skip
     print_notes(loaded.notes)
 

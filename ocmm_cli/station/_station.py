@@ -6,19 +6,22 @@ its contents.
 
 from __future__ import annotations
 
+import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.terminal import lead, make_console, progress_line, say
+from ocmm_cli.terminal import lead, make_console, print_grid, progress_line, say, say_word, shown
 from ocmm_core.build import build_version
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import require_linux
 
 if TYPE_CHECKING:
-    from ocmm_core.doctor import Computer, SystemChange
+    from ocmm_cli.terminal import PlainConsole
+    from ocmm_core.doctor import Computer, DoctorReport, Mended, SystemChange
 
 
 station_app = typer.Typer(no_args_is_help=True, help="The computer that the station runs on.")
@@ -45,7 +48,6 @@ def doctor(
     """
     import msgspec
 
-    from ocmm_cli.station._page import print_hint, print_report
     from ocmm_core.composition import measured_checks
     from ocmm_core.doctor import Light, examine, this_computer
 
@@ -71,13 +73,12 @@ def doctor(
 
 def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) -> None:
     """Show the changes, confirm, apply, and print failures."""
-    from ocmm_cli.station._page import print_changes, print_mended
     from ocmm_core.doctor import may_mend, mend
 
     # Separate from output that programs read.
     console = make_console(stderr=True)
     if not changes:
-        console.print(say("Nothing can be put right without a technician."))
+        console.say("Nothing can be put right without a technician.")
         return
     if not may_mend(computer):
         raise StorageError(
@@ -85,7 +86,7 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
             "This user may not change the computer; nothing was changed.",
             f"Type: sudo {Path(sys.argv[0]).absolute()} station doctor --fix",
         )
-    console.print(say("This would be changed:"))
+    console.say("This would be changed:")
     print_changes(changes, console)
     if not yes:
         if not sys.stdin.isatty():
@@ -95,19 +96,16 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
                 "Add --yes, or run it in a terminal.",
             )
         if not typer.confirm(say("Change it?"), err=True):
-            console.print(say("Nothing was changed."))
+            console.say("Nothing was changed.")
             return
     print_mended(mend(computer, changes), say("changed"), console)
-    console.print(
-        say(
-            "Values of kernel and adapter hold until the next start. "
-            "To take all of it back: ocmm station doctor --undo\n"
-        )
+    console.say(
+        "Values of kernel and adapter hold until the next start. "
+        "To take all of it back: ocmm station doctor --undo\n"
     )
 
 
 def _take_back(computer: Computer) -> None:
-    from ocmm_cli.station._page import print_mended
     from ocmm_core.doctor import undo
 
     done = undo(computer)
@@ -167,7 +165,68 @@ def bundle(
                 "Add --yes, or run it in a terminal.",
             )
         if not typer.confirm(say(f"Write {file}?"), err=True):
-            console.print(say("Nothing was written."))
+            console.say("Nothing was written.")
             return
     size = write_bundle(draft, file, left_out)
     make_console(soft_wrap=True).print(say(f"{file}: {size} bytes. Nothing was sent."))
+
+
+def print_report(report: DoctorReport, console: PlainConsole) -> None:
+    """Print the checks: the light as a word, then finding and remedy."""
+    from rich.text import Text
+
+    from ocmm_core.doctor import Light
+
+    styles = {
+        Light.GREEN: "bold green",
+        Light.AMBER: "bold yellow",
+        Light.RED: "bold red",
+        Light.NOT_CHECKED: "bold cyan",
+    }
+    rows = []
+    for one in report.results:
+        text = Text(shown(say(one.what)))
+        if one.remedy:
+            # In front: a command at the end of the line can be copied.
+            fix = f"{say('With --fix, or:')} " if one.fixable else ""
+            text.append(f"\n-> {fix}{shown(say(one.remedy))}", style="italic")
+        light = Text(say_word(one.light.value), style=styles[one.light])
+        rows.append((light, say_word(one.title), text))
+    print_grid(console, ("", "", ""), rows)
+    counts = [(light, len(report.having(light))) for light in Light]
+    console.print()
+    console.print(Text(f"{say(f'This computer is {report.light.value}:')} ", style="bold").append(
+        ", ".join(f"{count} {say_word(light.value)}" for light, count in counts if count) + "."
+    ))  # fmt: skip
+
+
+def print_hint(computer: Computer, changes: Sequence[SystemChange], console: PlainConsole) -> None:
+    """Print the effect of --fix and --undo here, if any."""
+    from ocmm_core.doctor import can_undo
+
+    if changes:
+        console.say("--fix puts right what says so: it shows the changes, asks, and can be undone.")
+    if can_undo(computer):
+        console.say("--undo takes back what --fix changed.")
+
+
+def print_changes(changes: Sequence[SystemChange], console: PlainConsole) -> None:
+    """Print changes; those that differ only by a number share a line."""
+    alike: dict[str, list[str]] = {}
+    for one in changes:
+        alike.setdefault(re.sub(r"(cpu|irq/|state)\d+", r"\1N", one.words), []).append(one.words)
+    for pattern, words in alike.items():
+        console.print(
+            say(f"  {pattern} ({len(words)} times)") if len(words) > 1 else f"  {say(words[0])}",
+            highlight=True,
+        )
+
+
+def print_mended(done: Sequence[Mended], what: str, console: PlainConsole) -> None:
+    for one in done:
+        if one.complaint:
+            console.print(
+                f"  {say('Not done:')} {one.change.place}: {say(one.complaint)}", highlight=True
+            )
+    good = sum(not one.complaint for one in done)
+    console.print(f"{say(f'{good:d} of {len(done)}')} {what}.", highlight=True)

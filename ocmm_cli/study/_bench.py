@@ -17,10 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 from rich.progress import Progress
 
-from ocmm_cli.terminal import print_grid
+from ocmm_cli.terminal import PlainConsole, print_grid
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import USUAL_SLOTS, CameraModel, Rig, load_rig, project
 from ocmm_core.composition import StationRequest, build_station
@@ -46,7 +45,7 @@ class BenchRow:
     limit: float
 
 
-def run_bench(seconds: float, console: Console) -> None:
+def run_bench(seconds: float, console: PlainConsole) -> None:
     rows = measure_speed(seconds)
     cells = [
         (row.name, row.value, row.against, f"{row.ratio:.1f}", f"at least {row.limit:g}")
@@ -236,7 +235,7 @@ class MemoryRun:
         return self.memory_mib[-1] - self.memory_mib[0]
 
 
-def run_for(bus_time_s: float, console: Console) -> MemoryRun:
+def run_for(bus_time_s: float, console: PlainConsole) -> MemoryRun:
     """Run the station on the virtual rig at 8 kHz for ``bus_time_s``.
 
     The operator measures a short plan; then the probe stays in view and is tracked.
@@ -266,7 +265,7 @@ def run_for(bus_time_s: float, console: Console) -> MemoryRun:
     return MemoryRun(frames, time.monotonic() - start, tuple(memory))
 
 
-def print_run(run: MemoryRun, bus_time_s: float, console: Console) -> None:
+def print_run(run: MemoryRun, bus_time_s: float, console: PlainConsole) -> None:
     samples = "  ".join(f"{value:.0f}" for value in run.memory_mib)
     console.print(f"{bus_time_s:.0f} s of bus time, {run.frames} frames at 8 kHz")
     console.print(f"Memory at ten steps, MiB: {samples}")

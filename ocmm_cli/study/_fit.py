@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.text import Text
 
 from ocmm_cli.terminal import (
+    PlainConsole,
     heads,
     make_console,
     print_grid,
@@ -101,30 +101,32 @@ def fit_command(
     print_table_account(held.account)
     console = make_console()
     if held.unit != "mm":
-        console.print(
-            say(
-                f"Unit {held.unit}: all numbers are in mm, {held.factor:g} times those of the file."
-            ),
+        console.say(
+            f"Unit {held.unit}: all numbers are in mm, {held.factor:g} times those of the file.",
             style="yellow",
         )
     _print_fit(console, fit, found, len(points), criterion, free=free)
     if odd:
-        console.print(say(f"{odd.words} Check it, remove its row and fit again."), style="yellow")
+        console.say(f"{odd.words} Check it, remove its row and fit again.", style="yellow")
     if fit.criterion is Criterion.LEAST_SQUARES:
         _print_outliers(console, fit, points)
     _print_rival(console, fit)
     if fit.rival is None and shape.spec.often_ambiguous and len(points) <= MINIMUM_POINTS[shape]:
-        console.print(
-            say(
-                f"{len(points)} points are the minimum for a {shape.value}: other elements "
-                "may pass through them too. Take more points."
-            ),
+        console.say(
+            f"{len(points)} points are the minimum for a {shape.value}: other elements "
+            "may pass through them too. Take more points.",
             style="yellow",
         )
 
 
 def _print_fit(
-    console: Console, fit: Fit, found: FitUncertainty | None, n: int, criterion: str, *, free: bool
+    console: PlainConsole,
+    fit: Fit,
+    found: FitUncertainty | None,
+    n: int,
+    criterion: str,
+    *,
+    free: bool,
 ) -> None:
     from ocmm_cli.study._fit_rows import rows_of
     from ocmm_core.tolerances.decisions import U_LABEL
@@ -142,18 +144,16 @@ def _print_fit(
     print_grid(console, ("", say_word("Value"), U_LABEL), cells, title)
     if fit.contacts:
         held = ", ".join(str(row + 1) for row in fit.contacts)
-        console.print(say(f"Contact points {held} (rows of the file, from 1)."), highlight=True)
+        console.say(f"Contact points {held} (rows of the file, from 1).", highlight=True)
     _print_uncertainty(console, rows)
 
 
-def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
+def _print_uncertainty(console: PlainConsole, rows: Sequence[FitRow]) -> None:
     """Print the meaning of U, and why a number has none."""
     stated = [row for row in rows if row.stated is not None]
     if not stated:
-        console.print(
-            say(
-                "No uncertainty: it needs least squares with more points than the element requires."
-            ),
+        console.say(
+            "No uncertainty: it needs least squares with more points than the element requires.",
             style="dim",
         )
         return
@@ -161,21 +161,17 @@ def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
     if known:
         degrees = _range([one.degrees for one in known], 1)
         factors = _range([one.k for one in known if one.k is not None], 2)
-        console.print(
-            say(
-                f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. "
-                f"It "
-                "excludes the measuring system."
-            ),
+        console.say(
+            f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. "
+            f"It "
+            "excludes the measuring system.",
             style="dim",
         )
     weak = [row.words for row in stated if row.stated is not None and not row.stated.valid]
     if weak:
-        console.print(
-            say(
-                f"No U for {', '.join(weak)}: the points determine the element too weakly. "
-                "Take more points, spread over more of it."
-            ),
+        console.say(
+            f"No U for {', '.join(weak)}: the points determine the element too weakly. "
+            "Take more points, spread over more of it.",
             style="yellow",
         )
 
@@ -186,28 +182,25 @@ def _range(values: Sequence[float], digits: int) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
+def _print_outliers(console: PlainConsole, fit: Fit, points: Float) -> None:
     from ocmm_core.features.measured import outliers
 
     found = outliers(fit, points)
     for row in found[:LISTED]:
-        console.print(
-            say(
-                f"Outlier: point {row + 1} is {fit.residuals[row]:+.6f} mm off; still used in "
-                f"the fit."
-            ),
+        console.say(
+            f"Outlier: point {row + 1} is {fit.residuals[row]:+.6f} mm off; still used in the fit.",
             style="yellow",
         )
     if len(found) > LISTED:
-        console.print(
-            say(f"{len(found) - LISTED:d} more outlier{'' if len(found) - LISTED == 1 else 's'}."),
+        console.say(
+            f"{len(found) - LISTED:d} more outlier{'' if len(found) - LISTED == 1 else 's'}.",
             style="yellow",
         )
     if not found:
-        console.print(say("No outliers."), style="dim")
+        console.say("No outliers.", style="dim")
 
 
-def _print_rival(console: Console, fit: Fit) -> None:
+def _print_rival(console: PlainConsole, fit: Fit) -> None:
     from ocmm_core.features.search import sizes_in_words
 
     if fit.rival is None:
@@ -262,7 +255,7 @@ def verify_fits_command(folder: Path, convention: str, criterion: str) -> None:
             console.print(line)
     failed = sum(not result.passed for report in reports for result in report.results)
     total = sum(len(report.results) for report in reports)
-    console.print(say(f"{total - failed} of {total} pairs within the limits."))
+    console.say(f"{total - failed} of {total} pairs within the limits.")
     raise typer.Exit(int(failed > 0))
 
 

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
 from rich.text import Text
 
-from ocmm_cli.terminal import heads, make_console, print_grid, say, say_word
+from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, say, say_word
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 
@@ -67,28 +66,22 @@ def design(
     console.print(f"{say_word('Written')}: {', '.join(str(item) for item in written)}")
 
 
-def print_report(console: Console, report: ProbeReport) -> None:
+def print_report(console: PlainConsole, report: ProbeReport) -> None:
     import numpy as np
 
     from ocmm_core.measuring import label_verdict, label_words, mechanics_words
 
     asked, number = report.examination, report.number
     low, high = asked.postures.volume_world
-    console.print(
-        say(f"Probe '{report.probe}' with {report.n_leds} LEDs, seen by rig '{report.rig}'.")
-    )
-    console.print(
-        say(
-            f"Held at tilts up to ±{' / ±'.join(f'{t:g}' for t in asked.postures.tilt_deg)}° about "
-            f"X / Y / Z, in {' x '.join(f'{size:.0f}' for size in high - low)} mm; spots of "
-            f"{asked.sigma_px:g} px."
-        )
+    console.say(f"Probe '{report.probe}' with {report.n_leds} LEDs, seen by rig '{report.rig}'.")
+    console.say(
+        f"Held at tilts up to ±{' / ±'.join(f'{t:g}' for t in asked.postures.tilt_deg)}° about "
+        f"X / Y / Z, in {' x '.join(f'{size:.0f}' for size in high - low)} mm; spots of "
+        f"{asked.sigma_px:g} px."
     )
     console.print()
     if not np.isfinite(number.space_um):
-        console.print(
-            say("No pose gives a tip: the cameras do not see enough LEDs."), style="bold red"
-        )
+        console.say("No pose gives a tip: the cameras do not see enough LEDs.", style="bold red")
     else:
         x, y, z = number.axes_um
         console.print(
@@ -97,32 +90,28 @@ def print_report(console: Console, report: ProbeReport) -> None:
                 say(f" (standard, in space; X {x:.1f}, Y {y:.1f}, Z {z:.1f})."),
             )
         )
-        console.print(
-            say(
-                f"Below {number.p95_um:.1f} µm in 95 of 100 poses. {100.0 * number.share:.1f} % of "
-                "all poses give a tip."
-            )
+        console.say(
+            f"Below {number.p95_um:.1f} µm in 95 of 100 poses. {100.0 * number.share:.1f} % of "
+            "all poses give a tip."
         )
     console.print()
     for item in report.labels:
-        console.print(say(label_words(item)))
-    console.print(say(label_verdict(report.labels, coded=report.coded)))
+        console.say(label_words(item))
+    console.say(label_verdict(report.labels, coded=report.coded))
     console.print()
     if report.mechanics is None:
-        console.print(say("Growth and bending: not known. Give a design document with --design."))
+        console.say("Growth and bending: not known. Give a design document with --design.")
     else:
         for line in mechanics_words(report.mechanics):
-            console.print(say(line))
+            console.say(line)
     console.print()
     budget = [(say(one.name), f"{one.sigma_um:.2f}", say(one.rests_on)) for one in report.budget]
     columns = heads("Source", "µm", "Based on")
     print_grid(console, columns, budget, say_word("Uncertainty of one point"))
     if report.budget:
-        console.print(
-            say(
-                "Standard uncertainties in space, RMS over the poses. Camera and probe errors are "
-                "common to many points: they cancel in short distances."
-            ),
+        console.say(
+            "Standard uncertainties in space, RMS over the poses. Camera and probe errors are "
+            "common to many points: they cancel in short distances.",
             style="dim",
         )
 

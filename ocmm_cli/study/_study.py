@@ -82,30 +82,24 @@ def probe_calibration(
     elapsed = time.monotonic() - began
     written = _write(study, result, seed, out)
     d = 1e3 * result.distances
-    console.print(
-        say(
-            f"{runs} calibrations of {poses} poses, estimator '{estimator}': error of the "
-            f"tip "
-            f"RMS {np.sqrt(np.mean(d**2)):.3f} um, mean {d.mean():.3f}, largest {d.max():.2f}."
-        ),
+    console.say(
+        f"{runs} calibrations of {poses} poses, estimator '{estimator}': error of the "
+        f"tip "
+        f"RMS {np.sqrt(np.mean(d**2)):.3f} um, mean {d.mean():.3f}, largest {d.max():.2f}.",
         highlight=True,
     )
     if study.with_leds:
         led = 1e3 * result.led_errors
         tip = 1e3 * np.sqrt(np.mean(np.sum(result.tip_errors**2, axis=1)))
-        console.print(
-            say(
-                f"LEDs: mean {led.mean():.3f} um, largest {led.max():.2f}; tip in the frame of the "
-                f"LEDs RMS {tip:.3f} um."
-            ),
+        console.say(
+            f"LEDs: mean {led.mean():.3f} um, largest {led.max():.2f}; tip in the frame of the "
+            f"LEDs RMS {tip:.3f} um.",
             highlight=True,
         )
-    console.print(
-        say(
-            f"{elapsed:.1f} s; {runs * poses / result.cpu_s / 1e6:.2f} million poses per second "
-            f"per "
-            "processor."
-        ),
+    console.say(
+        f"{elapsed:.1f} s; {runs * poses / result.cpu_s / 1e6:.2f} million poses per second "
+        f"per "
+        "processor.",
         highlight=True,
     )
     console.print(
@@ -132,7 +126,7 @@ def coverage(
             site,
             lambda done: tell(say(f"Measured {done:d} of {runs:d}"), done / runs),
         )
-    console.print(say(f"{runs:d} runs; wanted: 92 to 99 %"))
+    console.say(f"{runs:d} runs; wanted: 92 to 99 %")
     rows = [
         (name, f"{100 * covered:.1f}", f"{1e3 * stated:.2f}", f"{1e3 * error:.2f}", str(without))
         for name, covered, stated, error, without in coverage_table(found)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
 from rich.progress import Progress
 
 from ocmm_cli.options import ComputingSite
-from ocmm_cli.terminal import heads, make_console, print_grid, say, say_word
+from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, say, say_word
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -61,7 +60,7 @@ def uncertainty_command(
 
 
 def _print_budget(
-    console: Console, name: str, found: JobUncertainty, result: CharacteristicResult | None
+    console: PlainConsole, name: str, found: JobUncertainty, result: CharacteristicResult | None
 ) -> None:
     from ocmm_core.tolerances.decisions import U_LABEL, rule_words
 
@@ -91,7 +90,7 @@ def _print_budget(
         console.print(f"{said}. {say(result.caution)}".strip())
 
 
-def _print_sources(console: Console, budget: Budget) -> None:
+def _print_sources(console: PlainConsole, budget: Budget) -> None:
     rows = [
         (
             say(row.name), f"{row.standard:.5f}", f"{100.0 * row.share:.1f} %",
@@ -112,7 +111,7 @@ def _only(task: Task, names: list[str]) -> Task:
 
 
 def _simulated(
-    console: Console, task: Task, options: MonteCarloOptions, site: ComputingSite
+    console: PlainConsole, task: Task, options: MonteCarloOptions, site: ComputingSite
 ) -> MonteCarloReport:
     from ocmm_core.tolerances.monte_carlo import simulate, simulate_elsewhere
 
@@ -127,7 +126,7 @@ def _simulated(
         return simulate_elsewhere(task, options, tell)
 
 
-def _print_simulation(console: Console, report: MonteCarloReport) -> None:
+def _print_simulation(console: PlainConsole, report: MonteCarloReport) -> None:
     rows = []
     for item in report.values:
         verdict = say("valid") if item.validated else say("differs")
@@ -143,11 +142,9 @@ def _print_simulation(console: Console, report: MonteCarloReport) -> None:
         "Tolerance", "Linear propagation",
     )  # fmt: skip
     print_grid(console, columns, rows, say_word("Monte Carlo (JCGM 101)"))
-    console.print(
-        say(
-            f"Intervals hold 95.45 %; {report.seconds:.1f} s; seed {report.seed}; "
-            f"{report.failed} trials without a fit."
-        ),
+    console.say(
+        f"Intervals hold 95.45 %; {report.seconds:.1f} s; seed {report.seed}; "
+        f"{report.failed} trials without a fit.",
         style="dim",
         highlight=True,
     )

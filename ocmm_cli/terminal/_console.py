@@ -123,8 +123,12 @@ class PlainConsole(Console):
         options["markup"] = options["emoji"] = False
         return super().render_str(shown(text), **options)
 
+    def say(self, text: str, **options: Any) -> None:
+        """Print a translated sentence."""
+        self.print(say(text), **options)
 
-def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> Console:
+
+def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> PlainConsole:
     """Return the console; ``soft_wrap`` keeps long lines, as pipes and files do."""
     console = PlainConsole(soft_wrap=soft_wrap, stderr=stderr)
     if console.is_terminal:
@@ -158,7 +162,7 @@ def print_table_account(account: TableAccount) -> None:
     console = make_console(stderr=True)
     for sentence in account.sentences():
         is_assumed = sentence.startswith("Unit ") and not account.unit_from
-        console.print(say(sentence), style="yellow" if is_assumed else "dim")
+        console.say(sentence, style="yellow" if is_assumed else "dim")
 
 
 class DeferredInterrupt:

@@ -7,11 +7,10 @@ from collections.abc import Iterable, Sequence
 
 from rich import box
 from rich.cells import cell_len
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.terminal._console import say, shown
+from ocmm_cli.terminal._console import PlainConsole, shown
 
 _WHOLE = 24
 """A cell up to this width that holds a digit is a value: it stays on one line."""
@@ -21,7 +20,7 @@ _NUMBER = re.compile(r"[-+−±<>≤≥~ ]*[\d–-][^A-Za-z]*([^\d\s]{0,4})?$")
 
 
 def print_grid(
-    console: Console,
+    console: PlainConsole,
     heads: Sequence[str],
     rows: Iterable[Sequence[str | Text]],
     title: str = "",
@@ -59,7 +58,7 @@ def print_grid(
     console.print(table, soft_wrap=False, crop=False)
     if left_out:
         hidden = ", ".join(head for head in heads if head in left_out)
-        console.print(say(f"A wider terminal also shows {hidden}."), style="dim")
+        console.say(f"A wider terminal also shows {hidden}.", style="dim")
 
 
 def _text(cell: str | Text) -> Text:
@@ -110,7 +109,7 @@ def _widths(heads: Sequence[str], rows: list[list[Text]], width: int) -> list[in
 
 
 def _print_blocks(
-    console: Console, heads: Sequence[str], rows: list[list[Text]], title: str
+    console: PlainConsole, heads: Sequence[str], rows: list[list[Text]], title: str
 ) -> None:
     """Print the first cell of each row, and below it a line for each other cell."""
     if title:

@@ -12,33 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.acceptance import (
-    NOT_SIGNED_REMEDY,
-    RECORDS,
-    SESSIONS,
-    AcceptanceProcedure,
-    AcceptanceRecord,
-    AcceptanceSession,
-    ArtefactEntry,
-    ArtefactOffer,
-    ArtefactRegister,
-    EarlierUse,
-    FinishedTest,
-    InstrumentState,
-    InterimChart,
-    InterimHistory,
-    InterimTest,
-    OpenTest,
-    ProcedureOffer,
-    RoomAir,
-    Stage,
-    UsedArtefact,
-    finished_tests,
-    note_check,
-    offered_artefacts,
-    offered_procedures,
-    open_tests,
-)
+from ocmm_core import acceptance
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationInUse, CalibrationStore, ProbeInUse
 from ocmm_core.composition import _acceptance_site as acceptance_site
@@ -63,20 +37,32 @@ class StatedConditions:
     condition: str = "as found"
     """`who`, `place`, `customer`, `condition`: see `AcceptanceRecord`."""
     temperature: Temperature = VIRTUAL_ROOM
-    air: RoomAir = field(default_factory=RoomAir)
+    air: acceptance.RoomAir = field(default_factory=acceptance.RoomAir)
 
 
 def start_test(
-    tests: Path, stage: Stage, procedure_sha256: str, given: StatedConditions, now: datetime,
-    earlier: EarlierUse,
-) -> AcceptanceSession:  # fmt: skip
+    tests: Path,
+    stage: acceptance.Stage,
+    procedure_sha256: str,
+    given: StatedConditions,
+    now: datetime,
+    earlier: acceptance.EarlierUse,
+) -> acceptance.AcceptanceSession:
     """Start a test in a folder of tests; raise OcmmError as `AcceptanceSession.begin`."""
     name = f"{stage.procedure.id}-{now.strftime('%Y%m%dT%H%M%S.%f')}.chain"
-    return AcceptanceSession.begin(
-        tests / SESSIONS / name, stage, procedure_sha256, now, temperature=given.temperature,
-        who=given.who.strip(), place=given.place.strip(), customer=given.customer.strip(),
-        condition=given.condition, earlier=earlier, air=given.air,
-    )  # fmt: skip
+    return acceptance.AcceptanceSession.begin(
+        tests / acceptance.SESSIONS / name,
+        stage,
+        procedure_sha256,
+        now,
+        temperature=given.temperature,
+        who=given.who.strip(),
+        place=given.place.strip(),
+        customer=given.customer.strip(),
+        condition=given.condition,
+        earlier=earlier,
+        air=given.air,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +71,11 @@ class TestsMade:
 
     __test__ = False
 
-    finished: tuple[FinishedTest, ...]
+    finished: tuple[acceptance.FinishedTest, ...]
     unread: tuple[str, ...]
     """`finished`, `unread`: see `finished_tests`."""
-    unfinished: tuple[OpenTest, ...]
-    chart: InterimChart | None
+    unfinished: tuple[acceptance.OpenTest, ...]
+    chart: acceptance.InterimChart | None
     """Chart of the artefact of the last interim check; None without checks."""
 
 
@@ -104,7 +90,7 @@ class AcceptanceBench:
     """Folder of sessions, records and checks; None: this user's (virtual rigs have their own)."""
     register: Path | None = None
     """Artefact register; None for this user's."""
-    shipped: dict[str, UsedArtefact] = field(default_factory=dict)
+    shipped: dict[str, acceptance.UsedArtefact] = field(default_factory=dict)
 
     @property
     def is_virtual(self) -> bool:
@@ -120,7 +106,7 @@ class AcceptanceBench:
         one = self.request
         return choose_probe(one.source, one.probe, one.probes, one.tip, uncalibrated=False)
 
-    def instrument(self, now: datetime) -> InstrumentState:
+    def instrument(self, now: datetime) -> acceptance.InstrumentState:
         """Return the instrument in force; raise OcmmError if it cannot be tested."""
         cameras, probe = self.cameras(), self.probe()
         found = acceptance_site.instrument_of(cameras, probe, self.request.source, now)
@@ -133,21 +119,24 @@ class AcceptanceBench:
         base = acceptance_site.default_test_folder()
         return base.with_name("virtual-acceptance") if self.is_virtual else base
 
-    def artefacts(self) -> ArtefactRegister:
+    def artefacts(self) -> acceptance.ArtefactRegister:
         """Return the register; StorageError if a line was altered."""
-        return ArtefactRegister(self.register)
+        return acceptance.ArtefactRegister(self.register)
 
-    def procedures(self, now: datetime) -> tuple[ProcedureOffer, ...]:
-        return offered_procedures(self.instrument(now), self.request.seed)
+    def procedures(self, now: datetime) -> tuple[acceptance.ProcedureOffer, ...]:
+        return acceptance.offered_procedures(self.instrument(now), self.request.seed)
 
-    def stage(self, offer: ProcedureOffer, artefacts: tuple[UsedArtefact, ...], now: datetime) -> (
-        Stage
-    ):  # fmt: skip
-        return Stage(offer.procedure, self.instrument(now), artefacts, self.request.seed)
+    def stage(
+        self,
+        offer: acceptance.ProcedureOffer,
+        artefacts: tuple[acceptance.UsedArtefact, ...],
+        now: datetime,
+    ) -> acceptance.Stage:
+        return acceptance.Stage(offer.procedure, self.instrument(now), artefacts, self.request.seed)
 
     def offers(
-        self, offer: ProcedureOffer, now: datetime, temperature: Temperature
-    ) -> tuple[ArtefactOffer, ...]:
+        self, offer: acceptance.ProcedureOffer, now: datetime, temperature: Temperature
+    ) -> tuple[acceptance.ArtefactOffer, ...]:
         """Return artefacts with reasons of refusal; on the virtual rig its own come first."""
         register = self.artefacts()
         faults = register.faults()
@@ -156,22 +145,24 @@ class AcceptanceBench:
             candidates = [*self._shipped().items(), *candidates]
         earlier = acceptance_site.earlier_use(self.cameras(), self.probe())
         stage = self.stage(offer, (), now)
-        offers = offered_artefacts(stage, candidates, now, temperature, earlier)
+        offers = acceptance.offered_artefacts(stage, candidates, now, temperature, earlier)
         return tuple(
-            replace(one, refusal=f"{faults[one.name]} {NOT_SIGNED_REMEDY}")
+            replace(one, refusal=f"{faults[one.name]} {acceptance.NOT_SIGNED_REMEDY}")
             if one.name in faults
             else one
             for one in offers
         )
 
-    def refused_for(self, entry: ArtefactEntry, now: datetime) -> tuple[tuple[str, str], ...]:
+    def refused_for(
+        self, entry: acceptance.ArtefactEntry, now: datetime
+    ) -> tuple[tuple[str, str], ...]:
         """Return the procedures for a register entry's kind, each with the refusal if any."""
         earlier = acceptance_site.earlier_use(self.cameras(), self.probe())
         found = []
         for offer in self.procedures(now):
             if entry.kind in offer.roles:
                 stage = self.stage(offer, (), now)
-                (one,) = offered_artefacts(
+                (one,) = acceptance.offered_artefacts(
                     stage, [(entry.id, entry.used())], now, VIRTUAL_ROOM, earlier
                 )
                 found.append((offer.procedure.id, one.refusal))
@@ -179,12 +170,12 @@ class AcceptanceBench:
 
     def begin(
         self,
-        offer: ProcedureOffer,
-        artefacts: tuple[UsedArtefact, ...],
+        offer: acceptance.ProcedureOffer,
+        artefacts: tuple[acceptance.UsedArtefact, ...],
         given: StatedConditions,
         now: datetime,
         seed: int | None = None,
-    ) -> AcceptanceProcedure:
+    ) -> acceptance.AcceptanceProcedure:
         """Start a test; raise OcmmError if it cannot be started."""
         if not given.who.strip():
             raise InputError("wizard.who", "No name given.", "Enter your name in 'Done by'.")
@@ -192,11 +183,11 @@ class AcceptanceBench:
         earlier = acceptance_site.earlier_use(self.cameras(), self.probe(), spots=True)
         stage = self.stage(offer, artefacts, now)
         if seed is not None:
-            stage = Stage(stage.procedure, stage.instrument, stage.artefacts, seed)
+            stage = acceptance.Stage(stage.procedure, stage.instrument, stage.artefacts, seed)
         session = start_test(self.tests(), stage, offer.sha256, given, now, earlier)
         return self._procedure(session, given.temperature)
 
-    def resume(self, path: Path, temperature: Temperature) -> AcceptanceProcedure:
+    def resume(self, path: Path, temperature: Temperature) -> acceptance.AcceptanceProcedure:
         """Resume a test; raise OcmmError if its file was altered or frames are recorded."""
         if origin_of(self.request.source) is Origin.RECORDING:
             raise InputError(
@@ -204,15 +195,15 @@ class AcceptanceBench:
                 "A test of a recording does not go on: its touches would be measured twice.",
                 "Begin it again; a recording is replayed from its first frame.",
             )
-        return self._procedure(AcceptanceSession.resume(path), temperature)
+        return self._procedure(acceptance.AcceptanceSession.resume(path), temperature)
 
-    def unfinished(self, now: datetime) -> tuple[OpenTest, ...]:
+    def unfinished(self, now: datetime) -> tuple[acceptance.OpenTest, ...]:
         """Return the started tests without a stored verdict."""
-        return open_tests(self.tests(), self.instrument(now))
+        return acceptance.open_tests(self.tests(), self.instrument(now))
 
     def made(self, now: datetime) -> TestsMade:
         """Return all tests, in seconds; OcmmError as `instrument` or for altered checks."""
-        finished, unread = finished_tests(self.tests())
+        finished, unread = acceptance.finished_tests(self.tests())
         checked = [
             one.record.artefacts[0]
             for one in finished
@@ -222,7 +213,7 @@ class AcceptanceBench:
         return TestsMade(finished, unread, self.unfinished(now), chart)
 
     def hand(
-        self, procedure: AcceptanceProcedure, failed: Callable[[OcmmError], None]
+        self, procedure: acceptance.AcceptanceProcedure, failed: Callable[[OcmmError], None]
     ) -> Hand | None:
         """Return the hand of a virtual rig or recording; None for real cameras."""
         one = self.request
@@ -233,11 +224,11 @@ class AcceptanceBench:
         make = source_of(one.source).spec.hand
         return None if make is None else make(one, procedure, failed)
 
-    def interim(self) -> InterimHistory:
+    def interim(self) -> acceptance.InterimHistory:
         """Return the interim checks; StorageError if a line was altered."""
-        return InterimHistory(self.tests())
+        return acceptance.InterimHistory(self.tests())
 
-    def chart(self, artefact: UsedArtefact, now: datetime) -> InterimChart:
+    def chart(self, artefact: acceptance.UsedArtefact, now: datetime) -> acceptance.InterimChart:
         """Return the chart of an artefact with the calibration and the tip in force."""
         tested = self.instrument(now)
         return self.interim().chart(tested.calibration, artefact.use.serial, tested.tip)
@@ -247,18 +238,24 @@ class AcceptanceBench:
         return self.cameras().store
 
     def _procedure(
-        self, session: AcceptanceSession, temperature: Temperature
-    ) -> AcceptanceProcedure:
-        checks = isinstance(session.stage.procedure.test, InterimTest)
-        return AcceptanceProcedure(
-            session, self.cameras().rig, self.probe().body, self.tests() / RECORDS, temperature,
+        self, session: acceptance.AcceptanceSession, temperature: Temperature
+    ) -> acceptance.AcceptanceProcedure:
+        checks = isinstance(session.stage.procedure.test, acceptance.InterimTest)
+        return acceptance.AcceptanceProcedure(
+            session,
+            self.cameras().rig,
+            self.probe().body,
+            self.tests() / acceptance.RECORDS,
+            temperature,
             self._charted if checks else None,
-        )  # fmt: skip
+        )
 
-    def _charted(self, record: AcceptanceRecord, now: datetime) -> InterimChart:
-        return note_check(self.interim(), record, self.store(), now)
+    def _charted(
+        self, record: acceptance.AcceptanceRecord, now: datetime
+    ) -> acceptance.InterimChart:
+        return acceptance.note_check(self.interim(), record, self.store(), now)
 
-    def _shipped(self) -> dict[str, UsedArtefact]:
+    def _shipped(self) -> dict[str, acceptance.UsedArtefact]:
         if not self.shipped:
             for role, parts in acceptance_site.SHIPPED.items():
                 self.shipped[role] = acceptance_site.named_artefact(str(resource(*parts)))

@@ -21,17 +21,9 @@ from ocmm_core.composition._sources import make_feed, source_of
 from ocmm_core.documents import resource, text_digest
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.fieldbus.described import refuse_unproven, resting_doubt_mm
+from ocmm_core.inspection import plan as plans
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader, SessionOptions, open_plan
-from ocmm_core.inspection.plan import (
-    Plan,
-    note_release,
-    plan_release,
-    read_plan,
-    require_consistent,
-    require_released,
-    stored_plan,
-)
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
 from ocmm_core.leftovers import clear_leftovers
 from ocmm_core.measuring import PointOptions
@@ -67,20 +59,20 @@ def build_station(request: StationRequest) -> BuiltStation:
         request = replace(request, rig=resource("rigs", shipped))
     if request.resume is None:
         if request.released_only:
-            require_released(request.plan, plan_release(request.plan))
-        plan, text = read_plan(request.plan)
-        require_consistent(request.plan, plan)
+            plans.require_released(request.plan, plans.plan_release(request.plan))
+        plan, text = plans.read_plan(request.plan)
+        plans.require_consistent(request.plan, plan)
         return _built(request, plan, text, None)
     job = JobFile.open(request.resume)
     try:
-        return _built(request, stored_plan(job.head), job.head.plan_text, job)
+        return _built(request, plans.stored_plan(job.head), job.head.plan_text, job)
     except BaseException:
         job.close()
         raise
 
 
 def _built(
-    request: StationRequest, plan: Plan, plan_text: str, begun: JobFile | None
+    request: StationRequest, plan: plans.Plan, plan_text: str, begun: JobFile | None
 ) -> BuiltStation:
     probe = probe_of(request)
     reference = reference_of(request, probe.body)
@@ -190,7 +182,7 @@ def _built(
 
 def _new_job(
     request: StationRequest,
-    plan: Plan,
+    plan: plans.Plan,
     plan_text: str,
     calibration: CalibrationInUse,
     probe: ProbeInUse,
@@ -217,7 +209,7 @@ def _new_job(
     job.append_event(NAMED, job_path.stem)
     if request.order or request.batch:
         job.append_event(HEADER_EVENT, header_text(header))
-    note_release(job, plan_release(request.plan))
+    plans.note_release(job, plans.plan_release(request.plan))
     return job
 
 
@@ -286,7 +278,7 @@ def _missing(station: MeasuringStation, there: frozenset[str]) -> Remaining:
     return touches, taken
 
 
-def _job_path(folder: Path, plan: Plan) -> Path:
+def _job_path(folder: Path, plan: plans.Plan) -> Path:
     """Return an unused job file name in `folder`, which is created if missing."""
     try:
         folder.mkdir(parents=True, exist_ok=True)

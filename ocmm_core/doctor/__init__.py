@@ -4,8 +4,8 @@ In: the files and tools of a computer below a root folder. Out: a status line pe
 that repair faults without risk.
 
 Start with `_result` (check results and changes), `_computer` (system queries) and `_registry` (one
-entry per check), then the checks: `_kernel_checks` (also rights), `_adapter_checks` with
-`_ethtool`, `_disk_checks` (also records), `_desk_checks`. `_wake` measures wake-ups and judges
+entry per check), then the checks: `_kernel_checks` (also rights), `_adapter_checks` (by
+ethtool), `_disk_checks` (also records), `_desk_checks`. `_wake` measures wake-ups and judges
 cycles measured by `composition`. `_mend` applies and reverts changes. It must not import stations
 or screens: results are plain data.
 """

@@ -2,13 +2,56 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Mapping, Sequence
 
-from ocmm_core.doctor import _ethtool as ethtool
 from ocmm_core.doctor import _result as result
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._kernel_checks import bus_core, processors
+
+COALESCING, FEATURES = "-C", "-K"
+PAUSE, EEE = "-a", "--show-eee"
+_PACKAGE = "ethtool"
+_TITLES = {"generic-receive-offload": "gro", "large-receive-offload": "lro"}
+
+
+def settings(computer: Computer, name: str, kind: str) -> dict[str, str]:
+    """Return the changeable settings of a kind, by option; NotAskedError if unknown.
+
+    ``kind`` is `COALESCING` or `FEATURES`: the option that sets them; lower case queries.
+    """
+    said = computer.run("ethtool", kind.lower(), name, package=_PACKAGE)
+    if kind == FEATURES:
+        found = re.findall(r"^([a-z-]+): (on|off)$", said, re.MULTILINE)
+        return {_TITLES[title]: state for title, state in found if title in _TITLES}
+    times = dict(re.findall(r"^(rx-usecs|tx-usecs):\s*(\d{1,7})$", said, re.MULTILINE))
+    adaptive = re.search(r"^Adaptive RX: (on|off)\s+TX: (on|off)$", said, re.MULTILINE)
+    if adaptive is None:
+        return times
+    # First off, then zero: some drivers refuse times in adaptive mode.
+    return {"adaptive-rx": adaptive[1], "adaptive-tx": adaptive[2], **times}
+
+
+def fixed_features(computer: Computer, name: str) -> dict[str, str]:
+    """Return the features fixed by the driver, by option."""
+    said = computer.run("ethtool", FEATURES.lower(), name, package=_PACKAGE)
+    found = re.findall(r"^([a-z-]+): (on|off) \[fixed\]$", said, re.MULTILINE)
+    return {_TITLES[title]: state for title, state in found if title in _TITLES}
+
+
+def is_on(computer: Computer, name: str, kind: str) -> bool:
+    """Return whether `PAUSE` frames or `EEE` are on; False if unknown."""
+    with contextlib.suppress(NotAskedError):
+        said = computer.run("ethtool", kind, name, package=_PACKAGE)
+        return re.search(r"^(?:RX|TX):\s*on$|EEE status: enabled", said, re.MULTILINE) is not None
+    return False
+
+
+def change_setting(computer: Computer, name: str, kind: str, option: str, value: str) -> None:
+    """Set one option; raise NotAskedError if the driver refuses."""
+    computer.run("ethtool", kind, name, option, value, package=_PACKAGE)
+
 
 NETWORK = "/sys/class/net"
 _SETTINGS = "/etc/ocmm/bus.env"
@@ -122,12 +165,12 @@ def _against(computer: Computer, name: str, speed: int) -> list[tuple[str, str]]
             "Use an adapter on PCI Express.",
         ),
         (
-            ethtool.is_on(computer, name, ethtool.PAUSE),
+            is_on(computer, name, PAUSE),
             f"{name} uses pause frames.",
             f"Type: ethtool -A {name} rx off tx off",
         ),
         (
-            ethtool.is_on(computer, name, ethtool.EEE),
+            is_on(computer, name, EEE),
             f"{name} uses energy-efficient Ethernet.",
             f"Type: ethtool --set-eee {name} eee off",
         ),
@@ -186,11 +229,11 @@ def coalescing(computer: Computer) -> result.Answer:
     rx-usecs 0 tx-usecs 0``).
     """
     name = interface_of(computer)
-    found = ethtool.settings(computer, name, ethtool.COALESCING)
+    found = settings(computer, name, COALESCING)
     wanted = {option: "0" if "usecs" in option else "off" for option in found}
     if not {"rx-usecs", "tx-usecs"} & set(found):
         raise NotAskedError(f"The driver of {name} does not say whether it collects frames.")
-    wrong = _wrong(name, ethtool.COALESCING, found, wanted)
+    wrong = _wrong(name, COALESCING, found, wanted)
     if not wrong:
         return result.green(f"{name} tells every frame at once.")
     shown = ", ".join(f"{one.place.split()[-1]} {one.before}" for one in wrong)
@@ -205,11 +248,11 @@ def coalescing(computer: Computer) -> result.Answer:
 def offloads(computer: Computer) -> result.Answer:
     """Return whether the kernel delivers every frame unmodified."""
     name = interface_of(computer)
-    found = ethtool.settings(computer, name, ethtool.FEATURES)
-    fixed = ethtool.fixed_features(computer, name)
+    found = settings(computer, name, FEATURES)
+    fixed = fixed_features(computer, name)
     if not found and not fixed:
         raise NotAskedError(f"The driver of {name} does not say whether it joins frames.")
-    wrong = _wrong(name, ethtool.FEATURES, found, dict.fromkeys(found, "off"))
+    wrong = _wrong(name, FEATURES, found, dict.fromkeys(found, "off"))
     if "on" in fixed.values():
         return result.amber(
             "offloads.fixed",

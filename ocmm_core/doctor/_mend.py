@@ -10,8 +10,8 @@ from pathlib import Path
 
 import msgspec
 
+from ocmm_core.doctor._adapter_checks import change_setting, settings
 from ocmm_core.doctor._computer import Computer, NotAskedError
-from ocmm_core.doctor._ethtool import change_setting, settings
 from ocmm_core.doctor._result import LIMITS, UNDO_FILE, ChangeKind, SystemChange, is_allowed
 from ocmm_core.documents import read_bytes, write_atomic, write_new
 from ocmm_core.errors import InputError, InternalError, StorageError

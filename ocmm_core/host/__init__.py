@@ -10,10 +10,10 @@ what is in the files.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.host._chosen import HOST, require_linux
+    from ocmm_core.host._chosen import HOST, is_loopback, require_linux
     from ocmm_core.host._display import display_answers, library_fault
     from ocmm_core.host._host import Host
 else:
     __getattr__ = door(__name__)
 
-__all__ = ["HOST", "Host", "display_answers", "library_fault", "require_linux"]
+__all__ = ["HOST", "Host", "display_answers", "is_loopback", "library_fault", "require_linux"]

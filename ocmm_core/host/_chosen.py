@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ipaddress
+
 from ocmm_core.errors import InputError
 from ocmm_core.host._host import Host
 
@@ -17,6 +19,14 @@ def _chosen() -> Host:
 
 
 HOST = _chosen()
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether a name or an address is that of this computer for itself."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
 
 
 def require_linux(what: str) -> None:

@@ -4,18 +4,16 @@ In: tracked frames, triggers, temperatures, and the covariance of rig and probe.
 Out: a point with probe side and compensation, or a refusal; the joint uncertainty of all points as
 factors.
 
-Read `_trigger` (detection of a point), `_stable_point` (from a window of frames to one ball
-centre), `_path` and `_path_points` (continuous probing), `_untimed` (cameras that do not prove when
-they expose), `_point` (its record), `_compensation` (the touched side), `_temperature`, then
-`_contributions` (effect of each error on all points) with `_factors`, `_pattern_field` and `_rows`
-(its storage). `_probe_report` predicts it before
-measuring. The package is independent of features and plans.
+Read `_trigger` (detection of a point, and the touched side), `_stable_point` (from a window of
+frames to one ball centre), `_path` and `_path_points` (continuous probing), `_untimed` (cameras
+that do not prove when they expose), `_point` (its record), `_temperature`, then `_contributions`
+(effect of each error on all points) with `_factors`, `_pattern_field` and `_rows` (its storage).
+`_probe_report` predicts it before measuring. The package is independent of features and plans.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.measuring._compensation import METHODS, Side, side_of
     from ocmm_core.measuring._contributions import (
         CAMERAS, FRAME, IMAGE_NOISE, TIP_RADIUS, Contribution, FrameDoubt, ProbeState,
         contributions, rigid_movement,
@@ -42,7 +40,9 @@ if TYPE_CHECKING:
         CLIMATE_EVENT, Climate, PartTemperature, check_part, climate_of_text, record_text,
         reported_points,
     )  # fmt: skip
-    from ocmm_core.measuring._trigger import Touch, TouchCollector, approach_direction
+    from ocmm_core.measuring._trigger import (
+        METHODS, Side, Touch, TouchCollector, approach_direction, side_of,
+    )  # fmt: skip
     from ocmm_core.measuring._untimed import UNKNOWN_SKEW, with_skew
 else:
     __getattr__ = door(__name__)

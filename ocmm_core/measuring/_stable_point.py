@@ -10,42 +10,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ocmm_core import tracking
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring._point import Refusal, RefusalCode
-from ocmm_core.tracking import (
-    BallMotion,
-    FrameStatus,
-    HandDrift,
-    ProbeBody,
-    ReferenceTrack,
-    SpotSpectrum,
-    Stillness,
-    TrackBlock,
-    batch_labels,
-    in_rig,
-    judge_stillness,
-    motion_to_world,
-    simultaneous,
-    spot_course,
-    wildness,
-)
 
 
-def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
+def explain(window: tracking.TrackBlock, rig: Rig, time_s: float) -> Refusal:
     """Return the refusal for a window with too few frames with a tip."""
-    bad = window.status[window.status != FrameStatus.OK]
-    worst = FrameStatus(int(np.bincount(bad).argmax()))
-    if worst is FrameStatus.REFERENCE_LOST and window.reference is not None:
+    bad = window.status[window.status != tracking.FrameStatus.OK]
+    worst = tracking.FrameStatus(int(np.bincount(bad).argmax()))
+    if worst is tracking.FrameStatus.REFERENCE_LOST and window.reference is not None:
         return explain_reference(window.reference, rig, time_s)
-    if worst is FrameStatus.DOUBTFUL:
+    if worst is tracking.FrameStatus.DOUBTFUL:
         return Refusal(
             RefusalCode.DOUBTFUL,
             "The spots do not fit the probe: a reflection, a wrong probe or a moved camera.",
             "Cover reflections and check the probe. If it persists, verify the cameras.",
             time_s,
         )
-    if worst is FrameStatus.UNIDENTIFIED:
+    if worst is tracking.FrameStatus.UNIDENTIFIED:
         return Refusal(
             RefusalCode.UNIDENTIFIED,
             "The LEDs are seen but cannot be identified uniquely.",
@@ -60,10 +44,10 @@ def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
     )
 
 
-def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
+def explain_reference(seen: tracking.ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
     """Return the refusal for a window in which the reference body failed."""
     body = seen.body
-    bad = body.status[body.status != FrameStatus.OK]
+    bad = body.status[body.status != tracking.FrameStatus.OK]
     if not len(bad):
         return Refusal(
             RefusalCode.REFERENCE,
@@ -71,8 +55,8 @@ def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
             "Let part and cameras come to rest until the machine is ready.",
             time_s,
         )
-    worst = FrameStatus(int(np.bincount(bad).argmax()))
-    if worst is FrameStatus.DOUBTFUL:
+    worst = tracking.FrameStatus(int(np.bincount(bad).argmax()))
+    if worst is tracking.FrameStatus.DOUBTFUL:
         return Refusal(
             RefusalCode.REFERENCE,
             "The spots do not fit the reference body: a reflection, another body or a moved "
@@ -80,7 +64,7 @@ def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
             "Cover reflections and check the reference body. If it persists, verify the cameras.",
             time_s,
         )
-    if worst is FrameStatus.UNIDENTIFIED:
+    if worst is tracking.FrameStatus.UNIDENTIFIED:
         return Refusal(
             RefusalCode.REFERENCE,
             "The reference body is not recognised among the visible lights.",
@@ -97,7 +81,12 @@ def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
 
 
 def _who_sees_nothing(
-    window: TrackBlock, status: FrameStatus, rig: Rig, what: str, before: str, each: str
+    window: tracking.TrackBlock,
+    status: tracking.FrameStatus,
+    rig: Rig,
+    what: str,
+    before: str,
+    each: str,
 ) -> str:
     """Return the sentence that names the cameras and their hidden LEDs.
 
@@ -182,20 +171,22 @@ class TouchNoise:
     the spots, because no motion of the probe changes it, but not that of the hand.
     """
 
-    def __init__(self, rig: Rig, body: ProbeBody) -> None:
+    def __init__(self, rig: Rig, body: tracking.ProbeBody) -> None:
         self._rig, self._leds = rig, body.leds_probe
-        self._spectrum, self._hand = SpotSpectrum(), HandDrift()
+        self._spectrum, self._hand = tracking.SpotSpectrum(), tracking.HandDrift()
 
-    def judge(self, window: TrackBlock, frames: Int, limit_mm: float) -> Stillness:
+    def judge(
+        self, window: tracking.TrackBlock, frames: Int, limit_mm: float
+    ) -> tracking.Stillness:
         """Judge whether the ball rested in some frames that see the same LEDs, and learn."""
-        seconds, seen = _seconds(window)[frames], in_rig(window)
-        course = spot_course(
-            batch_labels(seconds), seconds, seen.uv[frames],
+        seconds, seen = _seconds(window)[frames], tracking.in_rig(window)
+        course = tracking.spot_course(
+            tracking.batch_labels(seconds), seconds, seen.uv[frames],
             seen.rotation_world_from_probe[frames], seen.origin_world[frames],
             self._rig, self._leds,
         )  # fmt: skip
         self._spectrum = self._spectrum.learnt(course)
-        still = judge_stillness(
+        still = tracking.judge_stillness(
             seconds, window.tip_world[frames], window.tip_covariance[frames], limit_mm,
             self._spectrum.between(course), self._hand,
         )  # fmt: skip
@@ -205,7 +196,7 @@ class TouchNoise:
 
 
 def average(
-    window: TrackBlock,
+    window: tracking.TrackBlock,
     expected: int,
     rig: Rig,
     options: PointOptions,
@@ -219,9 +210,9 @@ def average(
     the hand is unknown.
     """
     # Poses of the averaged frames themselves: no lag, whatever moved.
-    window = simultaneous(window)
+    window = tracking.simultaneous(window)
     time_s = float(window.time_ns[len(window) // 2]) * 1e-9 if len(window) else 0.0
-    good = window.status == FrameStatus.OK
+    good = window.status == tracking.FrameStatus.OK
     if len(window) < options.min_share * expected:
         return Refusal(
             RefusalCode.GAP,
@@ -237,7 +228,9 @@ def average(
     if np.count_nonzero(used) < 0.5 * options.min_share * expected:
         return _disagreeing(int(np.count_nonzero(used)), expected, time_s)
     # Motion is no outlier: compare a frame with its neighbours, judge movement afterwards.
-    apart = wildness(_seconds(window)[used], window.tip_world[used], window.tip_covariance[used])
+    apart = tracking.wildness(
+        _seconds(window)[used], window.tip_world[used], window.tip_covariance[used]
+    )
     keep = np.flatnonzero(used)[apart < _OUTLIER_SIGMAS]
     enough = len(keep) >= 0.5 * options.min_share * expected
     judged = keep if enough else np.flatnonzero(used)
@@ -279,14 +272,14 @@ def average(
         rotation_world_from_probe=mean_rotation(window.rotation_world_from_probe[keep]),
         spots=window.uv[keep].mean(axis=0),
         chi2_per_dof=float(np.mean(window.chi2[keep] / window.dof[keep])),
-        tip_rig=in_rig(window).tip_world[keep].mean(axis=0),
+        tip_rig=tracking.in_rig(window).tip_world[keep].mean(axis=0),
         reference_spots=(
             window.reference.body.uv[keep].mean(axis=0) if window.reference is not None else None
         ),
     )
 
 
-def _moving(motion: BallMotion, time_s: float) -> Refusal:
+def _moving(motion: tracking.BallMotion, time_s: float) -> Refusal:
     return Refusal(
         RefusalCode.MOVING,
         f"The ball {motion.kind.value} by {motion.size_mm:.3f} mm while it was measured.",
@@ -310,22 +303,24 @@ def _alike(seen: NDArray[np.uint64], good: NDArray[np.bool_]) -> NDArray[np.bool
     return np.asarray((seen == patterns[np.argmax(counts)]).all(axis=1))
 
 
-def _seconds(window: TrackBlock) -> Float:
+def _seconds(window: tracking.TrackBlock) -> Float:
     return np.asarray((window.time_ns - window.time_ns[0]) * 1e-9, dtype=np.float64)
 
 
-def _judge(window: TrackBlock, frames: Int, limit_mm: float) -> Stillness:
-    return judge_stillness(
+def _judge(window: tracking.TrackBlock, frames: Int, limit_mm: float) -> tracking.Stillness:
+    return tracking.judge_stillness(
         _seconds(window)[frames], window.tip_world[frames], window.tip_covariance[frames], limit_mm
     )
 
 
-def _motion_of_reference(window: TrackBlock, frames: Int, limit_mm: float) -> BallMotion | None:
+def _motion_of_reference(
+    window: tracking.TrackBlock, frames: Int, limit_mm: float
+) -> tracking.BallMotion | None:
     """Return the motion of the ball by the reference body alone."""
     seen = window.reference
     if seen is None or seen.home is None:
         return None
-    turn, shift = motion_to_world(
+    turn, shift = tracking.motion_to_world(
         seen.home, seen.body.rotation_world_from_probe[frames], seen.body.origin_world[frames]
     )
     tip_rig = np.median(seen.probe.tip_world[frames], axis=0)
@@ -333,7 +328,7 @@ def _motion_of_reference(window: TrackBlock, frames: Int, limit_mm: float) -> Ba
         turn @ seen.probe.tip_covariance[frames] @ turn.transpose(0, 2, 1)
     )
     carried = turn @ tip_rig + shift
-    return judge_stillness(_seconds(window)[frames], carried, noise, limit_mm).motion
+    return tracking.judge_stillness(_seconds(window)[frames], carried, noise, limit_mm).motion
 
 
 def _independent_share(tips: Float, covariances: Float, rig: Rig) -> float:

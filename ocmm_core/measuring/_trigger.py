@@ -1,4 +1,10 @@
-"""Trigger detection and the frames of each point, by exposure counters, not by blocks."""
+"""Trigger detection and the frames of each point, by exposure counters, not by blocks.
+
+The touched side of the material is found by four methods. The direction of a point leads from the
+material to the probe. For surfaces it only tells the side of the material, and the feature is
+compensated as a whole (`features.measured`); for single points and lines the radius of the ball is
+subtracted along it.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +14,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from ocmm_core import tracking
 from ocmm_core.acquisition.frames import FrameFlag
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, unit
+from ocmm_core.measuring._point import Refusal, RefusalCode
 from ocmm_core.measuring._stable_point import PointOptions
-from ocmm_core.tracking import CameraSkew, FrameStatus, TrackBlock, cut, interruptions, join
 
 MIN_FRAMES = 25
 """Minimum frames of a window, to estimate its scatter."""
@@ -34,7 +41,7 @@ class Touch:
     """The frames of one touch."""
 
     first_frame: int
-    window: TrackBlock
+    window: tracking.TrackBlock
     """Frames from the trigger on, as far as they arrived."""
     expected: int
     """Intended frames of the window."""
@@ -44,7 +51,7 @@ class Touch:
     """The stream was interrupted before the window was full."""
     pull_world: Float = field(default_factory=lambda: np.empty((0, 3)))
     """(k, 3), mm: ball positions after the window, oldest first; empty unless waited for."""
-    skew: CameraSkew | None = None
+    skew: tracking.CameraSkew | None = None
     """Of cameras without proof of a common exposure time, which the frames were aligned by."""
 
 
@@ -66,10 +73,12 @@ class BallTrail:
     def extend(self, places: Float) -> None:
         self._trail.extend(places)
 
-    def follow(self, block: TrackBlock, start: int, stop: int) -> None:
+    def follow(self, block: tracking.TrackBlock, start: int, stop: int) -> None:
         """Take in some frames of a block."""
         part = slice(start, stop)
-        due = (block.counter[part] % self._stride == 0) & (block.status[part] == FrameStatus.OK)
+        due = (block.counter[part] % self._stride == 0) & (
+            block.status[part] == tracking.FrameStatus.OK
+        )
         for tip_world in block.tip_world[part][due]:
             last = self._trail[-1] if self._trail else None
             if last is None or float(np.linalg.norm(tip_world - last)) >= _TRAIL_STEP_MM:
@@ -93,7 +102,7 @@ class TouchCollector:
         self._pull: list[Float] = []
         self._expected = max(round(options.window_s / frame_period_s), MIN_FRAMES)
         self._trail = BallTrail(frame_period_s)
-        self._pieces: list[TrackBlock] = []
+        self._pieces: list[tracking.TrackBlock] = []
         self._end = -1
         self._armed = False
         self._button = True
@@ -108,18 +117,18 @@ class TouchCollector:
         """Request a point with the next frame; ignored while a window is open."""
         self._armed = not self.collecting
 
-    def feed(self, block: TrackBlock) -> list[Touch]:
+    def feed(self, block: tracking.TrackBlock) -> list[Touch]:
         """Take in tracked frames and return the completed touches."""
         touches: list[Touch] = []
-        breaks = interruptions(block.time_ns, self._before_ns)
+        breaks = tracking.interruptions(block.time_ns, self._before_ns)
         for first, last in pairwise(sorted({0, *breaks, len(block)})):
             if first in breaks:
                 touches += self._interrupt(block, first)
-            touches += self._feed(cut(block, first, last) if breaks else block)
+            touches += self._feed(tracking.cut(block, first, last) if breaks else block)
         self._before_ns = int(block.time_ns[-1])
         return touches
 
-    def _feed(self, block: TrackBlock) -> list[Touch]:
+    def _feed(self, block: tracking.TrackBlock) -> list[Touch]:
         touches: list[Touch] = []
         start = 0
         while start < len(block):
@@ -131,7 +140,7 @@ class TouchCollector:
             else:
                 stop = int(np.searchsorted(block.counter, self._end))
                 if stop > start:
-                    self._pieces.append(cut(block, start, stop))
+                    self._pieces.append(tracking.cut(block, start, stop))
                     self._button = bool(block.flags[stop - 1] & FrameFlag.BUTTON)
                 if stop == len(block):
                     return touches
@@ -143,13 +152,15 @@ class TouchCollector:
                 start = stop
         return touches
 
-    def _follow_pull(self, block: TrackBlock, start: int, held: Touch) -> tuple[int, Touch | None]:
+    def _follow_pull(
+        self, block: tracking.TrackBlock, start: int, held: Touch
+    ) -> tuple[int, Touch | None]:
         """Follow the ball from ``start``; return the next frame and the completed touch."""
         latest = int(held.window.counter[-1]) + self._pull_frames
-        contact = held.window.tip_world[held.window.status == FrameStatus.OK]
+        contact = held.window.tip_world[held.window.status == tracking.FrameStatus.OK]
         for index in range(start, len(block)):
             over = int(block.counter[index]) > latest or not len(contact)
-            if block.status[index] == FrameStatus.OK and not over:
+            if block.status[index] == tracking.FrameStatus.OK and not over:
                 away = float(np.linalg.norm(block.tip_world[index] - contact[-1]))
                 last = self._pull[-1] if self._pull else contact[-1]
                 if float(np.linalg.norm(block.tip_world[index] - last)) >= _TRAIL_STEP_MM:
@@ -166,7 +177,7 @@ class TouchCollector:
         self._trail.extend(pull)
         return replace(held, pull_world=pull)
 
-    def _interrupt(self, block: TrackBlock, first: int) -> list[Touch]:
+    def _interrupt(self, block: tracking.TrackBlock, first: int) -> list[Touch]:
         """Forget frames before ``first``; return the touches that a waiting trigger completes."""
         touches = [self._end_pull(self._held)] if self._held is not None else []
         if self._armed:
@@ -180,7 +191,7 @@ class TouchCollector:
         self._trail.clear()
         return touches
 
-    def _watch(self, block: TrackBlock, start: int) -> int:
+    def _watch(self, block: tracking.TrackBlock, start: int) -> int:
         """Find a trigger from ``start`` on; return where the window begins, or the end."""
         down = (block.flags[start:] & FrameFlag.BUTTON) != 0
         before = np.concatenate([[self._button], down[:-1]])
@@ -195,8 +206,8 @@ class TouchCollector:
             self._end = int(block.counter[stop]) + self._expected
         return stop
 
-    def _complete(self, block: TrackBlock, stop: int) -> Touch:
-        window = join(self._pieces) if self._pieces else cut(block, stop, stop)
+    def _complete(self, block: tracking.TrackBlock, stop: int) -> Touch:
+        window = tracking.join(self._pieces) if self._pieces else tracking.cut(block, stop, stop)
         first_frame = self._end - self._expected
         self._pieces, self._end = [], -1
         return Touch(first_frame, window, self._expected, self._trail.places)
@@ -236,3 +247,88 @@ def approach_direction(trail_world: Float, contact_world: Float, distance: float
         return None
     direction: Float = total / np.linalg.norm(total)
     return direction
+
+
+METHODS = ("approach", "pulled", "shank", "nominal")
+"""By approach or retraction of the ball, axis of the probe, or normal of the nominal surface."""
+
+WORDS = {"approach": "trail", "pulled": "pulled", "shank": "shank", "nominal": "nominal"}
+"""Values of `MeasuredPoint.approach`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """Side of the probe at a touch."""
+
+    direction: Float
+    """(3,), unit, world: from the material towards the probe."""
+    word: str
+
+
+def side_of(
+    method: str,
+    touch: Touch,
+    tip_world: Float,
+    rotation_world_from_probe: Float,
+    body: tracking.ProbeBody,
+    approach_mm: float,
+    nominal_normal: Float | None,
+    time_s: float,
+) -> Side | Refusal:
+    """Return the direction of a point, or the reason why it is unknown.
+
+    A ball that approached from behind the nominal surface, or against the axis of the probe, is
+    refused. ``approach_mm`` is the required straight path of the ball; ``nominal_normal`` (3,),
+    unit, world, is None if unknown.
+    """
+    came = approach_direction(touch.trail_world, tip_world, approach_mm)
+    match method:
+        case "approach":
+            if came is None:
+                return _refused(
+                    "The approach direction of the ball is unknown.",
+                    f"Move it away by {approach_mm:g} mm or more and touch again.",
+                    time_s,
+                )
+            return Side(came, WORDS[method])
+        case "pulled":
+            pulled = approach_direction(touch.pull_world[::-1], tip_world, approach_mm)
+            if pulled is None:
+                return _refused(
+                    "The ball was not retracted square to the surface after the touch.",
+                    "Touch again and, once the point is taken, retract the ball by "
+                    f"{4.0 * approach_mm:g} mm, square to the surface.",
+                    time_s,
+                )
+            return Side(pulled, WORDS[method])
+        case "shank":
+            direction = rotation_world_from_probe @ shank_axis(body)
+        case _:
+            if nominal_normal is None or not np.any(nominal_normal):
+                return _refused(
+                    "The nominal surface direction is unknown here: the part frame is not "
+                    "measured yet, or the ball is far from the nominal surface.",
+                    "Measure the datum features first, or choose the approach direction instead.",
+                    time_s,
+                )
+            direction = nominal_normal
+    if came is not None and float(came @ direction) < 0.0:
+        which = "the probe points" if method == "shank" else "the nominal surface faces"
+        return _refused(
+            (
+                f"The ball approached from the side opposite to where {which}: one of the "
+                "two is wrong."
+            ),
+            "Touch again from outside the material, or choose the approach direction instead.",
+            time_s,
+        )
+    return Side(direction, WORDS[method])
+
+
+def shank_axis(body: tracking.ProbeBody) -> Float:
+    """Return the axis of the probe, (3,), unit, probe frame: from the ball to its LEDs."""
+    return unit(body.leds_probe.mean(axis=0) - body.tip_probe)
+
+
+def _refused(what: str, remedy: str, time_s: float) -> Refusal:
+    return Refusal(RefusalCode.NO_APPROACH, what, remedy, time_s)

@@ -12,16 +12,8 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration import records
 from ocmm_core.calibration.guided import ShockDetector
-from ocmm_core.calibration.records import (
-    MONITOR,
-    Blocker,
-    CalibrationStatus,
-    ProbeInUse,
-    ProbeStore,
-    ProbeView,
-    judge,
-)
 from ocmm_core.errors import CalibrationError
 from ocmm_core.inspection.archive import last_good_utc, settle_tip
 from ocmm_core.inspection.session import InspectionSession
@@ -31,7 +23,7 @@ from ocmm_core.storage import JobFile
 PAUSE = timedelta(hours=8)
 """Time without a point or a check after which the state of the tip is unknown."""
 
-_USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
+_USABLE = (records.CalibrationStatus.VALID, records.CalibrationStatus.DUE)
 
 
 class ProbeWatch:
@@ -43,7 +35,7 @@ class ProbeWatch:
 
     def __init__(
         self,
-        in_use: ProbeInUse,
+        in_use: records.ProbeInUse,
         session: InspectionSession,
         job: JobFile,
         pause: timedelta = PAUSE,
@@ -59,7 +51,7 @@ class ProbeWatch:
         self._settled = 0
         self._used = max(map(datetime.fromisoformat, job.taken_utc().values()), default=None)
         self._shocks = ShockDetector()
-        self._dropped: Blocker | None = None
+        self._dropped: records.Blocker | None = None
 
     def start(self) -> None:
         """Mount a requested tip; suspect after a pause; OcmmError if an event is not durable."""
@@ -69,7 +61,7 @@ class ProbeWatch:
         self._notice_pause()
         self.settle()
 
-    def view(self) -> ProbeView:
+    def view(self) -> records.ProbeView:
         """Return the state of the probe, at most 0.2 s old."""
         return self._kept.view()
 
@@ -119,14 +111,14 @@ class ProbeWatch:
             return settle_tip(self._session, self._job, events, self.in_use.tip)
 
     @property
-    def _store(self) -> ProbeStore | None:
+    def _store(self) -> records.ProbeStore | None:
         """Return the store of the tip's history, or None without one."""
         return self.in_use.store if self.in_use.records is not None else None
 
-    def _judge(self) -> ProbeView:
-        view = judge(self.in_use, self._clock())
+    def _judge(self) -> records.ProbeView:
+        view = records.judge(self.in_use, self._clock())
         if view.blocker is None and self._dropped is not None:
-            return replace(view, word=CalibrationStatus.SUSPECT, blocker=self._dropped)
+            return replace(view, word=records.CalibrationStatus.SUSPECT, blocker=self._dropped)
         return view
 
     def _notice_shock(self, block: FrameBlock) -> bool:
@@ -158,9 +150,9 @@ class ProbeWatch:
 
     def _doubt(self, reason: str, since: datetime) -> None:
         """Mark the mounted tip suspect; without a history, for as long as the job runs."""
-        self._dropped = Blocker(reason, "Check the probe, then start a new job.")
+        self._dropped = records.Blocker(reason, "Check the probe, then start a new job.")
         self.forget()
         if self._store is not None:
-            self._store.doubt(MONITOR, reason, since, self._clock())
+            self._store.doubt(records.MONITOR, reason, since, self._clock())
             self._dropped = None
             self.forget()

@@ -3,12 +3,11 @@
 In: points, events, documents of a job. Out: one SQLite file per job, and the same read back.
 
 Read `_job_file` (the file and its guarantees), `_job_reader` (contents, in order; a summary),
-`_tables` and `_rows` (rows, bit for bit, and their checks), `_audit` (the hash-linked chain),
-`_job_seal` (signatures), `_connection` (transactions until the disk fails), `_job_keeper` (rescue
-if the name is lost), `_faults` (faults as sentences), `_job_content` (the only access for readers),
-`_guard` (limits of foreign files), `_migrations` (versions), `_held_jobs` (jobs held by an
-archive).
-It must not know plans, features or verdicts.
+`_tables` and `_rows` (rows, bit for bit, and their checks), `_audit` (the hash-linked chain, and
+versions), `_job_seal` (signatures), `_connection` (transactions until the disk fails),
+`_job_keeper` (rescue if the name is lost), `_faults` (faults as sentences), `_job_content` (the
+only access for readers), `_guard` (limits of foreign files), `_held_jobs` (jobs held by an
+archive). It must not know plans, features or verdicts.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

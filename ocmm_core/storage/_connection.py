@@ -17,9 +17,9 @@ from typing import TypeVar
 from ocmm_core.documents import write_atomic, write_new
 from ocmm_core.errors import StorageError
 from ocmm_core.side_files import Trusted
+from ocmm_core.storage import _audit as audit
 from ocmm_core.storage import _faults as faults
 from ocmm_core.storage import _guard as guard
-from ocmm_core.storage import _migrations as migrations
 from ocmm_core.storage._job_content import read_job, unreadable
 from ocmm_core.storage._tables import stored_head
 
@@ -28,7 +28,7 @@ _SCHEMA = "SELECT type, name, tbl_name, sql FROM sqlite_master LIMIT ?"
 
 def require_schema(db: sqlite3.Connection, path: Path) -> None:
     """Check the schema against its version; StorageError: different, or a newer file."""
-    version = migrations.require_known(db, path)
+    version = audit.require_known(db, path)
     if version < 1:
         raise faults.damaged(path, f"it has the file version {version}")
     expected = _expected(version)
@@ -46,7 +46,7 @@ def require_schema(db: sqlite3.Connection, path: Path) -> None:
 def _expected(version: int) -> frozenset[tuple[str, str, str, str]]:
     """Return the rows of the schema of a version, from its migrations."""
     with contextlib.closing(sqlite3.connect(":memory:")) as db:
-        for step in migrations.MIGRATIONS[:version]:
+        for step in audit.MIGRATIONS[:version]:
             step(db)
         return frozenset(db.execute(_SCHEMA, (-1,)).fetchall())
 
@@ -65,7 +65,7 @@ def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
     """Make a job file by ``fill``, atomically; StorageError: it exists or is not writable."""
 
     def whole(db: sqlite3.Connection) -> None:
-        migrations.bring_up_to_date(db, path)
+        audit.bring_up_to_date(db, path)
         db.execute("BEGIN")
         fill(db)
         db.execute("COMMIT")
@@ -121,8 +121,8 @@ def connection_to(path: Path) -> Iterator[guard.GuardedConnection]:
         _mark_with_log(path, content.file)
     with _closing_on_error(path, _connect(path)) as db:
         _require_job(db, path)
-        migrations.backup_older(db, path)
-        migrations.bring_up_to_date(db, path)
+        audit.backup_older(db, path)
+        audit.bring_up_to_date(db, path)
         # Log content of a killed program or failed sync may only be in memory: now it is on the
         # disk, before anything is written after it.
         checkpoint(db)
@@ -164,12 +164,12 @@ def connection_in_memory(
         db.execute("PRAGMA foreign_keys = ON")
         _require_job(db, path, whole=whole)
         if whole:
-            migrations.bring_up_to_date(db, path)
+            audit.bring_up_to_date(db, path)
         yield db
 
 
 def _require_job(db: sqlite3.Connection, path: Path, *, whole: bool = True) -> None:
-    if int(db.execute("PRAGMA application_id").fetchone()[0]) != migrations.APPLICATION_ID:
+    if int(db.execute("PRAGMA application_id").fetchone()[0]) != audit.APPLICATION_ID:
         raise faults.no_job(path)
     require_schema(db, path)
     fault = db.execute("PRAGMA quick_check(1)").fetchone()[0] if whole else "ok"

@@ -5,7 +5,7 @@ and the running test with rail and keys of a wizard.
 
 Start with `_desk` (choose or resume, then run), `_start_page`, `_measure_pages` with
 `_touch_picture`; then `_tests_page` (the page of Maintain),
-`_artefact_sheet`, `_study_sheet` with `_study_work`.
+`_artefact_sheet`, `_study_sheet`.
 Plans, limits and verdicts are those of the core. It must not import the inspector's screens.
 """
 

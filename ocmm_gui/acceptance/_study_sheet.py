@@ -3,19 +3,99 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.archive import compare_folder, parts_of_batch
 from ocmm_core.typed_numbers import PARTS, REFERENCE, SEED, TRIALS
 from ocmm_gui import kit
-from ocmm_gui.acceptance import _study_work as study_work
 from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
 from ocmm_gui.kit import ActionInfo, later, said, tr, tr_all
 from ocmm_gui.wizards.pages import PlotTabs
-from ocmm_gui.work import WorkSheet
+from ocmm_gui.work import Teller, WorkSheet
 from ocmm_shop import studies
+
+
+@dataclass(frozen=True, slots=True)
+class StudyProgress:
+    """Progress of a study, and the next measurement; None if complete."""
+
+    measured: int
+    following: studies.StudyRun | None
+
+
+@dataclass(frozen=True, slots=True)
+class StudyProgressTask:
+    """Read the existing measurements of a study."""
+
+    plan: studies.StudyPlan
+    jobs: Path
+
+    def __call__(self, tell: Teller) -> StudyProgress:
+        """Return the progress without computing results, to keep the study blind."""
+        tell(later("Reading the jobs"), 0.2)
+        parts = parts_of_batch(self.jobs, self.plan.name) if self.jobs.is_dir() else ()
+        left = studies.open_runs(self.plan, {one.serial for one in parts})
+        return StudyProgress(len(self.plan.runs) - len(left), left[0] if left else None)
+
+
+@dataclass(frozen=True, slots=True)
+class StudyTask:
+    plan: studies.StudyPlan
+    jobs: Path
+    probes: Path | None
+    calibrations: Path | None
+
+    def __call__(self, tell: Teller) -> studies.StudyReport:
+        """Return the studies; InputError as `study_jobs`."""
+        return studies.study_jobs(
+            self.plan, self.jobs, progress=tell, probes=self.probes,
+            calibrations=self.calibrations,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class TypeOneStudy:
+    """A type-1 study with its values."""
+
+    study: studies.Type1Study
+    values: Float
+    name: str
+    reference: float
+    width: float
+    simulated: bool
+
+
+@dataclass(frozen=True, slots=True)
+class TypeOneTask:
+    """Compute Cg and Cgk of one characteristic of one part."""
+
+    jobs: Path
+    name: str
+    """Characteristic; empty for the first one of the plan."""
+    reference: float
+    """Certified value, mm."""
+    probes: Path | None
+    calibrations: Path | None
+
+    def __call__(self, tell: Teller) -> TypeOneStudy:
+        """Return the study; raise InputError without data."""
+        found = compare_folder(self.jobs, tell, probes=self.probes, calibrations=self.calibrations)
+        known = [one for one in found.trends if one.name == self.name or not self.name]
+        if not known:
+            names = ", ".join(one.name for one in found.trends)
+            raise InputError(
+                "msa.name", f"There is no characteristic '{self.name}'.", f"Give one of {names}."
+            )
+        trend = known[0]
+        width = trend.high - trend.low
+        study = studies.type1_study(trend.values, self.reference, width)
+        return TypeOneStudy(study, trend.values, trend.name, self.reference, width, found.simulated)
+
 
 KEYS = (
     ActionInfo("draw", later("Draw plan"), later("Draw the order and blind codes, and store them"),
@@ -93,7 +173,7 @@ class StudySheet(kit.Themed, WorkSheet):
         self._plan: studies.StudyPlan | None = None
         self._jobs: Path | None = None
         self._report: studies.StudyReport | None = None
-        self._type1: study_work.TypeOneStudy | None = None
+        self._type1: TypeOneStudy | None = None
         self.fields: dict[str, kit.FormField] = {}
         self.store = kit.PathPanel(
             tr("Store the plan in the file"), tr("File of the plan"), tr("Store")
@@ -172,13 +252,13 @@ class StudySheet(kit.Themed, WorkSheet):
     def look(self) -> None:
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Reading the jobs"), study_work.StudyProgressTask(plan, self._folder()))
+            self._begin(tr("Reading the jobs"), StudyProgressTask(plan, self._folder()))
 
     def analyse(self) -> None:
         """Compute the studies of all characteristics, without blocking."""
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Analysing"), study_work.StudyTask(plan, self._folder(), *self._records))
+            self._begin(tr("Analysing"), StudyTask(plan, self._folder(), *self._records))
 
     def analyse_one(self) -> None:
         """Compute Cg and Cgk of the selected characteristic."""
@@ -187,7 +267,7 @@ class StudySheet(kit.Themed, WorkSheet):
             row, name = self.table.currentRow(), ""
             if self._report is not None and row >= 0:
                 name = self._report.characteristics[row].name
-            work = study_work.TypeOneTask(self._folder(), name, reference, *self._records)
+            work = TypeOneTask(self._folder(), name, reference, *self._records)
             self._begin(tr("Analysing"), work)
 
     def set_theme(self, theme: kit.Theme) -> None:
@@ -211,18 +291,18 @@ class StudySheet(kit.Themed, WorkSheet):
                 trials=plan.trials,
             )
         )  # fmt: skip
-        self._show_progress(study_work.StudyProgress(0, plan.runs[0]))
+        self._show_progress(StudyProgress(0, plan.runs[0]))
 
     def _show(self, answer: object) -> None:
         self.show_answer(answer)
 
     def show_answer(self, answer: object) -> None:
-        if isinstance(answer, study_work.StudyProgress):
+        if isinstance(answer, StudyProgress):
             self._show_progress(answer)
         elif isinstance(answer, studies.StudyReport):
             self._report = answer
             self._fill(answer)
-        elif isinstance(answer, study_work.TypeOneStudy):
+        elif isinstance(answer, TypeOneStudy):
             self._type1 = answer
             self.run.show_run(answer.study, answer.values, answer.reference, answer.width)
             self.tabs.show_plot(2)
@@ -236,7 +316,7 @@ class StudySheet(kit.Themed, WorkSheet):
             word = tr("CAPABLE") if answer.study.capable else tr("NOT CAPABLE")
             self.word.show_text(word, kit.mark_colour(self._theme, mark), mark)
 
-    def _show_progress(self, progress: study_work.StudyProgress) -> None:
+    def _show_progress(self, progress: StudyProgress) -> None:
         plan, following = self._plan, progress.following
         if plan is None:
             return

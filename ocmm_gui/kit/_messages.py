@@ -28,10 +28,8 @@ def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3)
 
 
 def shape_word(shape: Shape) -> str:
-    """Return the displayed name of a shape: ``Round slot`` for ``RoundSlot``."""
-    return said_word(
-        "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(shape.value))
-    )
+    """Return the displayed name of a shape."""
+    return said_word(shape.words)
 
 
 _LONG_NAME = 16
@@ -292,10 +290,7 @@ def step_text(job: evaluation.JobView) -> str:
     feature = active_feature(job)
     if feature is None or job.looked_at:
         return ""
-    # While points are missing the next target guides the spread.
-    late = feature.coverage is not None and len(feature.points) >= feature.needed - 1
-    warning = feature.coverage.warning if late and feature.coverage is not None else ""
-    return f"{feature.text} {warning}".strip()
+    return f"{feature.text} {feature.spread_warning}".strip()
 
 
 def mode_words(job: evaluation.JobView) -> str:

@@ -16,17 +16,7 @@ from ocmm_cad.drawing import NOT_IMPORTED, Account, plan_with_tolerances, with_a
 from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
 from ocmm_core.camera import Rig
 from ocmm_core.features.shapes import NominalFeature
-from ocmm_core.inspection.plan import (
-    FeatureTable,
-    PartOfPlan,
-    Plan,
-    add_feature,
-    feature_table,
-    part_of_plan,
-    with_alignment,
-    with_model,
-    with_profiles,
-)
+from ocmm_core.inspection import plan as plans
 from ocmm_core.part_model import STEP_ENDINGS
 from ocmm_core.plugins import install_line
 from ocmm_core.tables import TableOptions, TablePreview, preview_table
@@ -50,12 +40,12 @@ class ImportResult:
     without them. It is doubtful if selected items were left out or not checked.
     """
 
-    before: Plan
-    plan: Plan
+    before: plans.Plan
+    plan: plans.Plan
     chosen: ItemKey
     words: str
     account: Account | None = None
-    bare: Plan | None = None
+    bare: plans.Plan | None = None
     is_doubtful: bool = False
 
     def without_tolerances(self) -> ImportResult:
@@ -80,7 +70,7 @@ class LoadedModel:
         return step.faces_account(self.model, taken, refused)
 
 
-def with_table(plan: Plan, table: FeatureTable) -> ImportResult:
+def with_table(plan: plans.Plan, table: plans.FeatureTable) -> ImportResult:
     """Return the plan with the features of a table; InputError if it became unmeasurable."""
     found = _with_features(plan, table.account.path, table.features)
     return replace(found, plan=table.added_to(plan))
@@ -111,7 +101,7 @@ def model_of(
 
 
 def with_offers(
-    plan: Plan,
+    plan: plans.Plan,
     read: LoadedModel,
     taken: Sequence[step.Offer],
     plan_file: Path | None,
@@ -133,8 +123,8 @@ def with_offers(
     surfaces = [offer.feature for offer in taken if offer.free_form is None]
     free_forms = [offer.free_form for offer in taken if offer.free_form is not None]
 
-    def more_of(plan: Plan) -> Plan:
-        return plan if zone_mm is None else with_profiles(plan, free_forms, zone_mm)
+    def more_of(plan: plans.Plan) -> plans.Plan:
+        return plan if zone_mm is None else plans.with_profiles(plan, free_forms, zone_mm)
 
     found = _with_features(plan, read.path, surfaces)
     faces = read.account(taken, reach.refused)
@@ -149,7 +139,7 @@ def with_offers(
         words = " ".join((found.words, *said_of_reach))
         found = replace(found, words=words, is_doubtful=True)
     if plan_file is not None:
-        more = with_model(found.plan, plan_file, read.path, read.model.part)
+        more = plans.with_model(found.plan, plan_file, read.path, read.model.part)
         found = replace(found, plan=more)
     toleranced, account = plan_with_tolerances(found.plan, read.model)
     bare = more_of(found.plan)
@@ -161,10 +151,10 @@ def with_offers(
     return replace(found, plan=toleranced, account=account, bare=bare)
 
 
-def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> ImportResult:
+def _with_features(plan: plans.Plan, path: Path, found: Sequence[NominalFeature]) -> ImportResult:
     more = plan
     for feature in found:
-        more = add_feature(more, feature)
+        more = plans.add_feature(more, feature)
     added = tr("%n features added from {name}.", "1 feature added from {name}.", len(found)).format(
         name=path.name
     )
@@ -181,7 +171,7 @@ def what_is_missing() -> str:
     )
 
 
-def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> ImportResult:
+def _with_frame(plan: plans.Plan, path: Path, *, relocate: bool) -> ImportResult:
     document = load_frame(path)
     before = plan.alignment
     limit = before.limit if isinstance(before, Relocation) else _LIMIT_MM
@@ -190,7 +180,7 @@ def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> ImportResult:
     if relocate:
         words = tr("The frame {name} will be relocated at its control points.")
     return ImportResult(
-        plan, with_alignment(plan, rule), ALIGNMENT, words.format(name=document.name)
+        plan, plans.with_alignment(plan, rule), ALIGNMENT, words.format(name=document.name)
     )
 
 
@@ -218,7 +208,7 @@ class ImportLine(WorkLine):
 
     def read(
         self,
-        plan: Plan,
+        plan: plans.Plan,
         path: Path,
         *,
         relocate: bool,
@@ -242,7 +232,7 @@ class ImportLine(WorkLine):
                 return model_of(path, up, in_use, given_up.is_set, self._reading.emit)
             if path.suffix.lower() == _FRAME:
                 return _with_frame(plan, path, relocate=relocate)
-            return preview_table(path, options or TableOptions(), feature_table)
+            return preview_table(path, options or TableOptions(), plans.feature_table)
 
         self._worker.do(
             work,
@@ -250,21 +240,21 @@ class ImportLine(WorkLine):
             lambda error: self._not_done(given_up, error),
         )
 
-    def read_part(self, plan: Plan, folder: Path | None) -> None:
+    def read_part(self, plan: plans.Plan, folder: Path | None) -> None:
         """Start to load the part of a plan, cached or read from its model."""
         self._given_up.set()
         given_up = self._given_up = threading.Event()
         self._reads = True
         self.begin(tr("Reading the model of the plan."), tr("Shift+F9 cancels."))
         self._worker.do(
-            lambda: part_of_plan(plan, folder, given_up.is_set, self._reading.emit),
+            lambda: plans.part_of_plan(plan, folder, given_up.is_set, self._reading.emit),
             lambda found: self._done(given_up, found),
             lambda error: self._not_done(given_up, error),
         )
 
     def take(
         self,
-        plan: Plan,
+        plan: plans.Plan,
         model: LoadedModel,
         taken: Sequence[step.Offer],
         plan_file: Path | None,
@@ -298,7 +288,7 @@ class ImportLine(WorkLine):
     def _done(self, given_up: threading.Event, found: object) -> None:
         if not given_up.is_set():
             self.give_up()
-            if isinstance(found, PartOfPlan):
+            if isinstance(found, plans.PartOfPlan):
                 self.part_read.emit(found)
             elif isinstance(found, TablePreview):
                 self.previewed.emit(found)

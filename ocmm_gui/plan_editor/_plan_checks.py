@@ -17,26 +17,7 @@ from PySide6.QtWidgets import QWidget
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.features.measured import Construction, PartOf
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan import (
-    Plan,
-    add_characteristic,
-    add_construction,
-    add_feature,
-    carry_model,
-    carry_pictures,
-    move_item,
-    new_plan,
-    plan_findings,
-    remove_item,
-    replace_item,
-    requirement_count,
-    save_plan,
-    usual_points,
-    with_alignment,
-    with_head,
-    with_picture,
-    without_file,
-)
+from ocmm_core.inspection import plan as plans
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import Theme, Themed, said, sentence_label, tr, vbox
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, item_of, place_of
@@ -46,14 +27,14 @@ from ocmm_gui.views import read_picture
 class PlanDraft:
     """One plan with undo. `path`: None if it has no file yet."""
 
-    def __init__(self, plan: Plan, path: Path | None) -> None:
+    def __init__(self, plan: plans.Plan, path: Path | None) -> None:
         self._plans = [plan]
         self._at = 0
         self._saved = plan
         self.path = path
 
     @property
-    def plan(self) -> Plan:
+    def plan(self) -> plans.Plan:
         return self._plans[self._at]
 
     @property
@@ -72,7 +53,7 @@ class PlanDraft:
         saved = tr("saved") if self.is_saved else tr("not saved yet")
         return f"{self.plan.name}, {where}, {saved}."
 
-    def did(self, plan: Plan) -> bool:
+    def did(self, plan: plans.Plan) -> bool:
         """Accept a changed plan; return whether it differs."""
         if plan == self.plan:
             return False
@@ -99,12 +80,12 @@ class PlanDraft:
 
         Raises OcmmError as `save_plan`, `carry_pictures` and `carry_model`.
         """
-        save_plan(self.plan, path)
+        plans.save_plan(self.plan, path)
         before, self.path = self.folder, path
         self._saved = self.plan
         if before is not None:
-            carry_pictures(self.plan, before, path.absolute().parent)
-            carry_model(self.plan, before, path.absolute().parent)
+            plans.carry_pictures(self.plan, before, path.absolute().parent)
+            plans.carry_model(self.plan, before, path.absolute().parent)
         return path
 
 
@@ -142,9 +123,9 @@ class PlanChecks(Themed, QWidget):
         """Show the contradictions of the plan, or that it is valid; and missing pictures."""
         words = tr("✔  The plan is valid and can be measured.")
         tone: Tone = "good"
-        found = plan_findings(draft.plan)
+        found = plans.plan_findings(draft.plan)
         shown = [f"{said(one.what)} {said(one.remedy)}" for one in found[:_MOST_SHOWN]]
-        count = requirement_count(draft.plan)
+        count = plans.requirement_count(draft.plan)
         if count is not None and not count.is_whole:
             shown.insert(0, f"{said(count.words)}.")
         elif count is not None:
@@ -157,7 +138,7 @@ class PlanChecks(Themed, QWidget):
             words = tr("▲  The plan can be measured. {doubts}")
         listed = "\n".join(shown)
         words = words.format(doubts=listed, errors=listed)
-        missing = without_file(draft.plan, draft.folder)
+        missing = plans.without_file(draft.plan, draft.folder)
         if missing:
             drawn = tr(
                 "Picture of {names} not found beside the plan: the feature is drawn instead."
@@ -178,7 +159,7 @@ class PlanChecks(Themed, QWidget):
         self._label.setStyleSheet(f"color: {colours[tone]};")
 
 
-def faulty_field(fault: OcmmError, plan: Plan, key: ItemKey) -> str:
+def faulty_field(fault: OcmmError, plan: plans.Plan, key: ItemKey) -> str:
     """Return the field of an item that a fault is about; empty if about another item."""
     if fault.code.startswith("plan.form."):
         return fault.code.removeprefix("plan.form.")
@@ -194,13 +175,13 @@ def faulty_field(fault: OcmmError, plan: Plan, key: ItemKey) -> str:
     return str(field) if there else ""
 
 
-def fresh_plan() -> Plan:
+def fresh_plan() -> plans.Plan:
     """Return a plan with one feature, to start with."""
-    empty = new_plan(tr("PLAN"), tr("PART"))
-    return add_feature(empty, new_feature(empty, ItemKey("plan")))
+    empty = plans.new_plan(tr("PLAN"), tr("PART"))
+    return plans.add_feature(empty, new_feature(empty, ItemKey("plan")))
 
 
-def new_feature(plan: Plan, chosen: ItemKey) -> NominalFeature:
+def new_feature(plan: plans.Plan, chosen: ItemKey) -> NominalFeature:
     """Return a feature like the selected one, or a plane, under a free name."""
     if chosen.group == "features":
         feature: NominalFeature = item_of(plan, chosen)
@@ -210,12 +191,12 @@ def new_feature(plan: Plan, chosen: ItemKey) -> NominalFeature:
     return NominalFeature(
         name=_free_name(plan, tr("FEATURE")),
         shape=Shape.PLANE,
-        points=usual_points(Shape.PLANE),
+        points=plans.usual_points(Shape.PLANE),
         point=(0.0, 0.0, 0.0),
     )
 
 
-def new_construction(plan: Plan, chosen: ItemKey) -> Construction | None:
+def new_construction(plan: plans.Plan, chosen: ItemKey) -> Construction | None:
     """Return a construction like the selected one, or the selected feature under another name.
 
     None if neither is selected and the plan has no feature.
@@ -230,7 +211,7 @@ def new_construction(plan: Plan, chosen: ItemKey) -> Construction | None:
     return PartOf(name=_free_name(plan, tr("CONSTRUCTION")), features=(feature,))
 
 
-def new_characteristic(plan: Plan, chosen: ItemKey) -> Characteristic | None:
+def new_characteristic(plan: plans.Plan, chosen: ItemKey) -> Characteristic | None:
     """Return the usual characteristic of the selected feature; None without one.
 
     For a construction it is the distance from the first feature.
@@ -245,7 +226,9 @@ def new_characteristic(plan: Plan, chosen: ItemKey) -> Characteristic | None:
     return _of(plan, [feature.name], "form", 0.0, 0.0)
 
 
-def _of(plan: Plan, features: list[str], kind: str, nominal: float, lower: float) -> Characteristic:
+def _of(
+    plan: plans.Plan, features: list[str], kind: str, nominal: float, lower: float
+) -> Characteristic:
     return Characteristic(
         name=_free_name(plan, f"{features[-1]} {kind}"),
         kind=kind,
@@ -257,7 +240,7 @@ def _of(plan: Plan, features: list[str], kind: str, nominal: float, lower: float
     )
 
 
-def _free_name(plan: Plan, name: str) -> str:
+def _free_name(plan: plans.Plan, name: str) -> str:
     taken = {item.name for item in (*plan.features, *plan.constructions, *plan.characteristics)}
     if name not in taken:
         return name
@@ -268,74 +251,78 @@ def _free_name(plan: Plan, name: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class PlanChange:
-    make: Callable[[], Plan]
+    make: Callable[[], plans.Plan]
     """Returns the other plan; raises `OcmmError` if impossible."""
     chosen: ItemKey
 
 
-def with_feature(plan: Plan, chosen: ItemKey) -> PlanChange:
+def with_feature(plan: plans.Plan, chosen: ItemKey) -> PlanChange:
     """Return a change that adds a feature like the selected one, after it."""
     feature, place = new_feature(plan, chosen), _place_after(plan, chosen, "features")
     return PlanChange(
-        lambda: add_feature(plan, feature, place), ItemKey("features", feature.name)
+        lambda: plans.add_feature(plan, feature, place), ItemKey("features", feature.name)
     )  # fmt: skip
 
 
-def with_construction(plan: Plan, chosen: ItemKey) -> PlanChange | None:
+def with_construction(plan: plans.Plan, chosen: ItemKey) -> PlanChange | None:
     """Return a change that adds a construction of the selected feature; None without features."""
     item, place = new_construction(plan, chosen), _place_after(plan, chosen, "constructions")
     if item is None:
         return None
     return PlanChange(
-        lambda: add_construction(plan, item, place), ItemKey("constructions", item.name)
+        lambda: plans.add_construction(plan, item, place), ItemKey("constructions", item.name)
     )  # fmt: skip
 
 
-def with_characteristic(plan: Plan, chosen: ItemKey) -> PlanChange | None:
+def with_characteristic(plan: plans.Plan, chosen: ItemKey) -> PlanChange | None:
     """Return a change that adds a characteristic of the selected feature; None without one."""
     item = new_characteristic(plan, chosen)
     if item is None:
         return None
-    return PlanChange(lambda: add_characteristic(plan, item), ItemKey("characteristics", item.name))
+    return PlanChange(
+        lambda: plans.add_characteristic(plan, item), ItemKey("characteristics", item.name)
+    )
 
 
-def with_item(plan: Plan, chosen: ItemKey, item: Any) -> PlanChange:
+def with_item(plan: plans.Plan, chosen: ItemKey, item: Any) -> PlanChange:
     """Return a change of the selected item to the form's content."""
     if chosen == HEAD:
-        return PlanChange(lambda: with_head(plan, item), chosen)
+        return PlanChange(lambda: plans.with_head(plan, item), chosen)
     if chosen == ALIGNMENT:
-        return PlanChange(lambda: with_alignment(plan, item), chosen)
+        return PlanChange(lambda: plans.with_alignment(plan, item), chosen)
     return PlanChange(
-        lambda: replace_item(plan, chosen.name, item), ItemKey(chosen.group, item.name)
+        lambda: plans.replace_item(plan, chosen.name, item), ItemKey(chosen.group, item.name)
     )  # fmt: skip
 
 
-def without(plan: Plan, chosen: ItemKey) -> PlanChange | None:
+def without(plan: plans.Plan, chosen: ItemKey) -> PlanChange | None:
     """Return a change that removes the selected item or alignment; None if neither."""
     if chosen == ALIGNMENT:
-        return PlanChange(lambda: with_alignment(plan, None), chosen)
+        return PlanChange(lambda: plans.with_alignment(plan, None), chosen)
     if chosen.group not in LISTS:
         return None
-    return PlanChange(lambda: remove_item(plan, chosen.name, chosen.group), HEAD)
+    return PlanChange(lambda: plans.remove_item(plan, chosen.name, chosen.group), HEAD)
 
 
-def moved(plan: Plan, chosen: ItemKey, way: int) -> PlanChange | None:
+def moved(plan: plans.Plan, chosen: ItemKey, way: int) -> PlanChange | None:
     """Return a change that moves the selected item up or down; None if impossible."""
     if chosen.group not in LISTS or (place := place_of(plan, chosen) + way) < 0:
         return None
-    return PlanChange(lambda: move_item(plan, chosen.name, place, chosen.group), chosen)
+    return PlanChange(lambda: plans.move_item(plan, chosen.name, place, chosen.group), chosen)
 
 
-def with_picture_of(plan: Plan, path: Path | None, chosen: ItemKey, picture: Path) -> Plan:
+def with_picture_of(
+    plan: plans.Plan, path: Path | None, chosen: ItemKey, picture: Path
+) -> plans.Plan:
     """Return a plan with a picture for a feature; InputError if invalid, or unsaved plan."""
     if picture.is_file() and read_picture(picture) is None:
         raise InputError(
             "plan.no_picture", f"{picture}: not a readable picture.", "Choose a PNG or JPEG file."
         )
     name = chosen.name if chosen.group == "features" else ""
-    return with_picture(plan, path, name, picture)
+    return plans.with_picture(plan, path, name, picture)
 
 
-def _place_after(plan: Plan, chosen: ItemKey, group: str) -> int | None:
+def _place_after(plan: plans.Plan, chosen: ItemKey, group: str) -> int | None:
     """Return the index after the selected item of a list; None for its end."""
     return place_of(plan, chosen) + 1 if chosen.group == group else None

@@ -2,11 +2,10 @@
 
 In: the frozen data of a report, or of a recall. Out: a PDF, verified by reading back, or a preview.
 
-Read `_pdf` (the report), `_paper` (head and end, drawn without a window), `_sections` and
-`_part_picture`, `_canvas` (page layout), `_messages`, `_pdf_writer` (the file with attachments),
-`_recall`, `_certificate` (certificates of the machine), `_batch`, `_preview` (drawn and written in
-a side process).
-Numbers come from `export.report`, none is computed here. It must not know sheets or the station.
+Read `_pdf` (the report), `_paper` (head and end, drawn without a window), `_sections`, `_canvas`
+(page layout), `_messages`, `_pdf_writer` (the file with attachments), `_recall`, `_certificate`
+(certificates of the machine), `_batch`, `_preview` (drawn and written in a side process). Numbers
+come from `export.report`, none is computed here. It must not know sheets or the station.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

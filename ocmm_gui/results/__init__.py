@@ -3,7 +3,7 @@
 In: the running job, or a job file opened read-only. Out: tables, budgets, trials, comparisons,
 reports.
 
-Read `_results_sheet` with `_job_source`, `_result_table`, `_result_detail` with `_drill`, then the
+Read `_results_sheet` with `_job_source`, `_result_table`, `_result_detail`, then the
 other sheets: `_alignment_sheet`, `_compare_sheet`, `_report_sheet` with `_report_writer`. Long
 computations run in side processes. It must not know operator, plan editor, Maintain or wizards.
 """

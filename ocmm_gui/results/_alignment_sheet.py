@@ -13,7 +13,7 @@ from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui import kit
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import later, tr
-from ocmm_gui.results._drill import alignment_of_file
+from ocmm_gui.results._job_source import alignment_of_file
 from ocmm_gui.work import SideProcess
 
 _KEYS = (

@@ -17,8 +17,7 @@ from ocmm_core.tolerances.uncertainty import Budget, BudgetRow
 from ocmm_gui import kit
 from ocmm_gui.charts import ToleranceBar
 from ocmm_gui.kit import later, tr
-from ocmm_gui.results._drill import Budgets, budgets_of_file, trials_of_file
-from ocmm_gui.results._job_source import JobSource
+from ocmm_gui.results._job_source import Budgets, JobSource, budgets_of_file, trials_of_file
 from ocmm_gui.work import SideProcess
 
 _COLUMNS = (

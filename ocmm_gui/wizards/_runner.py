@@ -13,7 +13,7 @@ from ocmm_core.calibration.guided import ProcedureDecision, ProcedureView
 from ocmm_gui import kit
 from ocmm_gui.kit import tr
 from ocmm_gui.wizards._driver import WizardDriver
-from ocmm_gui.wizards._runner_parts import WIZARD_ACTIONS, DecisionBar, Rail, make_wizard_actions
+from ocmm_gui.wizards._wizard_parts import WIZARD_ACTIONS, DecisionBar, Rail, make_wizard_actions
 from ocmm_gui.wizards.pages import (
     StepPage,
     StepSnapshot,

@@ -9,8 +9,14 @@ from typing import get_args
 
 from ocmm_core.calibration import records
 from ocmm_core.calibration.cameras import KnownPointsProcedure, read_reference_points
-from ocmm_core.calibration.relocation import GeometryMode, LensMode, RelocationProcedure, World
-from ocmm_core.calibration.sweeping import PivotProcedure
+from ocmm_core.calibration.relocation import (
+    GeometryMode,
+    LensMode,
+    RelocationProcedure,
+    RelocationRequest,
+    World,
+)
+from ocmm_core.calibration.sweeping import PivotProcedure, PivotRequest
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure, TipSite
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.documents import resource
@@ -116,9 +122,11 @@ def begin_relocation(
     return RelocationProcedure.begin(
         place.sessions, place.rig, place.body, records.CalibrationStore(place.folder), bar, now,
         who=who, temperature=warm, control=control,
-        world=chosen(values["world"], get_args(World)),
-        lens=chosen(values["lens"], get_args(LensMode)),
-        geometry=chosen(values["geometry"], get_args(GeometryMode)),
+        request=RelocationRequest(
+            world=chosen(values["world"], get_args(World)),
+            lens=chosen(values["lens"], get_args(LensMode)),
+            geometry=chosen(values["geometry"], get_args(GeometryMode)),
+        ),
     )  # fmt: skip
 
 
@@ -196,7 +204,7 @@ def begin_pivot(place: SessionPlace, values: Mapping[str, str], now: datetime) -
     return PivotProcedure.begin(
         place.sessions, place.rig, place.body, records.ProbeStore(place.folder),
         values["tip"].strip(), now, who=named(values), temperature=temperature(values, now),
-        tip_unknown=values["place"] == "unknown", cone=_cone(values["cone"]),
+        cone=_cone(values["cone"]), request=PivotRequest(tip_unknown=values["place"] == "unknown"),
     )  # fmt: skip
 
 

@@ -30,7 +30,7 @@ from ocmm_gui.wizards._site import (
     table_values,
     temperature,
 )
-from ocmm_gui.wizards._start_page import WizardStart
+from ocmm_gui.wizards._wizard_parts import WizardStart
 from ocmm_gui.wizards.pages import WHO, Field, ProcessCalculation
 
 _PAST = ("session.rig", "session.empty")

@@ -31,7 +31,8 @@ from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import keep_folder, scratch_path
-from ocmm_core.processes import end_with_parent, process_context
+from ocmm_core.processes import Tell as Tell
+from ocmm_core.processes import end_process, end_with_parent, process_context
 from ocmm_gui.kit import ActionInfo, PlainLabel, Sheet, dressed, hbox, text_font, tr
 
 _LOOK_MS = 50
@@ -39,9 +40,6 @@ _END_S = 1.0
 _NICE = 5
 _TURN_S = 0.01
 """s: maximum time per poll for messages."""
-
-Tell = Callable[[str, float], None]
-"""Receives the next step, and the share done."""
 
 
 class Teller:
@@ -210,13 +208,7 @@ def _converse(work: Work, giver: Connection, receiver: Connection, mail: deque[o
 
 def _end_process(process: BaseProcess, scratch: Path) -> None:
     process.terminate()
-    process.join(_END_S)
-    if process.is_alive():
-        process.kill()
-        process.join()
-    # A process that started meanwhile also reaps ended ones, and may have been first.
-    with contextlib.suppress(ValueError):
-        process.close()
+    end_process(process)
     # It had no time to clean up.
     shutil.rmtree(scratch, ignore_errors=True)
 

@@ -2,11 +2,11 @@
 
 In: lines of a client over TCP, touches of a station. Out: answers, and a job next to each session.
 
-Read `_session` first (transactions, error state, touches), then `_registry` (the commands) with
-`_commands` and `_touch_commands` (one handler a command), `_state` and `_points`. `_grammar` (with
-its dialects) and `_frames` are pure. `_machine` is a measuring station, `_server` the sockets,
-`_service` joins them, `_command` is `ocmm serve ippdme`. Numbers come from the core; a point that
-it refuses is never answered.
+Read `_session` first (transactions, error state, touches), then `_registry` (the commands, and the
+handlers of touches and tools) with `_commands` (other handlers), `_state` and `_points`. `_grammar`
+(with its dialects) and `_frames` are pure. `_machine` is a measuring station, `_server` the
+sockets, `_service` joins them, `_command` is `ocmm serve ippdme`. Numbers come from the core; a
+point that it refuses is never answered.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

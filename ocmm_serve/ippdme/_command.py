@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.terminal import lead, make_console, say, shown
+from ocmm_cli.options import StationChoice
+from ocmm_cli.terminal import lead, make_console, shown
 from ocmm_core.documents import resource
-from ocmm_serve.site import POINTS, ServedAddress, ServedStation, close_station, stop_event
+from ocmm_serve.site import POINTS, ServedAddress, close_station, stop_event
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from ocmm_cli.terminal import PlainConsole
     from ocmm_serve.ippdme._service import DmeService
 
 serve_app = typer.Typer(
@@ -34,7 +34,7 @@ def serve_ippdme(
     any_place: bool,
     patience: float,
     tries: int,
-    site: ServedStation,
+    site: StationChoice,
 ) -> None:
     """Let a measuring program measure with this machine, by I++ DME (VDMA 8722).
 
@@ -58,7 +58,7 @@ def serve_ippdme(
     failures: list[Exception] = []
 
     def tell(words: str) -> None:
-        console.print(say(words))
+        console.say(words)
 
     def fail(error: Exception) -> None:
         failures.append(error)
@@ -85,7 +85,7 @@ def serve_ippdme(
         raise failures[-1]
 
 
-def _show_way(console: Console, service: DmeService, ended: threading.Event) -> None:
+def _show_way(console: PlainConsole, service: DmeService, ended: threading.Event) -> None:
     """Show the way to the target until the end; on a terminal only, other outputs are files."""
     if not console.is_terminal:
         while service.server.is_running and not ended.wait(_LOOK_S):

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ocmm_cli.options import StationChoice
 from ocmm_core.errors import InputError
 from ocmm_serve.lines._template import DecimalSign, LengthUnit, LineTemplate, PointKind
-from ocmm_serve.site import ServedAddress, ServedStation, plan_for
+from ocmm_serve.site import ServedAddress, plan_for
 
 if TYPE_CHECKING:
     from ocmm_core.station import MeasuringStation
@@ -28,7 +29,7 @@ def serve_lines(
     device: str,
     baud: int,
     plan: Path | None,
-    site: ServedStation,
+    site: StationChoice,
 ) -> None:
     """Send each accepted point as a line of text, over TCP or a serial line.
 
@@ -70,7 +71,7 @@ def serve_keyboard(
     end: str,
     window: str,
     plan: Path | None,
-    site: ServedStation,
+    site: StationChoice,
 ) -> None:
     """Type each accepted point into the program that has the keyboard focus.
 

@@ -20,15 +20,15 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
-from ocmm_cli.terminal import lead, make_console, say, told
-from ocmm_core.composition import StationRequest, build_station
+from ocmm_cli.terminal import lead, make_console
+from ocmm_core.composition import StationRequest
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.plugins import install_line
 from ocmm_core.station import MeasuringStation
 from ocmm_core.station.stream import PlainLines, StepReader, StreamSource
 from ocmm_serve.lines._template import LineTemplate
-from ocmm_serve.site import POINTS, close_station, keep_open, measure_until, stop_event
+from ocmm_serve.site import measure_until, serving, stop_event
 
 MOST_WAITING = 100
 """Lines that wait for a device; more than a minute of touches."""
@@ -168,26 +168,13 @@ def run(request: StationRequest, template: LineTemplate, end: bytes, face: Face)
     ended = stop_event()
 
     def note(words: str) -> None:
-        console.print(say(words), style="yellow")
+        console.say(words, style="yellow")
 
-    built = build_station(request)
-    station = built.station
-    try:
-        plain = PlainLines(lambda one: template.line(one).encode("ascii") + end, note)
-        if request.plan.name == POINTS:
-            station.events.point_taken.connect(keep_open(station))
-        station.events.point_refused.connect(
-            lambda refusal: note(f"{say('Point refused:')} {told(refusal)}")
-        )
-        station.faults.failed.connect(lambda error: note(str(error)))
-        with face(station, plain, note) as made:
-            console.print(f"{lead('Source  ')}{built.description.name}")
-            console.print(f"{lead('Job     ')}{built.job_path}")
-            console.print(say(template.words))
-            console.print(f"{lead('Lines   ')}{made}")
-            measure_until(station, ended)
-    finally:
-        close_station(station)
+    plain = PlainLines(lambda one: template.line(one).encode("ascii") + end, note)
+    with serving(request, console) as built, face(built.station, plain, note) as made:
+        console.say(template.words)
+        console.print(f"{lead('Lines   ')}{made}")
+        measure_until(built.station, ended)
 
 
 _LIMIT_S = 5.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ocmm_cli.terminal import lead, make_console, say
+from ocmm_cli.terminal import lead, make_console
 from ocmm_core.errors import InputError
 from ocmm_serve.site import PublishedPlaces, ServedAddress, require_package
 
@@ -39,10 +39,8 @@ def serve_opcua(
     try:
         server.start()
         console.print(f"{lead('Server  ')}{server.address}")
-        publish_until_end(
-            places, lambda words: console.print(say(words), style="yellow"), server.show
-        )
+        publish_until_end(places, lambda words: console.say(words, style="yellow"), server.show)
     finally:
         server.close()
     refused, missed = clients.refused, server.missed
-    console.print(say(f"{refused} clients refused, {missed} changes skipped."))
+    console.say(f"{refused} clients refused, {missed} changes skipped.")

@@ -19,6 +19,7 @@ from aiohttp import web
 
 from ocmm_core.documents import read_bytes, resource
 from ocmm_core.errors import InputError
+from ocmm_core.host import is_loopback
 from ocmm_core.station.stream import StreamOptions, may_connect
 
 SHORTEST_TOKEN = 16
@@ -98,8 +99,7 @@ class ScreenOptions:
     @property
     def is_exposed(self) -> bool:
         """Return whether others in the network could read the token."""
-        here = self.address.host in ("127.0.0.1", "::1", "localhost")
-        return not here and self.address.certificate is None
+        return not is_loopback(self.address.host) and self.address.certificate is None
 
     def page(self, port: int, token: str) -> str:
         """Return the address of the page; browsers never send the token behind the ``#``."""

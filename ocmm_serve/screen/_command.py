@@ -8,16 +8,14 @@ from pathlib import Path
 
 from rich.style import Style
 
-from ocmm_cli.terminal import lead, make_console, say, told
+from ocmm_cli.options import StationChoice
+from ocmm_cli.terminal import lead, make_console
 from ocmm_serve.site import (
-    POINTS,
     ServedAddress,
-    ServedStation,
-    close_station,
-    keep_open,
     measure_until,
     plan_for,
     require_package,
+    serving,
     stop_event,
 )
 
@@ -30,15 +28,13 @@ def serve_screen(
     token: Path | None,
     control: bool,
     plan: Path | None,
-    site: ServedStation,
+    site: StationChoice,
 ) -> None:
     """Show a job on a tablet or phone at the part: digits, next point, plan and results.
 
     Prints the address of the page, on a terminal also as QR code. The page reads only, unless
     --control is given. Ends by Ctrl-C.
     """
-    from ocmm_core.composition import build_station
-
     require_package("aiohttp", "screen")
     from ocmm_serve.screen import _access
     from ocmm_serve.screen._server import ScreenServer
@@ -50,25 +46,16 @@ def serve_screen(
     console = make_console(soft_wrap=True)
     ended = stop_event()
     request = site.request(plan_for(plan, site.source))
-    built = build_station(replace(request, stay=True))
-    station = built.station
-    try:
-        if request.plan.name == POINTS:
-            station.events.point_taken.connect(keep_open(station))
-        station.events.point_refused.connect(
-            lambda refusal: console.print(f"{say('Point refused:')} {told(refusal)}")
-        )
-        station.faults.failed.connect(lambda error: console.print(told(error), style="yellow"))
+    with serving(replace(request, stay=True), console) as built:
+        station = built.station
         server = ScreenServer(
             station, options, lambda error: station.faults.note(error, "The second screen")
         )
         _, port = server.start()
         try:
-            console.print(f"{lead('Source  ')}{built.description.name}")
-            console.print(f"{lead('Job     ')}{built.job_path}")
             if options.is_exposed:
-                console.print(
-                    say("Without TLS the page can be read and changed in the network (--cert)."),
+                console.say(
+                    "Without TLS the page can be read and changed in the network (--cert).",
                     style="yellow",
                 )
             access = options.access
@@ -86,5 +73,3 @@ def serve_screen(
             measure_until(station, ended, lasting=True)
         finally:
             server.close()
-    finally:
-        close_station(station)

@@ -214,7 +214,9 @@ def job_of(
         states=tuple(speech.say(line) for line in states if line),
         paused=speech.say("The job is paused. Resume it at the station.") if view.paused else "",
         next=speech.say(next_step(view)),
-        instruction="" if active is None else _instruction(active, speech),
+        instruction=""
+        if active is None
+        else f"{active.text} {speech.say(active.spread_warning)}".strip(),
         refusal=() if refusal is None else (speech.say(refusal.what), speech.say(refusal.remedy)),
         shown="" if shown is None else shown.name,
         deciding="" if shown is None else view.verdict_of(shown.name).deciding,
@@ -274,10 +276,6 @@ def _reason(
 
 def _feature(view: JobView, feature: FeatureView, speech: Speech) -> ScreenFeature:
     summary = view.verdict_of(feature.name)
-    shape = "".join(
-        f" {one.lower()}" if one.isupper() and at else one
-        for at, one in enumerate(feature.shape.value)
-    )
     words = {
         FeatureState.ACTIVE: "active",
         FeatureState.PENDING: "open",
@@ -288,20 +286,12 @@ def _feature(view: JobView, feature: FeatureView, speech: Speech) -> ScreenFeatu
     lacking = feature.taken < MINIMUM_POINTS[feature.shape]
     return ScreenFeature(
         name=feature.name,
-        shape=speech.word(shape),
+        shape=speech.word(feature.shape.words),
         count=feature.count_text,
         state=ScreenWord(code=feature.state.value, text=speech.word(words[feature.state])),
         verdict=_verdict(summary, speech),
         note="" if lacking else speech.say(feature.note),
     )
-
-
-def _instruction(feature: FeatureView, speech: Speech) -> str:
-    """Return the plan's text for a feature, and the warning about the spread of its points."""
-    # While points are missing the next target guides the spread.
-    late = feature.coverage is not None and feature.taken >= feature.needed - 1
-    warning = feature.coverage.warning if late and feature.coverage is not None else ""
-    return f"{feature.text} {speech.say(warning)}".strip()
 
 
 def _verdict(summary: VerdictSummary, speech: Speech) -> ScreenWord:

@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from ocmm_sim.bus._named_rig import RigStatus, rig_down, rig_status, rig_up
     from ocmm_sim.bus._proxy import LineTricks, ProxyConfig, kind_of
     from ocmm_sim.bus._virtual_bus import (
-        VirtualBus, VirtualWire, errand_virtual, maintain_virtual, paced, run_both, run_inside,
-        scan_virtual,
+        VirtualBus, VirtualWire, errand_virtual, paced, run_both, run_inside,
     )  # fmt: skip
     from ocmm_sim.bus._wire import Wire
 else:
@@ -35,6 +34,6 @@ __all__ = [
     "CameraDeed", "Chain", "DeedAnswer", "FaultCommands", "FaultKind", "FaultRig", "Faults",
     "FrameKind", "LineDirection", "LineLog", "LineOrder", "LineRule", "LineTricks", "ProxyConfig",
     "RigStatus", "SegmentConfig", "Trick", "Unit", "VirtualBus", "VirtualWire", "Wire",
-    "errand_virtual", "kind_of", "maintain_virtual", "named_rig", "paced", "rig_down", "rig_status",
-    "rig_up", "run_both", "run_inside", "scan_virtual",
+    "errand_virtual", "kind_of", "named_rig", "paced", "rig_down", "rig_status", "rig_up",
+    "run_both", "run_inside",
 ]  # fmt: skip

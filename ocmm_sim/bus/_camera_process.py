@@ -16,7 +16,7 @@ from typing import Literal
 
 import msgspec
 
-from ocmm_core.acquisition.bus_process import CAMERA_PRIORITY, take_priority
+from ocmm_core.acquisition.bus_process import CAMERA_PRIORITY, ProcessConfig, take_priority
 from ocmm_core.camera import CameraModel
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
@@ -31,7 +31,7 @@ from ocmm_sim.slave import CHUNK_FRAMES, CameraFrames, ClockPattern, TestPattern
 READY = "ready"
 
 
-class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class SegmentConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Software cameras on one wire."""
 
     interface: str
@@ -54,10 +54,6 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     device: DeviceDescription | None = None
     lenses: tuple[Intrinsics, ...] = ()
     """`device`, `lenses`: description of cameras of other makers, and their correction lenses."""
-
-    def to_json(self) -> bytes:
-        """Return the configuration as one line of JSON."""
-        return msgspec.json.encode(self) + b"\n"
 
 
 class _Pattern(msgspec.Struct, forbid_unknown_fields=True):

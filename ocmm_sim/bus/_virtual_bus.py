@@ -90,28 +90,14 @@ class VirtualBus(VirtualWire):
         super().__init__(_MODULE, cameras.to_json() + master.to_json(), ring)
 
 
-def errand_virtual(segment: SegmentConfig, module: str, line: bytes) -> tuple[list[str], bytes]:
-    """Return the command of an errand (`run_errand`) on the virtual wire, and its input.
-
-    `module` is its program, `line` its configuration for `HOST_INTERFACE`.
-    """
-    cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
-    command = [*namespace_command(), sys.executable, "-m", _MODULE, _ERRAND, module]
-    return command, cameras.to_json() + line
-
-
-def scan_virtual(segment: SegmentConfig) -> tuple[list[str], bytes]:
-    """Return the command that scans virtual software cameras, and its input."""
-    config = bus_process.ScanConfig(interface=HOST_INTERFACE)
-    return errand_virtual(segment, bus_process.scan_command()[-1], config.to_json())
-
-
-def maintain_virtual(
-    segment: SegmentConfig, config: bus_process.MaintenanceConfig
+def errand_virtual(
+    segment: SegmentConfig, errand: bus_process.WireErrand
 ) -> tuple[list[str], bytes]:
-    """Return the command that changes a virtual software camera, and its input."""
-    told = msgspec.structs.replace(config, interface=HOST_INTERFACE)
-    return errand_virtual(segment, bus_process.maintenance_command()[-1], told.to_json())
+    """Return the command of a task on the virtual wire, and its input."""
+    cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
+    told = msgspec.structs.replace(errand, interface=HOST_INTERFACE)
+    command = [*namespace_command(), sys.executable, "-m", _MODULE, _ERRAND, errand.module]
+    return command, cameras.to_json() + told.to_json()
 
 
 def main() -> None:

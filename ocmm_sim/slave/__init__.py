@@ -5,7 +5,7 @@ Out: answers as of a real camera, including registers, mailboxes and process dat
 
 Start with `_software_camera` (the whole); then `_esc` with `_registers` (controller),
 `_segment` (cameras on one wire), `_coe` with `_sdo_values` (objects), `_electronics`, `_store`
-(memory, errors), `_sii`; `_frames` (providers and buffer), `_black_image` (images).
+(memory, errors, black image), `_sii`; `_frames` (providers and buffer).
 It must not import optics or the scene: a provider supplies the frames.
 """
 

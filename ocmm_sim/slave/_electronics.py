@@ -12,10 +12,9 @@ import numpy as np
 from ocmm_core.camera import CameraModel
 from ocmm_core.errors import BusError, OcmmError, StorageError
 from ocmm_core.fieldbus import device
-from ocmm_sim.slave._black_image import BlackImages
 from ocmm_sim.slave._frames import SENSOR_PX, CameraFrames, SensorControl, sensor_of
 from ocmm_sim.slave._sdo_values import Abort, AbortError, Address
-from ocmm_sim.slave._store import CameraStore, Diagnosis
+from ocmm_sim.slave._store import BlackImages, CameraStore, Diagnosis
 
 _LEFT, _TOP, _REGION_WIDTH, _REGION_HEIGHT, _COMMAND, _STATE, _PROGRESS, _TOTAL = range(1, 9)
 _OFFSET, _CHUNK, _CHUNK_CRC, _PICTURE_WIDTH, _PICTURE_HEIGHT = range(9, 14)

@@ -20,12 +20,9 @@ from ocmm_core.fieldbus.wire import set_link
 from ocmm_sim.bus import VirtualWire, paced, run_both, run_inside
 from ocmm_sim.scene import RigScript
 from ocmm_sim.trackers._device import SoftwareTracker
-from ocmm_sim.trackers._encoder import MarkerEncoder
-from ocmm_sim.trackers._igtl import IgtlEncoder
-from ocmm_sim.trackers._natnet import NatNetEncoder
+from ocmm_sim.trackers._encoder import MarkerEncoder, TrackerServer
 from ocmm_sim.trackers._ndi import NdiEncoder
-from ocmm_sim.trackers._qtm import QtmEncoder
-from ocmm_sim.trackers._server import TrackerServer
+from ocmm_sim.trackers._streams import IgtlEncoder, NatNetEncoder, QtmEncoder
 from ocmm_trackers import (
     PROTOCOLS,
     TrackerConfig,

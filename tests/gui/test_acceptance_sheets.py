@@ -24,7 +24,7 @@ from ocmm_core.export.certificate import (
 )
 from ocmm_core.export.template import plain_paper
 from ocmm_gui.acceptance import ArtefactSheet, StudySheet
-from ocmm_gui.acceptance._study_work import StudyProgress, TypeOneStudy
+from ocmm_gui.acceptance._study_sheet import StudyProgress, TypeOneStudy
 from ocmm_gui.kit import THEMES
 from ocmm_shop.studies import load_study, study_of, type1_study
 from tests.host import HANG_MS

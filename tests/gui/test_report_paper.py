@@ -15,7 +15,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.export.report import ReportData, paper_facts, report_number
 from ocmm_core.export.template import SECTIONS, Particulars, load_paper
 from ocmm_gui.reports import _pdf as pdf
-from ocmm_gui.reports._part_picture import placed_words
+from ocmm_gui.reports._pdf import placed_words
 from ocmm_gui.scene import Tag
 from tests.core.export.sample_report import sample_report
 from tests.gui.pdf_texts import texts

@@ -15,7 +15,13 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.records import ProbeStore, State
-from ocmm_core.calibration.sweeping import BATCH, PivotOutcome, PivotProcedure, PivotView
+from ocmm_core.calibration.sweeping import (
+    BATCH,
+    PivotOutcome,
+    PivotProcedure,
+    PivotRequest,
+    PivotView,
+)
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Sound
 from ocmm_gui.wizards import SESSIONS
@@ -47,7 +53,7 @@ class Sweeps:
         bench = self.wizard.bench
         return PivotProcedure.begin(
             self.wizard.probe_store / SESSIONS, bench.rig, bench.body, self.store(), "T1",
-            bench.now(), who="technician", poses_wanted=poses,
+            bench.now(), who="technician", request=PivotRequest(poses=poses),
         )  # fmt: skip
 
     def swept(

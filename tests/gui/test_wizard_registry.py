@@ -17,8 +17,8 @@ from ocmm_gui.kit import ACTIONS, Mode
 from ocmm_gui.wizards import _registry as registry
 from ocmm_gui.wizards import _wizard as _sessions
 from ocmm_gui.wizards._registry import WIZARDS, WizardSpec, wizard_of
-from ocmm_gui.wizards._runner_parts import WIZARD_ACTIONS
 from ocmm_gui.wizards._site import OpenSession
+from ocmm_gui.wizards._wizard_parts import WIZARD_ACTIONS
 from ocmm_gui.wizards.pages import WHO, StepPage
 from tests.core.calibration.test_procedure_tip import TIP, Tips
 from tests.gui.wizard_bench import WizardBench

@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.guided import CalibrationOutcome, ProcedureKind, RelocationView
 from ocmm_core.calibration.records import State
-from ocmm_core.calibration.relocation import RelocationProcedure
+from ocmm_core.calibration.relocation import RelocationProcedure, RelocationRequest
 from ocmm_gui.wizards.pages import BarPage, ResultPage, SeatsPage, WavePage, WorldPage
 from ocmm_gui.wizards.pages._relocation_pages import example_places
 from ocmm_sim.calibration_scenes import SEATS, FreeMotionScene, ShowBar, TouchSeats
@@ -77,7 +77,7 @@ def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
     site = bench.bench
     procedure = RelocationProcedure.begin(
         bench.store / "sessions", site.rig, site.body, bench.use_store_of_bench(), site.bar,
-        site.now(), who="technician", world="set", poses_wanted=1, bars_wanted=2,
+        site.now(), who="technician", request=RelocationRequest(world="set", poses=1, placements=2),
     )  # fmt: skip
     virtual = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, None)
     scenes = scenes_of_relocation(virtual, site.rig, procedure.view, site.bar, None)
@@ -121,7 +121,7 @@ def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
     store = bench.use_store_of_bench()
     procedure = RelocationProcedure.begin(
         bench.store / "sessions", bench.running(), site.body, store, site.bar, site.now(),
-        who="technician", world="points", control=CONTROL, poses_wanted=60,
+        who="technician", control=CONTROL, request=RelocationRequest(world="points", poses=60),
     )  # fmt: skip
     virtual = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, MOVE)
     scenes = scenes_of_relocation(virtual, site.rig, procedure.view, site.bar, CONTROL)

@@ -31,7 +31,7 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import ACTIONS, THEMES, Mode, NoticeCentre, ThemedWidget
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import WIZARDS
-from ocmm_gui.wizards._runner_parts import WIZARD_ACTIONS
+from ocmm_gui.wizards._wizard_parts import WIZARD_ACTIONS
 from ocmm_gui.wizards.pages import CollectPage
 from tests.core.calibration.test_procedure_tip import TIP, Tips
 from tests.gui.wizard_bench import WizardBench

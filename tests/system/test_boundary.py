@@ -81,8 +81,8 @@ PLACES = (
     # Fit and evaluation.
     Place("ocmm_core.features.measured._actual.compensation", np.linalg.LinAlgError),
     Place("ocmm_core.inspection.session._job_view.evaluate_job", RuntimeError),
-    Place("ocmm_core.inspection.evaluation._job_values.evaluate_one", ValueError),
-    Place("ocmm_core.inspection.evaluation._job_values.joint_factors", MemoryError),
+    Place("ocmm_core.inspection.evaluation._evaluation.evaluate_one", ValueError),
+    Place("ocmm_core.inspection.evaluation._evaluation.joint_factors", MemoryError),
     Place("ocmm_core.inspection.session._job_view.coverage_of", IndexError),
     Place("ocmm_core.inspection.session._job_view.targets_of", ZeroDivisionError),
     # Monitor and watches.

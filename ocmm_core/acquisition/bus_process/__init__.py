@@ -4,9 +4,8 @@ In: a configuration as JSON, and requests for objects of cameras, line by line.
 Out: frames in the shared ring, the bus report, replies, and the reason for stopping.
 
 In the process: `_start` (single thread, least rights), `_process` (the program ``ocmm-acq``),
-`_ethercat` (one read per bus cycle), `_commands`, `_rights`; `_scan_process`,
-`_maintenance_process` and `_record_process` are other programs (`run_errand`);
-`_stepped_time` for a virtual bus that waits for a slow computer.
+`_ethercat` (one read per bus cycle), `_commands`, `_rights`; `_errands` is another program, for
+short tasks (`run_errand`); `_stepped_time` for a virtual bus that waits for a slow computer.
 
 In the application: `_launch`, `_client`, `_remote_objects`, and `_service_client` for a bus that
 runs as a service.
@@ -19,22 +18,20 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._client import Acquisition, BusProcess, ChildProcess
     from ocmm_core.acquisition.bus_process._commands import (
-        read_first_line, run_errand, stopped_by_parent,
+        read_first_line, run_errand, send_line, stopped_by_parent,
+    )  # fmt: skip
+    from ocmm_core.acquisition.bus_process._errands import (
+        MaintenanceConfig, MaintenanceNews, RecordConfig, ScanConfig,
     )  # fmt: skip
     from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
     from ocmm_core.acquisition.bus_process._launch import (
-        RECIPE, BusConfig, bus_command, read_config,
+        RECIPE, BusConfig, ProcessConfig, WireErrand, bus_command, read_config,
     )  # fmt: skip
-    from ocmm_core.acquisition.bus_process._maintenance_process import (
-        MaintenanceConfig, MaintenanceNews, maintenance_command,
-    )  # fmt: skip
-    from ocmm_core.acquisition.bus_process._record_process import RecordConfig, record_command
     from ocmm_core.acquisition.bus_process._remote_objects import RemoteObjects
     from ocmm_core.acquisition.bus_process._rights import (
         BUS_PRIORITY, CAMERA_PRIORITY, NEEDED, Capability, ProcessRights, allow_locked_memory,
         give_up_all_but, granted_by, hold_nothing, lock_memory, rights_of, take_priority,
     )  # fmt: skip
-    from ocmm_core.acquisition.bus_process._scan_process import ScanConfig, scan_command
     from ocmm_core.acquisition.bus_process._service_client import ServiceBus
     from ocmm_core.acquisition.bus_process._stepped_time import SteppedTime
 else:
@@ -43,8 +40,8 @@ else:
 __all__ = [
     "BUS_PRIORITY", "CAMERA_PRIORITY", "NEEDED", "RECIPE", "Acquisition", "BusConfig", "BusProcess",
     "Capability", "ChildProcess", "EthercatSource", "MaintenanceConfig", "MaintenanceNews",
-    "ProcessRights", "RecordConfig", "RemoteObjects", "ScanConfig", "ServiceBus", "SteppedTime",
-    "allow_locked_memory", "bus_command", "give_up_all_but", "granted_by", "hold_nothing",
-    "lock_memory", "maintenance_command", "read_config", "read_first_line", "record_command",
-    "rights_of", "run_errand", "scan_command", "stopped_by_parent", "take_priority",
+    "ProcessConfig", "ProcessRights", "RecordConfig", "RemoteObjects", "ScanConfig", "ServiceBus",
+    "SteppedTime", "WireErrand", "allow_locked_memory", "bus_command", "give_up_all_but",
+    "granted_by", "hold_nothing", "lock_memory", "read_config", "read_first_line", "rights_of",
+    "run_errand", "send_line", "stopped_by_parent", "take_priority",
 ]  # fmt: skip

@@ -14,19 +14,14 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable
+from typing import TypeVar
+
+import msgspec
 
 from ocmm_core.acquisition.bus_process._rights import NEEDED, give_up_all_but
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.failure import REOPEN, contained, exit_with
-from ocmm_core.fieldbus.objects import (
-    MAX_LINE_BYTES,
-    CancelRequest,
-    EepromRequest,
-    ObjectReply,
-    ObjectRequest,
-    decode_request,
-    encode_line,
-)
+from ocmm_core.fieldbus import objects
 
 MAX_REQUESTS = 64
 MAX_REPLIES = 256
@@ -35,12 +30,13 @@ _READ_BYTES = 65536
 _WRITE_BYTES = 4096
 """Minimum room in a writable pipe (POSIX, PIPE_BUF of Linux)."""
 _LAST_WORDS_S = 0.5
+_Request = TypeVar("_Request")
 
 
 def read_first_line(descriptor: int) -> bytes:
     """Return the first line of a stream without reading beyond it."""
     line = bytearray()
-    while not line.endswith(b"\n") and len(line) < MAX_LINE_BYTES:
+    while not line.endswith(b"\n") and len(line) < objects.MAX_LINE_BYTES:
         byte = os.read(descriptor, 1)
         if not byte:
             break
@@ -67,7 +63,7 @@ def _until_end(stop: threading.Event) -> None:
 class LineBuffer:
     """Splits a stream into lines; skips and counts overlong ones."""
 
-    def __init__(self, longest: int = MAX_LINE_BYTES) -> None:
+    def __init__(self, longest: int = objects.MAX_LINE_BYTES) -> None:
         self._longest = longest
         self._rest = bytearray()
         self._skipping = False
@@ -112,8 +108,8 @@ class CommandPort:
         self._input = input_
         self._output = output
         self._on_end, self._on_failure = on_end, on_failure
-        self._requests: deque[ObjectRequest | EepromRequest] = deque()
-        self._replies: deque[ObjectReply] = deque()
+        self._requests: deque[objects.ObjectRequest | objects.EepromRequest] = deque()
+        self._replies: deque[objects.ObjectReply] = deque()
         self._cancelled: deque[int] = deque(maxlen=_MAX_CANCELLED)
         self._lines = LineBuffer()
         self._pending = bytearray()
@@ -138,7 +134,7 @@ class CommandPort:
         """Return the port on standard streams; use `read_first_line`: ``sys.stdin`` buffers."""
         return cls(sys.stdin.fileno(), sys.stdout.fileno(), on_end, on_failure)
 
-    def take(self) -> ObjectRequest | EepromRequest | None:
+    def take(self) -> objects.ObjectRequest | objects.EepromRequest | None:
         """Return the next request, or None; never waits."""
         while True:
             try:
@@ -152,7 +148,7 @@ class CommandPort:
         """Return whether a request was cancelled; never waits."""
         return number in self._cancelled
 
-    def reply(self, reply: ObjectReply) -> None:
+    def reply(self, reply: objects.ObjectReply) -> None:
         """Send a reply; never waits. If replies are not read, progress is dropped first."""
         room = MAX_REPLIES if reply.finished else MAX_REPLIES // 2
         if self._closing or len(self._replies) >= room:
@@ -225,11 +221,11 @@ class CommandPort:
 
     def _understand(self, line: bytes) -> None:
         try:
-            request = decode_request(line)
+            request = objects.decode_request(line)
         except OcmmError as error:
             self._refuse(0, error.code, error.what, error.remedy)
             return
-        if isinstance(request, CancelRequest):
+        if isinstance(request, objects.CancelRequest):
             self._cancelled.append(request.number)
         elif len(self._requests) >= MAX_REQUESTS:
             self._refuse(
@@ -243,11 +239,11 @@ class CommandPort:
 
     def _refuse(self, number: int, code: str, what: str, remedy: str) -> None:
         self.refused += 1
-        self.reply(ObjectReply(number, finished=True, code=code, what=what, remedy=remedy))
+        self.reply(objects.ObjectReply(number, finished=True, code=code, what=what, remedy=remedy))
 
     def _speak(self) -> None:
         if not self._pending:
-            self._pending += encode_line(self._replies.popleft())
+            self._pending += objects.encode_line(self._replies.popleft())
         try:
             written = os.write(self._output, self._pending[:_WRITE_BYTES])
         except OSError:
@@ -258,10 +254,28 @@ class CommandPort:
         del self._pending[:written]
 
 
-def run_errand(run: Callable[[bytes], None], what: str) -> None:
-    """Drop rights, run the task with a line of input; errors to stderr, exit 2, unexpected 3."""
+def run_errand(
+    request: msgspec.json.Decoder[_Request], run: Callable[[_Request], None], what: str
+) -> None:
+    """Drop rights, run the task of the first line; errors to stderr, exit 2, unexpected 3."""
     try:
         give_up_all_but(NEEDED)
-        run(read_first_line(sys.stdin.fileno()))
+        try:
+            asked = request.decode(read_first_line(sys.stdin.fileno()))
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            raise InputError(
+                "bus.request",
+                f"Invalid request: {error}.",
+                "Use the commands 'ocmm bus'; if this came from them, report it as a program "
+                "error.",
+            ) from error
+        run(asked)
     except Exception as error:
         exit_with(error, what)
+
+
+def send_line(news: msgspec.Struct | bytes) -> None:
+    """Write a message to the parent, as a line of JSON, or these bytes."""
+    line = news if isinstance(news, bytes) else msgspec.json.encode(news) + b"\n"
+    sys.stdout.buffer.write(line)
+    sys.stdout.buffer.flush()

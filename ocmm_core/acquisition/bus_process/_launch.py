@@ -11,6 +11,7 @@ import os
 import stat
 import sys
 from pathlib import Path
+from typing import ClassVar
 
 import msgspec
 
@@ -21,7 +22,29 @@ from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 from ocmm_core.host import HOST, require_linux
 
 
-class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ProcessConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a program gets from its parent, in the first line of its standard input."""
+
+    def to_json(self) -> bytes:
+        """Return the request as one line of JSON."""
+        return msgspec.json.encode(self) + b"\n"
+
+
+class WireErrand(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A short task on the wire with the rights of the bus process."""
+
+    module: ClassVar[str]
+    """Program that does it."""
+    interface: str
+    force: bool = False
+    """Use the interface although the computer uses it for its network."""
+
+    def command(self) -> list[str]:
+        """Return the command of its program, with the bus process interpreter."""
+        return [*bus_command()[:-1], self.module]
+
+
+class BusConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fields=True):
     interface: str
     ring_path: str
     cameras: tuple[CameraIdentity, ...]
@@ -39,10 +62,6 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     device: DeviceDescription | None = None
     lenses: tuple[Intrinsics, ...] = ()
     """`device`, `lenses`: description of cameras of other makers, and their correction lenses."""
-
-    def to_json(self) -> bytes:
-        """Return the configuration as one line of JSON."""
-        return msgspec.json.encode(self) + b"\n"
 
 
 def read_config(content: bytes) -> BusConfig:

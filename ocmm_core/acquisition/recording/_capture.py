@@ -22,30 +22,19 @@ from ocmm_core.acquisition.recording._packets import (
     usual_layout,
 )
 from ocmm_core.errors import BusError, InputError
-from ocmm_core.fieldbus.device import (
-    COUNTER_MODULUS,
-    FRAMES_PER_CYCLE,
-    INPUT_LAYOUTS,
-    NEWEST_LAYOUT,
-    NO_MARK,
-    CameraStatus,
-    Header,
-    InputLayout,
-    data_mark,
-    frames_of,
-)
+from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, frame_index, has_passed
 
 _LOGICAL = (Command.LRD, Command.LWR, Command.LRW)
 _READS = (Command.LRD, Command.LRW)
-_RUNNING = CameraStatus.OPERATIONAL | CameraStatus.SYNCHRONISED
+_RUNNING = device.CameraStatus.OPERATIONAL | device.CameraStatus.SYNCHRONISED
 _PERIODS_NS = range(50_000, 1_000_000_001)
 _MAX_ADDRESSES = 64
 _LAST_NS = 1 << 62
 """Later than any bus clock that counts from 2000."""
 
 
-_WITHOUT_SERIAL = next(each for each in INPUT_LAYOUTS.values() if not each.says_serial)
+_WITHOUT_SERIAL = next(each for each in device.INPUT_LAYOUTS.values() if not each.says_serial)
 
 
 @dataclass(slots=True)
@@ -106,8 +95,8 @@ class _Track:
     next_frame: int | None = None
     cycle_counter: int | None = None
     serial: int | None = None
-    layouts: dict[int, InputLayout] = field(default_factory=dict)
-    suspected: int = NO_MARK
+    layouts: dict[int, device.InputLayout] = field(default_factory=dict)
+    suspected: int = device.NO_MARK
 
 
 class BusCapture:
@@ -220,7 +209,7 @@ class BusCapture:
     def _take_camera(self, place: int, content: bytes) -> bool:
         account, track = self.account.cameras[place], self._tracks[place]
         account.answers += 1
-        layout = self._layout(place, data_mark(content))
+        layout = self._layout(place, device.data_mark(content))
         if layout is None:
             return False
         header = layout.decode(content)
@@ -235,41 +224,45 @@ class BusCapture:
         if first is None:
             account.contradicting += 1
             return False
-        if header.status & CameraStatus.OVERRUN:
+        if header.status & device.CameraStatus.OVERRUN:
             account.overruns += 1
         return self._take_frames(place, first, header, content)
 
-    def _layout(self, place: int, mark: int) -> InputLayout | None:
+    def _layout(self, place: int, mark: int) -> device.InputLayout | None:
         """Return the layout of a valid input; without known serial number two must agree."""
         account, track = self.account.cameras[place], self._tracks[place]
         serial = self._listener.serial(self._areas[place].station)
         if serial is not None and serial != track.serial:
             track.serial = serial
-            track.layouts = {each.mark(serial): each for each in INPUT_LAYOUTS.values()}
+            track.layouts = {each.mark(serial): each for each in device.INPUT_LAYOUTS.values()}
         layout = track.layouts.get(mark)
         if layout is not None:
             return layout
-        if serial is None and mark == track.suspected != NO_MARK:
-            track.layouts[mark] = NEWEST_LAYOUT if mark else _WITHOUT_SERIAL
+        if serial is None and mark == track.suspected != device.NO_MARK:
+            track.layouts[mark] = device.NEWEST_LAYOUT if mark else _WITHOUT_SERIAL
             return track.layouts[mark]
-        if serial is None and not track.layouts and mark != NO_MARK:
+        if serial is None and not track.layouts and mark != device.NO_MARK:
             account.unproven += 1
         else:
             account.damaged += 1
         track.suspected = mark
         return None
 
-    def _first_frame(self, header: Header) -> int | None:
+    def _first_frame(self, header: device.Header) -> int | None:
         """Return the number of the header's first exposure; None if inconsistent."""
         if (
             header.period_ns not in _PERIODS_NS
             or header.start_ns > _LAST_NS
-            or header.frames_valid > FRAMES_PER_CYCLE
+            or header.frames_valid > device.FRAMES_PER_CYCLE
         ):
             return None
         start_ns, period_ns = self._start_ns, self._period_ns
         first, rest = divmod(header.start_ns - start_ns, period_ns) if period_ns else (0, 1)
-        if period_ns == header.period_ns and not rest and first % COUNTER_MODULUS == header.counter:
+        if (
+            period_ns == header.period_ns
+            and not rest
+            and first % device.COUNTER_MODULUS == header.counter
+        ):
             return first
         # Another first exposure: the cameras were (re)started.
         start_ns = header.start_ns - header.counter * header.period_ns
@@ -286,7 +279,7 @@ class BusCapture:
         self._joiner = FrameJoiner(len(self._areas), base_ns, header.period_ns)
         return header.counter
 
-    def _take_frames(self, place: int, first: int, header: Header, content: bytes) -> bool:
+    def _take_frames(self, place: int, first: int, header: device.Header, content: bytes) -> bool:
         account, track = self.account.cameras[place], self._tracks[place]
         expected = first if track.next_frame is None else track.next_frame
         known = min(max(0, expected - first), header.frames_valid)
@@ -294,7 +287,7 @@ class BusCapture:
         if not header.frames_valid - known or self._joiner is None:
             return False
         account.missing += max(0, first - expected)
-        frames = frames_of(content, known, header.frames_valid)
+        frames = device.frames_of(content, known, header.frames_valid)
         self._joiner.push(place, first + known - self._base, frames)
         account.frames += header.frames_valid - known
         track.next_frame = first + header.frames_valid

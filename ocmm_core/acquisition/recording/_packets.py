@@ -13,15 +13,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.device import (
-    IDENTITY,
-    IDENTITY_SERIAL,
-    INPUT_DTYPE,
-    INPUT_START,
-    MAILBOX_IN_START,
-    OUTPUT_DTYPE,
-    OUTPUT_START,
-)
+from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.objects import SERVICE_SDO_RESPONSE, coe_content
 from ocmm_core.fieldbus.wire import Command, Datagram
 from ocmm_core.side_files import open_guarded
@@ -189,7 +181,7 @@ _FMMU, _FMMU_BYTES, _N_FMMU = 0x0600, 16, 8
 _FMMU_STRUCT = struct.Struct("<IHBBHBBB")
 _READ, _WRITE = 1, 2
 _WRITES = (Command.FPWR, Command.FPRW)
-_SERIAL_ANSWER = struct.pack("<BHB", 0x43, IDENTITY, IDENTITY_SERIAL)
+_SERIAL_ANSWER = struct.pack("<BHB", 0x43, device.IDENTITY, device.IDENTITY_SERIAL)
 _MAX_STATIONS = 256
 _FIRST_STATION = 0x1001
 
@@ -205,17 +197,17 @@ class CameraArea:
     @property
     def inputs_end(self) -> int:
         """Return the first address behind the inputs."""
-        return self.inputs + INPUT_DTYPE.itemsize
+        return self.inputs + device.INPUT_DTYPE.itemsize
 
 
 def usual_layout(n_cameras: int) -> tuple[CameraArea, ...]:
     """Return the layout of our own master: all outputs, then all inputs."""
-    first_input = n_cameras * OUTPUT_DTYPE.itemsize
+    first_input = n_cameras * device.OUTPUT_DTYPE.itemsize
     return tuple(
         CameraArea(
             _FIRST_STATION + place,
-            first_input + place * INPUT_DTYPE.itemsize,
-            place * OUTPUT_DTYPE.itemsize,
+            first_input + place * device.INPUT_DTYPE.itemsize,
+            place * device.OUTPUT_DTYPE.itemsize,
         )
         for place in range(n_cameras)
     )
@@ -247,7 +239,7 @@ class LayoutListener:
             return
         if datagram.command in _WRITES:
             self._hear_write(datagram)
-        elif datagram.command == Command.FPRD and datagram.register == MAILBOX_IN_START:
+        elif datagram.command == Command.FPRD and datagram.register == device.MAILBOX_IN_START:
             parts = coe_content(datagram.data)
             if parts is not None and parts[0] == SERVICE_SDO_RESPONSE and len(parts[1]) >= 8:
                 self._hear_answer(datagram.target, parts[1])
@@ -277,9 +269,13 @@ class LayoutListener:
             )
             if not active & 1:
                 continue
-            if (kind, physical, size) == (_READ, INPUT_START, INPUT_DTYPE.itemsize):
+            if (kind, physical, size) == (_READ, device.INPUT_START, device.INPUT_DTYPE.itemsize):
                 inputs = logical
-            elif (kind, physical, size) == (_WRITE, OUTPUT_START, OUTPUT_DTYPE.itemsize):
+            elif (kind, physical, size) == (
+                _WRITE,
+                device.OUTPUT_START,
+                device.OUTPUT_DTYPE.itemsize,
+            ):
                 outputs = logical
         if inputs is None or outputs is None:
             return None

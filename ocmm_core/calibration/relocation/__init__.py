@@ -13,8 +13,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._data import (
-        BarDistance, GeometryMode, KeptByCameras, KeptByPoints, LensMode, Observations, ProbeFrames,
-        RelocationOptions, ShownBar,
+        BarDistance, KeptByCameras, KeptByPoints, Observations, ProbeFrames, RelocationOptions,
+        ShownBar,
     )  # fmt: skip
     from ocmm_core.calibration.relocation._frame import (
         anchors_of, jacobian_of_world, motion_to_world,
@@ -23,15 +23,16 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._problem import RelocationProblem, build
     from ocmm_core.calibration.relocation._procedure_relocation import RelocationProcedure
     from ocmm_core.calibration.relocation._relocation import relocate
-    from ocmm_core.calibration.relocation._state import World
+    from ocmm_core.calibration.relocation._request import (
+        GeometryMode, LensMode, RelocationRequest, World,
+    )  # fmt: skip
     from ocmm_core.calibration.relocation._steps import BAR
-    from ocmm_core.calibration.relocation._wanted import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "BAR", "BARS_WANTED", "LENGTH_LIMIT_MM", "POSES_WANTED", "BarDistance", "GeometryMode",
-    "KeptByCameras", "KeptByPoints", "LensMode", "Observations", "ProbeFrames", "RelocationOptions",
-    "RelocationProblem", "RelocationProcedure", "ShownBar", "World", "anchors_of", "build",
-    "jacobian_of_world", "judge_focal", "judge_residuals", "motion_to_world", "relocate",
+    "BAR", "BarDistance", "GeometryMode", "KeptByCameras", "KeptByPoints", "LensMode",
+    "Observations", "ProbeFrames", "RelocationOptions", "RelocationProblem", "RelocationProcedure",
+    "RelocationRequest", "ShownBar", "World", "anchors_of", "build", "jacobian_of_world",
+    "judge_focal", "judge_residuals", "motion_to_world", "relocate",
 ]  # fmt: skip

@@ -4,22 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.calibration.records import Finding
+from ocmm_core.calibration.relocation._request import GeometryMode, LensMode
 from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float, Int, Pixels, Points3
-
-LensMode = Literal["fixed", "prior", "free"]
-"""Treatment of the lenses: kept (their uncertainty stays in the covariance), free with their
-previous covariance as prior, or determined from these frames alone."""
-
-GeometryMode = Literal["known", "uncertain", "unknown"]
-"""Knowledge of the probe's LEDs: exact; with the uncertainty of the probe body; none, so that the
-bar alone gives the scale."""
 
 
 @dataclass(frozen=True, slots=True)

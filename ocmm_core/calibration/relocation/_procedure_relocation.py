@@ -17,8 +17,9 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.relocation._data import GeometryMode, LensMode, RelocationResult
+from ocmm_core.calibration.relocation._data import RelocationResult
 from ocmm_core.calibration.relocation._relocation import relocate
+from ocmm_core.calibration.relocation._request import RelocationRequest
 from ocmm_core.calibration.relocation._state import (
     BarTaken,
     PoseTaken,
@@ -26,7 +27,6 @@ from ocmm_core.calibration.relocation._state import (
     RelocationEvent,
     RelocationState,
     SeatTaken,
-    World,
 )
 from ocmm_core.calibration.relocation._steps import (
     BAR,
@@ -41,7 +41,6 @@ from ocmm_core.calibration.relocation._steps import (
     seat_findings,
     steps_of,
 )
-from ocmm_core.calibration.relocation._wanted import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, OcmmError
@@ -101,33 +100,26 @@ class RelocationProcedure(guided.CameraProcedure[RelocationEvent, guided.Calibra
         *,
         who: str,
         temperature: Temperature | None = None,
-        world: World = "cameras",
         control: KnownPoints | None = None,
-        lens: LensMode = "prior",
-        geometry: GeometryMode = "uncertain",
-        poses_wanted: int = POSES_WANTED,
-        bars_wanted: int = BARS_WANTED,
-        length_limit_mm: float = LENGTH_LIMIT_MM,
+        request: RelocationRequest = RelocationRequest(),  # noqa: B008 - frozen
         valid_days: int = 365,
-        seats: bool = True,
     ) -> RelocationProcedure:
         """Start a session.
 
         ``rig``: previous poses, with the calibration in force if any; ``bar``: with LEDs it is
-        shown, otherwise its end nests are touched; ``control``: points that define the world;
-        ``lens``, ``geometry``: unknowns, see `_data`; ``seats``: False only for recordings without
-        them, which the result reports. CalibrationError if the bar's certificate has expired, or
-        control points are missing; StorageError if the session file cannot be written.
+        shown, otherwise its end nests are touched; ``control``: points that define the world.
+        CalibrationError if the bar's certificate has expired, or control points are missing;
+        StorageError if the session file cannot be written.
         """
         length = bar.nests[-1] - bar.nests[0]
         records.let_pass(bar.artefact.judge(length, np.inf, now, temperature), force=False)
-        if world == "points" and (control is None or len(control.names) < 3):
+        if request.world == "points" and (control is None or len(control.names) < 3):
             raise CalibrationError(
                 "relocation.control",
                 "A world frame from control points needs at least three known ones.",
                 "Give a list of control points, or fix the world frame to the cameras.",
             )
-        known = control if world == "points" and control is not None else None
+        known = control if request.world == "points" and control is not None else None
         diagonal = float(np.linalg.norm(np.ptp(rig.volume_world, axis=0)))
         chain, begun = _SESSIONS.begin(
             folder,
@@ -138,20 +130,20 @@ class RelocationProcedure(guided.CameraProcedure[RelocationEvent, guided.Calibra
             temperature=temperature,
             probe_identity=body.identity,
             bar=bar,
-            poses_wanted=poses_wanted,
-            bars_wanted=bars_wanted,
+            poses_wanted=request.poses,
+            bars_wanted=request.placements,
             length_mm=min(400.0, _LENGTH_OF_VOLUME * diagonal),
-            length_limit_mm=length_limit_mm,
-            lens=lens,
-            geometry=geometry,
-            world=world,
+            length_limit_mm=request.limit,
+            lens=request.lens,
+            geometry=request.geometry,
+            world=request.world,
             control_names=known.names if known else (),
             control_positions=tuple(
                 (x, y, z) for x, y, z in (known.positions_world.tolist() if known else [])
             ),
             control_sigma=known.sigma if known else 0.0,
             valid_days=valid_days,
-            seats=guided.SEATS if seats else 0,
+            seats=guided.SEATS if request.seats else 0,
         )
         return cls(chain, begun, rig, body, store)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,12 +11,10 @@ from ocmm_core.calibration import guided
 from ocmm_core.calibration.probe_design import UNMEASURED_K
 from ocmm_core.calibration.records import LengthBar as BarArtefact
 from ocmm_core.calibration.relocation import _data as data
+from ocmm_core.calibration.relocation import _request as request
 from ocmm_core.camera import Rig, Vector3
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody, solve
-
-World = Literal["cameras", "points", "set"]
-"""Reference of the world frame: cameras, known control points, or three new ones."""
 
 LENGTH_TOLERANCE = 0.08
 """Largest relative length error of the bar as seen by a moved frame."""
@@ -35,9 +33,9 @@ class RelocationBegun(guided.SessionHeader, frozen=True, kw_only=True):
     length_mm: float
     length_limit_mm: float
     """`length_mm`, `length_limit_mm`: Test length, and its largest standard uncertainty."""
-    lens: data.LensMode
-    geometry: data.GeometryMode
-    world: World
+    lens: request.LensMode
+    geometry: request.GeometryMode
+    world: request.World
     control_names: tuple[str, ...]
     control_positions: tuple[Vector3, ...]
     control_sigma: float

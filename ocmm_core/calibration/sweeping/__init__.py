@@ -13,17 +13,17 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.calibration.sweeping._procedure_pivot import PivotProcedure
     from ocmm_core.calibration.sweeping._progress import CELL_RAD
+    from ocmm_core.calibration.sweeping._request import PivotRequest
     from ocmm_core.calibration.sweeping._views import (
         AGAIN, SECOND, SWEEPS, MapCell, PivotChange, PivotOutcome, PivotView, SweepPhase, SweepView,
         led_paths,
     )  # fmt: skip
-    from ocmm_core.calibration.sweeping._wanted import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
     from ocmm_core.calibration.sweeping._watch import BATCH, COUNTDOWN_S
 else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "AGAIN", "BATCH", "CELL_RAD", "CHANGE_LIMIT_MM", "COUNTDOWN_S", "POSES_WANTED", "SECOND",
-    "SWEEPS", "VALID_DAYS", "MapCell", "PivotChange", "PivotOutcome", "PivotProcedure", "PivotView",
-    "SweepPhase", "SweepView", "led_paths",
+    "AGAIN", "BATCH", "CELL_RAD", "COUNTDOWN_S", "SECOND", "SWEEPS", "MapCell", "PivotChange",
+    "PivotOutcome", "PivotProcedure", "PivotRequest", "PivotView", "SweepPhase", "SweepView",
+    "led_paths",
 ]  # fmt: skip

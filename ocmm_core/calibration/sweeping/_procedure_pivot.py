@@ -22,15 +22,14 @@ from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse, ProbeRecord, ProbeStore, load_named
 from ocmm_core.calibration.sweeping import _views as views
 from ocmm_core.calibration.sweeping._conclusion import expected_tip
+from ocmm_core.calibration.sweeping._request import PivotRequest
 from ocmm_core.calibration.sweeping._state import SweepingState
-from ocmm_core.calibration.sweeping._wanted import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
-TIP_SIGMA_MM = 0.01
 _RECORDED_BATCH = 200
 
 _SESSIONS = guided.SessionFormat(
@@ -82,24 +81,13 @@ class PivotProcedure(guided.ProbeProcedure[views.PivotEvent, views.PivotOutcome]
         *,
         who: str,
         temperature: Temperature | None = None,
-        tip_unknown: bool = False,
         cone: ArtefactUse | None = None,
-        slack_mm: float = 0.0,
-        change_limit_mm: float = CHANGE_LIMIT_MM,
-        poses_wanted: int = POSES_WANTED,
-        tip_sigma_mm: float = TIP_SIGMA_MM,
-        valid_days: int = VALID_DAYS,
-        again: bool = True,
+        request: PivotRequest = PivotRequest(),  # noqa: B008 - frozen
     ) -> PivotProcedure:
         """Start a session.
 
-        ``tip_unknown``: the document has no place for this tip, never calibrated: only its rest in
-        the cone is assumed. ``slack_mm``: standard deviation of the ball in the cone, per axis.
-        ``change_limit_mm``: change of the tip from which a reason is required. ``poses_wanted``,
-        ``tip_sigma_mm``: with these and full coverage a sweep ends automatically. ``again``: False
-        only for recordings without a final visit, which the record then states. CalibrationError if
-        the tip has no name, or its record is of a probe with other LEDs; StorageError if the
-        session file cannot be written.
+        CalibrationError if the tip has no name, or its record is of a probe with other LEDs;
+        StorageError if the session file cannot be written.
         """
         if not tip.strip():
             raise CalibrationError(
@@ -109,14 +97,14 @@ class PivotProcedure(guided.ProbeProcedure[views.PivotEvent, views.PivotOutcome]
             )
         active = store.active(tip)
         expected = expected_tip(
-            body, None if active is None else active.calibration, tip_unknown=tip_unknown
+            body, None if active is None else active.calibration, tip_unknown=request.tip_unknown
         )
         chain, begun = _SESSIONS.begin(
             folder, rig, now, running=store.active_hash(tip) or "", who=who,
             temperature=temperature, probe=body.name, probe_identity=body.identity, tip=tip,
-            expected_tip=expected, cone=cone, slack_mm=slack_mm, change_limit_mm=change_limit_mm,
-            poses_wanted=poses_wanted, tip_sigma_mm=tip_sigma_mm, valid_days=valid_days,
-            again=again,
+            expected_tip=expected, cone=cone, slack_mm=request.slack,
+            change_limit_mm=request.limit, poses_wanted=request.poses,
+            tip_sigma_mm=request.tip_sigma_mm, valid_days=request.valid_days, again=request.again,
         )  # fmt: skip
         return cls(chain, begun, rig, body, store)
 

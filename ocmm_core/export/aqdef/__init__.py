@@ -3,7 +3,7 @@
 In: the frozen data of one or several reports. Out: the bytes of one ``.dfq`` file.
 
 Read `_aqdef` (the exporter and the values), `_head` (header and catalogues, published types and
-lengths of keys, and fitting of texts), `_reader`.
+lengths of keys, and fitting of texts; their reader).
 Its data come from `export.report`; it must not open a job.
 """
 

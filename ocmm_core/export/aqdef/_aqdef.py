@@ -16,7 +16,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from ocmm_core.errors import StorageError
 from ocmm_core.export import report
 from ocmm_core.export.aqdef import _head as head
-from ocmm_core.export.aqdef import _reader as reader
 from ocmm_core.export.aqdef._head import number
 from ocmm_core.inspection.evaluation import held_below
 from ocmm_core.names import file_stem
@@ -32,12 +31,12 @@ def _contents(jobs: Sequence[report.ReportData], profile: report.Profile) -> dic
     ]
     for data in jobs:
         fields = [_fields(jobs, data, reported, profile.units) for reported in data.reported]
-        lines.append(reader.CHARACTERISTIC.join(reader.FIELD.join(row) for row in fields))
+        lines.append(head.CHARACTERISTIC.join(head.FIELD.join(row) for row in fields))
         # Serial number of the part whose values are above, for all characteristics.
         lines.append(f"K0014/0 {head.fitted('K0014', data.head.serial)}")
         lines += [f"{_REMARK}/{line.index} {line.text}" for line in _remarks(data)]
-    text = "".join(line + reader.NEWLINE for line in lines)
-    return {_name(jobs): text.encode(reader.ENCODING)}
+    text = "".join(line + head.NEWLINE for line in lines)
+    return {_name(jobs): text.encode(head.ENCODING)}
 
 
 def _differences(
@@ -45,7 +44,7 @@ def _differences(
 ) -> list[str]:
     name, units = _name(jobs), profile.units
     try:
-        found = reader.read_transfer(files[name])
+        found = head.read_transfer(files[name])
     except (StorageError, UnicodeDecodeError) as error:
         return [f"{name}: {error}"]
     texts = found.texts()
@@ -96,15 +95,15 @@ def _name(jobs: Sequence[report.ReportData]) -> str:
     return f"{plan}_{len(jobs)}_parts{told}.dfq"
 
 
-def _remarks(data: report.ReportData) -> Iterator[reader.KeyedLine]:
+def _remarks(data: report.ReportData) -> Iterator[head.KeyedLine]:
     """Yield the verdict on the part, and those on characteristics that are not CONFORM."""
     texts = {"K0006": data.view.header.batch, "K0014": data.head.serial}
     whole = head.told_whole(texts)
     told = "; ".join((*data.states, *data.part.lines, *((whole,) if whole else ())))
-    yield reader.KeyedLine(_REMARK, 0, head.fitted(_REMARK, told))
+    yield head.KeyedLine(_REMARK, 0, head.fitted(_REMARK, told))
     for index, reported in enumerate(data.reported, start=1):
         if reported.result.verdict is not Verdict.CONFORM:
-            yield reader.KeyedLine(_REMARK, index, reported.result.verdict.value)
+            yield head.KeyedLine(_REMARK, index, reported.result.verdict.value)
 
 
 def _told(

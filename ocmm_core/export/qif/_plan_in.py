@@ -19,16 +19,7 @@ from ocmm_core.export.qif._characteristics_in import characteristics_of
 from ocmm_core.export.qif._nodes import Node, Q, References, local_name
 from ocmm_core.export.qif._units import NotTakenError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan import (
-    Plan,
-    Requirement,
-    add_characteristic,
-    add_feature,
-    new_plan,
-    source_of,
-    usual_points,
-    with_requirements,
-)
+from ocmm_core.inspection import plan as plans
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
 
@@ -57,7 +48,7 @@ class QifOmission:
 class QifPlan:
     """A plan, and the account of its document."""
 
-    plan: Plan
+    plan: plans.Plan
     left_out: list[QifOmission] = field(default_factory=list)
 
 
@@ -72,13 +63,13 @@ def plan_of_qif(content: bytes, name: str, part: str, file: str = "QIF document"
         references = References(root)
     except (NotTakenError, InputError) as error:
         raise _refused(_reason(error)) from error
-    found = QifPlan(new_plan(name, part))
+    found = QifPlan(plans.new_plan(name, part))
     for item, nominal in references.pairs("Feature"):
         own = references.name(item, nominal, "FeatureName")
         try:
             if nominal is None:
                 raise NotTakenError("it has no nominal")
-            found.plan = add_feature(found.plan, _feature(references, own, item, nominal))
+            found.plan = plans.add_feature(found.plan, _feature(references, own, item, nominal))
         except (NotTakenError, OcmmError) as error:
             found.left_out.append(QifOmission(own, _reason(error)))
         else:
@@ -88,25 +79,25 @@ def plan_of_qif(content: bytes, name: str, part: str, file: str = "QIF document"
         named = "; ".join(f"{one.name}: {one.why}" for one in found.left_out[:5])
         raise _refused(f"it has no feature that can be probed{f' ({named})' if named else ''}")
     features = {one.name: one for one in found.plan.features}
-    account: list[Requirement] = []
+    account: list[plans.Requirement] = []
     for item, nominal in references.pairs("Characteristic"):
         own, plan, why = references.name(item, nominal, "Name"), found.plan, ""
         kept: list[Characteristic] = []
         try:
             kept = list(characteristics_of(references, own, item, nominal, features))
             for one in kept:
-                plan = add_characteristic(plan, one)
+                plan = plans.add_characteristic(plan, one)
             found.plan = plan
         except (NotTakenError, OcmmError) as error:
             why = _reason(error)
             found.left_out.append(QifOmission(own, why))
         account.append(_requirement(references, own, item, nominal, [] if why else kept, why))
     account += [
-        Requirement(group="feature", label=one.name, asks=f"feature {one.name}", why=one.why)
+        plans.Requirement(group="feature", label=one.name, asks=f"feature {one.name}", why=one.why)
         for one in unprobed
     ]
-    source = source_of("QIF document", file, hashlib.sha256(content).hexdigest())
-    found.plan = with_requirements(found.plan, source, account)
+    source = plans.source_of("QIF document", file, hashlib.sha256(content).hexdigest())
+    found.plan = plans.with_requirements(found.plan, source, account)
     return found
 
 
@@ -117,12 +108,12 @@ def _requirement(
     nominal: etree._Element | None,
     kept: list[Characteristic],
     why: str,
-) -> Requirement:
+) -> plans.Requirement:
     """Return the account of a characteristic, with the texts of the document."""
     word = local_name(item).removesuffix("Item").removesuffix("Nominal")
     told = [word.removesuffix("Characteristic").lower(), *references.stated(item, nominal)]
     one = kept[0] if kept else None
-    return Requirement(
+    return plans.Requirement(
         group="characteristic", label=name, asks=" ".join(told),
         balloon=(item.findtext(f".//{Q}CharacteristicDesignator/{Q}Designator") or "").strip()[:40],
         reference=f"id {item.get('id', '')}", unit="" if one is None else spec_of(one.kind).unit,
@@ -178,7 +169,7 @@ def _feature(
     node.close()
     definition.close()
     return NominalFeature(
-        name=name, shape=shape, points=usual_points(shape),
+        name=name, shape=shape, points=plans.usual_points(shape),
         side="inner" if side == "INTERNAL" else "outer", **{"point": point, **told},
     )  # fmt: skip
 

@@ -31,3 +31,10 @@ class Shape(Enum):
         from ocmm_core.features.shapes._specs import SPECS
 
         return SPECS[self.value]
+
+    @property
+    def words(self) -> str:
+        """Return the name as displayed: ``Round slot`` for ``RoundSlot``."""
+        return "".join(
+            f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(self.value)
+        )

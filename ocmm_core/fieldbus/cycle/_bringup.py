@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from ocmm_core.camera import CameraModel
 from ocmm_core.errors import BusError
+from ocmm_core.fieldbus import wire
 from ocmm_core.fieldbus.cycle._health import Schedule
 from ocmm_core.fieldbus.cycle._watch import TIME_DIFFERENCE
 from ocmm_core.fieldbus.described import (
@@ -44,19 +45,6 @@ from ocmm_core.fieldbus.device import (
 )
 from ocmm_core.fieldbus.objects import SYNC_MANAGER_BYTES, SYNC_MANAGERS, MailboxAreas
 from ocmm_core.fieldbus.report import BusPhase
-from ocmm_core.fieldbus.wire import (
-    OP,
-    OWN_TOKEN,
-    PREOP,
-    SAFEOP,
-    HostTime,
-    LinkWatch,
-    Master,
-    Port,
-    ServiceChannel,
-    check_interface,
-    check_mapping,
-)
 
 _START_TIMEOUT_NS = 2_000_000
 _CLOCK_LIMIT_NS = 1000
@@ -105,7 +93,7 @@ class BusSettings:
 class Session:
     """Bus state from one bring-up to the next."""
 
-    master: Master | None = None
+    master: wire.Master | None = None
     """Open master, from the phase SCAN on."""
     ring_is_line: bool = False
     """A redundancy cable exists, but one ring end has no link."""
@@ -144,7 +132,9 @@ class Session:
             self.master = None
 
 
-def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> Iterator[BusPhase]:
+def bring_up(
+    settings: BusSettings, session: Session, host_time: wire.HostTime
+) -> Iterator[BusPhase]:
     """Find, check, configure and synchronise the cameras and bring them to OP.
 
     Yields the phase of the next step, which blocks for about 0.2 s at most. ``session`` is filled
@@ -152,7 +142,7 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
     """
     yield BusPhase.LINK
     for interface in settings.interfaces:
-        check_interface(interface, force=settings.force)
+        wire.check_interface(interface, force=settings.force)
     before, session.serials = session.serials, ()
     # A ring end without link leaves a line, which needs no redundancy.
     live = _live_interfaces(settings)
@@ -163,12 +153,12 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
     device = settings.device
     image = session.image = ProcessImage(device) if device is not None else None
     sizes = (image.input_bytes, image.output_bytes) if image is not None else OWN_SIZES
-    token = OWN_TOKEN if image is None else image.heartbeat
+    token = wire.OWN_TOKEN if image is None else image.heartbeat
     second = live[1] if len(live) > 1 else ""
-    master = session.master = Master(live[0], second, host_time, sizes, token)
+    master = session.master = wire.Master(live[0], second, host_time, sizes, token)
     master.find()
     yield BusPhase.SCAN
-    for _ in master.steps_to(PREOP):
+    for _ in master.steps_to(wire.PREOP):
         yield BusPhase.SCAN
     found = []
     for position in range(master.n_devices):
@@ -204,15 +194,15 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
             InputTranslator(device, image, camera.serial, lens, timing)
             for camera, lens in zip(settings.cameras, lenses, strict=True)
         )
-    master.request(SAFEOP)
-    for _ in master.steps_to(SAFEOP):
+    master.request(wire.SAFEOP)
+    for _ in master.steps_to(wire.SAFEOP):
         yield BusPhase.START
     for place in session.places:
         master.set_output(place, session.outputs(1, 0))
     master.first_cycle()
-    master.request(OP)
-    silent = ServiceChannel()
-    for _ in master.steps_to(OP):
+    master.request(wire.OP)
+    silent = wire.ServiceChannel()
+    for _ in master.steps_to(wire.OP):
         # No step in between: without outputs the cameras' watchdogs expire.
         master.cycle(0, _START_TIMEOUT_NS, silent, ())
     master.begin_cycles()
@@ -222,15 +212,15 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
 def _live_interfaces(settings: BusSettings) -> tuple[str, ...]:
     live = []
     for interface in settings.interfaces:
-        with contextlib.closing(LinkWatch(interface)) as link:
+        with contextlib.closing(wire.LinkWatch(interface)) as link:
             if not link.trouble():
                 live.append(interface)
     return tuple(live) or (settings.interface,)
 
 
-def _await_devices(settings: BusSettings, live: tuple[str, ...], host_time: HostTime) -> None:
+def _await_devices(settings: BusSettings, live: tuple[str, ...], host_time: wire.HostTime) -> None:
     """Probe for devices with one frame before pysoem waits for them."""
-    port = Port(live, host_time)
+    port = wire.Port(live, host_time)
     try:
         trouble = port.link_trouble()
         if trouble:
@@ -259,7 +249,7 @@ def _await_devices(settings: BusSettings, live: tuple[str, ...], host_time: Host
         port.close()
 
 
-def _configure(settings: BusSettings, session: Session, master: Master) -> Iterator[BusPhase]:
+def _configure(settings: BusSettings, session: Session, master: wire.Master) -> Iterator[BusPhase]:
     """Check the mapping; write the configuration and read it back."""
     if settings.device is not None:
         yield from _configure_described(settings.device, settings, session, master)
@@ -274,7 +264,7 @@ def _configure(settings: BusSettings, session: Session, master: Master) -> Itera
         yield BusPhase.CONFIGURE
         label = f"'{camera.name}'"
         for number, _ in enumerate(
-            check_mapping(
+            wire.check_mapping(
                 camera.name,
                 lambda index, sub, place=place, label=label: master.read_object(  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
                     place, label, index, sub
@@ -312,7 +302,7 @@ def _configure(settings: BusSettings, session: Session, master: Master) -> Itera
 
 
 def _configure_described(
-    device: DeviceDescription, settings: BusSettings, session: Session, master: Master
+    device: DeviceDescription, settings: BusSettings, session: Session, master: wire.Master
 ) -> Iterator[BusPhase]:
     """Check the mapping of described cameras, and write their start-up values."""
     areas = []
@@ -321,7 +311,7 @@ def _configure_described(
         label = f"'{camera.name}'"
         if session.image is not None:
             for number, _ in enumerate(
-                check_mapping(
+                wire.check_mapping(
                     camera.name,
                     lambda index, sub, place=place, label=label: master.read_object(  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
                         place, label, index, sub
@@ -348,7 +338,7 @@ def _configure_described(
 
 
 def _settle_clocks(
-    settings: BusSettings, session: Session, master: Master, host_time: HostTime
+    settings: BusSettings, session: Session, master: wire.Master, host_time: wire.HostTime
 ) -> Iterator[BusPhase]:
     """Distribute the reference time until every camera's clock has settled."""
     deadline = time.monotonic() + host_time.patience * _CLOCK_TIMEOUT_S
@@ -374,7 +364,7 @@ def _settle_clocks(
 
 
 def _program_exposures(
-    settings: BusSettings, session: Session, master: Master, host_time: HostTime
+    settings: BusSettings, session: Session, master: wire.Master, host_time: wire.HostTime
 ) -> int:
     period, cycle = settings.frame_period_ns, settings.cycle_period_ns
     now = int.from_bytes(master.read_register(session.places[0], "on the bus", _TIME, 8), "little")

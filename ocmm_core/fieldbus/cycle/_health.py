@@ -17,37 +17,25 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
-from ocmm_core.fieldbus.device import (
-    COUNTER_MODULUS,
-    FRAME_DTYPE,
-    FRAMES_PER_CYCLE,
-    HEADER_STRUCT,
-    N_SLOTS,
-    NEWEST_LAYOUT,
-    SUBPIXELS,
-    CameraStatus,
-    Header,
-    InputLayout,
-    data_mark,
-)
 from ocmm_core.fieldbus.report import Alarm
 
-_SPOT_LIMIT = 8192 * SUBPIXELS
+_SPOT_LIMIT = 8192 * device.SUBPIXELS
 """Larger than any sensor; wire units."""
 _WITHOUT_COUNTER = (
     "Move the probe. If its spots move, the steps of the camera are coarser than its noise: let it "
     "send finer steps or a counter. If they do not, restart the camera."
 )
 _KNOWN_FRAME_FLAGS = 0x000F
-_FRAME_WORDS = FRAME_DTYPE.itemsize // 4
-_WRONG_MARKS = ~(_KNOWN_FRAME_FLAGS << 16 | (1 << N_SLOTS) - 1) & 0xFFFFFFFF
+_FRAME_WORDS = device.FRAME_DTYPE.itemsize // 4
+_WRONG_MARKS = ~(_KNOWN_FRAME_FLAGS << 16 | (1 << device.N_SLOTS) - 1) & 0xFFFFFFFF
 
 
 def _bits(words_of_frame: list[int]) -> int:
     """Return these bits of every frame of an input as one number."""
-    header, frame = bytes(HEADER_STRUCT.size), np.array(words_of_frame, "<u4").tobytes()
-    return int.from_bytes(header + FRAMES_PER_CYCLE * frame, "little")
+    header, frame = bytes(device.HEADER_STRUCT.size), np.array(words_of_frame, "<u4").tobytes()
+    return int.from_bytes(header + device.FRAMES_PER_CYCLE * frame, "little")
 
 
 _IN_MARKS = _bits([_WRONG_MARKS] + [0] * (_FRAME_WORDS - 1))
@@ -68,12 +56,14 @@ def frames_complaint(content: bytes, count: int) -> tuple[Alarm, str] | None:
     """Return what is implausible in the valid frames, or None."""
     if not count:
         return None
-    words = np.frombuffer(content, "<i4", count=count * _FRAME_WORDS, offset=HEADER_STRUCT.size)
+    words = np.frombuffer(
+        content, "<i4", count=count * _FRAME_WORDS, offset=device.HEADER_STRUCT.size
+    )
     frames = words.reshape(count, _FRAME_WORDS)
     # Two 16-bit numbers precede the spots.
     marks = int(np.bitwise_or.reduce(frames[:, 0]))
-    if (marks & 0xFFFF) >> N_SLOTS:
-        return Alarm.PAYLOAD, f"claims spots in more than {N_SLOTS} slots"
+    if (marks & 0xFFFF) >> device.N_SLOTS:
+        return Alarm.PAYLOAD, f"claims spots in more than {device.N_SLOTS} slots"
     if (marks >> 16 & 0xFFFF) & ~_KNOWN_FRAME_FLAGS:
         return Alarm.PAYLOAD, "sent frame flags that do not exist"
     spots = frames[:, 1:]
@@ -90,7 +80,10 @@ CLOCK_LIMIT_NS = 20_000
 """With a larger clock offset a camera's exposure times are wrong."""
 _SILENT_CYCLES = 3
 # Plain integers: enumeration flags are slower.
-_OPERATIONAL, _SYNCHRONISED = int(CameraStatus.OPERATIONAL), int(CameraStatus.SYNCHRONISED)
+_OPERATIONAL, _SYNCHRONISED = (
+    int(device.CameraStatus.OPERATIONAL),
+    int(device.CameraStatus.SYNCHRONISED),
+)
 _INIT, _PREOP, _SAFEOP, _OP = 1, 2, 4, 8
 _AL_WATCHDOG = 0x001B
 _AL_SYNC = {0x001A, 0x002C, 0x002D, *range(0x0030, 0x0038)}
@@ -138,7 +131,7 @@ class CameraPast(NamedTuple):
     cycle_counter: int | None = None
     boot_counter: int | None = None
     """`cycle_counter`, `boot_counter`: last accepted; None before the first answer."""
-    layout: InputLayout = NEWEST_LAYOUT
+    layout: device.InputLayout = device.NEWEST_LAYOUT
     mark: int = 0
     """`layout`, `mark`: input layout, and the mark of a valid input (`InputLayout.mark`)."""
     counts: bool = True
@@ -157,7 +150,7 @@ class CycleAnswer(NamedTuple):
     """`clock_ns`, `clock_plausible`: bus clock, and whether it agrees with earlier cycles."""
     view: WatchView
     inputs: tuple[bytes, ...]
-    headers: tuple[Header, ...]
+    headers: tuple[device.Header, ...]
     """`inputs`, `headers`: per camera in rig order; empty without answer."""
     link: str = ""
     """Why no frame can pass the interface; empty if it can."""
@@ -192,7 +185,7 @@ def judge(
     if not answer.clock_plausible:
         return _bad(Alarm.CLOCK_JUMP, "The bus clock shows an impossible time.")
     for header, content, record in zip(answer.headers, answer.inputs, records, strict=True):
-        mark = data_mark(content)
+        mark = device.data_mark(content)
         if mark != record.mark:
             return _not_its_own(mark, record, records)
         complaint = _complaint(header, content, record, schedule, answer.clock_ns)
@@ -205,12 +198,12 @@ def judge(
     return None
 
 
-def first_frame(header: Header, schedule: Schedule) -> int:
+def first_frame(header: device.Header, schedule: Schedule) -> int:
     """Return the number of the first frame of a header accepted by `judge`."""
     return (header.start_ns - schedule.start_ns) // schedule.period_ns
 
 
-def advance(record: CameraPast, header: Header, first: int) -> CameraPast:
+def advance(record: CameraPast, header: device.Header, first: int) -> CameraPast:
     """Return the record after accepting the frames of a header, from number `first` on."""
     return CameraPast(
         record.name,
@@ -344,7 +337,7 @@ def _not_its_own(mark: int, record: CameraPast, records: Sequence[CameraPast]) -
 
 
 def _complaint(
-    header: Header, content: bytes, record: CameraPast, schedule: Schedule, clock_ns: int
+    header: device.Header, content: bytes, record: CameraPast, schedule: Schedule, clock_ns: int
 ) -> tuple[Alarm, str] | None:
     """Return what is wrong with the data of one camera, or None."""
     if not header.status & _OPERATIONAL:
@@ -367,12 +360,12 @@ def _complaint(
         )
     if header.config_crc != schedule.config_crc:
         return Alarm.CONFIGURATION, "has a configuration other than the one set"
-    if header.frames_valid > FRAMES_PER_CYCLE:
+    if header.frames_valid > device.FRAMES_PER_CYCLE:
         return Alarm.PAYLOAD, f"claims {header.frames_valid} frames in one cycle"
     first, rest = divmod(header.start_ns - schedule.start_ns, schedule.period_ns)
-    if rest or first < 0 or first % COUNTER_MODULUS != header.counter:
+    if rest or first < 0 or first % device.COUNTER_MODULUS != header.counter:
         return Alarm.PAYLOAD, "sent a frame counter and an exposure time that do not fit together"
-    if first > record.next_frame and not header.status & CameraStatus.OVERRUN:
+    if first > record.next_frame and not header.status & device.CameraStatus.OVERRUN:
         return Alarm.GAP, "skipped frames without reporting it"
     end_ns = header.start_ns + header.frames_valid * schedule.period_ns
     if header.frames_valid and end_ns > clock_ns + MAX_AHEAD_NS:

@@ -4,9 +4,9 @@ In: an evaluated job with a characteristic that is NOT CONFORM or NOT PROVEN.
 Out: the amount, the supported cause, the points behind it, and the remedy.
 
 Read `_cause` (possible causes), `_causes` (entry and choice), `_inquiry` (results under
-hypotheses), `_suspects` (points contradicted by others), `_deviations` and `_common_causes` (errors
-shared by a whole job), `_remaining_causes`.
-A cause is tried before it is named. It must not know a session: it changes nothing.
+hypotheses), `_deviations` (also points contradicted by others) and `_common_causes` (errors shared
+by a whole job), `_remaining_causes`. A cause is tried before it is named. It must not know a
+session: it changes nothing.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

@@ -33,9 +33,9 @@ from ocmm_core.inspection.causes._common_causes import (
     expansion,
     growth_taken_off,
 )
+from ocmm_core.inspection.causes._deviations import Suspects
 from ocmm_core.inspection.causes._inquiry import MOST_POINTS, Inquiry
 from ocmm_core.inspection.causes._remaining_causes import few_points, scatter, the_part, uncertainty
-from ocmm_core.inspection.causes._suspects import Suspects
 from ocmm_core.inspection.evaluation import EvaluatedJob, JobView, SessionOptions, evaluated_job
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import MeasuredPoint

@@ -18,7 +18,7 @@ from ocmm_core.inspection.causes._common_causes import (
     scatter_of,
     scatter_ratio,
 )
-from ocmm_core.inspection.causes._suspects import Suspects, suspects_of
+from ocmm_core.inspection.causes._deviations import Suspects, suspects_of
 from ocmm_core.inspection.evaluation import EvaluatedJob, JobView, held_below
 from ocmm_core.measuring import MeasuredPoint, Rows
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict

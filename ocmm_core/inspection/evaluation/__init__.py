@@ -3,7 +3,7 @@
 In: the plan, the points that count, options and temperatures of the session.
 Out: frozen views: features, frame, results with U, progress, next target.
 
-Read `_evaluation` (points to results) with `_options`, `_job_graph` and `_job_values`, recomputed
+Read `_evaluation` (points to results) with `_options`, `_job_graph`, recomputed
 when their inputs change (`_cache`), `_uncertainty` (budgets, and a job with all intermediate
 quantities), `_view` (read by screens and scripts), then `_progress`, `_guidance`, `_coverage`.
 Blocked results: `_quarantine`.

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocmm_core import measuring
 from ocmm_core.alignment import (
     AnyAlignment,
     BoundAlignment,
@@ -27,28 +28,10 @@ from ocmm_core.inspection.evaluation._evaluation import alignment_of, checked_fe
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.leftovers import scratch_folder
-from ocmm_core.measuring import (
-    Contribution,
-    DayCheck,
-    MeasuredPoint,
-    PointFactors,
-    ProbeState,
-    contributions,
-    factors_of,
-    joint_factors,
-    reported_points,
-)
+from ocmm_core.tolerances import uncertainty
 from ocmm_core.tolerances.decisions import CharacteristicResult, evaluate_all
 from ocmm_core.tolerances.kinds import evaluate, involved_features
 from ocmm_core.tolerances.monte_carlo import Task
-from ocmm_core.tolerances.uncertainty import (
-    Budget,
-    FormSample,
-    budget_of,
-    form_samples,
-    of_own_form,
-    widened,
-)
 from ocmm_core.tolerances.zones import Characteristic, Evaluation, Frames
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
@@ -59,21 +42,21 @@ class EvaluatedJob:
 
     plan: Plan
     options: SessionOptions
-    points: tuple[MeasuredPoint, ...]
+    points: tuple[measuring.MeasuredPoint, ...]
     """N points as reported."""
     found: Mapping[str, ActualFeature | FitError]
     """Every feature, or why it is unknown."""
     alignment: BoundAlignment | None
     """Bound and settled; None without one."""
-    parts: tuple[Contribution, ...]
-    factors: PointFactors
+    parts: tuple[measuring.Contribution, ...]
+    factors: measuring.PointFactors
     """`parts`, `factors`: Parts of the joint uncertainty of the points, and their sum."""
-    samples: tuple[FormSample, ...]
+    samples: tuple[uncertainty.FormSample, ...]
     evaluations: Mapping[str, Evaluation]
     missing: Mapping[str, str]
     """`evaluations`, `missing`: Values with gradients by name of the characteristic, and why others
     have none."""
-    noise: DayCheck
+    noise: measuring.DayCheck
     """Noise of the spots against the stated one; ``parts`` are widened by it."""
 
     @property
@@ -82,7 +65,9 @@ class EvaluatedJob:
         return {k: v for k, v in self.found.items() if isinstance(v, ActualFeature)}
 
     def results_of(
-        self, items: Sequence[Characteristic], points: Sequence[MeasuredPoint] | None = None
+        self,
+        items: Sequence[Characteristic],
+        points: Sequence[measuring.MeasuredPoint] | None = None,
     ) -> tuple[CharacteristicResult, ...]:
         """Return results of characteristics, for as many ``points`` as the job has, or its own."""
         if points is None:
@@ -106,7 +91,7 @@ class EvaluatedJob:
         """Return the results of characteristics in another part frame."""
         return evaluate_all(items, alignment, self.found, self.factors, self.plan.rule)
 
-    def moved(self, by: Float) -> tuple[MeasuredPoint, ...]:
+    def moved(self, by: Float) -> tuple[measuring.MeasuredPoint, ...]:
         """Return the points with ball centres moved by (N, 3), mm."""
         return tuple(
             replace(point, tip_world=point.tip_world + shift)
@@ -116,27 +101,27 @@ class EvaluatedJob:
 
 def evaluated_job(
     plan: Plan,
-    points: Sequence[MeasuredPoint],
+    points: Sequence[measuring.MeasuredPoint],
     sensitivities: Sequence[TipSensitivity],
     rig: Rig,
     body: ProbeBody,
     options: SessionOptions,
-    probe: ProbeState | None = None,
+    probe: measuring.ProbeState | None = None,
 ) -> EvaluatedJob:
     """Return a job with all intermediate quantities; arguments as `evaluation.evaluate_job`.
 
     ``probe`` separates temperature and weight of the probe from its calibration; None joins them.
     """
     noise, rig = noise_of_job(points, rig, body)
-    reported = tuple(reported_points(points, options.climate.part))
+    reported = tuple(measuring.reported_points(points, options.climate.part))
     found = checked_features(plan, reported, options)
     actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
     alignment = alignment_of(plan, found)
-    parts = contributions(
+    parts = measuring.contributions(
         reported, sensitivities, rig, body, options.contact, options.climate.part, probe,
         doubt_of(alignment),
     )  # fmt: skip
-    factors = factors_of(parts, len(reported))
+    factors = measuring.factors_of(parts, len(reported))
     frames = Frames(actual, alignment)
     evaluations: dict[str, Evaluation] = {}
     missing: dict[str, str] = {}
@@ -149,7 +134,7 @@ def evaluated_job(
             missing[item.name] = error.what
     return EvaluatedJob(
         plan, options, reported, found, alignment, parts, factors,
-        form_samples(found, factors), evaluations, missing, noise,
+        uncertainty.form_samples(found, factors), evaluations, missing, noise,
     )  # fmt: skip
 
 
@@ -166,7 +151,7 @@ def require_measured(name: str, found: Mapping[str, ActualFeature | FitError]) -
 class JobUncertainty:
     """Uncertainty budgets of a job."""
 
-    budgets: Mapping[str, Budget]
+    budgets: Mapping[str, uncertainty.Budget]
     """By name of the characteristic, in the order of the plan."""
     missing: Mapping[str, str]
     """Why a characteristic has none."""
@@ -177,7 +162,7 @@ class JobUncertainty:
 
 def job_uncertainty(
     plan: Plan,
-    points: Sequence[MeasuredPoint],
+    points: Sequence[measuring.MeasuredPoint],
     sensitivities: Sequence[TipSensitivity],
     rig: Rig,
     body: ProbeBody,
@@ -191,7 +176,7 @@ def job_uncertainty(
 def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
     plan, actual, factors = job.plan, job.actual, job.factors
     samples = {sample.feature: sample for sample in job.samples}
-    budgets: dict[str, Budget] = {}
+    budgets: dict[str, uncertainty.Budget] = {}
     missing = dict(job.missing)
     plain: list[Characteristic] = []
     of_form: list[Characteristic] = []
@@ -203,10 +188,12 @@ def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
                 names = (*item.features, *(job.points[k].feature for k in evaluation.places))
                 below = {name: actual[name] for name in names if name in actual}
                 own = [samples[name] for name in below if name in samples]
-                budgets[item.name] = budget_of(item, evaluation, below, job.parts, factors, own)
+                budgets[item.name] = uncertainty.budget_of(
+                    item, evaluation, below, job.parts, factors, own
+                )
             except MeasuringError as error:
                 missing[item.name] = error.what
-            (of_form if of_own_form(item, actual) else plain).append(item)
+            (of_form if uncertainty.of_own_form(item, actual) else plain).append(item)
     nominals = nominal_geometries(plan.features, plan.constructions)
     tasks = tuple(
         Task(
@@ -221,7 +208,7 @@ def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
 
 def frame_covariance(
     plan: Plan,
-    points: Sequence[MeasuredPoint],
+    points: Sequence[measuring.MeasuredPoint],
     sensitivities: Sequence[TipSensitivity],
     rig: Rig,
     body: ProbeBody,
@@ -235,7 +222,7 @@ def frame_covariance(
     OcmmError if the features do not determine the pose.
     """
     climate = options.climate
-    reported = reported_points(points, climate.part)
+    reported = measuring.reported_points(points, climate.part)
     found = checked_features(plan, reported, options)
     alignment = alignment_of(plan, found)
     if isinstance(plan.alignment, SavedFrame):
@@ -243,20 +230,22 @@ def frame_covariance(
     if saved_frame_in(alignment) is not None or isinstance(plan.alignment, Relocation):
         return None
     _, rig = noise_of_job(points, rig, body)
-    factors = joint_factors(reported, sensitivities, rig, body, options.contact, climate.part)
+    factors = measuring.joint_factors(
+        reported, sensitivities, rig, body, options.contact, climate.part
+    )
     actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
     jacobian = Frames(actual, alignment).of_part(plan.name).by_coordinates
     tips = np.array([point.tip_world for point in reported])
     # Rotations are scaled by the size of the part, mm, to be comparable to shifts.
     arm = max(float(np.linalg.norm(np.ptp(tips, axis=0))), 1.0)
     scale = np.array([arm] * 3 + [1.0] * 3)
-    samples = form_samples(found, factors)
-    moved = widened(np.diag(scale) @ jacobian, factors, samples).covariance
+    samples = uncertainty.form_samples(found, factors)
+    moved = uncertainty.widened(np.diag(scale) @ jacobian, factors, samples).covariance
     of_frame: Float = moved / np.outer(scale, scale)
     return 0.5 * (of_frame + of_frame.T)
 
 
-def _of_surfaces(samples: Sequence[FormSample], count: int) -> Float:
+def _of_surfaces(samples: Sequence[uncertainty.FormSample], count: int) -> Float:
     """Return the variance of surface form per point, (N, 3, 3), mm^2."""
     added = np.zeros((count, 3, 3))
     for sample in samples:
@@ -265,7 +254,7 @@ def _of_surfaces(samples: Sequence[FormSample], count: int) -> Float:
     return added
 
 
-def probe_state(options: SessionOptions, body: ProbeBody) -> ProbeState | None:
+def probe_state(options: SessionOptions, body: ProbeBody) -> measuring.ProbeState | None:
     """Return the effect of temperature and weight on the probe; None if its design is unknown."""
     text = options.climate.probe_design
     if not text:
@@ -273,4 +262,4 @@ def probe_state(options: SessionOptions, body: ProbeBody) -> ProbeState | None:
     with scratch_folder("document") as folder:
         file = folder / "design.toml"
         file.write_bytes(text.encode("utf-8"))
-        return ProbeState(load_design(file, body), options.climate.probe)
+        return measuring.ProbeState(load_design(file, body), options.climate.probe)

@@ -15,16 +15,7 @@ from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.measuring import MeasuredPoint, PathProgress, Refusal
 from ocmm_core.names import normal_name
 from ocmm_core.part_model import PlacedPart
-from ocmm_core.tolerances.decisions import (
-    NO_VERDICT,
-    CharacteristicResult,
-    PartVerdict,
-    RequirementCount,
-    Verdict,
-    VerdictSummary,
-    judge_part,
-    summarise,
-)
+from ocmm_core.tolerances import decisions
 
 if TYPE_CHECKING:
     # It loads what computes, which the Start page does without.
@@ -206,6 +197,16 @@ class FeatureView:
         return str(self.taken) if self.open_ended else f"{self.taken} / {self.needed}"
 
     @property
+    def spread_warning(self) -> str:
+        """Return the warning about the spread of the points.
+
+        While points are missing the next target guides the spread.
+        """
+        if self.coverage is None or self.taken < self.needed - 1:
+            return ""
+        return self.coverage.warning
+
+    @property
     def last_touch(self) -> int:
         """Return the number of its last point, deleted or not; zero if it never had one."""
         last = self.points[-1].number if self.points else 0
@@ -248,13 +249,13 @@ class JobView:
     """In the order of the plan."""
     active: str
     """Feature that takes the next point; empty when all are done."""
-    characteristics: tuple[CharacteristicResult, ...]
+    characteristics: tuple[decisions.CharacteristicResult, ...]
     """In the order of the plan."""
     refusal: Refusal | None
     """Why the last touch gave no point; None after an accepted one."""
     complete: bool
     """Every feature is done or skipped."""
-    requirements: RequirementCount | None
+    requirements: decisions.RequirementCount | None
     """Requirements of its sources in the plan; None for a plan made by hand."""
     unproven: str = ""
     """Why no verdict of this job can be CONFORM or NOT CONFORM; empty if they can."""
@@ -293,29 +294,31 @@ class JobView:
     ``unproven``, unless a weightier reason is."""
     room: tuple[tuple[str, str], ...] = ()
     """Ambient readings: fields and sentences, as `environment_words`."""
-    part_verdict: PartVerdict = field(init=False)
+    part_verdict: decisions.PartVerdict = field(init=False)
     """The verdict on the part. Like `verdict_of`, derived from ``features`` and ``characteristics``
     at construction, so that they agree."""
-    _summaries: Mapping[str, VerdictSummary] = field(init=False, repr=False, compare=False)
+    _summaries: Mapping[str, decisions.VerdictSummary] = field(
+        init=False, repr=False, compare=False
+    )
 
     def __post_init__(self) -> None:
-        resting: dict[str, list[CharacteristicResult]] = {}
+        resting: dict[str, list[decisions.CharacteristicResult]] = {}
         for result in self.characteristics:
             for name in dict.fromkeys(result.features):
                 resting.setdefault(name, []).append(result)
-        summaries = {name: summarise(results, name) for name, results in resting.items()}
+        summaries = {name: decisions.summarise(results, name) for name, results in resting.items()}
         missing = [item.name for item in self.features if item.state is not FeatureState.DONE]
-        part = judge_part(self.characteristics, missing, self.requirements)
+        part = decisions.judge_part(self.characteristics, missing, self.requirements)
         object.__setattr__(self, "_summaries", summaries)
         object.__setattr__(self, "part_verdict", part)
 
-    def verdict_of(self, feature: str) -> VerdictSummary:
-        return self._summaries.get(feature, NO_VERDICT)
+    def verdict_of(self, feature: str) -> decisions.VerdictSummary:
+        return self._summaries.get(feature, decisions.NO_VERDICT)
 
-    def deciding(self, feature: str) -> CharacteristicResult | None:
+    def deciding(self, feature: str) -> decisions.CharacteristicResult | None:
         return self.result(self.verdict_of(feature).deciding)
 
-    def result(self, name: str) -> CharacteristicResult | None:
+    def result(self, name: str) -> decisions.CharacteristicResult | None:
         return next((item for item in self.characteristics if item.name == name), None)
 
     @property
@@ -330,7 +333,7 @@ class JobView:
         if self.looked_at in named:
             return named[self.looked_at]
         deciding = self.result(self.part_verdict.summary.deciding) if self.complete else None
-        if deciding is not None and deciding.verdict is not Verdict.CONFORM:
+        if deciding is not None and deciding.verdict is not decisions.Verdict.CONFORM:
             about = next((name for name in deciding.features if name in named), "")
             if about:
                 return named[about]

@@ -22,11 +22,12 @@ from ocmm_core.inspection.evaluation import (
     place_of_nominals,
 )
 from ocmm_core.inspection.plan import Plan, step_fault
-from ocmm_core.inspection.session._acceptance import Acceptance, TouchAssignment
-from ocmm_core.inspection.session._any_order import (
+from ocmm_core.inspection.session._acceptance import (
     MOST_SLANT_DEG,
     SEARCH_MM,
+    Acceptance,
     Contact,
+    TouchAssignment,
     touched_feature,
 )
 from ocmm_core.inspection.session._step_log import JobLedger

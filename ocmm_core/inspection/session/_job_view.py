@@ -12,29 +12,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature, CommandingPoints
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
-from ocmm_core.inspection.evaluation import (
-    REMOVE,
-    EvaluationCache,
-    FeatureState,
-    FeatureView,
-    JobHeader,
-    JobResults,
-    JobStatus,
-    JobView,
-    PlannedFeature,
-    Progress,
-    SessionOptions,
-    Target,
-    Whereabouts,
-    coverage_of,
-    evaluate_job,
-    notes_of,
-    notes_on,
-    outliers,
-    places_of,
-    targets_of,
-    whereabouts,
-)
+from ocmm_core.inspection import evaluation
 from ocmm_core.inspection.plan import NotedRoom, Plan, environment_words, requirement_count
 from ocmm_core.inspection.session._job_points import JobPoints
 from ocmm_core.inspection.session._step_log import JobLedger
@@ -63,7 +41,9 @@ class PlacedNominal:
                 self._ledger.view = None
 
 
-def placed(model: PartModel | None, place: Whereabouts | None, rig: Rig) -> PlacedPart | None:
+def placed(
+    model: PartModel | None, place: evaluation.Whereabouts | None, rig: Rig
+) -> PlacedPart | None:
     """Return a part in its pose, else upright in mid-volume; None without part."""
     if model is None:
         return None
@@ -76,11 +56,11 @@ def planned_feature(
     plan: Plan,
     name: str,
     points: Sequence[MeasuredPoint],
-    place: Whereabouts | None,
+    place: evaluation.Whereabouts | None,
     placed_part: PlacedPart | None,
     rig: Rig,
     tip_radius: float,
-) -> PlannedFeature:
+) -> evaluation.PlannedFeature:
     """Return a feature by its nominals, to be shown before it is measured.
 
     While the part's pose is unknown it is where the part is shown, not for guidance. Each of
@@ -88,26 +68,28 @@ def planned_feature(
     """
     nominal = plan.feature(name)
     if place is not None:
-        return PlannedFeature(nominal, place.T_nominal_from_world.inverse(), supposed=False)
+        return evaluation.PlannedFeature(
+            nominal, place.T_nominal_from_world.inverse(), supposed=False
+        )
     if placed_part is not None:
         there = placed_part.T_world_from_model
     else:
         there = _in_the_middle(_box_of(plan), rig)
-    supposed = Whereabouts(there.inverse(), approximate=True)
-    targets = targets_of(plan, name, points, supposed, tip_radius, None)
-    if not targets and not places_of(nominal, nominal.points).points.size:
+    supposed = evaluation.Whereabouts(there.inverse(), approximate=True)
+    targets = evaluation.targets_of(plan, name, points, supposed, tip_radius, None)
+    if not targets and not evaluation.places_of(nominal, nominal.points).points.size:
         # Its size is not in the plan: show its middle.
         middle = there.apply(np.array(nominal.point))
         normal = np.zeros(3)
         if nominal.shape.spec.spread == "plane":
             normal = there.rotation @ unit(np.array(nominal.direction))
         ball = middle + tip_radius * normal
-        targets = (Target(name, middle, normal, ball, approximate=True),)
-    return PlannedFeature(nominal, there, supposed=True, targets=targets)
+        targets = (evaluation.Target(name, middle, normal, ball, approximate=True),)
+    return evaluation.PlannedFeature(nominal, there, supposed=True, targets=targets)
 
 
 def _box_of(plan: Plan) -> Float:
-    places = [places_of(one, one.points).points for one in plan.features]
+    places = [evaluation.places_of(one, one.points).points for one in plan.features]
     every = np.concatenate([*places, [one.point for one in plan.features]])
     return np.stack([every.min(axis=0), every.max(axis=0)])
 
@@ -132,8 +114,8 @@ class JobState:
     """State of a job other than its points."""
 
     job: str
-    header: JobHeader
-    progress: Progress
+    header: evaluation.JobHeader
+    progress: evaluation.Progress
     methods: Mapping[str, str]
     """Detection of the side of each feature."""
     sensitivities: tuple[TipSensitivity, ...]
@@ -160,18 +142,18 @@ def view_of(
     plan: Plan,
     rig: Rig,
     body: ProbeBody,
-    options: SessionOptions,
+    options: evaluation.SessionOptions,
     points: JobPoints,
     state: JobState,
-    cache: EvaluationCache,
-) -> JobView:
+    cache: evaluation.EvaluationCache,
+) -> evaluation.JobView:
     """Return the current view of the job; ``cache`` is that of the session."""
     progress = state.progress
-    found = evaluate_job(
+    found = evaluation.evaluate_job(
         plan, points.counting, state.sensitivities, rig, body, options,
         progress.done, progress.skipped, cache,
     )  # fmt: skip
-    status = JobStatus(held=notes_of(points.held), unproven=state.unproven)
+    status = evaluation.JobStatus(held=evaluation.notes_of(points.held), unproven=state.unproven)
     results = found.judged(status, cache)
     place = cache.watched(
         "place", (plan, options), found.actual, lambda actual: _place(plan, options, actual)
@@ -179,10 +161,10 @@ def view_of(
     seen = _Seen(plan, found, status, points, state, place, cache)
     features = seen.features()
     last = points.counting[-1].tip_world if points.counting else None
-    targets: tuple[Target, ...] = ()
+    targets: tuple[evaluation.Target, ...] = ()
     if progress.active:
         own = points.of(progress.active)
-        targets = targets_of(plan, progress.active, own, place, body.tip_radius, last)
+        targets = evaluation.targets_of(plan, progress.active, own, place, body.tip_radius, last)
         if targets:
             active = replace(features[progress.active], targets=targets)
             features = {**features, progress.active: active}
@@ -194,7 +176,7 @@ def view_of(
         planned = planned_feature(
             plan, progress.active, own, place, placed_part, rig, body.tip_radius
         )
-    return JobView(
+    return evaluation.JobView(
         job=state.job,
         part=plan.part,
         operator=state.header.operator,
@@ -228,11 +210,11 @@ def view_of(
 
 
 def _place(
-    plan: Plan, options: SessionOptions, actual: Mapping[str, ActualFeature | FitError]
-) -> Whereabouts | None:
-    place = whereabouts(plan, actual)
+    plan: Plan, options: evaluation.SessionOptions, actual: Mapping[str, ActualFeature | FitError]
+) -> evaluation.Whereabouts | None:
+    place = evaluation.whereabouts(plan, actual)
     if place is None and options.near is not None:
-        return Whereabouts(options.near, approximate=True)
+        return evaluation.Whereabouts(options.near, approximate=True)
     return place
 
 
@@ -242,28 +224,28 @@ class _Seen:
     def __init__(
         self,
         plan: Plan,
-        found: JobResults,
-        status: JobStatus,
+        found: evaluation.JobResults,
+        status: evaluation.JobStatus,
         points: JobPoints,
         state: JobState,
-        place: Whereabouts | None,
-        cache: EvaluationCache,
+        place: evaluation.Whereabouts | None,
+        cache: evaluation.EvaluationCache,
     ) -> None:
         self._plan, self._found, self._cache = plan, found, cache
         self._methods, progress = state.methods, state.progress
-        self._notes = notes_on(found.points, status.held)
+        self._notes = evaluation.notes_on(found.points, status.held)
         self._deleted = points.all_deleted()
         self._facts = facts = cache.known("seen", (plan,), lambda: _PlanViews.of(plan))
         # The pose of the part matters only to extended shapes.
         there = None if place is None else place.T_nominal_from_world
         self._places = dict.fromkeys(facts.extended, there)
-        self._states = dict.fromkeys(facts.nominals, FeatureState.PENDING)
-        self._states |= dict.fromkeys(progress.done, FeatureState.DONE)
-        self._states |= dict.fromkeys(progress.skipped, FeatureState.SKIPPED)
+        self._states = dict.fromkeys(facts.nominals, evaluation.FeatureState.PENDING)
+        self._states |= dict.fromkeys(progress.done, evaluation.FeatureState.DONE)
+        self._states |= dict.fromkeys(progress.skipped, evaluation.FeatureState.SKIPPED)
         if progress.active:
-            self._states[progress.active] = FeatureState.ACTIVE
+            self._states[progress.active] = evaluation.FeatureState.ACTIVE
 
-    def features(self) -> Mapping[str, FeatureView]:
+    def features(self) -> Mapping[str, evaluation.FeatureView]:
         """Return the probed features by name, in the order of the plan."""
         found = self._found
         return self._cache.table(
@@ -273,7 +255,7 @@ class _Seen:
             self._feature, names=self._facts.names,
         )  # fmt: skip
 
-    def constructed(self) -> tuple[FeatureView, ...]:
+    def constructed(self) -> tuple[evaluation.FeatureView, ...]:
         """Return the constructed features; each is done when all its inputs are."""
         facts = self._facts
         rows = self._cache.table(
@@ -282,14 +264,14 @@ class _Seen:
         )  # fmt: skip
         return tuple(rows.values())
 
-    def _feature(self, name: str) -> FeatureView:
+    def _feature(self, name: str) -> evaluation.FeatureView:
         nominal, found = self._facts.nominals[name], self._found
         actual, own = found.actual[name], found.points.get(name, ())
         commanding = found.commanding.get(name)
-        why = "" if commanding is None else f"{commanding.words} {REMOVE}"
+        why = "" if commanding is None else f"{commanding.words} {evaluation.REMOVE}"
         fitted = actual if isinstance(actual, ActualFeature) else None
         place = self._places.get(name)
-        return FeatureView(
+        return evaluation.FeatureView(
             name=name,
             shape=nominal.shape,
             needed=nominal.points,
@@ -302,22 +284,26 @@ class _Seen:
             outliers=_flagged(fitted, commanding),
             commanding=commanding,
             deleted=self._deleted.get(name, ()),
-            coverage=None if fitted is None else coverage_of(nominal, fitted.fit, own, place),
+            coverage=None
+            if fitted is None
+            else evaluation.coverage_of(nominal, fitted.fit, own, place),
             text=nominal.text,
             picture=nominal.picture,
             compensation=self._methods[name],
             spacing=nominal.spacing,
         )
 
-    def _constructed(self, name: str) -> FeatureView:
+    def _constructed(self, name: str) -> evaluation.FeatureView:
         actual = self._found.actual[name]
         fitted = actual if isinstance(actual, ActualFeature) else None
-        done = {self._states[below] for below in self._facts.probed[name]} <= {FeatureState.DONE}
-        return FeatureView(
+        done = {self._states[below] for below in self._facts.probed[name]} <= {
+            evaluation.FeatureState.DONE
+        }
+        return evaluation.FeatureView(
             name=name,
             shape=self._plan.shapes[name],
             needed=0,
-            state=FeatureState.DONE if done else FeatureState.PENDING,
+            state=evaluation.FeatureState.DONE if done else evaluation.FeatureState.PENDING,
             points=(),
             fit=None if fitted is None else fitted.fit,
             note=actual.what if isinstance(actual, FitError) else "",
@@ -351,4 +337,4 @@ def _flagged(feature: ActualFeature | None, commanding: CommandingPoints | None)
     """Return the numbers of outliers; a fit that some points command flags nothing else rightly."""
     if commanding is not None:
         return commanding.numbers
-    return () if feature is None else outliers(feature)
+    return () if feature is None else evaluation.outliers(feature)

@@ -23,6 +23,7 @@ from pathlib import Path
 
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError, MeasuringError
+from ocmm_core.host import is_loopback
 from ocmm_core.station.stream._client import (
     LONGEST_REQUEST,
     MOST_CHATTER,
@@ -66,7 +67,7 @@ def check_stream(options: StreamOptions, *, by_address: bool = False) -> None:
                 f'"{one}" is not an address or a network ({error}).',
                 "Write it as 192.168.1.20 or 192.168.1.0/24.",
             ) from error
-    if _is_loopback(options.host):
+    if is_loopback(options.host):
         return
     if by_address and not options.allow:
         raise InputError(
@@ -133,19 +134,12 @@ def _require_in_date(path: Path) -> None:
 
 def may_connect(options: StreamOptions, address: str) -> bool:
     """Return whether the allow-list contains the address of a client, or is empty."""
-    if not options.allow or _is_loopback(address):
+    if not options.allow or is_loopback(address):
         return True
     client = ipaddress.ip_address(address.partition("%")[0])
     # A dual-stack socket reports IPv4 clients as ::ffff:192.168.1.20.
     client = getattr(client, "ipv4_mapped", None) or client
     return any(client in ipaddress.ip_network(one) for one in options.allow)
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 def listen(options: StreamOptions, backlog: int) -> socket.socket:

@@ -248,9 +248,7 @@ def _cone_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
 KINDS = (
     spec.KindSpec(
         name="angle",
-        words="angle",
         unit="deg",
-        one_sided=False,
         evaluate=angle,
         geometry=angle_value,
         monte_carlo=spec.MonteCarlo.SECOND_ORDER,

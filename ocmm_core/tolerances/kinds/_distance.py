@@ -180,9 +180,6 @@ def _frame_missing(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
 KINDS = (
     spec.KindSpec(
         name="distance",
-        words="distance",
-        unit="mm",
-        one_sided=False,
         evaluate=distance,
         geometry=distance_of_geometry,
         monte_carlo=spec.MonteCarlo.SECOND_ORDER,
@@ -198,9 +195,6 @@ KINDS = (
     ),
     spec.KindSpec(
         name="coordinate",
-        words="coordinate",
-        unit="mm",
-        one_sided=False,
         evaluate=coordinate,
         geometry=coordinate_of_geometry,
         monte_carlo=spec.MonteCarlo.SECOND_ORDER,

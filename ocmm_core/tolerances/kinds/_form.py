@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.optimize import nnls
@@ -278,87 +279,53 @@ def _zone_of_straightness(
     return "cylinder" if shape is Shape.CYLINDER else "planes"
 
 
+_of_form = partial(
+    KindSpec, one_sided=True, evaluate=form, monte_carlo=MonteCarlo.RANGE,
+    association_fault=_form_fault, own_form=True, form_alone=True,
+)  # fmt: skip
+
 KINDS = (
-    KindSpec(
+    _of_form(
         name="form",
-        words="form deviation",
-        unit="mm",
-        one_sided=True,
-        evaluate=form,
-        monte_carlo=MonteCarlo.RANGE,
+        title="form deviation",
         qif=QifWords("OtherForm", of_shape={shape: shape.spec.qif.form for shape in ALL}),
         symbol=Symbol(bow="closed"),
         symbol_of_shape=dict.fromkeys(
             shapes_where(lambda spec: spec.form_kind == "line profile"), Symbol(bow="open")
         ),
         shapes=tuple(shape for shape in ALL if shape is not Shape.POINT),
-        association_fault=_form_fault,
-        own_form=True,
-        form_alone=True,
         stands_for={
             shape: shape.spec.form_kind for shape in ALL if shape.spec.form_kind in _FORMS_OF_SHAPES
         },
     ),
-    KindSpec(
+    _of_form(
         name="straightness",
-        words="straightness",
-        unit="mm",
-        one_sided=True,
-        evaluate=form,
-        monte_carlo=MonteCarlo.RANGE,
         qif=QifWords("Straightness"),
         symbol=Symbol(lines=(((0.05, 0.5), (0.95, 0.5)),)),
         shapes=(Shape.LINE, Shape.CYLINDER),
         zone_of=_zone_of_straightness,
-        association_fault=_form_fault,
-        own_form=True,
-        form_alone=True,
     ),
-    KindSpec(
+    _of_form(
         name="flatness",
-        words="flatness",
-        unit="mm",
-        one_sided=True,
-        evaluate=form,
-        monte_carlo=MonteCarlo.RANGE,
         qif=QifWords("Flatness"),
         symbol=Symbol(
             lines=(((0.05, 0.75), (0.3, 0.25), (0.95, 0.25), (0.7, 0.75), (0.05, 0.75)),)
         ),
         shapes=(Shape.PLANE,),
-        association_fault=_form_fault,
-        own_form=True,
-        form_alone=True,
     ),
-    KindSpec(
+    _of_form(
         name="roundness",
-        words="roundness",
-        unit="mm",
-        one_sided=True,
-        evaluate=form,
-        monte_carlo=MonteCarlo.RANGE,
         qif=QifWords("Circularity"),
         symbol=Symbol(circles=((0.5, 0.5, 0.38),)),
         shapes=(Shape.CIRCLE, Shape.CYLINDER),
-        association_fault=_form_fault,
-        own_form=True,
-        form_alone=True,
     ),
-    KindSpec(
+    _of_form(
         name="cylindricity",
-        words="cylindricity",
-        unit="mm",
-        one_sided=True,
-        evaluate=form,
-        monte_carlo=MonteCarlo.RANGE,
         qif=QifWords("Cylindricity"),
         symbol=Symbol(
             lines=(((0.05, 0.92), (0.38, 0.12)), ((0.62, 0.88), (0.95, 0.08))),
             circles=((0.5, 0.5, 0.27),),
         ),
         shapes=(Shape.CYLINDER,),
-        association_fault=_form_fault,
-        own_form=True,
-        form_alone=True,
     ),
 )

@@ -211,8 +211,6 @@ def _modifier_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
 _PLACES = (
     spec.KindSpec(
         name="position",
-        words="position",
-        unit="mm",
         one_sided=True,
         evaluate=position,
         monte_carlo=spec.MonteCarlo.VECTOR,
@@ -232,8 +230,6 @@ _PLACES = (
     ),
     spec.KindSpec(
         name="concentricity",
-        words="concentricity",
-        unit="mm",
         one_sided=True,
         evaluate=coaxiality,
         monte_carlo=spec.MonteCarlo.VECTOR,
@@ -247,8 +243,6 @@ _PLACES = (
     ),
     spec.KindSpec(
         name="coaxiality",
-        words="coaxiality",
-        unit="mm",
         one_sided=True,
         evaluate=coaxiality,
         monte_carlo=spec.MonteCarlo.VECTOR,
@@ -373,8 +367,6 @@ KINDS = (
     *_PLACES,
     spec.KindSpec(
         name="symmetry",
-        words="symmetry",
-        unit="mm",
         one_sided=True,
         evaluate=symmetry,
         monte_carlo=spec.MonteCarlo.EVALUATED,

@@ -139,8 +139,6 @@ def _direction_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
 def _kind(name: str, qif: str, *symbol: spec.Polygon) -> spec.KindSpec:
     return spec.KindSpec(
         name=name,
-        words=name,
-        unit="mm",
         one_sided=True,
         evaluate=orientation,
         monte_carlo=spec.MonteCarlo.VECTOR,

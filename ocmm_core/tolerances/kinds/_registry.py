@@ -14,7 +14,6 @@ from ocmm_core.tolerances.kinds import (
     _location,
     _orientation,
     _profile,
-    _runout,
     _size,
 )
 from ocmm_core.tolerances.kinds._spec import KindSpec, Symbol
@@ -49,7 +48,7 @@ KINDS = registered(
         *_orientation.KINDS,
         *_location.KINDS,
         *_profile.KINDS,
-        *_runout.KINDS,
+        *_profile.RUNOUTS,
     )
 )
 """All kinds by name, in the order of the plan editor."""

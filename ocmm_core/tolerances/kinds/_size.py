@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -179,16 +180,15 @@ def _cone_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     return None
 
 
+_of_size = partial(
+    spec.KindSpec, evaluate=size, geometry=size_of_geometry,
+    monte_carlo=spec.MonteCarlo.SECOND_ORDER,
+)  # fmt: skip
+
 KINDS = (
-    spec.KindSpec(
+    _of_size(
         name="diameter",
-        words="diameter",
-        unit="mm",
         is_size=True,
-        one_sided=False,
-        evaluate=size,
-        geometry=size_of_geometry,
-        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
         qif=spec.QifWords("Diameter", of_shape={Shape.SPHERE: "SphericalDiameter"}),
         symbol=spec.Symbol(lines=(((0.15, 0.9), (0.85, 0.1)),), circles=((0.5, 0.5, 0.32),)),
         shapes=spec.WITH_DIAMETER,
@@ -198,39 +198,21 @@ KINDS = (
         association_fault=_round_fault,
         checks=(_cone_fault,),
     ),
-    spec.KindSpec(
+    _of_size(
         name="radius",
-        words="radius",
-        unit="mm",
-        one_sided=False,
-        evaluate=size,
-        geometry=size_of_geometry,
-        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
         qif=spec.QifWords("Radius", of_shape={Shape.SPHERE: "SphericalRadius"}),
         shapes=(*spec.WITH_RADIUS, Shape.TORUS),
         association_fault=_round_fault,
     ),
-    spec.KindSpec(
+    _of_size(
         name="length",
-        words="length",
-        unit="mm",
-        one_sided=False,
-        evaluate=size,
-        geometry=size_of_geometry,
-        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
         qif=spec.QifWords("Length"),
         shapes=spec.LONG_AND_WIDE,
         association_fault=_oblong_fault,
     ),
-    spec.KindSpec(
+    _of_size(
         name="width",
-        words="width",
-        unit="mm",
         is_size=True,
-        one_sided=False,
-        evaluate=size,
-        geometry=size_of_geometry,
-        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
         qif=spec.QifWords("Width"),
         shapes=spec.WITH_WIDTH,
         association_fault=_oblong_fault,

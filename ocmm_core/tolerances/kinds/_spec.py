@@ -140,9 +140,10 @@ class KindSpec:
     """One kind of characteristic."""
 
     name: str
-    words: str
-    unit: Literal["mm", "deg"]
-    one_sided: bool
+    title: str = ""
+    """In sentences; empty: its name."""
+    unit: Literal["mm", "deg"] = "mm"
+    one_sided: bool = False
     """The value is the width of a zone: nonnegative, with an upper limit only."""
     evaluate: Evaluate
     geometry: OfGeometry | None = None
@@ -192,6 +193,10 @@ class KindSpec:
     """Size of one feature, which has limits of material."""
     is_place: bool = False
     """Coordinate of a place along ``axis``."""
+
+    @property
+    def words(self) -> str:
+        return self.title or self.name
 
     @property
     def unused(self) -> frozenset[str]:

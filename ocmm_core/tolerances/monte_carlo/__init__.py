@@ -4,7 +4,7 @@ In: the task of a job: points with their covariance, elements, characteristics, 
 Out: the distribution of every value, and validation of the first-order uncertainty.
 
 Read `_trials` (one trial, and many of them quickly if possible) with `_refit_kernel` (the
-same element through moved points), `_monte_carlo` (convergence and comparison), `_process` (in a
+same element through moved points), `_monte_carlo` (convergence and comparison; also in a
 separate process). The package is independent of verdicts: it validates results without changing
 them.
 """
@@ -13,9 +13,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.monte_carlo._monte_carlo import (
-        MonteCarloOptions, MonteCarloReport, MonteCarloValue, simulate,
+        MonteCarloOptions, MonteCarloReport, MonteCarloValue, simulate, simulate_elsewhere,
     )  # fmt: skip
-    from ocmm_core.tolerances.monte_carlo._process import simulate_elsewhere
     from ocmm_core.tolerances.monte_carlo._trials import Task
 else:
     __getattr__ = door(__name__)

@@ -24,6 +24,7 @@ import numpy as np
 from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.errors import MeasuringError, OcmmError
 from ocmm_core.geometry import Float
+from ocmm_core.processes import Tell, run_elsewhere
 from ocmm_core.tolerances.kinds import evaluate, involved_features, spec_of
 from ocmm_core.tolerances.monte_carlo._trials import Task, quick_model, slow_trials
 from ocmm_core.tolerances.uncertainty import TWO_SIDED
@@ -127,9 +128,6 @@ def _figures(draws: Draws) -> Float:
             figures[:, column] = good.mean(), good.std(ddof=1), *ends
     return figures
 
-
-Tell = Callable[[str, float], None]
-"""Called with the current activity and the completed share, 0 to 1."""
 
 _FEWEST_BATCHES = 10
 
@@ -361,3 +359,29 @@ def _linear(task: Task, names: Sequence[str]) -> Mapping[str, tuple[float, float
         variance = float(factors.of(evaluation.gradient[None])[0, 0])
         found[name] = (evaluation.value, math.sqrt(max(variance, 0.0)))
     return found
+
+
+def simulate_elsewhere(
+    task: Task,
+    options: MonteCarloOptions,
+    tell: Tell = lambda what, share: None,
+    given_up: Callable[[], bool] = lambda: False,
+) -> MonteCarloReport:
+    """Simulate in another process and wait for it, to keep windows responsive; see `simulate`.
+
+    ``given_up`` is polled 20 times a second and obeyed in two. OcmmError: failed, cancelled, died.
+    """
+    return run_elsewhere(
+        partial(simulate, task, options),
+        "The simulation",
+        given_up,
+        MeasuringError(
+            "monte_carlo.given_up", "Simulation cancelled.", "Run it again when you are ready."
+        ),
+        MeasuringError(
+            "monte_carlo.died",
+            "The simulation ended unexpectedly; the computer may be out of memory.",
+            "Close other programs, or request fewer trials.",
+        ),
+        tell,
+    )

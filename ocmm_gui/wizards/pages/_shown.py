@@ -9,7 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
+from functools import partial
 from typing import Protocol, TypeAlias, TypeVar
 
 from PySide6.QtCore import Qt
@@ -17,9 +17,8 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLay
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import Procedure, ProcedureDecision, ProcedureView
-from ocmm_core.errors import CalibrationError, OcmmError
-from ocmm_core.failure import contained
-from ocmm_core.processes import process_context
+from ocmm_core.errors import CalibrationError
+from ocmm_core.processes import Tell, run_elsewhere
 from ocmm_core.tables import TableReader
 from ocmm_gui import kit
 from ocmm_gui.kit import Mark, PlainLabel, later, said, sentence_label, text_font, tr
@@ -227,10 +226,6 @@ def practice_title(title: str) -> str:
     return tr("PRACTICE: {title}").format(title=title)
 
 
-_LOOK_S = 0.05
-_END_S = 1.0
-
-
 class ProcessCalculation:
     """Repeatable calculation of a procedure; module-level ``resume`` remakes it elsewhere."""
 
@@ -249,53 +244,27 @@ class ProcessCalculation:
         self._given_up.set()
 
     def _elsewhere(self) -> object:
-        context = process_context()
-        receiver, sender = context.Pipe(duplex=False)
-        process = context.Process(
-            target=_calculate, args=(self._resume, sender), name="ocmm-calculation", daemon=True
-        )
-        process.start()
-        sender.close()
-        try:
-            while not receiver.poll(_LOOK_S):
-                if self._given_up.is_set():
-                    raise CalibrationError(
-                        "calculation.given_up",
-                        "Calculation cancelled.",
-                        "Recalculate when you are ready.",
-                    )
-            answer: object = receiver.recv()
-        except EOFError as error:
-            raise CalibrationError(
+        return run_elsewhere(
+            partial(_calculate, self._resume),
+            "The calculation",
+            self._given_up.is_set,
+            CalibrationError(
+                "calculation.given_up", "Calculation cancelled.", "Recalculate when you are ready."
+            ),
+            CalibrationError(
                 "calculation.died",
                 "The calculation ended unexpectedly; the computer may be out of memory.",
                 "Close other programs and recalculate.",
-            ) from error
-        finally:
-            process.terminate()
-            process.join(_END_S)
-            if process.is_alive():
-                process.kill()
-                process.join()
-            process.close()
-            receiver.close()
-        if isinstance(answer, OcmmError):
-            raise answer
-        return answer
+            ),
+        )
 
 
-def _calculate(resume: Callable[[], Procedure], sender: Connection) -> None:
-    answer: object
-    try:
-        procedure = resume()
-        procedure.compute()
-        outcome = procedure.view.outcome
-        if outcome is None:
-            raise CalibrationError(
-                "calculation.nothing", "The calculation gave no result.", "Recalculate."
-            )
-        answer = outcome
-    except Exception as error:
-        answer = contained(error, "The calculation")
-    sender.send(answer)
-    sender.close()
+def _calculate(resume: Callable[[], Procedure], _tell: Tell) -> object:
+    procedure = resume()
+    procedure.compute()
+    outcome = procedure.view.outcome
+    if outcome is None:
+        raise CalibrationError(
+            "calculation.nothing", "The calculation gave no result.", "Recalculate."
+        )
+    return outcome

@@ -5,14 +5,13 @@ Passwords are not in the settings: a private file, PGPASSFILE, ~/.pgpass or the 
 
 from __future__ import annotations
 
-import ipaddress
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import parse_qsl, quote, unquote, urlsplit
 
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.host import HOST
+from ocmm_core.host import HOST, is_loopback
 from ocmm_core.side_files import open_guarded
 
 _SCHEMES = ("postgresql", "postgres")
@@ -158,12 +157,7 @@ def with_user(text: str, user: str) -> str:
 
 
 def _is_network(host: str) -> bool:
-    if not host or host.startswith(("/", "@")) or host == "localhost":
-        return False
-    try:
-        return not ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return True
+    return bool(host) and not host.startswith(("/", "@")) and not is_loopback(host)
 
 
 def _wrong(text: str, why: str) -> InputError:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.calibration.records import ProbeStore
-from ocmm_core.calibration.sweeping import PivotProcedure, PivotView
+from ocmm_core.calibration.sweeping import PivotProcedure, PivotRequest, PivotView
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.geometry import Float, Pixels, rigid_fit
 from ocmm_core.tracking import ProbeBody, load_probe
@@ -37,7 +37,7 @@ class PivotBench:
     def begin(self, *, tip_unknown: bool = False, poses: int = 150) -> PivotProcedure:
         return PivotProcedure.begin(
             self.folder / "sessions", self.rig, self.body, self.store(), "A", self.now(),
-            who="technician", tip_unknown=tip_unknown, poses_wanted=poses,
+            who="technician", request=PivotRequest(tip_unknown=tip_unknown, poses=poses),
         )  # fmt: skip
 
     def resume(self, path: Path) -> PivotProcedure:

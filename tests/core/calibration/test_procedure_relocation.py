@@ -13,7 +13,7 @@ from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpotAverager, coverage, to_spots
 from ocmm_core.calibration.guided._labelling import label_roughly
 from ocmm_core.calibration.records import State, load_bar
-from ocmm_core.calibration.relocation import RelocationProcedure
+from ocmm_core.calibration.relocation import RelocationProcedure, RelocationRequest
 from ocmm_core.calibration.relocation._state import SeatTaken
 from ocmm_core.calibration.relocation._steps import bar_ends
 from ocmm_core.calibration.verification import VerificationProcedure
@@ -45,7 +45,7 @@ CONTROL = KnownPoints(
 def begin(bench: Bench, rig: Rig, poses: int = 120) -> RelocationProcedure:
     return RelocationProcedure.begin(
         bench.sessions, rig, bench.body, bench.store(), bench.bar, bench.now(), who="technician",
-        world="points", control=CONTROL, poses_wanted=poses,
+        control=CONTROL, request=RelocationRequest(world="points", poses=poses),
     )  # fmt: skip
 
 
@@ -109,7 +109,7 @@ def test_a_touched_bar_gives_the_scale_and_three_points_the_world(tmp_path: Path
     bench.bar = replace(bench.bar, leds=())
     procedure = RelocationProcedure.begin(
         bench.sessions, bench.rig, bench.body, bench.store(), bench.bar, bench.now(),
-        who="technician", world="set", poses_wanted=120,
+        who="technician", request=RelocationRequest(world="set", poses=120),
     )  # fmt: skip
     site = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, MOVE)
     scenes = scenes_of_relocation(site, bench.rig, procedure.view, bench.bar, None)
@@ -164,7 +164,7 @@ def seated(bench: Bench, seat_shift_mm: float) -> RelocationProcedure:
     """Return a relocation from recorded shots, with two seats that were visited first and last."""
     procedure = RelocationProcedure.begin(
         bench.sessions, bench.rig, bench.body, bench.store(), bench.bar, bench.now(),
-        who="technician", poses_wanted=200, bars_wanted=6,
+        who="technician", request=RelocationRequest(poses=200, placements=6),
     )  # fmt: skip
     take_relocation_shots(procedure, recorded(bench, 260, 6, seat_shift_mm))
     return procedure
@@ -250,7 +250,7 @@ def test_gates_say_what_is_missing_and_observations_are_taken_back(tmp_path: Pat
     with pytest.raises(CalibrationError, match="at least three"):
         RelocationProcedure.begin(
             bench.sessions, bench.rig, bench.body, bench.store(), bench.bar, bench.now(),
-            who="technician", world="points",
+            who="technician", request=RelocationRequest(world="points"),
         )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from lxml import etree
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, EXPORTERS, preview, preview_text
-from ocmm_core.export.aqdef._reader import read_transfer
+from ocmm_core.export.aqdef._head import read_transfer
 from ocmm_core.export.report import (
     ReportData,
     clean_text,

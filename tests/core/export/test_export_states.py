@@ -19,7 +19,7 @@ from lxml import etree
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import EXPORTERS, preview, preview_text
-from ocmm_core.export.aqdef._reader import read_transfer
+from ocmm_core.export.aqdef._head import read_transfer
 from ocmm_core.export.qif._writer import NAMESPACE
 from ocmm_core.export.report import (
     Profile,

@@ -12,7 +12,7 @@ import pytest
 from lxml import etree
 
 from ocmm_core.export import EXPORTERS
-from ocmm_core.export.aqdef._reader import read_transfer
+from ocmm_core.export.aqdef._head import read_transfer
 from ocmm_core.export.qif._writer import NAMESPACE
 from ocmm_core.export.report import polyworks_profile, read_report
 from ocmm_core.inspection.evaluation import FeatureState, JobView

@@ -20,7 +20,7 @@ from ocmm_core.measuring import (
     TouchCollector,
     side_of,
 )
-from ocmm_core.measuring._compensation import shank_axis
+from ocmm_core.measuring._trigger import shank_axis
 from ocmm_core.tracking import ProbeBody, TrackBlock, cut
 
 pytestmark = pytest.mark.numerics

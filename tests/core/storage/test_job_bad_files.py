@@ -11,7 +11,7 @@ import pytest
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile, JobHead
-from ocmm_core.storage._migrations import APPLICATION_ID, MIGRATIONS, backup_older, bring_up_to_date
+from ocmm_core.storage._audit import APPLICATION_ID, MIGRATIONS, backup_older, bring_up_to_date
 
 MakePoint = Callable[[int], MeasuredPoint]
 

@@ -13,8 +13,7 @@ import pytest
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile, JobHead, JobReference
-from ocmm_core.storage._audit import insert_audited
-from ocmm_core.storage._migrations import MIGRATIONS, bring_up_to_date
+from ocmm_core.storage._audit import MIGRATIONS, bring_up_to_date, insert_audited
 from ocmm_core.storage._rows import row_from_head, row_from_point
 
 MakePoint = Callable[[int], MeasuredPoint]
