@@ -12,8 +12,8 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.fieldbus.described import REST_SPEED
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.evaluation import SessionOptions, nearness
-from ocmm_core.inspection.session._acceptance import Accepted, all_measured, doubt_of
-from ocmm_core.inspection.session._assignment import SEARCH_MM, TouchAssigner
+from ocmm_core.inspection.session._acceptance import SEARCH_MM, Accepted, all_measured, doubt_of
+from ocmm_core.inspection.session._assignment import TouchAssigner
 from ocmm_core.inspection.session._job_points import ReferenceUse
 from ocmm_core.inspection.session._step_log import JobLedger
 from ocmm_core.measuring import (
