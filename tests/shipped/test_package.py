@@ -311,6 +311,31 @@ def test_an_older_package_is_not_installed_over_a_newer_one(words: str, refused:
         assert f"version {installed} is installed and newer than {older}" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("words", "warned"),
+    [
+        ("upgrade 0.1.0-1", True),
+        ("upgrade 0.2.0-1~git20261128.1a2b", True),
+        ("upgrade 0.2.0-1", False),
+        ("upgrade 0.3.0-1", False),
+        ("remove", False),
+    ],
+)
+def test_warns_before_a_package_that_cannot_refuse_to_be_older(
+    tmp_path: Path, words: str, warned: bool
+) -> None:
+    needs_tools("dpkg")
+    query = tmp_path / "dpkg-query"
+    query.write_text("#!/bin/sh\nprintf 0.2.0-1\n", encoding="utf-8")
+    query.chmod(0o755)
+    done = subprocess.run(
+        [str(_DEBIAN / "prerm"), *words.split()], check=True, timeout=HANG_S, capture_output=True,
+        text=True, env={"PATH": f"{tmp_path}:/usr/bin:/bin"},
+    )  # fmt: skip
+    assert ("is older than 0.2.0-1" in done.stderr) is warned
+    assert ("settings stay" in done.stderr) is warned
+
+
 def test_removing_touches_nothing_of_the_users(tmp_path: Path) -> None:
     for name in ("postrm", "prerm"):
         text = (_DEBIAN / name).read_text(encoding="utf-8")
