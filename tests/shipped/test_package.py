@@ -36,6 +36,20 @@ def test_a_shell_can_read_every_script(script: Path) -> None:
     assert re.search(r"^set -", script.read_text(encoding="utf-8"), re.M)
 
 
+def test_a_commit_that_is_not_in_the_history_is_a_sentence(tmp_path: Path) -> None:
+    needs_tools("git")
+    for name, does in (("id", "echo 0"), ("mmdebstrap", "exit 1")):
+        (tmp_path / name).write_text(f"#!/bin/sh\n{does}\n", encoding="utf-8")
+        (tmp_path / name).chmod(0o755)
+    done = subprocess.run(
+        [str(ROOT / "installer/test.sh"), "--from", "v0.0.0", "--work", str(tmp_path / "work")],
+        capture_output=True, text=True, timeout=HANG_S, check=False,
+        env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"},
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "does not contain 'v0.0.0'" in done.stderr
+
+
 def test_every_file_that_the_build_names_is_there() -> None:
     named = set(re.findall(r"\binstaller/[\w./@-]*\w", _BUILD)) - {"installer/build.sh"}
     assert len(named) > 8
