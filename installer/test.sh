@@ -1,12 +1,15 @@
 #!/bin/sh
 # Try the packages in clean roots: installed, used, upgraded, killed, removed, purged, installed again.
 #
-#   installer/test.sh [--deb FILE] [--newer FILE] [--suites "bookworm trixie noble resolute"] [--kills N]
+#   installer/test.sh [--from COMMIT | --deb FILE] [--newer FILE] [--suites "bookworm trixie noble resolute"] [--kills N]
 #                     [--rounds N] [--starts N] [--quick] [--twice] [--ubuntu-keys FILE] [--work DIR]
 #
 #   --deb FILE          the package, with what was built beside it; default: built from the last commit
 #                       (installer/build.sh)
 #   --newer FILE        the same with a higher version number; default: made from that one
+#   --from COMMIT       build the older package from the history, by the installer/build.sh of that commit, and
+#                       write files of each kind with it (tests/golden/write.py); --newer is then the package
+#                       of the last commit. In a folder of --work both are built once
 #   --suites LIST       releases of Debian and Ubuntu; a root that cannot be made is NOT RUN
 #   --kills N           moments at which dpkg is killed while it upgrades; default 20
 #   --rounds N          how often it is installed, used, upgraded, removed and purged; default 1
@@ -27,7 +30,7 @@ say() { printf 'test: %s\n' "$*" >&2; }
 fail() { say "$@"; exit 2; }
 
 here=$(cd -- "$(dirname -- "$0")" && pwd -P)
-deb='' newer='' work='' twice='' quick=''
+deb='' from='' newer='' work='' twice='' quick=''
 suites="bookworm trixie noble resolute" kills=20 rounds=1 starts=5
 ubuntu_keys=/usr/share/keyrings/ubuntu-archive-keyring.gpg
 clone=$here/../.venv/bin/ocmm
@@ -36,11 +39,12 @@ while [ $# -gt 0 ]; do
         -h | --help) sed -n '2,/^set -u/{/^set -u/d;s/^# \{0,1\}//;p;}' "$0"; exit 0 ;;
         --twice) twice=yes && shift && continue ;;
         --quick) quick=yes && shift && continue ;;
-        --deb | --newer | --suites | --kills | --rounds | --starts | --ubuntu-keys | --work) [ $# -ge 2 ] || fail "$1 needs a value." ;;
+        --deb | --from | --newer | --suites | --kills | --rounds | --starts | --ubuntu-keys | --work) [ $# -ge 2 ] || fail "$1 needs a value." ;;
         *) fail "There is no '$1'. See $0 --help" ;;
     esac
     case $1 in
         --deb)    deb=$(readlink -f "$2") ;;
+        --from)   from=$2 ;;
         --newer)  newer=$(readlink -f "$2") ;;
         --suites) suites=$2 ;;
         --kills)  kills=$2 ;;
@@ -57,10 +61,27 @@ command -v mmdebstrap >/dev/null || fail "The program 'mmdebstrap' is missing."
 mkdir -p "$work"
 work=$(cd -- "$work" && pwd -P)
 mkdir -p "$work/seen"
-if [ -z "$deb" ]; then
-    "$here/build.sh" --out "$work/built" --work "$work/building" || fail "The package was not built."
-    deb=$(ls "$work"/built/*.deb)
+built() {
+    [ -f "$work/built/SHA256SUMS" ] || "$here/build.sh" --out "$work/built" --work "$work/building" >&2 ||
+        fail "The package was not built."
+    ls "$work"/built/*.deb
+}
+built_from() {
+    commit=$(git -C "$here" rev-parse --verify --quiet "$1^{commit}") ||
+        fail "This clone does not contain '$1'. git fetch --unshallow --tags completes its history."
+    if [ ! -f "$work/$commit/SHA256SUMS" ]; then
+        git -C "$here" worktree add --quiet --force --detach "$work/tree" "$commit" >&2 || exit 2
+        "$work/tree/installer/build.sh" --out "$work/$commit" >&2
+        git -C "$here" worktree remove --force "$work/tree"
+    fi
+    [ -f "$work/$commit/SHA256SUMS" ] || fail "The package of $1 was not built."
+    ls "$work/$commit"/*.deb
+}
+if [ -n "$from" ]; then
+    deb=$(built_from "$from") || exit 2
+    [ -n "$newer" ] || newer=$(built) || exit 2
 fi
+[ -n "$deb" ] || deb=$(built) || exit 2
 # What was built says which version it is.
 version=$(dpkg-deb -f "$deb" Version | cut -d- -f1)
 if [ -z "$newer" ]; then
@@ -306,26 +327,133 @@ pages() {
 same_bytes() { (cd "$root/home/tester" && sha256sum --quiet -c "$work/seen/$suite.sums"); }
 keep_sums() {
     (cd "$root/home/tester" &&
-        find first .local/share/ocmm -type f -print0 | sort -z | xargs -0 sha256sum) >"$work/seen/$suite.sums"
+        find first stations .local/share/ocmm -type f -print0 | sort -z | xargs -0 sha256sum) >"$work/seen/$suite.sums"
 }
 reads_the_old_job() {
     as tester "ocmm audit verify first/*.ocmm" && as tester "ocmm report first/*.ocmm --format json --out again"
     [ $? -le 1 ]
 }
-is_newer() { case $(inside ocmm --version) in "ocmm $(dpkg-deb -f "$newer" Version | cut -d- -f1)"*) ;; *) false ;; esac; }
-# The older package is refused with a sentence, and the newer one stays as it was.
-refuses_downgrade() {
-    ! inside dpkg -i /old.deb >"$work/seen/downgrade.txt" 2>&1 || return 1
-    grep 'remove .* first (apt-get remove ocmm)' "$work/seen/downgrade.txt" || return 1
-    [ "$(inside dpkg-query -W -f='${Status}' ocmm)" = "install ok installed" ] &&
-        is_newer && rights
+is_newer() {
+    [ "$(inside dpkg-query -W -f='${Version}' ocmm)" = "$(dpkg-deb -f "$newer" Version)" ] || return 1
+    # Builds of one version differ in their commit; only a version that is released names none.
+    case $(inside ocmm --version | tee "$work/seen/newer.txt") in
+        "ocmm $(dpkg-deb -f "$newer" Version | cut -d- -f1)"*) ! cmp "$work/seen/older.txt" "$work/seen/newer.txt" ;;
+        *) false ;;
+    esac
 }
-upgrade() { inside env SUDO_USER=tester dpkg -i /newer.deb && is_newer; }
+# By the command of README.md.
+upgrade() {
+    inside ocmm --version >"$work/seen/older.txt"
+    inside env DEBIAN_FRONTEND=noninteractive SUDO_USER=tester \
+        apt-get install -q -y --no-install-recommends /newer.deb && is_newer
+}
+# The older package is refused with a sentence, and the newer one stays as it was. Packages that
+# cannot refuse yet (until 0.2.0) replace it after a sentence, and nothing is lost.
+refuses_downgrade() {
+    ! inside apt-get install -q -y --no-install-recommends /old.deb >"$work/seen/downgrade.txt" 2>&1 || return 1
+    grep 'downgraded' "$work/seen/downgrade.txt" && is_newer || return 1
+    inside dpkg -i /old.deb >"$work/seen/downgrade.txt" 2>&1
+    code=$?
+    cat "$work/seen/downgrade.txt"
+    if dpkg-deb -I "$deb" preinst | grep -q 'remove it first'; then
+        [ "$code" -ne 0 ] && grep -q 'remove .* first (apt-get remove ocmm)' "$work/seen/downgrade.txt" || return 1
+    else
+        echo "SAID: the older package cannot refuse; its user is told and nothing is lost"
+        grep -q 'is older than .*settings stay' "$work/seen/downgrade.txt" && same_bytes &&
+            inside ocmm --version | cmp - "$work/seen/older.txt" && older_answers && same_bytes && upgrade || return 1
+    fi
+    [ "$(inside dpkg-query -W -f='${Status}' ocmm)" = "install ok installed" ] && is_newer && rights
+}
 remove() { inside dpkg -r ocmm && [ ! -e "$root/opt/ocmm" ] && [ ! -e "$root/usr/bin/ocmm" ]; }
 purge() {
     inside dpkg -P ocmm | tee "$work/seen/purge.txt"
     inside dpkg -P ocmm 2>&1 | cat
     [ ! -e "$root/etc/ocmm" ] && [ ! -e "$root/opt/ocmm" ]
+}
+
+# The installed program in a folder of a station, as its user, with the home that is in that folder:
+# what tests/golden/write.py runs as `ocmm`.
+station_program() {
+    mkdir -p "$work/bin"
+    cat >"$work/bin/ocmm" <<END
+#!/bin/sh
+here=\$(pwd -P)
+chown -R --reference="$root/home/tester" "$root/home/tester/stations"
+export HOME="\${here#"$root"}"
+exec chroot --userspec=tester:tester "$root" /usr/bin/env -i PATH=/usr/bin:/bin LANG=C.UTF-8 HOME="\$HOME" \\
+    XDG_CONFIG_DIRS="\$HOME/home/xdg_config_dirs" XDG_CONFIG_HOME="\$HOME/home/xdg_config_home" \\
+    XDG_DATA_HOME="\$HOME/home/xdg_data_home" XDG_STATE_HOME="\$HOME/home/xdg_state_home" \\
+    /bin/sh -c 'cd && exec ocmm "\$@"' sh "\$@"
+END
+    chmod 0755 "$work/bin/ocmm"
+}
+writes_files() {
+    station_program
+    mkdir -p "$root/home/tester/stations"
+    PATH=$work/bin:$PATH "${PYTHON:-python3}" -B "$here/../tests/golden/write.py" "$root/home/tester/stations/old" 
+}
+# opens STATION CODES PATTERN WORDS...: a command on files that another version wrote.
+opens() {
+    place=$root/home/tester/stations/old/$1 codes=$2 pattern=$3
+    shift 3
+    opened=$((opened + 1))
+    answer=$(cd "$place" && "$work/bin/ocmm" "$@" </dev/null 2>&1)
+    code=$?
+    case " $codes " in
+        *" $code "*) ! printf '%s' "$answer" | tr -s '\n ' ' ' | grep -q "$pattern" || return 0 ;;
+    esac
+    lost=$((lost + 1))
+    printf 'NOT OPENED (exit code %s): ocmm %s\n%s\n' "$code" "$*" "$answer"
+}
+# same_tables STATION FOLDER: points, features and results as the older version printed them.
+same_tables() {
+    # Other files name the program that wrote them.
+    for table in "$root/home/tester/stations/old/$1/again"/*_points.csv \
+        "$root/home/tester/stations/old/$1/again"/*_features.csv \
+        "$root/home/tester/stations/old/$1/again"/*_report.csv \
+        "$root/home/tester/stations/old/$1/again"/*.asc "$root/home/tester/stations/old/$1/again"/*.pwmacro; do
+        opened=$((opened + 1))
+        cmp "$table" "$root/home/tester/stations/old/$1/$2/${table##*/}" || lost=$((lost + 1))
+    done
+}
+opens_everything() {
+    opened=0 lost=0
+    for job in BALL-001 DEMO-001; do
+        opens station "0 1" . report "jobs/$job.ocmm" --format polyworks --out again
+    done
+    same_tables station jobs
+    opens station 0 'are as they were written' audit verify jobs
+    opens station "0 1" 'Ball diameter' measure --continue open/BALL-001.ocmm --archive off
+    opens station 0 'Q. Engineer' plan check ball.toml
+    opens station 2 '800 delivered, 0 lost' measure --plan ball.toml --source replay:frames.rec --archive off --out replayed
+    opens station 0 . acceptance recompute "acceptance/records/$(ls "$root/home/tester/stations/old/station/acceptance/records")"
+    opens station 0 PASS acceptance status --folder acceptance
+    opens station 0 'Checked 1, wrong 0' archive verify --archive archive.sqlite
+    opens station 0 . settings check
+    opens station 0 'ethercat:service' settings show --json
+    opens station "0 1" 20 msa status study.toml jobs
+    set -- --rig rig.toml --calibrations cameras
+    opens calibration 0 'State VALID.*whole: history of 2 events, 2 records, 2 sessions' calibrate status "$@"
+    opens calibration 0 'verification passed' calibrate history "$@"
+    opens calibration 0 'State VALID.*whole: history of 3 events, 3 records, 3 sessions' calibrate probe-status --probes probes
+    set -- "$@" --temperature 20 --temperature-u 0.5 --who Q --accept
+    opens calibration 0 'Continue.*State VALID.*3 sessions' calibrate verify "$@"
+    opens calibration 0 'Continue.*6 mm: VALID' calibrate check-tip --probes probes --tip "6 mm" "$@"
+    # Files of the newer version next to them, for the way back.
+    opens station "0 1" 'Ball diameter' measure --plan ball.toml --out new --archive archive.sqlite
+    opens station 0 . settings set window.theme dark
+    echo "SAID: $((opened - lost)) of $opened"
+    [ "$lost" = 0 ]
+}
+# The older version on files of the newer one: an answer or a refusal, no internal error.
+older_answers() {
+    opened=0 lost=0
+    opens station "0 1 2" . report new/BALL-001.ocmm --format polyworks --out by-older
+    opens station "0 1 2" . report jobs/DEMO-001.ocmm --format polyworks --out by-older
+    opens station "0 1 2" . archive verify --archive archive.sqlite
+    opens station "0 1 2" . settings show
+    opens calibration "0 1 2" . calibrate status --rig rig.toml --calibrations cameras
+    [ "$lost" = 0 ]
 }
 
 # Kill dpkg at a moment of the upgrade, then mend.
@@ -410,7 +538,8 @@ for suite in $suites; do
         rm -rf "$root/home/tester/wire"
         if [ "$round" = 1 ]; then
             verdict demo measures first
-            verdict same-numbers-as-the-clone same_numbers_as_the_clone
+            [ -n "$from" ] || verdict same-numbers-as-the-clone same_numbers_as_the_clone
+            verdict files-of-each-kind writes_files
         fi
         [ -n "$quick" ] || verdict "$round-measures" measures_again
         [ -n "$quick" ] || verdict "$round-wire" measures_on_the_wire
@@ -427,7 +556,10 @@ for suite in $suites; do
         keep_sums
         verdict "$round-upgrade" upgrade
         verdict "$round-rights-after-upgrade" rights
+        verdict "$round-same-bytes-after-upgrade" same_bytes
         verdict "$round-old-job" reads_the_old_job
+        [ "$round" != 1 ] || verdict opens-everything opens_everything
+        keep_sums
         verdict "$round-downgrade-refused" refuses_downgrade
         [ "$round" != 1 ] || [ -n "$quick" ] || [ "$kills" = 0 ] || verdict kills kills
         verdict "$round-remove" remove

@@ -7,4 +7,4 @@ cd "$(dirname "$0")/../.."
 exec .venv/bin/uv pip compile --quiet --python-version 3.11 \
     --python-platform x86_64-pc-windows-msvc --only-binary :all: --generate-hashes \
     --no-emit-index-url --custom-compile-command installer/windows/lock.sh \
-    -c requirements.lock pyproject.toml --group build -o installer/windows/win_amd64.lock "$@"
+    -c requirements.lock pyproject.toml --extra gui --group build -o installer/windows/win_amd64.lock "$@"

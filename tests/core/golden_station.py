@@ -14,9 +14,11 @@ RELEASES = sorted(
 )
 
 
-def copied_station(release: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a copy of the station's files; its key and settings are in force."""
-    shutil.copytree(GOLDEN / release / "station", folder, dirs_exist_ok=True)
+def copied_station(
+    release: str, folder: Path, monkeypatch: pytest.MonkeyPatch, station: str = "station"
+) -> Path:
+    """Return a copy of the station's files; its key, memory and settings are in force."""
+    shutil.copytree(GOLDEN / release / station, folder, dirs_exist_ok=True)
     for home in (folder / "home").iterdir():
         monkeypatch.setenv(home.name.upper(), str(home))
     # Version control keeps no permissions; other users' keys are refused.

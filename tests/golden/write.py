@@ -2,6 +2,7 @@
 
 Run it with the version that is about to be replaced (installer/RELEASING.md), never for files that
 are there already. The rig is virtual and its seed fixed, so results repeat; keys and times do not.
+The memory of the station contains its folder: write to a neutral place, and move the folder.
 """
 
 from __future__ import annotations
@@ -17,27 +18,37 @@ from contextlib import closing
 from pathlib import Path
 
 PLANS = Path(__file__).with_name("plans")
+INSTRUMENT = Path(__file__).with_name("instrument")
+"""A rig of 2 kHz, and 80 positions with their spots."""
 _HOMES = ("XDG_CONFIG_DIRS", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME")
 _POLL_S = 0.02
 
 
-def write(folder: Path) -> None:
-    """Write one file of each kind into a new folder."""
-    station = folder / "station"
-    shutil.copytree(PLANS, station)
-    homes = {name: str(station / "home" / name.lower()) for name in _HOMES}
-    environment = {**os.environ, **homes, "HOME": str(station)}
+class Station:
+    """A folder with a home of its own, and the commands that write into it."""
 
-    def ocmm(*words: str) -> None:
+    def __init__(self, folder: Path, files: Path) -> None:
+        self.folder = folder
+        shutil.copytree(files, folder)
+        homes = {name: str(folder / "home" / name.lower()) for name in _HOMES}
+        self.environment = {**os.environ, **homes, "HOME": str(folder)}
+
+    def ocmm(self, *words: str) -> None:
+        """Run a command, and end unless it could run."""
         done = subprocess.run(
-            ["ocmm", *words], cwd=station, env=environment, capture_output=True, text=True,
-            check=False,
+            ["ocmm", *words], cwd=self.folder, env=self.environment, capture_output=True,
+            text=True, check=False, stdin=subprocess.DEVNULL,
         )  # fmt: skip
-        # 1: a characteristic does not conform, or is not proven.
+        # 1: a characteristic does not conform, or is not proven; a session waits.
         if done.returncode not in (0, 1):
             raise SystemExit(f"ocmm {' '.join(words)}: {done.returncode}\n{done.stderr}")
         sys.stdout.write(f"{done.returncode}  ocmm {' '.join(words)}\n")
 
+
+def measure(folder: Path) -> None:
+    """Write a file of each kind but calibrations into a new folder."""
+    station = Station(folder, PLANS)
+    ocmm = station.ocmm
     ocmm("key", "show")
     ocmm("plan", "release", "ball.toml", "--by", "Q. Engineer")
     ocmm("measure", "--plan", "ball.toml", "--out", "jobs", "--archive", "archive.sqlite")
@@ -50,11 +61,34 @@ def write(folder: Path) -> None:
         "msa", "plan", "study.toml", "--name", "GRR", "--parts", "5", "--operators", "A,B",
         "--trials", "2",
     )  # fmt: skip
-    interrupt(station, environment)
+    interrupt(folder, station.environment)
     # Commands above would use it.
     ocmm("settings", "set", "window.theme", "light")
     ocmm("settings", "set", "instrument.source", "ethercat:service")
-    forget(station)
+    forget(folder)
+
+
+def calibrate(folder: Path) -> None:
+    """Write records of cameras, probe and tip, and waiting sessions, into a new folder."""
+    station = Station(folder, INSTRUMENT)
+    station.ocmm("key", "show")
+    site = [
+        "--rig", "rig.toml", "--calibrations", "cameras", "--temperature", "20",
+        "--temperature-u", "0.5", "--who", "Q. Engineer",
+    ]  # fmt: skip
+    tip = [*site, "--probes", "probes", "--tip", "6 mm"]
+    known = ["cameras", "--points", "points.csv", "--spots", "spots.csv", *site]
+    probe = ["probe", "--poses", "100", *tip]
+    for words in (known, ["verify", *site], probe, ["tip", *tip], ["check-tip", *tip]):
+        station.ocmm("calibrate", *words, "--accept")
+    for words in (["verify", *site], ["check-tip", *tip]):
+        station.ocmm("calibrate", *words)
+
+
+def write(folder: Path) -> None:
+    """Write the files of two stations into a new folder."""
+    measure(folder / "station")
+    calibrate(folder / "calibration")
 
 
 def forget(station: Path) -> None:

@@ -98,6 +98,19 @@ def test_whatever_the_project_asks_for_is_locked() -> None:
     assert set(groups) == {"build", "dev", "docs", "package"}
 
 
+def test_the_core_requires_only_what_it_imports() -> None:
+    of_extras = ("ocmm_gui", "ocmm_serve", "ocmm_boards")
+    sources = [
+        path.read_text("utf-8")
+        for folder in ROOT.glob("ocmm_*")
+        if folder.name not in of_extras
+        for path in folder.rglob("*.py")
+    ]
+    for name in _names(_PROJECT["project"]["dependencies"]):
+        imported = re.compile(rf"^\s*(?:from|import) {re.escape(name)}\b", re.M)
+        assert any(map(imported.search, sources)), f"{name} belongs to an extra"
+
+
 @pytest.mark.parametrize(
     "lock",
     [

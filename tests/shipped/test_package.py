@@ -36,6 +36,20 @@ def test_a_shell_can_read_every_script(script: Path) -> None:
     assert re.search(r"^set -", script.read_text(encoding="utf-8"), re.M)
 
 
+def test_a_commit_that_is_not_in_the_history_is_a_sentence(tmp_path: Path) -> None:
+    needs_tools("git")
+    for name, does in (("id", "echo 0"), ("mmdebstrap", "exit 1")):
+        (tmp_path / name).write_text(f"#!/bin/sh\n{does}\n", encoding="utf-8")
+        (tmp_path / name).chmod(0o755)
+    done = subprocess.run(
+        [str(ROOT / "installer/test.sh"), "--from", "v0.0.0", "--work", str(tmp_path / "work")],
+        capture_output=True, text=True, timeout=HANG_S, check=False,
+        env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"},
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "does not contain 'v0.0.0'" in done.stderr
+
+
 def test_every_file_that_the_build_names_is_there() -> None:
     named = set(re.findall(r"\binstaller/[\w./@-]*\w", _BUILD)) - {"installer/build.sh"}
     assert len(named) > 8
@@ -309,6 +323,31 @@ def test_an_older_package_is_not_installed_over_a_newer_one(words: str, refused:
     if refused:
         _, installed, older = words.split()
         assert f"version {installed} is installed and newer than {older}" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "warned"),
+    [
+        ("upgrade 0.1.0-1", True),
+        ("upgrade 0.2.0-1~git20261128.1a2b", True),
+        ("upgrade 0.2.0-1", False),
+        ("upgrade 0.3.0-1", False),
+        ("remove", False),
+    ],
+)
+def test_warns_before_a_package_that_cannot_refuse_to_be_older(
+    tmp_path: Path, words: str, warned: bool
+) -> None:
+    needs_tools("dpkg")
+    query = tmp_path / "dpkg-query"
+    query.write_text("#!/bin/sh\nprintf 0.2.0-1\n", encoding="utf-8")
+    query.chmod(0o755)
+    done = subprocess.run(
+        [str(_DEBIAN / "prerm"), *words.split()], check=True, timeout=HANG_S, capture_output=True,
+        text=True, env={"PATH": f"{tmp_path}:/usr/bin:/bin"},
+    )  # fmt: skip
+    assert ("is older than 0.2.0-1" in done.stderr) is warned
+    assert ("settings stay" in done.stderr) is warned
 
 
 def test_removing_touches_nothing_of_the_users(tmp_path: Path) -> None:

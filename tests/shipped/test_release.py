@@ -99,6 +99,25 @@ def test_the_wheel_of_the_source_distribution_is_that_of_the_checkout(tmp_path: 
         assert "ocmm_core/resources/CHANGELOG.md" in wheel.namelist()
 
 
+def test_the_last_versions_can_be_built_from_the_history() -> None:
+    text = (ROOT / "installer" / "RELEASING.md").read_text("utf-8")
+    named = re.findall(r"(\d+\.\d+\.\d+) was ([0-9a-f]{9})", text)
+    released = re.findall(
+        r"^## \[(\d[\d.]*)\] - ", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE
+    )
+    tagged = re.findall(r"^ +for old in (.+); do$", text, re.MULTILINE)
+    assert tagged == [" ".join(f"v{one}" for one in reversed(released[:2]))]
+    for version, commit in named:
+        found = subprocess.run(
+            ["git", "-C", ROOT, "show", f"{commit}:ocmm_core/__init__.py"],
+            capture_output=True, text=True, timeout=HANG_S, check=False,
+        )  # fmt: skip
+        if found.returncode:
+            not_run("this checkout lacks the history")
+        assert f'__version__ = "{version}"' in found.stdout
+    assert [version for version, _ in named] == list(reversed(released[:2]))
+
+
 def test_lists_the_changes_since_a_version() -> None:
     newest, every = changes_since(), changes_since("0.1.0")
     assert newest[-1].startswith(f"## [{__version__}]")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from datetime import timedelta
 from pathlib import Path
 
@@ -11,19 +10,12 @@ import pytest
 
 from ocmm_core.acceptance import AcceptanceRecord, AcceptanceSession
 from tests.core.acceptance.acceptance_site import BEGIN, ROOM, Machine
-
-GOLDEN = Path(__file__).parents[2] / "golden" / "0.2" / "acceptance"
+from tests.core.golden_station import copied_station
 
 
 @pytest.fixture
 def station(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a copy of the files; the key and memory of their station are in force."""
-    shutil.copytree(GOLDEN, tmp_path, dirs_exist_ok=True)
-    for folder in (tmp_path / "home").iterdir():
-        monkeypatch.setenv(folder.name.upper(), str(folder))
-    # Version control keeps no permissions; other users' keys are refused.
-    (tmp_path / "home/xdg_data_home/ocmm/keys/station.key").chmod(0o600)
-    return tmp_path
+    return copied_station("0.2", tmp_path, monkeypatch, "acceptance")
 
 
 def test_an_interrupted_session_resumes_and_gives_the_same_record(station: Path) -> None:
