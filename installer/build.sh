@@ -3,7 +3,7 @@
 #
 #   installer/build.sh [--out DIR] [--work DIR] [--version VERSION]
 #
-#   ocmm_VERSION_amd64.deb              for Debian 12 and 13 and Ubuntu 24.04 (installer/test.sh)
+#   ocmm_VERSION_amd64.deb              for Debian 12 and 13, Ubuntu 24.04 and 26.04 (installer/test.sh)
 #   ocmm-VERSION-linux-amd64.tar.xz     the same programs for other distributions
 #   ocmm-VERSION+COMMIT-py3-none-any.whl   for a Python that is there already
 #   SHA256SUMS

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.documents import resource
-from tests.cli.test_stale_display import _STALE
+from tests.cli.test_stale_display import _LIBRARIES, _STALE
 from tests.host import HANG_S, on_linux_only
 from tests.shipped.test_run_in_trouble import TROUBLES
 
@@ -72,6 +72,10 @@ CASES = [
     Broken("terminal: no output", CHECK, after=">&-"),
     Broken("terminal: no error", CHECK, after="2>&-"),
     Broken("python: threads", CHECK, environment=(("OPENBLAS_NUM_THREADS", "abc"),)),
+    Broken("python: optimized", CHECK, environment=(("PYTHONOPTIMIZE", "2"),)),
+    Broken("python: warnings", "settings show", environment=(("PYTHONWARNINGS", "error"),)),
+    Broken("network: proxy", "archive verify --archive postgresql://n@127.0.0.1:1/none", "127",
+           (("http_proxy", "nonsense://"), ("ALL_PROXY", "nonsense://"))),
     Broken("network: archive", "archive verify --archive postgresql://n@127.0.0.1:1/none", "127"),
     Broken("network: scheduler", "settings set archive.place postgresql://n@/", "archive.place"),
 ]  # fmt: skip
@@ -104,8 +108,9 @@ def test_ends_with_a_sentence_and_a_code_of_the_table(case: Broken, tmp_path: Pa
 
 def test_thirty_kinds_are_tried() -> None:
     kinds = [case.kind for case in CASES] + [f"display: {one}" for one in _STALE]
+    kinds += [f"libraries: {one}" for one in _LIBRARIES]
     kinds += [f"set-up: {one}" for one in TROUBLES]
     assert len(set(kinds)) == len(kinds) >= 30
     assert {kind.split(":")[0] for kind in kinds} >= {
-        "display", "locale", "disk", "home", "rights", "python", "network", "set-up",
+        "display", "libraries", "locale", "disk", "home", "rights", "python", "network", "set-up",
     }  # fmt: skip

@@ -26,6 +26,7 @@ _STALE = [
     {"WAYLAND_DISPLAY": "wayland-7654"},
     {"WAYLAND_DISPLAY": "/nowhere/wayland-0", "DISPLAY": ":7654"},
 ]
+_LIBRARIES = ["libGL.so.1", "libEGL.so.1", "libxcb-cursor.so.0"]
 
 
 @pytest.fixture(autouse=True)
@@ -134,7 +135,7 @@ def test_the_window_ends_with_a_sentence_and_not_with_an_abort() -> None:
 
 
 @pytest.mark.parametrize("words", [("ocmm_cli",), ("ocmm_gui", "--start")], ids=str)
-@pytest.mark.parametrize("library", ["libGL.so.1", "libEGL.so.1", "libxcb-cursor.so.0"])
+@pytest.mark.parametrize("library", _LIBRARIES)
 def test_names_missing_libraries(words: tuple[str, ...], library: str, tmp_path: Path) -> None:
     # A text file hides the library of the system, as if it were not installed.
     (tmp_path / library).write_bytes(b"")
