@@ -62,7 +62,7 @@ def test_an_evaluation_that_fails_leaves_no_result_that_looks_current(
         lambda: any(r.measured is not None for r in bench.bridge.shown.job.characteristics),
         timeout=HANG_MS,
     )
-    monkeypatch.setattr("ocmm_core.inspection.session._job_view.evaluate_job", _raising)
+    monkeypatch.setattr("ocmm_core.inspection.evaluation.evaluate_job", _raising)
     bench.bridge.results.refit()
     qtbot.waitUntil(lambda: _status(bench) == "FAILED", timeout=HANG_MS)
     qtbot.waitUntil(
@@ -119,7 +119,7 @@ def test_a_window_that_cannot_be_built_ends_with_code_3(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
-    monkeypatch.setattr("ocmm_core.inspection.session._job_view.evaluate_job", _raising)
+    monkeypatch.setattr("ocmm_core.inspection.evaluation.evaluate_job", _raising)
     assert main(["--out", str(tmp_path), "--silent"]) == 3
     said = capsys.readouterr().err
     assert "The evaluation failed: ValueError: injected" in said

@@ -80,15 +80,15 @@ PLACES = (
     Place("ocmm_core.inspection.session._step_log.deed_event", ValueError),
     # Fit and evaluation.
     Place("ocmm_core.features.measured._actual.compensation", np.linalg.LinAlgError),
-    Place("ocmm_core.inspection.session._job_view.evaluate_job", RuntimeError),
+    Place("ocmm_core.inspection.evaluation.evaluate_job", RuntimeError),
     Place("ocmm_core.inspection.evaluation._evaluation.evaluate_one", ValueError),
     Place("ocmm_core.inspection.evaluation._evaluation.joint_factors", MemoryError),
-    Place("ocmm_core.inspection.session._job_view.coverage_of", IndexError),
-    Place("ocmm_core.inspection.session._job_view.targets_of", ZeroDivisionError),
+    Place("ocmm_core.inspection.evaluation.coverage_of", IndexError),
+    Place("ocmm_core.inspection.evaluation.targets_of", ZeroDivisionError),
     # Monitor and watches.
     Place("ocmm_core.calibration.monitor._monitor.CalibrationMonitor.feed", ValueError),
     Place("ocmm_core.calibration.guided._session_events.ShockDetector.feed", OSError),
-    Place("ocmm_core.station._probe_watch.judge", LookupError),
+    Place("ocmm_core.calibration.records.judge", LookupError),
     Place("ocmm_core.station._calibration_watch.judge", AssertionError),
     Place("ocmm_core.station.stream._messages.ButtonWatch.feed", NotImplementedError),
     # Acquisition.
@@ -330,7 +330,7 @@ def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
 def test_the_command_line_as_a_process_ends_with_code_3(tmp_path: Path) -> None:
     """The same in a separate process, without pytest in between."""
     program = (
-        "import ocmm_core.inspection.session._job_view as module\n"
+        "import ocmm_core.inspection.evaluation as module\n"
         "from ocmm_cli import main\n"
         "def targets_of(*a): raise ZeroDivisionError('injected for the test')\n"
         "module.targets_of = targets_of\n"
