@@ -23,11 +23,11 @@ if TYPE_CHECKING:
         COVERAGE_FACTOR, PointFactors, factors_of, factors_of_matrix, joined_factors, joint_factors,
         point_uncertainty, root_of, systematic_covariance,
     )  # fmt: skip
-    from ocmm_core.measuring._path import PATH, Path, PathCollector, PathProgress
+    from ocmm_core.measuring._path import Path, PathCollector
     from ocmm_core.measuring._path_points import (
         PathOptions, PathPoints, PathSurface, points_along, transported,
     )  # fmt: skip
-    from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
+    from ocmm_core.measuring._point import PATH, MeasuredPoint, PathProgress, Refusal, RefusalCode
     from ocmm_core.measuring._probe_report import (
         BudgetTerm, Examination, Mechanics, ProbeReport, colour_at, examine, label_verdict,
         label_words, map_range, mechanics_words,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.geometry import Float, Int
+from ocmm_core.measuring._point import PathProgress
 from ocmm_core.measuring._trigger import BallTrail
 from ocmm_core.tracking import (
     FrameStatus,
@@ -26,11 +27,7 @@ from ocmm_core.tracking import (
     simultaneous,
 )
 
-PATH = "path"
-"""Value of `MeasuredPoint.approach` of points along a path."""
-
 TICK_S = 0.0025
-FASTEST_MM_S = 100.0
 _SHOWN_TICKS = 20
 _SHOWN_MM = 0.5
 """Shorter steps of the displayed length are noise."""
@@ -74,19 +71,6 @@ class Path:
     interrupted: bool = False
     untimed: bool = False
     """Of cameras that do not prove a common exposure time."""
-
-
-@dataclass(frozen=True, slots=True)
-class PathProgress:
-    """The path so far, for display."""
-
-    length_mm: float
-    speed_mm_s: float
-
-    @property
-    def fast(self) -> bool:
-        """Return whether the ball is too fast for points."""
-        return self.speed_mm_s > FASTEST_MM_S
 
 
 class PathCollector:

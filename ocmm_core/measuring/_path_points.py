@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, uniform_filter1d
 
 from ocmm_core.geometry import Float
-from ocmm_core.measuring._path import FASTEST_MM_S, TICK_S, Ticks
+from ocmm_core.measuring._path import TICK_S, Ticks
+from ocmm_core.measuring._point import FASTEST_MM_S
 from ocmm_core.measuring._stable_point import StablePoint, mean_rotation
 
 

@@ -10,6 +10,11 @@ from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float
 
+PATH = "path"
+"""Value of `MeasuredPoint.approach` of points along a path."""
+FASTEST_MM_S = 100.0
+"""Of a ball along a path: faster ones give no points."""
+
 
 @dataclass(frozen=True, slots=True)
 class MeasuredPoint:
@@ -89,3 +94,16 @@ class Refusal:
     what: str
     remedy: str
     time_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class PathProgress:
+    """The path so far, for display."""
+
+    length_mm: float
+    speed_mm_s: float
+
+    @property
+    def fast(self) -> bool:
+        """Return whether the ball is too fast for points."""
+        return self.speed_mm_s > FASTEST_MM_S

@@ -27,7 +27,7 @@ NAMES = ("BORE", "Bohrung unten links, Abstand zur Bezugsebene A", "HOUSING_LEFT
 VERDICTS = (*(one.value for one in Verdict), PartWord.NOT_PROVEN.value, "FAILED", "PASSED")
 # Heads that are known at run time only: columns of answers, names of cameras, fields of sets.
 AT_RUN_TIME = {
-    "print_answer": ("job", "part", "characteristic", "measured", "expanded", "verdict", "note"),
+    "_print_answer": ("job", "part", "characteristic", "measured", "expanded", "verdict", "note"),
     "print_account": ("Answers and frames", "A" * 12, "B" * 12, "Left", "Right"),
 }
 
