@@ -13,7 +13,6 @@ from ocmm_core.geometry import Float
 PATH = "path"
 """Value of `MeasuredPoint.approach` of points along a path."""
 FASTEST_MM_S = 100.0
-"""Of a ball along a path: faster ones give no points."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,5 +104,5 @@ class PathProgress:
 
     @property
     def fast(self) -> bool:
-        """Return whether the ball is too fast for points."""
+        """Return whether the ball is too fast for points along the path."""
         return self.speed_mm_s > FASTEST_MM_S
