@@ -46,11 +46,9 @@ class PathLoss:
 
 MOST_POINTS = 2000
 """Of one path: a longer one has them farther apart."""
-_SMOOTH = 9
-_REACH = 25
-_NEAR_MM = 3.0
-_OUTSIDE = 0.02
-_FLANK = 2
+_SMOOTH, _REACH, _FLANK = 9, 25, 2
+"""Ticks: of the moving average, of a parabola to each side, and next to a hop."""
+_NEAR_MM, _OUTSIDE = 3.0, 0.02
 _OUTLYING = 7.5
 """Multiple of the median deviation, 5 sigma of normal ones."""
 _LONGEST_HOP_S = 0.06
