@@ -7,7 +7,6 @@ While the button is held, frames are averaged as they arrive, in ticks of some m
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,16 +15,8 @@ from numpy.typing import NDArray
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring._point import PathProgress
-from ocmm_core.measuring._trigger import BallTrail
-from ocmm_core.tracking import (
-    FrameStatus,
-    TrackBlock,
-    cut,
-    in_rig,
-    interruptions,
-    join,
-    simultaneous,
-)
+from ocmm_core.measuring._trigger import FrameCollector
+from ocmm_core.tracking import FrameStatus, TrackBlock, cut, in_rig, join, simultaneous
 
 TICK_S = 0.0025
 _SHOWN_TICKS = 20
@@ -73,20 +64,16 @@ class Path:
     """Of cameras that do not prove a common exposure time."""
 
 
-class PathCollector:
-    """Average the frames between press and release of the probe button; for one thread.
-
-    An interruption of the stream ends the path.
-    """
+class PathCollector(FrameCollector[Path]):
+    """Average the frames between press and release of the probe button."""
 
     def __init__(self, frame_period_s: float) -> None:
+        super().__init__(frame_period_s)
         self._tick_ns = round(max(TICK_S, frame_period_s) * 1e9)
-        self._trail = BallTrail(frame_period_s)
         self._rest: TrackBlock | None = None
         self._ticks: list[Ticks] = []
         self._first = -1
-        self._start_ns = self._before_ns = 0
-        self._button = True
+        self._start_ns = 0
         self._key = False
         self._length, self._shown = 0.0, np.full(3, np.nan)
 
@@ -100,11 +87,9 @@ class PathCollector:
         """Return the state of the open path; None without one."""
         if not self.collecting or not self._ticks:
             return None
-        last = _joined(self._ticks[-_SHOWN_TICKS:])
-        if last is None or len(last) < 2:
-            return PathProgress(self._length, 0.0)
-        some = slice(-_SHOWN_TICKS, None)
-        way, time_s = last.tip_world[some], last.time_s[some]
+        latest = self._ticks[-_SHOWN_TICKS:]
+        way = np.concatenate([piece.tip_world for piece in latest])[-_SHOWN_TICKS:]
+        time_s = np.concatenate([piece.time_s for piece in latest])[-_SHOWN_TICKS:]
         speed = float(np.linalg.norm(way[-1] - way[0])) / max(time_s[-1] - time_s[0], 1e-9)
         return PathProgress(self._length, speed)
 
@@ -112,20 +97,9 @@ class PathCollector:
         """Start a path with the next frame, as if the button was held; the next call ends it."""
         self._key = not self.collecting
 
-    def feed(self, block: TrackBlock) -> list[Path]:
-        """Take in tracked frames and return the completed paths."""
-        paths: list[Path] = []
-        breaks = interruptions(block.time_ns, self._before_ns)
-        for first, last in pairwise(sorted({0, *breaks, len(block)})):
-            if first in breaks:
-                if self.collecting:
-                    paths.append(replace(self._end(), interrupted=True))
-                # A button pressed during the gap is no trigger: the ball position is unknown.
-                self._button, self._key = True, False
-                self._trail.clear()
-            paths += self._feed(cut(block, first, last))
-        self._before_ns = int(block.time_ns[-1])
-        return paths
+    def _interrupt(self, block: TrackBlock, first: int) -> list[Path]:
+        self._key = False
+        return [replace(self._end(), interrupted=True)] if self.collecting else []
 
     def _feed(self, block: TrackBlock) -> list[Path]:
         paths: list[Path] = []

@@ -7,13 +7,13 @@ out and counted. A longer one may be a lifted ball or the surface itself: no fil
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, uniform_filter1d
 
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring._path import TICK_S, Ticks
 from ocmm_core.measuring._point import FASTEST_MM_S
 from ocmm_core.measuring._stable_point import StablePoint, mean_rotation
@@ -40,8 +40,8 @@ class PathOptions:
 class PathLoss:
     """Time on a path that gives no points, by reason."""
 
-    lifted_ms: float = 0.0
-    fast_ms: float = 0.0
+    lifted_ms: float
+    fast_ms: float
 
 
 MOST_POINTS = 2000
@@ -62,22 +62,30 @@ def _smoothed(ticks: Ticks) -> Float:
     return np.asarray(uniform_filter1d(ticks.tip_world, _SMOOTH, axis=0, mode="nearest"))
 
 
+def spaced(path: Float, spacing: float) -> tuple[Int, Int]:
+    """Return the indices along a path (n, 3) at least ``spacing`` apart, and the last one to each.
+
+    The second is (n,): places among the first.
+    """
+    chosen = [0]
+    for index, place in enumerate(path):
+        if np.linalg.norm(place - path[chosen[-1]]) >= spacing:
+            chosen.append(index)
+    return np.array(chosen), np.searchsorted(chosen, np.arange(len(path)), side="right") - 1
+
+
 def transported(path_world: Float, normal_world: Float, spacing: float) -> Float:
     """Return the normals (n, 3) along a path (n, 3), mm, from the one at its start, (3,).
 
     Each is the former one less its part along the path: on a plane it stays, around a bore or
     shaft it turns with the surface.
     """
-    normals = np.empty_like(path_world)
-    normal, last = normal_world, path_world[0]
-    for index, place in enumerate(path_world):
-        step = place - last
-        if float(step @ step) >= spacing**2:
-            tangent = step / np.linalg.norm(step)
-            turned = normal - (normal @ tangent) * tangent
-            normal, last = turned / max(float(np.linalg.norm(turned)), 1e-9), place
-        normals[index] = normal
-    return normals
+    chosen, last = spaced(path_world, spacing)
+    normals = [normal_world]
+    for step in np.diff(path_world[chosen], axis=0):
+        turned = normals[-1] - (normals[-1] @ step) / (step @ step) * step
+        normals.append(turned / max(float(np.linalg.norm(turned)), 1e-9))
+    return np.array(normals)[last]
 
 
 def _hops(ticks: Ticks, normals: Float, hop_mm: float) -> NDArray[np.bool_]:
@@ -138,12 +146,12 @@ class PathSurface:
 class PathPoints:
     """Points along a path, before they belong to a feature."""
 
-    stations: list[StablePoint] = field(default_factory=list)
-    normals: list[Float] = field(default_factory=list)
-    """(3,), unit, world, of each: from the material towards the probe."""
-    left_out: PathLoss = PathLoss()
-    length_mm: float = 0.0
-    raised_mm: float = 0.0
+    stations: list[StablePoint]
+    normals: Float
+    """(n, 3), unit, world, of each: from the material towards the probe."""
+    left_out: PathLoss
+    length_mm: float
+    raised_mm: float
     """Height, mm, of a part of the path that may be the surface or a lifted ball; 0 without one."""
 
 
@@ -168,22 +176,21 @@ def points_along(ticks: Ticks, surface: PathSurface, options: PathOptions) -> Pa
     untimed = 11.0 * options.exposure_s * speed
     fast = ((speed > options.fastest_mm_s) | (untimed > _MOST_UNTIMED_MM)) & ~lifted
     usable = ~(lifted | fast)
-    found = PathPoints(
-        left_out=PathLoss(*(1e3 * TICK_S * float(one.sum()) for one in (lifted, fast))),
-        raised_mm=raised,
-    )
-    length, last = 0.0, None
     whole = float(np.linalg.norm(np.diff(line[:: 2 * _SMOOTH], axis=0), axis=1).sum())
-    spacing = max(options.spacing, whole / MOST_POINTS)
-    for index in np.flatnonzero(usable):
-        if last is not None and np.linalg.norm(line[index] - line[last]) < spacing:
-            continue
-        first, stop = _window(line, usable, int(index), 0.5 * options.window_mm)
-        found.stations.append(_station(ticks, line, first, stop, float(untimed[index])))
-        found.normals.append(normals[index])
-        length += 0.0 if last is None else float(np.linalg.norm(line[index] - line[last]))
-        last = index
-    return replace(found, length_mm=length)
+    places = np.flatnonzero(usable)
+    if len(places):
+        places = places[spaced(line[places], max(options.spacing, whole / MOST_POINTS))[0]]
+    windows = [_window(line, usable, index, 0.5 * options.window_mm) for index in places.tolist()]
+    return PathPoints(
+        [
+            _station(ticks, line, *window, float(untimed[index]))
+            for index, window in zip(places, windows, strict=True)
+        ],
+        normals[places],
+        PathLoss(*(1e3 * TICK_S * float(one.sum()) for one in (lifted, fast))),
+        float(np.linalg.norm(np.diff(line[places], axis=0), axis=1).sum()),
+        raised,
+    )
 
 
 def _window(line: Float, usable: NDArray[np.bool_], index: int, reach: float) -> tuple[int, int]:

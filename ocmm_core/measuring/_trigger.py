@@ -8,9 +8,11 @@ subtracted along it.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -19,6 +21,8 @@ from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.geometry import Float, unit
 from ocmm_core.measuring._point import Refusal, RefusalCode
 from ocmm_core.measuring._stable_point import PointOptions
+
+T = TypeVar("T")
 
 MIN_FRAMES = 25
 """Minimum frames of a window, to estimate its scatter."""
@@ -85,14 +89,48 @@ class BallTrail:
                 self._trail.append(tip_world)
 
 
-class TouchCollector:
+class FrameCollector(ABC, Generic[T]):
+    """Cut touches or paths out of the tracked frames; for one thread.
+
+    An interruption of the stream ends the open one and restarts the trail.
+    """
+
+    def __init__(self, frame_period_s: float) -> None:
+        self._trail = BallTrail(frame_period_s)
+        self._button = True
+        self._before_ns = 0
+
+    def feed(self, block: tracking.TrackBlock) -> list[T]:
+        """Take in tracked frames and return what they complete."""
+        found: list[T] = []
+        breaks = tracking.interruptions(block.time_ns, self._before_ns)
+        for first, last in pairwise(sorted({0, *breaks, len(block)})):
+            if first in breaks:
+                found += self._interrupt(block, first)
+                # A button pressed during the gap is no trigger: the ball position then is unknown.
+                self._button = True
+                self._trail.clear()
+            found += self._feed(tracking.cut(block, first, last) if breaks else block)
+        self._before_ns = int(block.time_ns[-1])
+        return found
+
+    @abstractmethod
+    def _feed(self, block: tracking.TrackBlock) -> list[T]:
+        """Take in frames without an interruption."""
+
+    @abstractmethod
+    def _interrupt(self, block: tracking.TrackBlock, first: int) -> list[T]:
+        """Forget frames before ``first``; return what they complete."""
+
+
+class TouchCollector(FrameCollector[Touch]):
     """Cut the window of every trigger out of the tracked frames.
 
     A trigger is the probe button going down, or `arm` (key, pedal); it is ignored during a window.
-    An interruption of the stream ends the open window and restarts the trail. Used by one thread.
     """
 
     def __init__(self, frame_period_s: float, options: PointOptions) -> None:
+        super().__init__(frame_period_s)
         self.pulled = False
         """Complete a touch only when the ball is pulled away, or after 1.5 s; applies to windows
         that end from now on."""
@@ -101,12 +139,9 @@ class TouchCollector:
         self._held: Touch | None = None
         self._pull: list[Float] = []
         self._expected = max(round(options.window_s / frame_period_s), MIN_FRAMES)
-        self._trail = BallTrail(frame_period_s)
         self._pieces: list[tracking.TrackBlock] = []
         self._end = -1
         self._armed = False
-        self._button = True
-        self._before_ns = 0
 
     @property
     def collecting(self) -> bool:
@@ -116,17 +151,6 @@ class TouchCollector:
     def arm(self) -> None:
         """Request a point with the next frame; ignored while a window is open."""
         self._armed = not self.collecting
-
-    def feed(self, block: tracking.TrackBlock) -> list[Touch]:
-        """Take in tracked frames and return the completed touches."""
-        touches: list[Touch] = []
-        breaks = tracking.interruptions(block.time_ns, self._before_ns)
-        for first, last in pairwise(sorted({0, *breaks, len(block)})):
-            if first in breaks:
-                touches += self._interrupt(block, first)
-            touches += self._feed(tracking.cut(block, first, last) if breaks else block)
-        self._before_ns = int(block.time_ns[-1])
-        return touches
 
     def _feed(self, block: tracking.TrackBlock) -> list[Touch]:
         touches: list[Touch] = []
@@ -178,7 +202,6 @@ class TouchCollector:
         return replace(held, pull_world=pull)
 
     def _interrupt(self, block: tracking.TrackBlock, first: int) -> list[Touch]:
-        """Forget frames before ``first``; return the touches that a waiting trigger completes."""
         touches = [self._end_pull(self._held)] if self._held is not None else []
         if self._armed:
             self._end = int(block.counter[first]) + self._expected
@@ -186,9 +209,6 @@ class TouchCollector:
             touch = self._complete(block, first)
             touches.append(replace(touch, interrupted=len(touch.window) < touch.expected))
         self._armed = False
-        # A button pressed during the gap is no trigger: the ball position then is unknown.
-        self._button = True
-        self._trail.clear()
         return touches
 
     def _watch(self, block: tracking.TrackBlock, start: int) -> int:

@@ -29,6 +29,7 @@ from ocmm_core.measuring import (
     StablePoint,
     approach_direction,
     points_along,
+    spaced,
     transported,
 )
 from ocmm_core.tracking import ProbeBody
@@ -217,7 +218,7 @@ def surface_along(
     straight path on an unknown surface has the direction of its approach, ``came``.
     """
     element = _element_through(feature, path_world)
-    if T_nominal_from_world is not None and feature.shape is not Shape.LINE:
+    if T_nominal_from_world is not None:
         normals = _nominal_normals(feature, T_nominal_from_world, path_world, radius)
         if isinstance(normals, str):
             return normals
@@ -241,8 +242,6 @@ def surface_along(
 
 def _element_through(feature: NominalFeature, path_world: Float) -> PathSurface | None:
     """Return normals and heights of the element through most of a path; None if indefinite."""
-    if feature.shape in (Shape.POINT, Shape.LINE):
-        return None
     some = path_world[:: max(len(path_world) // _MOST_FITTED, 1)]
     sign = 1.0 if feature.side == "outer" else -1.0
     kept = np.ones(len(some), dtype=np.bool_)
@@ -262,11 +261,9 @@ def _nominal_normals(
     feature: NominalFeature, T_nominal_from_world: RigidTransform, path_world: Float, radius: float
 ) -> Float | str:
     path = T_nominal_from_world.apply(path_world)
-    normals, last = np.empty_like(path), None
-    for index, ball in enumerate(path):
-        if last is None or np.linalg.norm(ball - path[last]) >= _NORMAL_EVERY_MM:
-            near, last = nearness(feature, ball, radius), index
-            if near.gap > SEARCH_MM:
-                return f"The path leaves {feature.name}: it is {near.gap:.0f} mm away from it."
-        normals[index] = near.normal
-    return normals @ T_nominal_from_world.rotation
+    chosen, last = spaced(path, _NORMAL_EVERY_MM)
+    found = [nearness(feature, ball, radius) for ball in path[chosen]]
+    farthest = max(near.gap for near in found)
+    if farthest > SEARCH_MM:
+        return f"The path leaves {feature.name}: it is {farthest:.0f} mm away from it."
+    return np.array([near.normal for near in found])[last] @ T_nominal_from_world.rotation
