@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.measuring._path import Path, PathCollector
     from ocmm_core.measuring._path_points import (
-        PathOptions, PathPoints, PathSurface, points_along, spaced, transported,
+        PathPoints, PathSurface, points_along, spaced, transported,
     )  # fmt: skip
     from ocmm_core.measuring._point import PATH, MeasuredPoint, PathProgress, Refusal, RefusalCode
     from ocmm_core.measuring._probe_report import (
@@ -51,13 +51,13 @@ __all__ = [
     "CAMERAS", "CLIMATE_EVENT", "COVERAGE_FACTOR", "FRAME", "IMAGE_NOISE", "METHODS", "PATH",
     "TIP_RADIUS", "UNKNOWN_SKEW", "BudgetTerm", "Climate", "Contribution", "DayCheck",
     "Examination", "FrameDoubt", "MeasuredPoint", "Mechanics", "NoiseRatio", "PartTemperature",
-    "Path", "PathCollector", "PathOptions", "PathPoints", "PathProgress", "PathSurface",
-    "PointFactors", "PointOptions", "ProbeReport", "ProbeState", "Refusal", "RefusalCode", "Rows",
-    "Side", "StablePoint", "Touch", "TouchCollector", "TouchNoise", "approach_direction",
-    "average", "check_noise", "check_part", "climate_of_text", "colour_at", "contributions",
-    "examine", "explain", "explain_reference", "factors_of", "factors_of_matrix",
-    "joined_factors", "joint_factors", "label_verdict", "label_words", "map_range",
-    "mechanics_words", "point_uncertainty", "points_along", "record_text", "reported_points",
-    "rigid_movement", "root_of", "side_of", "spaced", "systematic_covariance", "touches_checked",
-    "transported", "with_skew",
+    "Path", "PathCollector", "PathPoints", "PathProgress", "PathSurface", "PointFactors",
+    "PointOptions", "ProbeReport", "ProbeState", "Refusal", "RefusalCode", "Rows", "Side",
+    "StablePoint", "Touch", "TouchCollector", "TouchNoise", "approach_direction", "average",
+    "check_noise", "check_part", "climate_of_text", "colour_at", "contributions", "examine",
+    "explain", "explain_reference", "factors_of", "factors_of_matrix", "joined_factors",
+    "joint_factors", "label_verdict", "label_words", "map_range", "mechanics_words",
+    "point_uncertainty", "points_along", "record_text", "reported_points", "rigid_movement",
+    "root_of", "side_of", "spaced", "systematic_covariance", "touches_checked", "transported",
+    "with_skew",
 ]  # fmt: skip

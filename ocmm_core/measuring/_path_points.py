@@ -11,39 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, uniform_filter1d
+from scipy.ndimage import binary_dilation, find_objects, label, uniform_filter1d
 
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring._path import TICK_S, Ticks
 from ocmm_core.measuring._point import FASTEST_MM_S
 from ocmm_core.measuring._stable_point import StablePoint, mean_rotation
 
-
-@dataclass(frozen=True, slots=True)
-class PathOptions:
-    """Conditions for a path to give points."""
-
-    spacing: float
-    """Distance of the points, mm."""
-    window_mm: float = 0.3
-    """Length of path that is averaged to a point: its sagitta is 0.1 µm to 2 µm."""
-    fastest_mm_s: float = FASTEST_MM_S
-    exposure_s: float = 0.0
-    """Largest error of the exposure times."""
-    hop_mm: float = 0.02
-    """Height above its neighbours from which a ball is without contact, if beyond the noise."""
-    lift_mm: float = 0.03
-    """The same above the whole path, if beyond its form."""
-
-
-@dataclass(frozen=True, slots=True)
-class PathLoss:
-    """Time on a path that gives no points, by reason."""
-
-    lifted_ms: float
-    fast_ms: float
-
-
+_WINDOW_MM = 0.3
+"""Length of path that is averaged to a point: its sagitta is 0.1 µm to 2 µm."""
+_HOP_MM = 0.02
+"""Height above its neighbours from which a ball is without contact, if beyond the noise."""
+_LIFT_MM = 0.03
+"""The same above the whole path, if beyond its form."""
 MOST_POINTS = 2000
 """Of one path: a longer one has them farther apart."""
 _SMOOTH, _REACH, _FLANK = 9, 25, 2
@@ -55,11 +35,6 @@ _LONGEST_HOP_S = 0.06
 _MOST_UNTIMED_MM = 0.01
 _MOST_TICKS = 400
 """On each side of a point, if the ball stops."""
-
-
-def _smoothed(ticks: Ticks) -> Float:
-    """Return the path (n, 3), mm, as a moving average over some ticks."""
-    return np.asarray(uniform_filter1d(ticks.tip_world, _SMOOTH, axis=0, mode="nearest"))
 
 
 def spaced(path: Float, spacing: float) -> tuple[Int, Int]:
@@ -88,17 +63,11 @@ def transported(path_world: Float, normal_world: Float, spacing: float) -> Float
     return np.array(normals)[last]
 
 
-def _hops(ticks: Ticks, normals: Float, hop_mm: float) -> NDArray[np.bool_]:
+def _hops(ticks: Ticks, normals: Float) -> NDArray[np.bool_]:
     """Return the ticks (n,) in which the ball is above a path through its neighbours."""
     sigma = np.sqrt(np.einsum("ni,nij,nj->n", normals, ticks.covariance, normals))
-    high = _heights(ticks.tip_world, normals) > np.maximum(5.0 * sigma, hop_mm)
+    high = _heights(ticks.tip_world, normals) > np.maximum(5.0 * sigma, _HOP_MM)
     return np.asarray(binary_dilation(high, iterations=_FLANK))
-
-
-def _runs(marks: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return first and end of each run of marks (n,)."""
-    edges = np.flatnonzero(np.diff(marks.astype(np.int8), prepend=0, append=0))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _heights(path: Float, normals: Float) -> Float:
@@ -149,20 +118,29 @@ class PathPoints:
     stations: list[StablePoint]
     normals: Float
     """(n, 3), unit, world, of each: from the material towards the probe."""
-    left_out: PathLoss
+    lifted_ms: float
+    fast_ms: float
+    """`lifted_ms`, `fast_ms`: time without points, as without contact or too fast."""
     length_mm: float
     raised_mm: float
     """Height, mm, of a part of the path that may be the surface or a lifted ball; 0 without one."""
 
 
-def points_along(ticks: Ticks, surface: PathSurface, options: PathOptions) -> PathPoints:
-    """Return the points along a path on a surface."""
-    normals, line = surface.normals, _smoothed(ticks)
-    lifted = _hops(ticks, normals, options.hop_mm)
+def points_along(
+    ticks: Ticks, surface: PathSurface, spacing: float, exposure_s: float = 0.0
+) -> PathPoints:
+    """Return points ``spacing``, mm, apart along a path on a surface.
+
+    ``exposure_s``: largest error of the exposure times.
+    """
+    normals = surface.normals
+    line = np.asarray(uniform_filter1d(ticks.tip_world, _SMOOTH, axis=0, mode="nearest"))
+    lifted = _hops(ticks, normals)
     above = surface.heights - np.median(surface.heights)
-    high = above > max(options.lift_mm, _OUTLYING * float(np.median(abs(above))))
+    high = above > max(_LIFT_MM, _OUTLYING * float(np.median(abs(above))))
     raised = 0.0
-    for first, end in _runs(np.asarray(binary_dilation(high, iterations=_FLANK))):
+    for (part,) in find_objects(label(binary_dilation(high, iterations=_FLANK))[0]):
+        first, end = part.start, part.stop
         lasted = float(ticks.time_s[end - 1] - ticks.time_s[first])
         # Pressed before the contact, or released after it; anything else may be the surface.
         if first > 0 and end < len(ticks) and lasted > _LONGEST_HOP_S:
@@ -173,21 +151,22 @@ def points_along(ticks: Ticks, surface: PathSurface, options: PathOptions) -> Pa
     seconds = np.maximum(ticks.time_s[ahead] - ticks.time_s[behind], 1e-9)
     speed = np.linalg.norm(line[ahead] - line[behind], axis=1) / seconds
     # Rays at 10 degrees to each other cross eleven times as far away.
-    untimed = 11.0 * options.exposure_s * speed
-    fast = ((speed > options.fastest_mm_s) | (untimed > _MOST_UNTIMED_MM)) & ~lifted
+    untimed = 11.0 * exposure_s * speed
+    fast = ((speed > FASTEST_MM_S) | (untimed > _MOST_UNTIMED_MM)) & ~lifted
     usable = ~(lifted | fast)
     whole = float(np.linalg.norm(np.diff(line[:: 2 * _SMOOTH], axis=0), axis=1).sum())
     places = np.flatnonzero(usable)
     if len(places):
-        places = places[spaced(line[places], max(options.spacing, whole / MOST_POINTS))[0]]
-    windows = [_window(line, usable, index, 0.5 * options.window_mm) for index in places.tolist()]
+        places = places[spaced(line[places], max(spacing, whole / MOST_POINTS))[0]]
+    windows = [_window(line, usable, index, 0.5 * _WINDOW_MM) for index in places.tolist()]
     return PathPoints(
         [
             _station(ticks, line, *window, float(untimed[index]))
             for index, window in zip(places, windows, strict=True)
         ],
         normals[places],
-        PathLoss(*(1e3 * TICK_S * float(one.sum()) for one in (lifted, fast))),
+        1e3 * TICK_S * float(lifted.sum()),
+        1e3 * TICK_S * float(fast.sum()),
         float(np.linalg.norm(np.diff(line[places], axis=0), axis=1).sum()),
         raised,
     )

@@ -20,7 +20,6 @@ from ocmm_core.measuring import (
     PATH,
     MeasuredPoint,
     Path,
-    PathOptions,
     PathPoints,
     PathSurface,
     Refusal,
@@ -80,20 +79,24 @@ class PathIntake:
         refusal = ledger.obstacle(time_s, interrupted=path.interrupted)
         if refusal is not None:
             return refusal
-        doubt = self._timing_doubt(path)
-        if doubt:
-            return Refusal(
-                RefusalCode.MOVING,
-                doubt,
-                "Measure this feature by single touches, or synchronise the cameras.",
-                time_s,
+
+        def refused(code: RefusalCode, what: str, remedy: str) -> Refusal:
+            return Refusal(code, what, remedy, time_s)
+
+        if path.untimed or self._rig.markers is not None:
+            what = (
+                "The cameras do not prove a common exposure time: the place of a sliding ball is "
+                "unknown."
             )
+            if self._rig.markers is not None:
+                what = "A tracker may filter its markers: the place of a sliding ball is unknown."
+            remedy = "Measure this feature by single touches, or synchronise the cameras."
+            return refused(RefusalCode.MOVING, what, remedy)
         if ticks is None:
-            return Refusal(
+            return refused(
                 RefusalCode.LOST,
                 "The cameras do not see the probe on the path.",
                 "Turn the LEDs towards the cameras and clear the line of sight, then slide again.",
-                time_s,
             )
         near_mm = self._options.point.approach_mm
         came = approach_direction(path.trail_world, ticks.tip_world[0], near_mm)
@@ -105,64 +108,48 @@ class PathIntake:
             return all_measured(time_s)
         feature = ledger.plan.feature(meant.feature)
         if not feature.spacing > 0.0:
-            return Refusal(
+            return refused(
                 RefusalCode.AMBIGUOUS,
                 f"The path is on {feature.name}, which the plan measures by single touches.",
                 f"Select {feature.name} and touch it, or slide on the selected feature.",
-                time_s,
             )
         place = self._assignment.nominals.find()
         surface = surface_along(feature, ticks.tip_world, came, place, self._body.tip_radius)
         if isinstance(surface, str):
-            return Refusal(
+            return refused(
                 RefusalCode.NO_APPROACH,
                 surface,
                 f"Move the ball away by {near_mm:g} mm or more, approach square to the surface, "
                 "then slide.",
-                time_s,
             )
         low, high = np.percentile(surface.heights, [5.0, 95.0])
         if high - low > self._options.max_form:
-            return Refusal(
+            return refused(
                 RefusalCode.WRONG_FACE,
                 f"The path is up to {high - low:.1f} mm off a {feature.shape.value.lower()}.",
                 f"Slide on {feature.name}, in contact all the way.",
-                time_s,
             )
         exposure_s = self._options.point.untimed_mm / REST_SPEED
-        options = PathOptions(feature.spacing, exposure_s=exposure_s)
-        found = points_along(ticks, surface, options)
+        found = points_along(ticks, surface, feature.spacing, exposure_s)
         if found.raised_mm > 0.0:
-            return Refusal(
+            return refused(
                 RefusalCode.MOVING,
                 f"A part of the path is {found.raised_mm:.2f} mm above the rest: the ball was "
                 "lifted, or the surface has a bump.",
                 "Slide again in contact. If it is the surface, measure it by single touches.",
-                time_s,
             )
         return self._store(feature, found, time_s)
-
-    def _timing_doubt(self, path: Path) -> str:
-        """Return why the place of a moving ball is unknown; empty if it is known."""
-        if self._rig.markers is not None:
-            return "A tracker may filter its markers: the place of a sliding ball is unknown."
-        if path.untimed:
-            return (
-                "The cameras do not prove a common exposure time: the place of a sliding ball is "
-                "unknown."
-            )
-        return ""
 
     def _store(
         self, feature: NominalFeature, found: PathPoints, time_s: float
     ) -> MeasuredPoint | Refusal:
         kept = self._accepted(feature.name, found)
-        out, others = found.left_out, len(found.stations) - len(kept)
+        others = len(found.stations) - len(kept)
         if len(kept) < _LEAST_POINTS:
             return Refusal(
                 RefusalCode.UNCERTAIN if others else RefusalCode.MOVING,
-                f"The path gives {len(kept)} points. Left out: {out.lifted_ms:.0f} ms without "
-                f"contact, {out.fast_ms:.0f} ms too fast, {others} uncertain points.",
+                f"The path gives {len(kept)} points. Left out: {found.lifted_ms:.0f} ms without "
+                f"contact, {found.fast_ms:.0f} ms too fast, {others} uncertain points.",
                 f"Press, slide {_LEAST_POINTS * feature.spacing:g} mm or more slowly and in "
                 "contact, then release.",
                 time_s,
@@ -172,7 +159,7 @@ class PathIntake:
         points = [one.point(first + number, radius) for number, one in enumerate(kept)]
         text = (
             f"{feature.name}: {len(points)} points along {found.length_mm:.1f} mm. Left out: "
-            f"{out.lifted_ms:.0f} ms without contact, {out.fast_ms:.0f} ms too fast, {others} "
+            f"{found.lifted_ms:.0f} ms without contact, {found.fast_ms:.0f} ms too fast, {others} "
             "uncertain points."
         )
         ledger.add(points, [one.sensitivity for one in kept], [(PATH, text)])
