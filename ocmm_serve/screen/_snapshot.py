@@ -250,6 +250,9 @@ def next_step(view: JobView) -> str:
     name = feature.name
     if missing <= 0:
         return f"{name} has all its points: finish it."
+    if feature.spacing > 0.0:
+        way = missing * feature.spacing
+        return f"Press on {name}, hold the button and slide {way:.0f} mm."
     more = " more" if feature.taken else ""
     if missing == 1:
         return f"Touch one{more} point on {name}."

@@ -57,6 +57,16 @@ def test_shows_values_u_and_verdicts_of_the_core(screen: ServedScreen) -> None:
     assert job["next"] == "All features are measured."
 
 
+def test_leads_along_a_path(tmp_path: Path) -> None:
+    with served_screen(tmp_path, resource("plans", "paths.toml"), measured=False) as served:
+        for language, words in (
+            ("en", "Press on BED, hold the button and slide 60 mm."),
+            ("de", "Auf BED drücken, Taste halten und 60 mm gleiten."),
+        ):
+            with reading(served, served.access.read_token, language) as page:
+                assert page.current()["next"] == words
+
+
 def test_speaks_german_with_commas(screen: ServedScreen) -> None:
     with reading(screen, screen.access.read_token, "de") as page:
         job = page.current()
