@@ -51,18 +51,10 @@ def start_test(
     """Start a test in a folder of tests; raise OcmmError as `AcceptanceSession.begin`."""
     name = f"{stage.procedure.id}-{now.strftime('%Y%m%dT%H%M%S.%f')}.chain"
     return acceptance.AcceptanceSession.begin(
-        tests / acceptance.SESSIONS / name,
-        stage,
-        procedure_sha256,
-        now,
-        temperature=given.temperature,
-        who=given.who.strip(),
-        place=given.place.strip(),
-        customer=given.customer.strip(),
-        condition=given.condition,
-        earlier=earlier,
-        air=given.air,
-    )
+        tests / acceptance.SESSIONS / name, stage, procedure_sha256, now,
+        temperature=given.temperature, who=given.who.strip(), place=given.place.strip(),
+        customer=given.customer.strip(), condition=given.condition, earlier=earlier, air=given.air,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,13 +234,9 @@ class AcceptanceBench:
     ) -> acceptance.AcceptanceProcedure:
         checks = isinstance(session.stage.procedure.test, acceptance.InterimTest)
         return acceptance.AcceptanceProcedure(
-            session,
-            self.cameras().rig,
-            self.probe().body,
-            self.tests() / acceptance.RECORDS,
-            temperature,
-            self._charted if checks else None,
-        )
+            session, self.cameras().rig, self.probe().body, self.tests() / acceptance.RECORDS,
+            temperature, self._charted if checks else None,
+        )  # fmt: skip
 
     def _charted(
         self, record: acceptance.AcceptanceRecord, now: datetime
