@@ -118,7 +118,7 @@ def run_first_order(seed: int, parts: int) -> Counts:
     factor = np.linalg.cholesky(covariance + 1e-18 * np.eye(len(covariance)))
     factors = factors_of_matrix(covariance)
     exact = {item.feature: item for item in form_samples(actual, factors)}
-    by_points = {name: actual[name].residual_jacobian for name in exact}
+    by_points = {name: actual[name].by_residuals.rows for name in exact}
     noise = {name: float(np.trace(factors.of(by))) for name, by in by_points.items()}
     evaluations = [evaluate(item, actual, group.alignment) for item in group.characteristics]
     counts: Counts = {}

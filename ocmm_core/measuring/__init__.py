@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         BudgetTerm, Examination, Mechanics, ProbeReport, colour_at, examine, label_verdict,
         label_words, map_range, mechanics_words,
     )  # fmt: skip
-    from ocmm_core.measuring._rows import Rows
+    from ocmm_core.measuring._rows import DeviationRows, Rows
     from ocmm_core.measuring._stable_point import (
         PointOptions, StablePoint, TouchNoise, average, explain, explain_reference,
     )  # fmt: skip
@@ -50,10 +50,10 @@ else:
 __all__ = [
     "CAMERAS", "CLIMATE_EVENT", "COVERAGE_FACTOR", "FRAME", "IMAGE_NOISE", "METHODS", "PATH",
     "TIP_RADIUS", "UNKNOWN_SKEW", "BudgetTerm", "Climate", "Contribution", "DayCheck",
-    "Examination", "FrameDoubt", "MeasuredPoint", "Mechanics", "NoiseRatio", "PartTemperature",
-    "Path", "PathCollector", "PathPoints", "PathProgress", "PathSurface", "PointFactors",
-    "PointOptions", "ProbeReport", "ProbeState", "Refusal", "RefusalCode", "Rows", "Side",
-    "StablePoint", "Touch", "TouchCollector", "TouchNoise", "approach_direction", "average",
+    "DeviationRows", "Examination", "FrameDoubt", "MeasuredPoint", "Mechanics", "NoiseRatio",
+    "PartTemperature", "Path", "PathCollector", "PathPoints", "PathProgress", "PathSurface",
+    "PointFactors", "PointOptions", "ProbeReport", "ProbeState", "Refusal", "RefusalCode", "Rows",
+    "Side", "StablePoint", "Touch", "TouchCollector", "TouchNoise", "approach_direction", "average",
     "check_noise", "check_part", "climate_of_text", "colour_at", "contributions", "examine",
     "explain", "explain_reference", "factors_of", "factors_of_matrix", "joined_factors",
     "joint_factors", "label_verdict", "label_words", "map_range", "mechanics_words",

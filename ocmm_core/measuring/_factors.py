@@ -48,10 +48,12 @@ from ocmm_core.measuring._contributions import (
 )
 from ocmm_core.measuring._pattern_field import PatternField, joined_fields
 from ocmm_core.measuring._point import MeasuredPoint
-from ocmm_core.measuring._rows import Rows
+from ocmm_core.measuring._rows import DeviationRows, Rows
 from ocmm_core.measuring._temperature import PartTemperature
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
+_BLOCK = 64
+"""Deviations that are drawn with their correlation by the pattern."""
 _DRAWN_TOGETHER = 601
 """Size of a set: 200 points and the tip radius. The root takes 3 MB and 0.1 s."""
 
@@ -98,6 +100,46 @@ class PointFactors:
         alone = np.einsum("ani,nij->anj", rows.by_points, inner.own).reshape(len(rows), -1)
         total: Float = answers @ answers.T + alone @ flat.T
         return total
+
+    def of_deviations(self, rows: DeviationRows) -> Float:
+        """Return the covariance (n, n), mm^2, of n deviations, which `of` gives with n^3 steps."""
+        own = self.of(DeviationRows.of_own(rows.places, rows.own, rows.by_radius).rows)
+        if not len(rows.shared):
+            return own
+        places, by = rows.touched, rows.by_shared
+        shared = Rows(places, rows.shared.at(places), rows.shared.by_radius)
+        moved = self.moved(shared)
+        of_shared = np.tensordot(shared.by_points, moved.by_points, axes=((1, 2), (1, 2)))
+        of_shared += np.outer(shared.by_radius, moved.by_radius)
+        with_own = np.einsum("qni,ni->nq", moved.at(rows.places), rows.own)
+        with_own += np.outer(rows.by_radius, moved.by_radius)
+        mixed = with_own @ by.T
+        total: Float = by @ of_shared @ by.T + mixed + mixed.T + own
+        return total
+
+    def drawn_deviations(self, rows: DeviationRows, rng: np.random.Generator, count: int) -> Float:
+        """Return ``count`` draws of the errors of n deviations, (count, n), mm; linear in n.
+
+        Own points share the pattern of the sensors with their neighbours in the order of the rows,
+        not across blocks of them: along a path it ends after some millimetres. Their share in an
+        element of the same points, some of n, counts as that of others.
+        """
+        places = rows.touched
+        inner, at = self._of(places), np.searchsorted(places, rows.places)
+        shared = Rows(np.arange(len(places)), rows.shared.at(places), rows.shared.by_radius)
+        by_points = inner.shared[:-1].reshape(len(places), 3, -1)[at]
+        by = np.einsum("ni,nim->nm", rows.own, by_points)
+        by += np.outer(rows.by_radius, inner.shared[-1])
+        by += rows.by_shared @ _answers(shared, inner.shared)
+        alone = PointFactors(np.zeros((3 * inner.count + 1, 0)), inner.own, inner.pattern)
+        if len(shared):
+            by = np.hstack([by, rows.by_shared @ root_of(alone.of(shared))])
+        draws: Float = rng.standard_normal((count, by.shape[1])) @ by.T
+        for first in range(0, len(rows), _BLOCK):
+            some = slice(first, first + _BLOCK)
+            root = root_of(alone.of(DeviationRows.of_own(at[some], rows.own[some]).rows))
+            draws[:, some] += rng.standard_normal((count, root.shape[1])) @ root.T
+        return draws
 
     def moved(self, gradients: Rows) -> Rows:
         """Return the covariances of k values with the coordinates in their rows."""

@@ -7,7 +7,7 @@ stored, so rows cost their content and not the size of the job.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -180,6 +180,94 @@ class Rows:
 
     def __truediv__(self, divisor: float) -> Rows:
         return self * (1.0 / divisor)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DeviationRows:
+    """Derivatives of n deviations: by few quantities that all share, and each by its own point.
+
+    As `Rows` they would be n squared blocks. An index selects deviations.
+    """
+
+    by_shared: Float
+    """(n, q): by the shared quantities, as the numbers of an element or frame."""
+    shared: Rows
+    """(q,): derivatives of those by the points."""
+    places: Int
+    """(n,): of the own point of each among all N of the job."""
+    own: Float
+    """(n, 3): by its ball centre, beside the share by the shared quantities."""
+    by_radius: Float
+    """(n,): by the tip radius, likewise."""
+
+    @classmethod
+    def of_own(
+        cls, places: Sequence[int] | Int, own: Float, by_radius: Float | float = 0.0
+    ) -> DeviationRows:
+        """Return deviations without shared quantities."""
+        radius = np.broadcast_to(np.asarray(by_radius, dtype=np.float64), len(own))
+        found = np.asarray(places, dtype=np.int64)
+        return cls(np.zeros((len(own), 0)), Rows.nothing(0), found, own, radius)
+
+    @classmethod
+    def of_rows(cls, rows: Rows) -> DeviationRows:
+        """Return deviations without points of their own, as those of constructed centres."""
+        n = len(rows)
+        return cls(np.eye(n), rows, np.repeat(rows.places[:1], n), np.zeros((n, 3)), np.zeros(n))
+
+    @classmethod
+    def stacked(cls, parts: Sequence[DeviationRows]) -> DeviationRows:
+        """Return the deviations of several, one after another."""
+        first, by_shared = 0, []
+        whole = sum(len(part.shared) for part in parts)
+        for part in parts:
+            by_shared.append(np.zeros((len(part), whole)))
+            by_shared[-1][:, first : first + len(part.shared)] = part.by_shared
+            first += len(part.shared)
+        return cls(
+            np.concatenate(by_shared),
+            Rows.stacked([part.shared for part in parts]),
+            np.concatenate([part.places for part in parts]),
+            np.concatenate([part.own for part in parts]),
+            np.concatenate([part.by_radius for part in parts]),
+        )
+
+    def with_shared(self, by_shared: Float, shared: Rows) -> DeviationRows:
+        """Return the deviations with further shared quantities: (n, r), and r rows."""
+        return replace(
+            self,
+            by_shared=np.hstack([self.by_shared, by_shared]),
+            shared=Rows.stacked([self.shared, shared]),
+        )
+
+    def without(self, followed: Float) -> DeviationRows:
+        """Return the part of the deviations outside the orthonormal columns (n, k)."""
+        of_own = followed.T[:, :, None] * self.own
+        moved = Rows.of_points(self.places, of_own.reshape(len(of_own), 3 * len(self)))
+        moved = moved.with_radius(followed.T @ self.by_radius)
+        kept = replace(self, by_shared=self.by_shared - followed @ (followed.T @ self.by_shared))
+        return kept.with_shared(-followed, moved)
+
+    @property
+    def touched(self) -> Int:
+        """Return the places of all points that they depend on, ascending."""
+        return np.union1d(self.shared.places, self.places)
+
+    @property
+    def rows(self) -> Rows:
+        """Return n rows; n squared blocks."""
+        places = self.touched
+        blocks = np.tensordot(self.by_shared, self.shared.at(places), axes=1)
+        blocks[np.arange(len(self)), np.searchsorted(places, self.places)] += self.own
+        return Rows(places, blocks, self.by_shared @ self.shared.by_radius + self.by_radius)
+
+    def __len__(self) -> int:
+        return len(self.own)
+
+    def __getitem__(self, key: slice | Int | list[int]) -> DeviationRows:
+        return DeviationRows(
+            self.by_shared[key], self.shared, self.places[key], self.own[key], self.by_radius[key]
+        )
 
 
 def _together(one: Int, other: Int) -> Int:

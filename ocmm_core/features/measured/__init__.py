@@ -15,7 +15,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.features.measured._actual import (
-        SAME_RADIUS, ActualFeature, ResidualSlopes, Touches, actual_features,
+        SAME_RADIUS, ActualFeature, Touches, actual_features,
     )  # fmt: skip
     from ocmm_core.features.measured._construct import (
         AXIAL, CENTRED, LONG, Bisector, Construction, FitThrough, Intersection, Midpoint, Offset,
@@ -42,7 +42,7 @@ __all__ = [
     "APEX_LIMIT", "AXIAL", "CENTRED", "DIRECTION_LIMIT", "LONG", "POSITION_LIMIT", "SAME_RADIUS",
     "SIZE_LIMIT", "ActualFeature", "Bisector", "CommandingPoints", "Construction", "Convention",
     "Each", "FitThrough", "Instead", "Intersection", "Midpoint", "Offset", "Orientation",
-    "PairResult", "PartOf", "ResidualSlopes", "SetReport", "Touches", "ZoneProof",
+    "PairResult", "PartOf", "SetReport", "Touches", "ZoneProof",
     "actual_features", "beyond_first_order", "can_be_oriented", "certificate", "commanding_points",
     "commanding_rows", "commanding_touches", "constructed_features", "construction_fault", "fit",
     "fit_shape", "gauge_point", "geometries_of", "in_order", "measured_of", "needed_features",

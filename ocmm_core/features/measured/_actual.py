@@ -32,8 +32,8 @@ from ocmm_core.features.shapes import (
     NominalFeature,
     Shape,
 )
-from ocmm_core.geometry import Float, Int
-from ocmm_core.measuring import PATH, MeasuredPoint, Rows
+from ocmm_core.geometry import Float
+from ocmm_core.measuring import PATH, DeviationRows, MeasuredPoint, Rows
 
 ALONG = 0.1
 """Part of the approach square to a line below which it does not show the side of the material."""
@@ -153,30 +153,6 @@ class Touches:
 
 
 @dataclass(frozen=True, slots=True)
-class ResidualSlopes:
-    """Derivatives of n residuals by the points: via the element, and directly."""
-
-    by_geometry: Float
-    """(n, 12): d(residuals) / d(geometry of the fit of the ball centres)."""
-    geometry: Rows
-    """(12,): derivatives of that geometry by the points."""
-    places: Int
-    normals: Float
-    by_radius: float
-    """`places`, `normals`, `by_radius`: (n,) of the touches, (n, 3): direct derivative by each
-    touch, and by the ball radius, common to all.
-    """
-
-    def __len__(self) -> int:
-        return len(self.normals)
-
-    @property
-    def rows(self) -> Rows:
-        own = Rows.of_own_points(self.places, self.normals)
-        return (self.by_geometry @ self.geometry + own).with_radius(self.by_radius)
-
-
-@dataclass(frozen=True, slots=True)
 class ActualFeature:
     """One feature of the part as measured."""
 
@@ -188,19 +164,13 @@ class ActualFeature:
     numbers: tuple[int, ...]
     jacobian: Rows
     """(12,): d(geometry) / d(ball centres of the job, tip radius), of the points involved."""
-    by_residuals: Rows | ResidualSlopes
+    by_residuals: DeviationRows
     """Derivatives of its residuals by the same."""
     raw: Fit | None = None
     touches: Touches | None = None
     """`raw`, `touches`: Fit of the ball centres before compensation, and the touches. None for a
     constructed feature without own points.
     """
-
-    @property
-    def residual_jacobian(self) -> Rows:
-        """Return d(residuals) / d(ball centres, tip radius), n rows; n squared numbers."""
-        by = self.by_residuals
-        return by.rows if isinstance(by, ResidualSlopes) else by
 
 
 def actual_features(
@@ -254,7 +224,8 @@ def compensated(nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Row
         own = raw.jacobian.reshape(GEOMETRY_SIZE, -1, 3)
         by_all = by_all.with_radius(-sign * np.einsum("kna,na->k", own, normals))
     places = np.array(touches.places, dtype=np.int64)
-    slopes = ResidualSlopes(by_geometry, by_all, places, normals, -sign if kept else 0.0)
+    alone = DeviationRows.of_own(places, normals, -sign if kept else 0.0)
+    slopes = alone.with_shared(by_geometry, by_all)
 
     change = compensation(nominal, raw, touches, surface_normals(raw, touches.tips), sign)
     jacobian = (change.by_raw @ by_all).with_radius(change.by_radius)

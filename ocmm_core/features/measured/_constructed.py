@@ -53,7 +53,7 @@ from ocmm_core.features.shapes import (
     nominal_geometry,
 )
 from ocmm_core.geometry import Float, Points3, triple, unit
-from ocmm_core.measuring import Rows
+from ocmm_core.measuring import DeviationRows, Rows
 
 _SHOWS = 0.05
 """Relative size of the ordered triangle needed to define the sense."""
@@ -66,16 +66,8 @@ class Through:
     fit: Fit
     jacobian: Rows
     """(12,): d(geometry) / d(ball centres, tip radius)."""
-    residual_jacobian: Rows
-    """(n,): d(residuals) / d(the same)."""
-
-    @classmethod
-    def of(cls, fit: Fit, points: Points3, moves: Rows) -> Through:
-        """Return a fit to ``points`` (n, 3) with derivatives ``moves``, 3 n rows."""
-        jacobian = fit.jacobian @ moves
-        by_geometry, normals = distance_derivatives(fit, points)
-        own = moves.reshaped(len(points), 3).along(normals)
-        return cls(fit, jacobian, by_geometry @ jacobian + own)
+    by_residuals: DeviationRows
+    """n deviations: d(residuals) / d(the same)."""
 
 
 def fit_through_centres(shape: Shape, centres: Points3) -> Fit:
@@ -95,7 +87,8 @@ def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Throu
     normal moves the point tangentially only, without first-order effect if the features are parts
     of the element. FitError if a feature has no normal, or the points do not determine the element.
     """
-    surface, moves = [], []
+    surface, faces = [], []
+    places: list[int] = []
     for feature in features:
         touches, raw = feature.touches, feature.raw
         if touches is None or raw is None or not raw.shape.spec.has_normals:
@@ -108,12 +101,16 @@ def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Throu
         approach = np.sum(touches.directions * normals, axis=1, keepdims=True)
         outward = np.where(approach < 0.0, -normals, normals)
         surface.append(touches.tips - touches.tip_radius * outward)
-        centres = Rows.of_points(touches.places, np.eye(touches.tips.size))
-        moves.append(centres.with_radius(-outward.ravel()))
-    points = np.vstack(surface)
+        faces.append(outward)
+        places += touches.places
+    points, outward = np.vstack(surface), np.vstack(faces)
     hint = next((f.fit.direction for f in features if f.fit.shape is shape), None)
     fit = unambiguous(fit_shape(shape, points, direction_hint=hint))
-    return Through.of(fit, points, Rows.stacked(moves))
+    # A point moves like its ball centre, less the ball along its face.
+    jacobian = Rows.of_points(places, fit.jacobian).with_radius(-fit.jacobian @ outward.ravel())
+    by_geometry, normals = distance_derivatives(fit, points)
+    own = DeviationRows.of_own(places, normals, -np.sum(normals * outward, axis=1))
+    return Through(fit, jacobian, own.with_shared(by_geometry, jacobian))
 
 
 def _sense(shape: Shape, centres: Points3) -> Float | None:
@@ -299,7 +296,7 @@ def _constructed(
             fit=through.fit,
             numbers=numbers,
             jacobian=through.jacobian,
-            by_residuals=through.residual_jacobian,
+            by_residuals=through.by_residuals,
         )
     shapes = [feature.fit.shape for feature in inputs]
     geometries = [feature.fit.geometry for feature in inputs]
@@ -315,7 +312,7 @@ def _constructed(
         fit=fit,
         numbers=numbers,
         jacobian=jacobian,
-        by_residuals=Rows.nothing(0),
+        by_residuals=DeviationRows.of_rows(Rows.nothing(0)),
     )
 
 
@@ -325,7 +322,11 @@ def _through(item: FitThrough | BoltCircle, inputs: Sequence[ActualFeature]) -> 
     shape = item.shape if isinstance(item, FitThrough) else Shape.CIRCLE
     centres = np.array([feature.fit.point for feature in inputs])
     moves = Rows.stacked([feature.jacobian[POINT] for feature in inputs])
-    return Through.of(fit_through_centres(shape, centres), centres, moves)
+    fit = fit_through_centres(shape, centres)
+    jacobian = fit.jacobian @ moves
+    by_geometry, normals = distance_derivatives(fit, centres)
+    own = moves.reshaped(len(centres), 3).along(normals)
+    return Through(fit, jacobian, DeviationRows.of_rows(by_geometry @ jacobian + own))
 
 
 def _intersection(shapes: Sequence[Shape], geometries: Sequence[Float]) -> Float:

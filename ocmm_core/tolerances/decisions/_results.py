@@ -151,8 +151,8 @@ def _with_notes(
     spreads: Spreads,
 ) -> CharacteristicResult:
     value, uncertainty = result.measured, result.uncertainty
-    if evaluation.noise is not None and spreads.errors is not None:
-        floor = noise_floor(evaluation.noise, spreads.errors)
+    if evaluation.noise is not None and spreads.extent is not None:
+        floor = noise_floor(evaluation.noise, spreads.extent)
         said = f"Noise floor: {floor:.4f} mm on a perfect part."
         return replace(result, floor=floor, note=f"{result.note} {said}".strip())
     if value is None or uncertainty is None:

@@ -31,7 +31,7 @@ from ocmm_core.features.shapes import (
     shapes_where,
 )
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair
-from ocmm_core.measuring import Rows
+from ocmm_core.measuring import DeviationRows, Rows
 from ocmm_core.tolerances import zones
 from ocmm_core.tolerances.kinds._spec import (
     ALL,
@@ -52,18 +52,19 @@ _UNBALANCED = 1e-3
 """Largest unbalanced force of contacts that hold the zone."""
 
 
-def form_range(residuals: Float, rows: Rows, association: str) -> zones.Evaluation:
-    """Return the range of residuals (n,) with their derivatives, n rows."""
+def form_range(residuals: Float, rows: DeviationRows, association: str) -> zones.Evaluation:
+    """Return the range of residuals (n,) with their derivatives."""
     high, low = int(np.argmax(residuals)), int(np.argmin(residuals))
     noise = zones.FormNoise(residuals, rows, np.zeros((len(residuals), 0)))
     value = float(residuals[high] - residuals[low])
-    return zones.Evaluation(value, rows[high] - rows[low], association=association, noise=noise)
+    ends = rows[[high, low]].rows
+    return zones.Evaluation(value, ends[0] - ends[1], association=association, noise=noise)
 
 
 def form_zone(
-    zone: Fit, feature: ActualFeature, tips: Float, places: Sequence[int], rows: Rows
+    zone: Fit, feature: ActualFeature, tips: Float, places: Sequence[int], rows: DeviationRows
 ) -> zones.Evaluation:
-    """Return form by a minimum zone; the n rows are those of least-squares residuals."""
+    """Return form by a minimum zone; the rows are those of least-squares residuals."""
     by_geometry, normals = distance_derivatives(zone, tips)
     free = _free(zone, by_geometry)
     shares = _shares(zone, free)
@@ -81,10 +82,7 @@ def form_zone(
         gradient += shares @ by_plane @ feature.jacobian[DIRECTION]
         of_ball = float(np.sign(zones.kept_offset(feature))) * float(shares.sum())
         gradient = gradient.with_radius(-of_ball)
-        noise = zones.FormNoise(
-            np.concatenate([zone.residuals, -zone.residuals]), Rows.stacked([rows, -rows]),
-            np.concatenate([free, -free]), mirrored=True,
-        )  # fmt: skip
+        noise = zones.FormNoise(zone.residuals, rows, free, mirrored=True)
     return zones.Evaluation(zone.form, gradient, association="minimum zone", noise=noise)
 
 
@@ -161,9 +159,10 @@ def straight_line(feature: ActualFeature, *, smallest: bool) -> zones.Evaluation
         along = arms @ direction
         by_place = towards @ feature.jacobian[POINT]
         by_turn = towards @ feature.jacobian[DIRECTION]
-        own = Rows.of_own_points(touches.places, np.tile(towards, (len(arms), 1)))
-        rows = own - by_place.outer(np.ones(len(arms))) - by_turn.outer(along)
-        return form_range(arms @ towards, rows.without_radius(), "least squares")
+        own = DeviationRows.of_own(touches.places, np.tile(towards, (len(arms), 1)))
+        followed = Rows.stacked([by_place[None], by_turn[None]]).without_radius()
+        rows = own.with_shared(-np.column_stack([np.ones(len(arms)), along]), followed)
+        return form_range(arms @ towards, rows, "least squares")
     middle = feature.fit.point
     turn = np.cross(direction, towards)
     motions = np.zeros((6, 2))
@@ -224,21 +223,26 @@ def form(
         # Never narrower than the minimum zone: conformity with it implies conformity.
         squares = _even(feature) if shape.spec.has_across else _least_squares(feature)
         return replace(squares, note=f"Least squares instead of the minimum zone: {error.what}")
-    return form_zone(zone, feature, touches.tips, touches.places, feature.residual_jacobian)
+    return form_zone(zone, feature, touches.tips, touches.places, feature.by_residuals)
 
 
 def _least_squares(feature: ActualFeature) -> zones.Evaluation:
     association = "least squares"
     if feature.fit.criterion is not Criterion.LEAST_SQUARES:
         association = feature.nominal.criterion
-    return form_range(feature.fit.residuals, feature.residual_jacobian, association)
+    return form_range(feature.fit.residuals, feature.by_residuals, association)
 
 
 def _even(feature: ActualFeature) -> zones.Evaluation:
     """Return the symmetric zone about the least-squares outline."""
-    residuals, rows = feature.fit.residuals, feature.residual_jacobian
-    both, by_both = np.concatenate([residuals, -residuals]), Rows.stacked([rows, -rows])
-    return form_range(both, by_both, "least squares")
+    residuals, rows = feature.fit.residuals, feature.by_residuals
+    free = np.zeros((len(residuals), 0))
+    worst = int(np.argmax(np.abs(residuals)))
+    side = 2.0 * np.sign(residuals[worst])
+    return zones.Evaluation(
+        2.0 * float(np.abs(residuals[worst])), side * rows[[worst]].rows[0],
+        association="least squares", noise=zones.FormNoise(residuals, rows, free, mirrored=True),
+    )  # fmt: skip
 
 
 def _worst_section(feature: ActualFeature, *, smallest: bool) -> zones.Evaluation:
@@ -249,8 +253,8 @@ def _worst_section(feature: ActualFeature, *, smallest: bool) -> zones.Evaluatio
         circle, by_all = zones.section_circle(feature, section)
         tips, places = touches.tips[section.rows], [touches.places[row] for row in section.rows]
         by_geometry, normals = distance_derivatives(circle, tips)
-        rows = by_geometry @ by_all + by_geometry[:, DIRECTION] @ feature.jacobian[DIRECTION]
-        rows += Rows.of_own_points(places, normals)
+        rows = DeviationRows.of_own(places, normals).with_shared(by_geometry, by_all)
+        rows = rows.with_shared(by_geometry[:, DIRECTION], feature.jacobian[DIRECTION])
         found.append(
             form_zone(
                 zones.associated(circle, tips, Criterion.MINIMUM_ZONE), feature, tips, places, rows

@@ -22,7 +22,7 @@ from ocmm_core.features.shapes import (
     nominal_geometry,
 )
 from ocmm_core.geometry import Float, perpendicular_pair, unit
-from ocmm_core.measuring import Rows
+from ocmm_core.measuring import DeviationRows, Rows
 from ocmm_core.tolerances import zones
 from ocmm_core.tolerances.kinds import _spec as spec
 from ocmm_core.tolerances.kinds._size import associated_size, own_association, size_words
@@ -330,22 +330,26 @@ def _of_faces(
         by_point = normal - 0.5 * towards / cosine
         by_towards = 0.5 * (arms / cosine - np.outer(gaps, normal) / cosine**2)
         by_normal = surface.points - origin - 0.5 * np.outer(gaps, towards) / cosine**2
-        rows = by_towards @ far.jacobian[DIRECTION] + by_normal @ datum.jacobian[DIRECTION]
         alike = 0.5 / cosine * (towards @ far.jacobian[POINT]) - normal @ datum.jacobian[POINT]
         # The contact point moves with the normal of its face, along which it is offset from the
         # ball.
         alike -= touches.tip_radius * by_point @ near.jacobian[DIRECTION]
         alike = alike.with_radius(-float(by_point @ near.fit.direction))
-        rows += alike.outer(np.ones(len(gaps)))
-        rows += Rows.of_own_points(touches.places, np.tile(by_point, (len(gaps), 1)))
+        rows = DeviationRows.of_own(touches.places, np.tile(by_point, (len(gaps), 1)))
+        for by, shared in (
+            (by_towards, far.jacobian[DIRECTION]),
+            (by_normal, datum.jacobian[DIRECTION]),
+            (np.ones((len(gaps), 1)), alike[None]),
+        ):
+            rows = rows.with_shared(by, shared)
         values.append((surface.points - origin) @ normal + 0.5 * gaps / cosine)
         slopes.append(rows)
-    distances, rows = np.concatenate(values), Rows.stacked(slopes)
+    distances, rows = np.concatenate(values), DeviationRows.stacked(slopes)
     worst = int(np.argmax(np.abs(distances)))
     sign = -1.0 if distances[worst] < 0.0 else 1.0
     return zones.Evaluation(
         2.0 * abs(float(distances[worst])),
-        2.0 * sign * rows[worst],
+        2.0 * sign * rows[[worst]].rows[0],
         frame=datum.nominal.name,
         noise=zones.form_noise(distances, rows, np.zeros((len(distances), 0))),
     )

@@ -11,9 +11,9 @@ import numpy as np
 from ocmm_core.alignment import AnyAlignment
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import DIRECTION, POINT, Shape, nominal_geometry
-from ocmm_core.geometry import Float, Int, unit
-from ocmm_core.measuring import Rows
+from ocmm_core.features.shapes import DIRECTION, Shape, nominal_geometry
+from ocmm_core.geometry import Float, unit
+from ocmm_core.measuring import DeviationRows
 from ocmm_core.tolerances import zones
 from ocmm_core.tolerances.kinds import _spec as spec
 
@@ -50,7 +50,8 @@ def runout(
     values = radially * radii + axially * along
     directions = radially * radial + axially * axis
     by_axis = axially * arms - radially * along[:, None] * radial
-    by_datum = -directions @ datum.jacobian[POINT] + by_axis @ datum.jacobian[DIRECTION]
+    by_datum = np.hstack([-directions, by_axis])
+    frame = datum.jacobian[:6]
 
     found: tuple[zones.Section, ...] = (zones.Section(np.arange(len(values)), 0.0),)
     note = ""
@@ -63,33 +64,23 @@ def runout(
         where = "radius" if shape is Shape.PLANE else "height"
         said = f"Worst of {len(found)} sections, at {where} {worst.at:.1f} mm."
         note = " ".join(filter(None, (said, note)))
-    gradient = _extremes(surface, values, directions, by_datum, worst.rows)
-    rows = by_datum[worst.rows] + _of_own_points(surface, directions, worst.rows)
-    return zones.Evaluation(
-        float(np.ptp(values[worst.rows])),
-        gradient,
-        frame=characteristic.datums[0],
-        noise=zones.FormNoise(values[worst.rows], rows, np.zeros((len(rows), 0))),
-        note=note,
-    )
-
-
-def _extremes(
-    surface: zones.SurfacePoints, values: Float, directions: Float, by_datum: Rows, rows: Int
-) -> Rows:
-    """Return the gradient of the greatest less the smallest value."""
+    rows = worst.rows
     high, low = int(rows[np.argmax(values[rows])]), int(rows[np.argmin(values[rows])])
     weights = np.zeros_like(directions)
     weights[high] += directions[high]
     weights[low] -= directions[low]
-    return by_datum[high] - by_datum[low] + surface.pull_back(weights)
-
-
-def _of_own_points(surface: zones.SurfacePoints, directions: Float, chosen: Int) -> Rows:
-    """Return the derivatives of m chosen points by their ball centres and the ball."""
-    places = np.asarray(zones.own_fit(surface.feature)[0].places)[chosen]
-    own, normals = directions[chosen], surface.normals[chosen]
-    return Rows.of_own_points(places, own).with_radius(-np.sum(own * normals, axis=1))
+    touched = np.asarray(zones.own_fit(feature)[0].places)[rows]
+    by_radius = -np.sum(directions[rows] * surface.normals[rows], axis=1)
+    slopes = DeviationRows.of_own(touched, directions[rows], by_radius)
+    return zones.Evaluation(
+        float(np.ptp(values[rows])),
+        (by_datum[high] - by_datum[low]) @ frame + surface.pull_back(weights),
+        frame=characteristic.datums[0],
+        noise=zones.FormNoise(
+            values[rows], slopes.with_shared(by_datum[rows], frame), np.zeros((len(rows), 0))
+        ),
+        note=note,
+    )
 
 
 def _arrow(shift: float) -> tuple[spec.Polygon, ...]:

@@ -31,25 +31,26 @@ from scipy.spatial.distance import pdist, squareform
 from scipy.special import stdtrit
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.measured import ActualFeature, ResidualSlopes, Touches
+from ocmm_core.features.measured import ActualFeature, Touches
 from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, Shape
 from ocmm_core.geometry import Float, Int
-from ocmm_core.measuring import PointFactors, Rows
+from ocmm_core.measuring import DeviationRows, PointFactors, Rows
 from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 
 
-def of_residuals(slopes: ResidualSlopes, factors: PointFactors) -> tuple[float, Float]:
+def of_residuals(slopes: DeviationRows, factors: PointFactors) -> tuple[float, Float]:
     """Return the summed variances of n residuals, mm^2, with derivatives (n, 3) by own points."""
-    by_geometry, element, places = slopes.by_geometry, slopes.geometry, slopes.places
+    by_geometry, element, places = slopes.by_shared, slopes.shared, slopes.places
     of_points = element.at(places)
     # Points not used by the element, as those of a plane, are in its own covariance only.
     moved = factors.moved(element)
     blocks, with_radius, radius = factors.blocks(places)
-    normals, by_radius = slopes.normals, slopes.by_radius
+    normals, by_radius = slopes.own, slopes.by_radius
     of_element = np.tensordot(element.by_points, moved.by_points, axes=((1, 2), (1, 2)))
     of_element += np.outer(element.by_radius, moved.by_radius)
     total = float(np.einsum("na,ab,nb->", by_geometry, of_element, by_geometry))
-    shared = np.einsum("ani,ni->na", moved.at(places), normals) + by_radius * moved.by_radius
+    shared = np.einsum("ani,ni->na", moved.at(places), normals)
+    shared += np.outer(by_radius, moved.by_radius)
     total += 2.0 * float(np.sum(by_geometry * shared))
     total += float(np.einsum("ni,nij,nj->", normals, blocks, normals))
     total += float(
@@ -111,7 +112,7 @@ def _sample(
     places = np.array(touches.places, dtype=np.int64)
     degrees = len(places) - MINIMUM_POINTS[feature.fit.shape]
     slopes = feature.by_residuals
-    if degrees < 1 or feature.fit.shape is Shape.POINT or not isinstance(slopes, ResidualSlopes):
+    if degrees < 1 or feature.fit.shape is Shape.POINT:
         return None
     residuals = feature.fit.residuals
     if feature.fit.criterion is not Criterion.LEAST_SQUARES:
@@ -161,7 +162,7 @@ def with_neighbours(
     sample: FormSample,
     residuals: Float,
     touches: Touches,
-    slopes: ResidualSlopes,
+    slopes: DeviationRows,
     factors: PointFactors,
 ) -> FormSample:
     """Return the sample of points along a path, whose form is that of their neighbours.
@@ -176,10 +177,10 @@ def with_neighbours(
     some = np.unique(np.linspace(0, n - 1, min(n, _MOST_PLACES)).astype(np.int64))
     distances = squareform(pdist(touches.tips[some]))
     # Weaker columns are no freedom of the element, as the length of its direction.
-    free = np.linalg.svd(slopes.by_geometry[some])[0][:, n - sample.degrees :]
+    free = np.linalg.svd(slopes.by_shared[some])[0][:, n - sample.degrees :]
     # Without the part by the element, which has no share in them.
-    own = Rows.of_own_points(slopes.places[some], slopes.normals[some])
-    known = free.T @ factors.of(own.with_radius(slopes.by_radius)) @ free
+    own = DeviationRows.of_own(slopes.places[some], slopes.own[some], slopes.by_radius[some])
+    known = free.T @ factors.of_deviations(own) @ free
     deviations = free.T @ residuals[some]
     farthest = float(distances.max(initial=0.0))
     if not float(deviations @ deviations) * farthest > 0.0:

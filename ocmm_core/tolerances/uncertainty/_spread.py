@@ -33,6 +33,8 @@ DRAWS = 100
 MANY = 200
 DRAWS_OF_MANY = 30
 """Ranges of many points scatter less."""
+MOST = 400
+"""Deviations of a range whose errors have a covariance; more are drawn block by block."""
 SEED = 20
 _STEPS = 40
 _NOTHING = 1e-7
@@ -41,19 +43,21 @@ _JITTER = 1e-9
 """Relative addition to the variances, as rounding may make the matrix indefinite."""
 
 
-def noise_floor(noise: FormNoise, errors: Float, seed: int = SEED) -> float:
-    """Return the mean value, mm, of a perfect part by noise; ``errors``: (m, m), mm^2."""
-    rows = len(errors) // 2 if noise.mirrored else len(errors)
-    errors = errors[:rows, :rows]
-    variances = np.maximum(np.diagonal(errors), 0.0)
-    greatest = float(variances.max())
-    if not greatest > 0.0:
-        return 0.0
-    lower = np.linalg.cholesky(errors + 2.0 * _JITTER * greatest * np.eye(len(errors)))
-    count = DRAWS if rows < MANY else DRAWS_OF_MANY
-    draws = np.random.default_rng(seed).standard_normal((count, rows)) @ lower.T
+def noise_floor(noise: FormNoise, extent: Extent, seed: int = SEED) -> float:
+    """Return the mean value, mm, of a perfect part by noise."""
+    count = len(noise.deviations)
+    if extent.draws is not None:
+        draws = extent.draws[:DRAWS_OF_MANY, :count]
+    else:
+        errors = extent.covariance[:count, :count]
+        greatest = float(np.maximum(np.diagonal(errors), 0.0).max())
+        if not greatest > 0.0:
+            return 0.0
+        lower = np.linalg.cholesky(errors + 2.0 * _JITTER * greatest * np.eye(count))
+        number = DRAWS if count < MANY else DRAWS_OF_MANY
+        draws = np.random.default_rng(seed).standard_normal((number, count)) @ lower.T
     if noise.free.shape[1]:
-        return 2.0 * float(least_greatest(draws, noise.free[:rows]).mean())
+        return 2.0 * float(least_greatest(draws, noise.free).mean())
     if noise.mirrored:
         return 2.0 * float(np.abs(draws).max(axis=1).mean())
     return float(np.ptp(draws, axis=1).mean())
@@ -110,7 +114,9 @@ class Extent:
     deviations: Float
     """(n,): as measured; their range is the value."""
     covariance: Float
-    """(n, n) of their errors."""
+    """(n, n) of their errors; empty with `draws`."""
+    draws: Float | None = None
+    """(d, n) of their errors, mm, if they are many."""
     free: Float | None = None
     """(n, k): derivatives of the deviations by the parameters minimised; None if none."""
     about_nominal: bool = False
@@ -178,6 +184,8 @@ class Extent:
         return self.value + self.sigma * interval.normal_quantile(probability)
 
     def _errors(self) -> Float:
+        if self.draws is not None:
+            return self.draws
         most = 3000 if self.free is None else 500
         return _drawn(self._noise, self.covariance, most, self.seed)
 
@@ -280,9 +288,9 @@ class Spreads:
     """Factor by second order of both fits (`_first_order`); infinite: U refused, both of first."""
 
     @property
-    def errors(self) -> Float | None:
-        """Return the covariance, mm^2, of the deviations whose range the value is; or None."""
-        return self.of_value.covariance if isinstance(self.of_value, Extent) else None
+    def extent(self) -> Extent | None:
+        """Return the spread of a range of deviations; None for other values."""
+        return self.of_value if isinstance(self.of_value, Extent) else None
 
 
 def spreads_of(
@@ -359,6 +367,23 @@ def gradients_of(evaluation: Evaluation, *, bonus: bool) -> Rows:
     return gradients - less.outer(along)
 
 
+def _extent(value: float, sigma: float, noise: FormNoise, factors: PointFactors) -> Extent:
+    deviations, rows, free = noise.deviations, noise.by_coordinates, noise.free
+    errors, draws = np.zeros((0, 0)), None
+    if len(rows) > MOST:
+        count = int(np.clip(1_000_000 // len(rows), 200, 500))
+        draws = factors.drawn_deviations(rows, np.random.default_rng(SEED), count)
+    else:
+        errors = factors.of_deviations(rows)
+    if noise.mirrored:
+        deviations, free = np.append(deviations, -deviations), np.vstack([free, -free])
+        errors = np.block([[errors, -errors], [-errors, errors]])
+        draws = None if draws is None else np.hstack([draws, -draws])
+    held = noise.mirrored and free.shape[1] == 0
+    some = free if free.shape[1] > 0 and len(free) <= _FEW else None
+    return Extent(value, sigma, deviations, errors, draws, some, about_nominal=held)
+
+
 def _spread(
     characteristic: Characteristic,
     evaluation: Evaluation,
@@ -377,11 +402,7 @@ def _spread(
     sigma = float(np.sqrt(variance)) if variance >= 0.0 else np.nan
     value = evaluation.value - taken
     if evaluation.noise is not None and np.isfinite(sigma):
-        noise = evaluation.noise
-        errors = factors.of(noise.by_coordinates)
-        free = noise.free if noise.free.shape[1] > 0 and len(noise.free) <= _FEW else None
-        held = noise.mirrored and noise.free.shape[1] == 0
-        return Extent(value, sigma, noise.deviations, errors, free, about_nominal=held)
+        return _extent(value, sigma, evaluation.noise, factors)
     ranked = evaluation.ranked
     if ranked is not None and np.isfinite(sigma):
         errors = factors.of(ranked.gradients)

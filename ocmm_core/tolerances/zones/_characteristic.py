@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 import msgspec
 
 from ocmm_core.geometry import Float
-from ocmm_core.measuring import Rows
+from ocmm_core.measuring import DeviationRows, Rows
 from ocmm_core.part_model import NominalFace
 
 if TYPE_CHECKING:
@@ -102,13 +102,13 @@ class FormNoise:
     """Deviations whose range is the value, and their noise."""
 
     deviations: Float
-    """(m,), mm: the value is their range; of a zone with fixed middle, distances and opposites."""
-    by_coordinates: Rows
-    """m rows: by ball centres and the ball, without the share of the least-squares element."""
+    """(m,), mm: the value is their range."""
+    by_coordinates: DeviationRows
+    """Of the m: without the share of the least-squares element."""
     free: Float
     """(m, k): by the k parameters that minimise the zone; k = 0 without minimisation."""
     mirrored: bool = False
-    """The second half of the rows is the opposite of the first."""
+    """The middle of the zone is fixed: the value is the range of the m and their opposites."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,7 +173,9 @@ class Evaluation:
             self.gradient,
             self.component_gradients,
             self.bonus_gradient,
-            None if self.noise is None else self.noise.by_coordinates,
             None if self.ranked is None else self.ranked.gradients,
         )
-        return sorted({place for row in rows if row is not None for place in row.places.tolist()})
+        found = {place for row in rows if row is not None for place in row.places.tolist()}
+        if self.noise is not None:
+            found.update(self.noise.by_coordinates.touched.tolist())
+        return sorted(found)

@@ -51,10 +51,14 @@ def around(feature: ActualFeature, association: Association) -> tuple[Float, Row
     first, second = _pairs(np.triu(opposite & level), [feature], "at one height")
     sums = raw.residuals[first] + raw.residuals[second]
     chosen = _contenders(sums, association)
-    by_residual = feature.residual_jacobian
-    by_pair = 0.5 * (by_residual[first[chosen]] + by_residual[second[chosen]])
+    by_pair = 0.5 * _of_pairs(feature, first[chosen], second[chosen])
     by_radius = feature.jacobian[RADIUS].outer(np.ones(len(chosen)))
     return feature.fit.radius + 0.5 * sums[chosen], by_radius + by_pair
+
+
+def _of_pairs(feature: ActualFeature, first: Int, second: Int) -> Rows:
+    """Return the derivatives of the sums of two residuals each, m rows."""
+    return feature.by_residuals[first].rows + feature.by_residuals[second].rows
 
 
 def across_slot(
@@ -77,8 +81,7 @@ def across_slot(
     first, second = _pairs(np.outer(plus, minus) & near, [feature], "face to face")
     sums = raw.residuals[first] + raw.residuals[second]
     chosen = _contenders(sums, association)
-    by_residual = feature.residual_jacobian
-    by_pair = by_residual[first[chosen]] + by_residual[second[chosen]]
+    by_pair = _of_pairs(feature, first[chosen], second[chosen])
     whole = 2.0 * float(feature.fit.geometry[place])
     by_whole = feature.jacobian[place].outer(np.full(len(chosen), 2.0))
     return whole + sums[chosen], by_whole + by_pair
@@ -92,7 +95,6 @@ def slot_envelope(feature: ActualFeature, *, widest: bool) -> tuple[float, Rows]
     """
     _, raw = own_fit(feature)
     size, gradient = 2.0 * float(feature.fit.geometry[SECOND]), 2.0 * feature.jacobian[SECOND]
-    by_residual = feature.residual_jacobian
     for flank in _flanks(feature, np.cross(raw.direction, raw.across)):
         rows = np.flatnonzero(flank)
         if not rows.size:
@@ -104,7 +106,7 @@ def slot_envelope(feature: ActualFeature, *, widest: bool) -> tuple[float, Rows]
         off = raw.residuals[rows]
         foremost = int(rows[off.argmax() if widest else off.argmin()])
         size += float(raw.residuals[foremost])
-        gradient += by_residual[foremost]
+        gradient += feature.by_residuals[[foremost]].rows[0]
     return size, gradient
 
 
@@ -155,8 +157,8 @@ def between_faces(
                 ends.append(_gaps(moved["one"], moved["other"], middles[chosen]))
             slopes[:, k] = (ends[0] - ends[1]) / (2.0 * _STEP)
         gradients += slopes @ face.jacobian
-    gradients += one.residual_jacobian[first[chosen]] / lean[0]
-    gradients -= other.residual_jacobian[second[chosen]] / lean[1]
+    gradients += one.by_residuals[first[chosen]].rows / lean[0]
+    gradients -= other.by_residuals[second[chosen]].rows / lean[1]
     return sign * gaps[chosen], sign * gradients
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, skew
-from ocmm_core.measuring import Rows
+from ocmm_core.measuring import DeviationRows, Rows
 from ocmm_core.tolerances.zones._characteristic import Evaluation, FormNoise, Seen
 from ocmm_core.tolerances.zones._surface import SurfacePoints, own_fit
 from ocmm_core.tolerances.zones._zone_frame import (
@@ -175,8 +175,7 @@ def surface_zone(surfaces: Sequence[SurfaceTouches], frame: ZoneFrame) -> Evalua
         first = own.stop
         gradient = gradient + surface.pull_back(weights[own], normals_world[own])
     free = twists @ frame.motions
-    rows = twists @ frame.by_coordinates
-    rows += _by_own_points(surfaces, normals_world)
+    rows = _by_own_points(surfaces, normals_world).with_shared(twists, frame.by_coordinates)
     return Evaluation(
         2.0 * smallest.value,
         gradient,
@@ -201,36 +200,31 @@ def _all_seen(surfaces: Sequence[SurfaceTouches], values: Float, normals: Float)
     )
 
 
-def form_noise(distances: Float, by_coordinates: Rows, free: Float) -> FormNoise:
-    """Return the deviations (n,), mm, of a zone from its middle.
+def form_noise(distances: Float, by_coordinates: DeviationRows, free: Float) -> FormNoise:
+    """Return the noise of deviations (n,), mm, of a zone from its middle.
 
-    ``by_coordinates``: n rows, nothing absorbed; ``free`` (n, k): by free motions of the zone.
+    ``by_coordinates``: of the n, nothing absorbed; ``free`` (n, k): by free motions of the zone.
     """
     n = len(distances)
     if free.shape[1]:
         u, strengths, _ = np.linalg.svd(free, full_matrices=False)
         followed = u[:, strengths > _FOLLOWED * max(float(strengths[0]), 1e-300)]
-        by_coordinates = by_coordinates - followed @ (followed.T @ by_coordinates)
+        by_coordinates = by_coordinates.without(followed)
         ones = np.ones(n)
         if float(np.linalg.norm(ones - followed @ (followed.T @ ones))) < _FOLLOWED * n:
             return FormNoise(distances, by_coordinates, free)
-    return FormNoise(
-        np.concatenate([distances, -distances]),
-        Rows.stacked([by_coordinates, -by_coordinates]),
-        np.vstack([free, -free]),
-        mirrored=True,
-    )
+    return FormNoise(distances, by_coordinates, free, mirrored=True)
 
 
-def _by_own_points(surfaces: Sequence[SurfaceTouches], normals: Float) -> Rows:
-    """Return derivatives of distances by their own ball centres and the ball, n rows."""
+def _by_own_points(surfaces: Sequence[SurfaceTouches], normals: Float) -> DeviationRows:
+    """Return derivatives of distances by their own ball centres and the ball."""
     places = [place for surface in surfaces for place in surface.places]
     by_radius, first = [], 0
     for surface in surfaces:
         own = slice(first, first + len(surface.world))
         first = own.stop
         by_radius.append(surface.by_radius(normals[own]))
-    return Rows.of_own_points(places, normals).with_radius(np.concatenate(by_radius))
+    return DeviationRows.of_own(places, normals, np.concatenate(by_radius))
 
 
 def derived_zone(

@@ -19,7 +19,7 @@ from ocmm_core.features.shapes import (
     element,
 )
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_core.measuring import Rows
+from ocmm_core.measuring import DeviationRows, Rows
 
 SHAPES = {
     "A": Shape.PLANE,
@@ -97,7 +97,6 @@ def actual_of(geometries: Mapping[str, Float]) -> dict[str, ActualFeature]:
         nominal = NominalFeature(
             name=name, shape=SHAPES[name], points=1, point=(0.0, 0.0, 0.0), diameter=1.0
         )
-        found[name] = ActualFeature(
-            nominal, fit, (index,), Rows.of_dense(jacobian), Rows.nothing(0)
-        )
+        none = DeviationRows.of_rows(Rows.nothing(0))
+        found[name] = ActualFeature(nominal, fit, (index,), Rows.of_dense(jacobian), none)
     return found

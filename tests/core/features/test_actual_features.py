@@ -268,7 +268,7 @@ def test_jacobians_are_those_of_the_whole_way(shape: Shape, side: str) -> None:
         differences[:, i] = (geometry[0] - geometry[1]) / (2.0 * step)
     # Exact data: differences and jacobian agree to the rounding of the differences.
     assert jacobian == pytest.approx(differences, abs=2e-5)
-    assert feature.residual_jacobian.shape == (len(own),)
+    assert len(feature.by_residuals) == len(own)
 
 
 def _unit(vector: Float) -> Float:

@@ -45,7 +45,7 @@ from ocmm_core.features.shapes import (
     element,
 )
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.measuring import MeasuredPoint, Rows
+from ocmm_core.measuring import DeviationRows, MeasuredPoint, Rows
 from tests.core.features.exact_touches import nominal, nudged, round_touches
 from tests.core.features.shape_samples import somewhere
 
@@ -231,9 +231,8 @@ def _actual(
         jacobian[:, 12 * index : 12 * index + 12] = np.eye(12)
         fit = Fit(shape, here, np.zeros((12, 0)), np.zeros(0), 0.0, 0.0)
         nominal = _nominal(name, shape, geometry)
-        found[name] = ActualFeature(
-            nominal, fit, (index,), Rows.of_dense(jacobian), Rows.nothing(0)
-        )
+        none = DeviationRows.of_rows(Rows.nothing(0))
+        found[name] = ActualFeature(nominal, fit, (index,), Rows.of_dense(jacobian), none)
     return found
 
 

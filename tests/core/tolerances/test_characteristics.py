@@ -157,7 +157,9 @@ def test_components_and_deviations_make_the_value(index: int) -> None:
         off = along @ found.component_gradients - found.gradient
         assert off.greatest() < 1e-9
     if found.noise is not None:
-        assert float(np.ptp(found.noise.deviations)) == pytest.approx(found.value, abs=1e-6)
+        deviations = found.noise.deviations
+        width = 2.0 * np.abs(deviations).max() if found.noise.mirrored else np.ptp(deviations)
+        assert float(width) == pytest.approx(found.value, abs=1e-6)
         assert len(found.noise.by_coordinates) == len(found.noise.deviations)
     kind = KNOWN[index][0].kind
     assert (found.components is None) == (kind not in VECTORS or found.noise is not None)

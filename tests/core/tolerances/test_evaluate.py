@@ -18,6 +18,7 @@ from ocmm_core.measuring import MeasuredPoint, factors_of_matrix
 from ocmm_core.tolerances.decisions import Verdict, evaluate_all
 from ocmm_core.tolerances.kinds import evaluate, geometry_value
 from ocmm_core.tolerances.uncertainty import noise_floor
+from ocmm_core.tolerances.uncertainty._spread import Extent
 from ocmm_core.tolerances.zones import Characteristic, Evaluation
 from tests.core.features.exact_touches import (
     flat_touches,
@@ -206,7 +207,8 @@ def test_the_floor_is_the_form_that_a_perfect_sphere_shows(
     assert noise is not None
     forms = [form_of(sigma).value for _ in range(60)]
     # Means of 60 and of 100 ranges that scatter by some 25 %.
-    floor = noise_floor(noise, factors_of_matrix(covariance).of(noise.by_coordinates))
+    errors = factors_of_matrix(covariance).of_deviations(noise.by_coordinates)
+    floor = noise_floor(noise, Extent(0.0, sigma, noise.deviations, errors))
     assert floor == pytest.approx(np.mean(forms), rel=0.1)
 
 

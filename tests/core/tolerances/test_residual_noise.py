@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.features.measured import ActualFeature, ResidualSlopes, actual_features
+from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import MeasuredPoint, Rows, factors_of_matrix
@@ -62,11 +62,12 @@ def test_the_sum_over_residuals_is_that_of_the_whole_matrix(shape: Shape) -> Non
     for feature in found.values():
         assert isinstance(feature, ActualFeature), feature
         slopes = feature.by_residuals
-        assert isinstance(slopes, ResidualSlopes)
-        whole = feature.residual_jacobian.dense(len(points))
+        whole = slopes.rows.dense(len(points))
         noise, own = of_residuals(slopes, factors)
         # The same sums in another order.
         assert noise == pytest.approx(float(np.trace(whole @ covariance @ whole.T)), rel=1e-9)
+        of_all = factors.of_deviations(slopes)
+        assert of_all == pytest.approx(whole @ covariance @ whole.T, abs=1e-9 * noise)
         blocks = whole[:, :-1].reshape(len(whole), -1, 3)
         assert own == pytest.approx(blocks[np.arange(len(whole)), slopes.places], abs=1e-12)
 
