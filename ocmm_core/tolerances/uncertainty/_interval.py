@@ -1,4 +1,4 @@
-"""Statements on a true value from a measured one: normal, or a length.
+"""Statements on a true value from a measured one: normal, a length, or a size by rank.
 
 Errors of a diameter are symmetric. A position (twice a distance) or a form (a range) cannot be
 negative, and noise makes both appear greater. For them the statements come from the scatter of the
@@ -9,14 +9,14 @@ measured value about a supposed true one:
 - it does not if a value as great would be improbable for a part at the limit, including the noise
   that increases it.
 
-Ranges and ranks of many deviations are in `_spread`.
+Ranges of many deviations are in `_spread`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from statistics import NormalDist
 from typing import Protocol
 
@@ -33,6 +33,9 @@ ONE_SIDED = 0.9772498680518208
 
 _WIDTH = 9.0
 """Integration range of a normal density, in standard deviations to each side."""
+
+_REACH = 8.0
+"""Search range of a rank's bound, in standard uncertainties."""
 
 _HALVINGS = 11
 """Bisections of a bound: to two thousandths of the value."""
@@ -166,6 +169,87 @@ class Length:
             else:
                 high = middle
         return low
+
+
+@dataclass(frozen=True, slots=True)
+class Rank:
+    """The greatest or smallest of many sizes with normal errors."""
+
+    value: float
+    sigma: float
+    """`value`, `sigma`: The size of that rank, and its standard uncertainty."""
+    sizes: Float
+    """(m,): all of them."""
+    covariance: Float
+    """(m, m) of their errors."""
+    greatest: bool
+    seed: int = 1
+    _noise: list[Float] = field(default_factory=list, repr=False, compare=False)
+
+    @property
+    def one_sided(self) -> bool:
+        """Return False: a size has two limits."""
+        return False
+
+    def inside(self, low: float, high: float) -> float:
+        """Return the probability that the true value is between the limits, without noise gain.
+
+        On the side towards which noise moves the value, `_nearer` gives the appearance of a part at
+        the limit; on the other side noise cannot help.
+        """
+        near, far = (low, high) if self.greatest else (high, low)
+        sign = 1.0 if self.greatest else -1.0
+        beyond_far = normal_probability(sign * (self.value - far) / self.sigma)
+        return self._nearer(near) - beyond_far
+
+    def beyond(self, low: float, high: float) -> float:
+        """Return the probability that it is beyond one limit, the more probable one."""
+        near, far = (low, high) if self.greatest else (high, low)
+        sign = 1.0 if self.greatest else -1.0
+        return max(self._nearer(far), normal_probability(sign * (near - self.value) / self.sigma))
+
+    def least(self, probability: float) -> float:
+        """Return the lower confidence bound of the true value."""
+        if self.greatest:
+            return self._bound(probability)
+        return self.value - self.sigma * normal_quantile(probability)
+
+    def most(self, probability: float) -> float:
+        """Return the upper confidence bound of the true value."""
+        if not self.greatest:
+            return self._bound(probability)
+        return self.value + self.sigma * normal_quantile(probability)
+
+    def _nearer(self, supposed: float) -> float:
+        """Return the share of parts with this true value that would appear less extreme."""
+        if self.greatest:
+            shown = np.minimum(self.sizes, supposed) + self._errors()
+            return float(np.mean(shown.max(axis=1) <= self.value))
+        shown = np.maximum(self.sizes, supposed) + self._errors()
+        return float(np.mean(shown.min(axis=1) >= self.value))
+
+    def _bound(self, probability: float) -> float:
+        reach = _REACH * self.sigma
+        sign = 1.0 if self.greatest else -1.0
+        off = bisect_least(
+            reach, lambda from_far: self._nearer(self.value - sign * (reach - from_far)),
+            probability,
+        )  # fmt: skip
+        return self.value - sign * (reach - off)
+
+    def _errors(self) -> Float:
+        return drawn_errors(self._noise, self.covariance, 3000, self.seed)
+
+
+def drawn_errors(kept: list[Float], covariance: Float, most: int, seed: int) -> Float:
+    """Return cached draws of errors, (d, n); fewer draws for more errors."""
+    if not kept:
+        n = len(covariance)
+        values, vectors = np.linalg.eigh(covariance)
+        factor = vectors * np.sqrt(np.maximum(values, 0.0))
+        draws = int(np.clip(100_000 // n, 500, most))
+        kept.append(np.random.default_rng(seed).standard_normal((draws, n)) @ factor.T)
+    return kept[0]
 
 
 def within(radius: float, mean: Float, covariance: Float) -> float:

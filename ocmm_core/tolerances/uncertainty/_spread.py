@@ -100,9 +100,6 @@ def bounds_of_least(deviations: Float, free: Float, steps: int) -> tuple[Float, 
 _ZONE_STEPS = 12
 """Steps towards the smallest zone of each noise draw: within some percent of it."""
 
-_REACH = 8.0
-"""Search range of a rank's bound, in standard uncertainties."""
-
 
 @dataclass(frozen=True, slots=True)
 class Extent:
@@ -187,90 +184,7 @@ class Extent:
         if self.draws is not None:
             return self.draws
         most = 3000 if self.free is None else 500
-        return _drawn(self._noise, self.covariance, most, self.seed)
-
-
-@dataclass(frozen=True, slots=True)
-class Rank:
-    """The greatest or smallest of many sizes with normal errors."""
-
-    value: float
-    sigma: float
-    """`value`, `sigma`: The size of that rank, and its standard uncertainty."""
-    sizes: Float
-    """(m,): all of them."""
-    covariance: Float
-    """(m, m) of their errors."""
-    greatest: bool
-    seed: int = 1
-    _noise: list[Float] = field(default_factory=list, repr=False, compare=False)
-
-    @property
-    def one_sided(self) -> bool:
-        """Return False: a size has two limits."""
-        return False
-
-    def inside(self, low: float, high: float) -> float:
-        """Return the probability that the true value is between the limits, without noise gain.
-
-        On the side towards which noise moves the value, `_nearer` gives the appearance of a part at
-        the limit; on the other side noise cannot help.
-        """
-        near, far = (low, high) if self.greatest else (high, low)
-        sign = 1.0 if self.greatest else -1.0
-        beyond_far = interval.normal_probability(sign * (self.value - far) / self.sigma)
-        return self._nearer(near) - beyond_far
-
-    def beyond(self, low: float, high: float) -> float:
-        """Return the probability that it is beyond one limit, the more probable one."""
-        near, far = (low, high) if self.greatest else (high, low)
-        sign = 1.0 if self.greatest else -1.0
-        return max(
-            self._nearer(far), interval.normal_probability(sign * (near - self.value) / self.sigma)
-        )
-
-    def least(self, probability: float) -> float:
-        """Return the lower confidence bound of the true value."""
-        if self.greatest:
-            return self._bound(probability)
-        return self.value - self.sigma * interval.normal_quantile(probability)
-
-    def most(self, probability: float) -> float:
-        """Return the upper confidence bound of the true value."""
-        if not self.greatest:
-            return self._bound(probability)
-        return self.value + self.sigma * interval.normal_quantile(probability)
-
-    def _nearer(self, supposed: float) -> float:
-        """Return the share of parts with this true value that would appear less extreme."""
-        if self.greatest:
-            shown = np.minimum(self.sizes, supposed) + self._errors()
-            return float(np.mean(shown.max(axis=1) <= self.value))
-        shown = np.maximum(self.sizes, supposed) + self._errors()
-        return float(np.mean(shown.min(axis=1) >= self.value))
-
-    def _bound(self, probability: float) -> float:
-        reach = _REACH * self.sigma
-        sign = 1.0 if self.greatest else -1.0
-        off = interval.bisect_least(
-            reach, lambda from_far: self._nearer(self.value - sign * (reach - from_far)),
-            probability,
-        )  # fmt: skip
-        return self.value - sign * (reach - off)
-
-    def _errors(self) -> Float:
-        return _drawn(self._noise, self.covariance, 3000, self.seed)
-
-
-def _drawn(kept: list[Float], covariance: Float, most: int, seed: int) -> Float:
-    """Return cached draws of errors, (d, n); fewer draws for more errors."""
-    if not kept:
-        n = len(covariance)
-        values, vectors = np.linalg.eigh(covariance)
-        factor = vectors * np.sqrt(np.maximum(values, 0.0))
-        draws = int(np.clip(100_000 // n, 500, most))
-        kept.append(np.random.default_rng(seed).standard_normal((draws, n)) @ factor.T)
-    return kept[0]
+        return interval.drawn_errors(self._noise, self.covariance, most, self.seed)
 
 
 _FEW = 200
@@ -406,5 +320,5 @@ def _spread(
     ranked = evaluation.ranked
     if ranked is not None and np.isfinite(sigma):
         errors = factors.of(ranked.gradients)
-        return Rank(value, sigma, ranked.sizes, errors, ranked.greatest)
+        return interval.Rank(value, sigma, ranked.sizes, errors, ranked.greatest)
     return interval.Normal(value, sigma, one_sided=spec_of(characteristic.kind).one_sided)

@@ -17,8 +17,8 @@ from ocmm_core.measuring import factors_of_matrix
 from ocmm_core.tolerances.decisions._decision import PROBABILITY
 from ocmm_core.tolerances.kinds import evaluate
 from ocmm_core.tolerances.uncertainty import Normal, expanded, form_samples, spreads_of
-from ocmm_core.tolerances.uncertainty._interval import Length, within
-from ocmm_core.tolerances.uncertainty._spread import Extent, Rank
+from ocmm_core.tolerances.uncertainty._interval import Length, Rank, within
+from ocmm_core.tolerances.uncertainty._spread import Extent
 from ocmm_core.tolerances.zones import Association
 from tests.core.tolerances.known_part import PLACES, KnownPart, asked, motion, ring
 
