@@ -24,6 +24,7 @@ from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, hold_standard_st
 from ocmm_core.host import library_fault
 from ocmm_core.options import DEFAULT_SERIAL
 from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
+from ocmm_core.wording import LANGUAGE_VARIABLE, language_of
 from ocmm_gui import _showing as showing
 from ocmm_gui import kit
 from ocmm_gui.access import zoom_before_start
@@ -135,10 +136,13 @@ def _windows(
         choice = StartChoice(StartPurpose.LOOK, parsed.job)
     elif parsed.start:
         choice = _START_PAGE
-    closed = EXIT_OK
+    closed, before = EXIT_OK, store.load().settings.window_language
     while True:
-        # Windows use the language of the settings; a change recreates them.
-        _use_language(app, store.load().settings)
+        # Windows use the language of the settings; a change recreates them, and ends `--language`.
+        settings = store.load().settings
+        if settings.window_language != before:
+            os.environ.pop(LANGUAGE_VARIABLE, None)
+        use_language_of(app, settings)
         if choice.errand is StartPurpose.START:
             chosen = _ask(app, parsed, store, choice, told)
             if chosen is None:
@@ -171,8 +175,9 @@ def _instead(choice: StartChoice, error: OcmmError) -> StartChoice:
     return _START_PAGE
 
 
-def _use_language(app: QApplication, settings: Settings) -> None:
-    language = kit.chosen_language(settings.window_language)
+def use_language_of(app: QApplication, settings: Settings) -> None:
+    """Use the language of the command, else of the settings, and the numbers of the settings."""
+    language = language_of(os.environ, kit.chosen_language(settings.window_language))
     kit.use_language(app, language)
     kit.use_numbers(kit.style_of(language, settings.window_decimal, settings.window_units))
 

@@ -25,7 +25,7 @@ ENGLISH = "en"
 LANGUAGES = (ENGLISH, "de")
 """Languages of the core; the first is that of the sources."""
 
-_VARIABLE = "OCMM_LANGUAGE"
+LANGUAGE_VARIABLE = "OCMM_LANGUAGE"
 
 
 def language_of(environment: Mapping[str, str], chosen: str = "") -> str:
@@ -38,7 +38,7 @@ def language_of(environment: Mapping[str, str], chosen: str = "") -> str:
         (found for name in ("LC_ALL", "LC_MESSAGES", "LANG") if (found := environment.get(name))),
         "",
     )
-    for wanted in (environment.get(_VARIABLE, ""), chosen):
+    for wanted in (environment.get(LANGUAGE_VARIABLE, ""), chosen):
         if _short(wanted) in LANGUAGES:
             return _short(wanted)
     return _short(system) if _short(system) in LANGUAGES else ENGLISH

@@ -6,6 +6,7 @@ import re
 import string
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from pytestqt.qtbot import QtBot
 
 from docs.make_texts import LRELEASE, LUPDATE, compiled, extract, languages
 from ocmm_core.settings import SettingsFile, SettingsStore
+from ocmm_gui import app
 from ocmm_gui.home import StartPurpose, StartWindow
 from ocmm_gui.kit import (
     LANGUAGES,
@@ -186,3 +188,14 @@ def test_nobody_is_told_to_start_anew() -> None:
         for message in _messages(path):
             for text in _translations(message):
                 assert not _MENTIONS.search(text), text
+
+
+def test_the_language_of_the_command_is_that_of_the_window(
+    qapp: QApplication, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = SettingsStore.of_this_user().load().settings
+    for variable, setting, language in (("de", "en", "de"), ("", "de", "de"), ("en", "de", "en")):
+        monkeypatch.setenv("OCMM_LANGUAGE", variable)
+        app.use_language_of(qapp, replace(settings, window_language=setting))
+        assert language_in_use() == language
+    use_language(qapp, "en")
