@@ -10,6 +10,7 @@ from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.inspection.evaluation import PAUSED, RESUMED, Probing
 from ocmm_core.inspection.session._assignment import chosen_methods
 from ocmm_core.inspection.session._step_log import JobLedger
+from ocmm_core.measuring import PATH
 
 
 class JobSteps:
@@ -175,12 +176,22 @@ class PointSteps:
         self._ledger = ledger
 
     def flip(self, number: int | None = None) -> None:
-        """Flip the compensation of a point, or of the last one; MeasuringError if unknown."""
+        """Flip the compensation of a point, or of the last one.
+
+        MeasuringError if unknown, or on a path: all its points are on one side.
+        """
         ledger = self._ledger
         with ledger.lock:
             if not ledger.points.counting:
                 raise MeasuringError("session.no_point", "No points taken yet.", "Take one first.")
             old = ledger.points.counting[-1] if number is None else ledger.points.point(number)
+            if old.approach == PATH:
+                raise MeasuringError(
+                    "session.path_side",
+                    f"Point {old.number} of {old.feature} is on a path, whose points have one "
+                    "side.",
+                    "Undo the path, move the ball away square to the surface and slide again.",
+                )
             new = replace(
                 old,
                 number=ledger.points.next_number(),

@@ -10,7 +10,7 @@ import pytest
 
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
-from ocmm_core.errors import InputError
+from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan, step_fault
@@ -99,6 +99,8 @@ def test_a_path_is_one_step(sliding: Bench, quick_paths: tuple[Path, ...]) -> No
         last = session.paths.take(quick_paths[0])
         assert isinstance(last, MeasuredPoint)
         assert "points 1 to" in session.view.undo
+        with pytest.raises(MeasuringError, match="one side"):
+            session.points.flip()
         session.steps.undo()
         assert not session.has_points
         session.steps.redo()
