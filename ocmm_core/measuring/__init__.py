@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ocmm_core.measuring._day_check import DayCheck, NoiseRatio, check_noise, touches_checked
     from ocmm_core.measuring._factors import (
         COVERAGE_FACTOR, PointFactors, factors_of, factors_of_matrix, joined_factors, joint_factors,
-        point_uncertainty, root_of, systematic_covariance,
+        point_uncertainties, point_uncertainty, root_of, systematic_covariance,
     )  # fmt: skip
     from ocmm_core.measuring._path import Path, PathCollector
     from ocmm_core.measuring._path_points import (
@@ -57,7 +57,7 @@ __all__ = [
     "check_noise", "check_part", "climate_of_text", "colour_at", "contributions", "examine",
     "explain", "explain_reference", "factors_of", "factors_of_matrix", "joined_factors",
     "joint_factors", "label_verdict", "label_words", "map_range", "mechanics_words",
-    "point_uncertainty", "points_along", "record_text", "reported_points", "rigid_movement",
-    "root_of", "side_of", "spaced", "systematic_covariance", "touches_checked", "transported",
-    "with_skew",
+    "point_uncertainties", "point_uncertainty", "points_along", "record_text", "reported_points",
+    "rigid_movement", "root_of", "side_of", "spaced", "systematic_covariance", "touches_checked",
+    "transported", "with_skew",
 ]  # fmt: skip

@@ -305,8 +305,18 @@ def point_uncertainty(
 
     Without ``random_covariance`` (3, 3), mm^2, it excludes the point's own window.
     """
-    covariance = systematic_covariance([sensitivity], rig, body)
-    if random_covariance is not None:
-        covariance = covariance + random_covariance
-    variances = np.linalg.eigvalsh(covariance)
-    return COVERAGE_FACTOR * float(np.sqrt(variances[-1]))
+    random = np.zeros((3, 3)) if random_covariance is None else random_covariance
+    return float(point_uncertainties([sensitivity], rig, body, random[None])[0])
+
+
+def point_uncertainties(
+    sensitivities: Sequence[TipSensitivity], rig: Rig, body: ProbeBody, random_covariance: Float
+) -> Float:
+    """Return U (k = 2), mm, of points in their worst directions, (n,); random: (n, 3, 3), mm^2."""
+    count = len(sensitivities)
+    if not count:
+        return np.zeros(0)
+    factors = factors_of(systematic_contributions(sensitivities, rig, body), count)
+    covariance = factors.blocks(np.arange(count))[0] + random_covariance
+    worst = np.linalg.eigvalsh(covariance)[:, -1]
+    return np.asarray(COVERAGE_FACTOR * np.sqrt(worst), dtype=np.float64)

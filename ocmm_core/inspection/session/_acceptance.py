@@ -123,7 +123,8 @@ def judge_touch(
     if isinstance(side, measuring.Refusal):
         return side
     sensitivity = reference.sensitivity(stable.spots, stable.reference_spots)
-    refusal = doubt_of(stable, sensitivity, rig, body, options.point.max_uncertainty)
+    uncertainty = measuring.point_uncertainty(sensitivity, rig, body, stable.random_covariance)
+    refusal = doubt_of(stable, uncertainty, rig, options.point.max_uncertainty)
     return refusal or Accepted(stable, meant.feature, side, sensitivity)
 
 
@@ -137,13 +138,9 @@ def all_measured(time_s: float) -> measuring.Refusal:
 
 
 def doubt_of(
-    stable: measuring.StablePoint,
-    sensitivity: TipSensitivity,
-    rig: Rig,
-    body: ProbeBody,
-    limit: float,
+    stable: measuring.StablePoint, uncertainty: float, rig: Rig, limit: float
 ) -> measuring.Refusal | None:
-    """Return why a ball centre is no point: outside, or more uncertain than ``limit``, mm."""
+    """Return why a ball centre is no point: outside, or U greater than ``limit``, mm."""
     low, high = rig.volume_world
     if np.any(stable.tip_rig < low) or np.any(stable.tip_rig > high):
         return measuring.Refusal(
@@ -152,7 +149,6 @@ def doubt_of(
             "Move the part or the cameras, or calibrate a larger volume.",
             stable.time_s,
         )
-    uncertainty = measuring.point_uncertainty(sensitivity, rig, body, stable.random_covariance)
     if uncertainty > limit:
         return measuring.Refusal(
             measuring.RefusalCode.UNCERTAIN,

@@ -27,6 +27,7 @@ from ocmm_core.measuring import (
     Side,
     StablePoint,
     approach_direction,
+    point_uncertainties,
     points_along,
     spaced,
     transported,
@@ -172,14 +173,18 @@ class PathIntake:
             for station, normal in zip(found.stations, found.normals, strict=True)
             if _is_seen(station)
         ]
-        observed = [(station.spots, station.reference_spots) for station, _ in seen]
+        answers = self._reference.sensitivities(
+            [(station.spots, station.reference_spots) for station, _ in seen]
+        )
+        random = np.array([station.random_covariance for station, _ in seen]).reshape(-1, 3, 3)
+        uncertainties = point_uncertainties(answers, self._rig, self._body, random)
         limit = self._options.point.max_uncertainty
         return [
             Accepted(station, name, side, sensitivity)
-            for (station, side), sensitivity in zip(
-                seen, self._reference.sensitivities(observed), strict=True
+            for (station, side), sensitivity, uncertainty in zip(
+                seen, answers, uncertainties.tolist(), strict=True
             )
-            if doubt_of(station, sensitivity, self._rig, self._body, limit) is None
+            if doubt_of(station, uncertainty, self._rig, limit) is None
         ]
 
 

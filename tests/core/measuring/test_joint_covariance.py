@@ -180,7 +180,8 @@ def test_point_uncertainty_is_twice_the_worst_sigma(
     item = measured(coarse, standard_probe, 3, demo_part).sensitivities[0]
     covariance = systematic_covariance([item], coarse, standard_probe)
     worst = np.sqrt(np.linalg.eigvalsh(covariance).max())
-    assert point_uncertainty(item, coarse, standard_probe) == pytest.approx(2.0 * worst)
+    # The joint covariance sums bumps (`LARGEST_ERROR`), one point its exact correlation.
+    assert point_uncertainty(item, coarse, standard_probe) == pytest.approx(2.0 * worst, rel=2e-4)
     # The spot pattern is one of the sources: without it the point is more certain.
     noise = coarse.noise
     clean = type(noise)(
