@@ -161,7 +161,7 @@ def points_along(
     windows = [_window(line, usable, index, 0.5 * _WINDOW_MM) for index in places.tolist()]
     return PathPoints(
         [
-            _station(ticks, line, *window, float(untimed[index]))
+            _station(ticks, line, *window, normals[index], float(untimed[index]))
             for index, window in zip(places, windows, strict=True)
         ],
         normals[places],
@@ -183,7 +183,9 @@ def _window(line: Float, usable: NDArray[np.bool_], index: int, reach: float) ->
     return start + first, index + int(after[0]) if len(after) else start + len(near)
 
 
-def _station(ticks: Ticks, line: Float, first: int, stop: int, untimed_mm: float) -> StablePoint:
+def _station(
+    ticks: Ticks, line: Float, first: int, stop: int, normal: Float, untimed_mm: float
+) -> StablePoint:
     part = slice(first, stop)
     counts = ticks.n_frames[part].astype(np.float64)
     share = counts / counts.sum()
@@ -192,11 +194,12 @@ def _station(ticks: Ticks, line: Float, first: int, stop: int, untimed_mm: float
         return np.asarray(np.tensordot(share, values[part], axes=1))
 
     covariance = np.tensordot(share**2, ticks.covariance[part], axes=1)
-    # The average of a bent piece is off it by less than its sagitta.
+    # The average of a bent piece is off it by less than its sagitta; along the surface, where a
+    # path turns or the ball sticks and slips, it is another place of the same surface.
     chord = 0.5 * (line[first] + line[stop - 1])
     middle = line[(first + stop - 1) // 2]
-    sagitta = float(np.linalg.norm(middle - chord)) / 3.0 if stop - first > _SMOOTH else 0.0
-    motion = np.eye(3) * (sagitta**2 + untimed_mm**2 / 3.0)
+    sagitta = float((middle - chord) @ normal) / 3.0 if stop - first > _SMOOTH else 0.0
+    motion = sagitta**2 * np.outer(normal, normal) + np.eye(3) * (untimed_mm**2 / 3.0)
     reference = ticks.reference_spots
     return StablePoint(
         time_s=float(mean(ticks.time_s)),

@@ -153,9 +153,11 @@ def _line_sample(
     )
 
 
-_MOST_PLACES, _LENGTHS = 150, 10
-_AMOUNTS = np.linspace(0.0, 0.98, 15)
+_MOST_PLACES, _LENGTHS = 120, 8
+_AMOUNTS = (0.0, 0.2, 0.4, 0.6, 0.8, 0.95)
 _LONGEST = 0.25
+_SIZES = np.concatenate([[0.0], np.geomspace(0.02, 8.0, 40)])
+"""Standard deviations of the form, in those of the residuals."""
 
 
 def with_neighbours(
@@ -167,11 +169,12 @@ def with_neighbours(
 ) -> FormSample:
     """Return the sample of points along a path, whose form is that of their neighbours.
 
-    The correlation of two deviations is modelled as ``a exp(-d / L)`` of their distance, with a and
-    L by restricted maximum likelihood (H. D. Patterson and R. Thompson, Biometrika 58, 1971) from
-    the part of ``residuals`` (n,) that no element follows. Smooth effects on n points then vary
-    like those on n / f independent ones, where f is the mean sum of a row of the correlation
-    matrix. The known errors, ``factors``, are subtracted as they would appear in the same estimate.
+    The part of ``residuals`` (n,) that no element follows is the known errors, ``factors``, and a
+    form of variance s^2 whose correlation at distance d is ``a exp(-d / L)``. The restricted
+    likelihood (H. D. Patterson and R. Thompson, Biometrika 58, 1971) of s, a and L on a grid, all
+    equally likely before, gives the mean standard deviation that counts: smooth effects on n points
+    vary like those on n / f independent ones, where f is the mean sum of a row of the correlation
+    matrix. That mean includes how little a path says about its form.
     """
     n = len(residuals)
     some = np.unique(np.linspace(0, n - 1, min(n, _MOST_PLACES)).astype(np.int64))
@@ -182,32 +185,25 @@ def with_neighbours(
     own = DeviationRows.of_own(slopes.places[some], slopes.own[some], slopes.by_radius[some])
     known = free.T @ factors.of_deviations(own) @ free
     deviations = free.T @ residuals[some]
-    farthest = float(distances.max(initial=0.0))
-    if not float(deviations @ deviations) * farthest > 0.0:
+    farthest, square = float(distances.max(initial=0.0)), float(np.mean(deviations**2))
+    if not square * farthest > 0.0 or not np.all(np.isfinite(known)):
         return sample
-    found = []
+    jitter = 1e-9 * (square + float(np.mean(np.diagonal(known))))
+    white = np.linalg.inv(np.linalg.cholesky(known + jitter * np.eye(len(known))))
+    likelihoods, counting = [], []
     for length in np.geomspace(0.5 * farthest / len(some), _LONGEST * farthest, _LENGTHS):
         alike = np.exp(-distances / length)
-        variances, axes = np.linalg.eigh(free.T @ alike @ free)
-        squares = (axes.T @ deviations) ** 2
-        wide = 1.0 - _AMOUNTS[:, None] * (1.0 - np.maximum(variances, 0.0))
-        scales = np.mean(squares / wide, axis=1)
-        likelihoods = -0.5 * (len(squares) * np.log(scales) + np.log(wide).sum(axis=1))
         row = (float(alike.mean()) * len(some) - 1.0) / max(len(some) - 1, 1)
-        many = 1.0 + _AMOUNTS * row * (n - 1)
-        expected = np.mean(np.einsum("ij,ik,kj->j", axes, known, axes) / wide, axis=1)
-        found.append(np.stack([likelihoods, many, scales, expected / scales], axis=1))
-    likelihoods, many, scales, explained = np.concatenate(found).T
-    shares = np.exp(likelihoods - likelihoods.max())
-    shares /= shares.sum()
-    total = float(np.exp(shares @ np.log(many * scales)))
-    count = n / float(np.exp(shares @ np.log(many)))
-    return replace(
-        sample,
-        scatter=total,
-        variance=total * (1.0 - float(shares @ explained)),
-        degrees=max(int(count) - (n - sample.degrees), 1),
-    )
+        for amount in _AMOUNTS:
+            of_form = amount * alike + (1.0 - amount) * np.eye(len(some))
+            variances, axes = np.linalg.eigh(white @ (free.T @ of_form @ free) @ white.T)
+            squares = (axes.T @ (white @ deviations)) ** 2
+            wide = 1.0 + square * _SIZES[:, None] ** 2 * np.maximum(variances, 0.0)
+            likelihoods.append(-0.5 * np.sum(np.log(wide) + squares / wide, axis=1))
+            counting.append(np.sqrt(square * (1.0 + amount * row * (n - 1))) * _SIZES)
+    shares = np.exp(np.array(likelihoods) - np.max(likelihoods))
+    variance = float(np.sum(shares * np.array(counting)) / np.sum(shares)) ** 2
+    return replace(sample, scatter=variance, variance=variance)
 
 
 def sample_of(
