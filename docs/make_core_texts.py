@@ -36,7 +36,7 @@ ERRORS_ONLY = (
     "ocmm_sim/hand/", "ocmm_sim/scene/", "ocmm_sim/slave/", "ocmm_sim/trackers/",
     "ocmm_core/export/certificate/_artefact.py",
     # Files for controls, whose comments are ASCII.
-    "ocmm_machine/_dialects.py",
+    "ocmm_machine/_writing.py",
 )  # fmt: skip
 """Only what is raised with a code, and what a command says by `say`: sentences of the window have
 `tr`, help stays English; units and the words of certificates are patterns."""

@@ -13,9 +13,13 @@ import msgspec
 
 from ocmm_core.calibration.records import CalibrationStore, default_folder, default_probe_folder
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive._camera_history import CameraHistory, ask_cameras
+from ocmm_core.inspection.archive._later_findings import (
+    CameraHistory,
+    TipHistory,
+    ask_cameras,
+    ask_tip,
+)
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about
-from ocmm_core.inspection.archive._tip_history import TipHistory, ask_tip
 from ocmm_core.seals import KeyFolder, SealWord
 from ocmm_core.storage import JobFile, JobSeal, held_sentences
 

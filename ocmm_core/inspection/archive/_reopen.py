@@ -1,7 +1,7 @@
 """Reopen a job read-only from its own file, recalculate it and compare with the stored results.
 
 No other document, record or clock is needed; later findings on tip and cameras come from their
-histories (`_tip_history`, `_camera_history`, together in `_known`). The file is read in memory
+histories (`_later_findings`, together in `_known`). The file is read in memory
 (`storage.read_job`): it can be write-protected, from another computer or an older version, or in
 use.
 """
@@ -19,11 +19,10 @@ from ocmm_core.calibration.probe_design import ContactForce
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.inspection.archive._camera_history import settle_by_calibration
 from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_by_file, known_here
+from ocmm_core.inspection.archive._later_findings import settle_by_calibration, settle_by_history
 from ocmm_core.inspection.archive._points_in_doubt import History
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about
-from ocmm_core.inspection.archive._tip_history import settle_by_history
 from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions, methods_used
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse
