@@ -4,8 +4,8 @@ In: finished jobs, and the document of a machine's offsets. Out: changes of work
 lengths and radii beyond U and the dead band, as files for controls.
 
 Read `_document` (offsets, their limits, and what acts on them), `_facts` (results of a job,
-and the signed register), `_proposal` (deviations to changes, signs and handedness)
-and `_writing` (files for controls; preview, confirmed write, undo). `_command` is
+and the signed register), `_proposal` (deviations to changes, signs and handedness), `_dialects`
+(files for controls) and `_writing` (preview, confirmed write, undo). `_command` is
 `ocmm correct`, an entry point of `ocmm.commands`; nothing imports this package.
 """
 
@@ -13,6 +13,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_machine._command import correct_app
+    from ocmm_machine._dialects import CSV_COLUMNS, DIALECTS, correction_file
     from ocmm_machine._document import (
         ControlOffset, CorrectionDocument, Drive, MachineFrame, load_corrections,
     )  # fmt: skip
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
         CorrectionLine, MeasuredValue, PartFacts, facts_of, read_parts, values_in_force,
     )  # fmt: skip
     from ocmm_machine._proposal import Effect, OffsetChange, Proposal, propose
-    from ocmm_machine._writing import CSV_COLUMNS, DIALECTS, Machine, correction_file
+    from ocmm_machine._writing import Machine
 else:
     __getattr__ = door(__name__)
 

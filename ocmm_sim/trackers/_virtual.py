@@ -1,6 +1,7 @@
 """The virtual rig seen by a software tracker, in a private network namespace.
 
-Markers are as a tracker reports them: errors are drawn in space, not by cameras. The program of this module runs the server and starts its reader.
+Markers are as a tracker reports them: errors are drawn in space, not by cameras. The program of
+this module runs the server and starts its reader.
 """
 
 from __future__ import annotations

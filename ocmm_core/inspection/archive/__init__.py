@@ -3,9 +3,9 @@
 In: job files, and the current histories of calibrations and tips.
 Out: jobs recalculated from raw observations, suspect points, comparisons of batches.
 
-Read `_reopen` with `_stored_documents`, `_batch`, `_compare`. `_later_findings` has those on the
-calibration and the tip, `_recall_record` the decisions of a recall, and `_known` sends them to a
-worker. Jobs are read in memory (`storage.read_job`). It must not know a running station.
+Read `_reopen` (also what a worker must know) with `_stored_documents`, `_batch`, `_compare`.
+`_later_findings` has those on the calibration and the tip, `_recall_record` the decisions of a
+recall. Jobs are read in memory (`storage.read_job`). It must not know a running station.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.archive._compare import (
         Comparison, PartValue, Trend, compare_files, compare_folder, compare_jobs, why_not_counted,
     )  # fmt: skip
-    from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_here
     from ocmm_core.inspection.archive._later_findings import (
         CameraHistory, ask_tip, is_known, last_good_utc, points_in_doubt, settle_cameras,
         settle_tip,
@@ -30,7 +29,8 @@ if TYPE_CHECKING:
         points_digest,
     )  # fmt: skip
     from ocmm_core.inspection.archive._reopen import (
-        ReopenedJob, Tell, reopen_alone, reopen_content, reopen_job,
+        KnownOfJob, ReopenedJob, Tell, known_alone, known_here, reopen_alone, reopen_content,
+        reopen_job,
     )  # fmt: skip
     from ocmm_core.inspection.archive._stored_documents import StoredDocuments
 else:
