@@ -61,8 +61,8 @@ from ocmm_core.inspection.session import InspectionSession  # noqa: E402
 from ocmm_core.measuring import PointOptions, TouchCollector  # noqa: E402
 from ocmm_core.storage import JobFile, make_head  # noqa: E402
 from ocmm_core.tracking import TrackingPipeline, load_probe  # noqa: E402
-from ocmm_sim.described_slave import DescribedCamera  # noqa: E402
 from ocmm_sim.scene import VirtualRig, load_part  # noqa: E402
+from ocmm_sim.slave import DescribedCamera  # noqa: E402
 from ocmm_sim.sources import true_values  # noqa: E402
 
 SEEDS, OVER_THE_WIRE = 40, 2

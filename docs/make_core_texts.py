@@ -31,7 +31,7 @@ REPORTS = "ocmm_gui/reports"
 """All its texts and those of the core are collected."""
 ERRORS_ONLY = (
     "ocmm_gui", "ocmm_cli", "ocmm_bench", "ocmm_core/units",
-    "ocmm_sim/bus/", "ocmm_sim/calibration_scenes/", "ocmm_sim/described_slave.py",
+    "ocmm_sim/bus/", "ocmm_sim/calibration_scenes/",
     "ocmm_sim/firmware.py", "ocmm_sim/genicam/",
     "ocmm_sim/hand/", "ocmm_sim/scene/", "ocmm_sim/slave/", "ocmm_sim/trackers/",
     "ocmm_core/export/certificate/_artefact.py",

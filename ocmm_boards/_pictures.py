@@ -21,8 +21,7 @@ def take_pictures(
     countdown. Ctrl-C ends; all pictures so far are kept.
     """
     from ocmm_boards._board import load_board
-    from ocmm_boards._detection import corner_finder
-    from ocmm_boards._shots import genicam_source, next_view, write_view
+    from ocmm_boards._detection import corner_finder, genicam_source, next_view, write_view
     from ocmm_cli.terminal import DeferredInterrupt, make_console, progress_line, say
     from ocmm_core.camera import load_rig
 

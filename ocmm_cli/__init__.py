@@ -2,12 +2,11 @@
 
 In: arguments. Out: files, tables on the terminal, and an exit code.
 
-Read `_app` (the commands), `_measuring` (commands without a package),
-and `_entry` (turns every fault into a sentence and an exit code); `_kernels` lists the compiled
-functions of all packages and compiles them. Packages: `measure` (jobs, plans, reports, recall),
-`calibrate` (cameras, probes and tips), `bus` (cameras on the wire), `study` (fits, speeds,
-simulations); `terminal` is shared. `calibrate` and `study` are independent, and so are `bus` and
-`measure`.
+Read `_app` (the commands) and `_entry` (turns every fault into a sentence and an exit code);
+`_kernels` lists the compiled functions of all packages and compiles them. Packages: `measure`
+(jobs, plans, reports, recall), `calibrate` (cameras, probes and tips), `bus` (cameras on the wire),
+`study` (fits, speeds, simulations); `terminal` is shared. `calibrate` and `study` are independent,
+and so are `bus` and `measure`.
 Nothing imports it: the window starts from `composition`, as the commands do.
 """
 

@@ -12,24 +12,26 @@ import typer
 from typer.core import TyperGroup
 
 from ocmm_cli import calibrate, study
-from ocmm_cli._measuring import demo, has_display, measure, open_window
 from ocmm_cli.acceptance import acceptance_app, artefact_app, msa_app
 from ocmm_cli.archive import archive_app
-from ocmm_cli.audit import audit_app, key_app
 from ocmm_cli.bus import bus_app, camera_app, rig_app
 from ocmm_cli.measure import (
     align_command,
     align_plan_command,
     certificate_app,
     compare_command,
+    demo,
     environment_command,
+    has_display,
+    measure,
+    open_window,
     plan_app,
     recall_archived,
     recall_command,
     report_command,
 )
 from ocmm_cli.options import describe, described, read_typed_numbers
-from ocmm_cli.station import settings_app, station_app, support_app
+from ocmm_cli.station import audit_app, key_app, settings_app, station_app, support_app
 from ocmm_cli.terminal import make_console, say
 from ocmm_core.build import build_version
 from ocmm_core.plugins import load

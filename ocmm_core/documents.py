@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
@@ -20,6 +20,9 @@ from ocmm_core.errors import InputError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
 from ocmm_core.side_files import OversizeError, read_guarded
+
+if TYPE_CHECKING:
+    from lxml import etree
 
 LONGEST_NAME = 255
 """Characters of the name of a file with its folders."""
@@ -164,6 +167,29 @@ def decode_json(content: bytes | str, kind: type[D]) -> D:
         raise msgspec.DecodeError("it is nested too deeply") from error
     except UnicodeError as error:
         raise msgspec.DecodeError("it is not UTF-8 text") from error
+
+
+_DOCUMENT_TYPE = "it has a document type, which may name other files"
+
+
+def untrusted_xml(content: bytes, *, comments: bool = False) -> etree._Element:
+    """Return the root of a document; ValueError: it is not XML, or has a document type.
+
+    No entity is resolved, and no other file is read. `comments`: keep them and instructions.
+    """
+    from lxml import etree
+
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False,
+        huge_tree=False, recover=False, remove_comments=not comments, remove_pis=not comments,
+    )  # fmt: skip
+    try:
+        root = etree.fromstring(content, parser)
+    except etree.XMLSyntaxError as error:
+        raise ValueError(str(error)) from error
+    if root.getroottree().docinfo.internalDTD is not None:
+        raise ValueError(_DOCUMENT_TYPE)
+    return root
 
 
 def shortened(value: object) -> str:

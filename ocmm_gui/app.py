@@ -23,7 +23,7 @@ from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, hold_standard_streams, write_last
 from ocmm_core.host import library_fault
 from ocmm_core.options import DEFAULT_SERIAL
-from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
+from ocmm_core.settings import LoadedSettings, Settings, SettingsStore
 from ocmm_core.wording import LANGUAGE_VARIABLE, language_of
 from ocmm_gui import _showing as showing
 from ocmm_gui import kit
@@ -301,7 +301,7 @@ def _left_behind(path: Path, plan: Path | None) -> Path | None:
     """Remember the last job; remove a job without points and return None for it."""
     from ocmm_core.station import drop_job_without_points
 
-    recent = RecentPlaces()
+    recent = kit.RecentPlaces()
     if plan is not None:
         recent.note_plan(plan)
     with contextlib.suppress(OcmmError):

@@ -4,7 +4,7 @@ In: a document of volume, probe, attitudes and cameras from a catalogue, and the
 Out: a map of U over the volume, the best placement found, changes of it, and their sentences.
 
 Read `_plan` (the document, and the catalogue of cameras and lenses), `_prediction` (spots: what
-hides an LED, light, blur, noise; U of tip and length), `_search` (best placement), then `_sheet`
+hides an LED, light, blur, noise; U of tip and length; best placement), then `_sheet`
 (all of it, with changes, as JSON, and its sentences). It must not know files of models, jobs or the
 bus.
 """
@@ -14,9 +14,9 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_planner._plan import RigPlan, load_rig_plan
     from ocmm_planner._prediction import (
-        RigMap, Scene, predict_map, predict_tips, scene_of, shared_covariance, spots_of,
+        RigMap, Scene, placement_cost, predict_map, predict_tips, scene_of, search_places,
+        shared_covariance, spots_of,
     )  # fmt: skip
-    from ocmm_planner._search import placement_cost, search_places
     from ocmm_planner._sheet import (
         RigSheet, evaluate_plan, map_from_above, read_sheet, sheet_sentences, shopping_list,
     )  # fmt: skip

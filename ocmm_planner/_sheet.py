@@ -17,8 +17,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
 from ocmm_planner import _prediction as prediction
 from ocmm_planner._plan import RigPlan
-from ocmm_planner._prediction import LINE, RigMap, predict_map
-from ocmm_planner._search import cost_of, search_places
+from ocmm_planner._prediction import LINE, RigMap, cost_of, predict_map, search_places
 
 _SHORTEST_US = 1.0
 

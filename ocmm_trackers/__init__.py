@@ -3,10 +3,10 @@
 In: messages of a tracker. Out: spots of its equivalent cameras (`ocmm_core.camera`), in the
 ring of a station.
 
-Read `_messages` (what all protocols have in common), the decoders `_igtl`, `_natnet`, `_ndi` with
-`_ndi_replies`, and `_qtm`, then `_link`, `_frames` (markers to frames), `_proof` (unit and axes by
-the probe), `_source`, `_process`, `_feed` and `_specs` (the entries of `ocmm.sources`). It must not
-import virtual trackers.
+Read `_messages` (what all protocols have in common), the decoders `_igtl`,
+`_motion_capture` and `_ndi`, then `_frames` (markers to frames), `_proof` (unit and axes by the
+probe), `_source` (with the link), `_process`, `_feed` and `_specs` (the entries of `ocmm.sources`).
+It must not import virtual trackers.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -15,19 +15,16 @@ if TYPE_CHECKING:
     from ocmm_trackers._feed import tracker_config
     from ocmm_trackers._frames import FrameAccount, FrameBuilder, MarkerFrame
     from ocmm_trackers._igtl import IDENTITY, IgtlDecoder, checksum, decode, fraction_of
-    from ocmm_trackers._link import TrackerLink
     from ocmm_trackers._messages import (
         Decoder, DeviceStatus, MarkerPlace, Message, MessageAccount, Pose, SensorValues,
     )  # fmt: skip
-    from ocmm_trackers._natnet import NatNetDecoder
-    from ocmm_trackers._ndi import NdiDecoder
-    from ocmm_trackers._ndi_replies import checksum_ndi
+    from ocmm_trackers._motion_capture import NatNetDecoder, QtmDecoder
+    from ocmm_trackers._ndi import NdiDecoder, checksum_ndi
     from ocmm_trackers._process import (
         PROTOCOLS, TrackerConfig, tracker_command, tracker_description,
     )  # fmt: skip
     from ocmm_trackers._proof import GeometryProof, judge_geometry
-    from ocmm_trackers._qtm import QtmDecoder
-    from ocmm_trackers._source import TrackerSource
+    from ocmm_trackers._source import TrackerLink, TrackerSource
     from ocmm_trackers._specs import IGTL, NATNET, NDI, QTM
 else:
     __getattr__ = door(__name__)

@@ -17,9 +17,8 @@ from ocmm_core.camera import Vector3, load_rig, load_tracker
 from ocmm_core.failure import REOPEN, exit_with
 from ocmm_trackers._igtl import IgtlDecoder
 from ocmm_trackers._messages import Decoder
-from ocmm_trackers._natnet import NatNetDecoder
+from ocmm_trackers._motion_capture import NatNetDecoder, QtmDecoder
 from ocmm_trackers._ndi import NdiDecoder
-from ocmm_trackers._qtm import QtmDecoder
 from ocmm_trackers._source import TrackerSource
 
 PROTOCOLS: dict[str, type[Decoder]] = {

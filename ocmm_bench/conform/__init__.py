@@ -6,9 +6,9 @@ Out: a report with a verdict per rule, measured times, and a verdict on the came
 Start with `_run` (order of the rules), `_findings` (results, report, its text and HTML).
 `_bench` is the camera on its line, and a rule, with `_mail_line` (line, exchanges, mailboxes);
 `_sdo_talk` can send malformed requests. Rules: `_rules_startup`, `_rules_objects`,
-`_rules_mailbox`, `_rules_process_data`, `_rules_errors`, `_rules_services`.
+`_rules_process_data`, `_rules_errors` (also of the mailboxes), `_rules_services`.
 `_object_page` with `_page_of_the_wire` writes docs/integrator/camera_objects.md and the ESI file.
-`_conform_process` runs them with the rights of a bus process, `_command` is `ocmm camera conform`.
+`_run` is also the process with the rights of a bus process, `_command` is `ocmm camera conform`.
 The rules must not import bring-up, supervision or the software camera.
 """
 
@@ -16,13 +16,12 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_bench.conform._command import conform_camera
-    from ocmm_bench.conform._conform_process import ConformConfig, ConformNews
     from ocmm_bench.conform._findings import (
         CameraOutcome, ConformanceReport, RuleResult, RuleVerdict, TimingSheet, conformance_page,
         conformance_text,
     )  # fmt: skip
     from ocmm_bench.conform._mail_line import ConformLine, WireLine
-    from ocmm_bench.conform._run import RULES, conform, find_place
+    from ocmm_bench.conform._run import RULES, ConformConfig, ConformNews, conform, find_place
 else:
     __getattr__ = door(__name__)
 

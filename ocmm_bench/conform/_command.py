@@ -28,8 +28,8 @@ def conform_camera(
     Takes one to two minutes on an idle bus. Deletes the camera's black image, clears its errors
     and, with --firmware, updates it permanently. Exit code 0: GREEN; 1: RED; 3: INCOMPLETE.
     """
-    from ocmm_bench.conform._conform_process import ConformConfig, ConformNews
     from ocmm_bench.conform._findings import CameraOutcome, conformance_page, conformance_text
+    from ocmm_bench.conform._run import ConformConfig, ConformNews
     from ocmm_cli.bus import bus_to_scan, command_of, segment_for
     from ocmm_core.fieldbus.device import Firmware
 

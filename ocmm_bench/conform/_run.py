@@ -1,9 +1,16 @@
+"""Conformance test of a camera, and its process with the necessary rights; idle bus only.
+
+A line of JSON on standard input; lines of JSON as output: progress, then the report.
+"""
+
 from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from contextlib import closing
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 
 import msgspec
 
@@ -18,14 +25,17 @@ from ocmm_bench.conform._findings import (
     TimingSheet,
     printable,
 )
-from ocmm_bench.conform._mail_line import INIT, PREOP, ConformLine
+from ocmm_bench.conform._mail_line import INIT, PREOP, ConformLine, WireLine
 from ocmm_bench.conform._rules_errors import RULES as ERRORS
-from ocmm_bench.conform._rules_mailbox import RULES as MAILBOX
+from ocmm_bench.conform._rules_errors import RULES as MAILBOX
 from ocmm_bench.conform._rules_objects import RULES as OBJECTS
 from ocmm_bench.conform._rules_process_data import CLOCK, FRAMES
 from ocmm_bench.conform._rules_services import COMMANDS, FIRMWARE
 from ocmm_bench.conform._rules_startup import EEPROM, STATES
+from ocmm_core.acquisition.bus_process import WireErrand, run_errand, send_line
+from ocmm_core.documents import read_bytes
 from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.wire import RawLine, check_interface
 
 RULES: tuple[Rule, ...] = (
     *EEPROM, *STATES, *OBJECTS, *MAILBOX, *FRAMES, *CLOCK, *ERRORS, *COMMANDS, *FIRMWARE,
@@ -185,3 +195,43 @@ def _program() -> str:
         return version("ocmm")
     except PackageNotFoundError:
         return "unknown"
+
+
+class ConformConfig(WireErrand, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    module = "ocmm_bench.conform._run"
+    serial: int = 0
+    """Serial number; 0: the only camera."""
+    firmware: str = ""
+    """File signed by its maker; empty: none."""
+
+
+class ConformNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    done: int = 0
+    total: int = 0
+    title: str = ""
+    report: ConformanceReport | None = None
+    """At the end; None before."""
+
+
+def main() -> None:
+    run_errand(msgspec.json.Decoder(ConformConfig), _run, "The conformance test")
+
+
+def _run(config: ConformConfig) -> None:
+    image = read_bytes(Path(config.firmware)) if config.firmware else b""
+    check_interface(config.interface, force=config.force)
+    with closing(RawLine(config.interface)) as raw:
+        line = WireLine(raw)
+        report = conform(
+            line,
+            find_place(line, config.serial),
+            firmware=image,
+            told=lambda done, total, title: send_line(
+                ConformNews(done=done, total=total, title=title)
+            ),
+        )
+    send_line(ConformNews(report=report))
+
+
+if __name__ == "__main__":
+    main()

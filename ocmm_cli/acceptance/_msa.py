@@ -226,7 +226,7 @@ def _found(
     raise InputError("msa.name", f"There is no characteristic '{name}'.", f"Give one of {known}.")
 
 
-msa_app = typer.Typer(
+msa_app: typer.Typer = typer.Typer(
     no_args_is_help=True,
     help="Measurement system analysis: is the gauge fit for the tolerance.\n\nA study is a plan of "
     "blind codes; each job carries its code as serial number. Every characteristic of the "

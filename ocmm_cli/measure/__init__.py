@@ -2,23 +2,24 @@
 
 In: a plan and a source, or job files. Out: job files, reports, tables, an exit code.
 
-Read `_headless` (a whole job without a window, parts of a batch), `_plan` (check, new, import) with
-`_offers`, `_plan_rig`, `_align`, `_report`, `_compare`, `_recall`, `_environment` (ambient
-conditions), `_certificate` (certificates of the machine), and `_recording` (raw frames).
+Read `_measuring` (`ocmm measure` and `ocmm demo`), `_headless` (a whole job without a window, parts
+of a batch), `_plan` (check, new, import) with `_offers` (also of a planned rig), `_align` (also
+ambient conditions), `_report`, `_compare`, `_recall`, `_certificate` (certificates of the machine),
+and `_recording` (raw frames).
 It computes nothing: jobs are run by `station` and opened by `inspection.archive`.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_cli.measure._align import align_command, align_plan_command
+    from ocmm_cli.measure._align import align_command, align_plan_command, environment_command
     from ocmm_cli.measure._certificate import certificate_app
     from ocmm_cli.measure._compare import compare_command
-    from ocmm_cli.measure._environment import environment_command
     from ocmm_cli.measure._headless import (
         await_part, exit_code, missing_sentences, print_explanations, print_states, print_table,
         print_verdict, run_job,
     )  # fmt: skip
+    from ocmm_cli.measure._measuring import demo, has_display, measure, open_window
     from ocmm_cli.measure._plan import plan_app
     from ocmm_cli.measure._recall import recall_archived, recall_command
     from ocmm_cli.measure._recording import record_source
@@ -28,7 +29,7 @@ else:
 
 __all__ = [
     "align_command", "align_plan_command", "await_part", "certificate_app", "compare_command",
-    "environment_command", "exit_code", "missing_sentences", "plan_app", "print_explanations",
-    "print_states", "print_table", "print_verdict", "recall_archived", "recall_command",
-    "record_source", "report_command", "run_job",
+    "demo", "environment_command", "exit_code", "has_display", "measure", "missing_sentences",
+    "open_window", "plan_app", "print_explanations", "print_states", "print_table", "print_verdict",
+    "recall_archived", "recall_command", "record_source", "report_command", "run_job",
 ]  # fmt: skip

@@ -10,8 +10,7 @@ import msgspec
 import typer
 
 from ocmm_cli.measure import _offers as offers
-from ocmm_cli.measure._offers import account_json, print_account, print_requirements
-from ocmm_cli.measure._plan_rig import plan_rig
+from ocmm_cli.measure._offers import account_json, plan_rig, print_account, print_requirements
 from ocmm_cli.terminal import make_console, print_table_account, say, say_word
 from ocmm_core.errors import InputError
 from ocmm_core.tables import TableOptions
@@ -232,7 +231,7 @@ def require_free(output: Path, *, overwrite: bool) -> None:
         )
 
 
-plan_app = typer.Typer(no_args_is_help=True, help="Check, create and import plans.")
+plan_app: typer.Typer = typer.Typer(no_args_is_help=True, help="Check, create and import plans.")
 plan_app.command(name="import")(import_command)
 plan_app.command(name="rig")(plan_rig)
 

@@ -1,17 +1,18 @@
-"""``ocmm station``, ``ocmm settings``, ``ocmm support``: computer of a station, and support.
+"""The computer of a station: ``ocmm station``, ``settings``, ``support``, ``audit`` and ``key``.
 
 In: options. Out: a line with a light for each check, or the same as JSON.
 
-Read `_station` (doctor, support), then `_settings`. Judgement is in `ocmm_core.doctor`,
-`ocmm_core.settings` and `ocmm_core.support`.
+Read `_station` (doctor, support), then `_settings` and `_audit` (integrity, keys). Judgement is in
+`ocmm_core.doctor`, `ocmm_core.settings`, `ocmm_core.export.audits` and `ocmm_core.support`.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
+    from ocmm_cli.station._audit import audit_app, key_app
     from ocmm_cli.station._settings import settings_app
     from ocmm_cli.station._station import station_app, support_app
 else:
     __getattr__ = door(__name__)
 
-__all__ = ["settings_app", "station_app", "support_app"]
+__all__ = ["audit_app", "key_app", "settings_app", "station_app", "support_app"]

@@ -2,7 +2,7 @@
 
 In: texts, tables, arrays of pixels, points. Out: text for terminals and pipes, PNG, PGM, SVG.
 
-Read `_console` (language, printing, Ctrl-C), `_table` (tables for any width), then `_svg` (small
+Read `_console` (language, printing, tables for any width, Ctrl-C), then `_svg` (small
 plots without a plotting library, and 16 bit images). It must not know any command.
 """
 
@@ -10,13 +10,12 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.terminal._console import (
-        DeferredInterrupt, PlainConsole, heads, language, lead, make_console, print_notes,
-        print_table_account, progress_line, say, say_later, say_word, shown, told,
+        DeferredInterrupt, PlainConsole, heads, language, lead, make_console, print_grid,
+        print_notes, print_table_account, progress_line, say, say_later, say_word, shown, told,
     )  # fmt: skip
     from ocmm_cli.terminal._svg import (
         bending, encoder_for, histogram, label, nice_limit, page, points_in_space, tip_map,
     )  # fmt: skip
-    from ocmm_cli.terminal._table import print_grid
 else:
     __getattr__ = door(__name__)
 

@@ -4,18 +4,17 @@ In: a `PartModel` from the reader of STEP files, or its bytes. Out: its bytes or
 read back without a CAD library, an error sentence for an invalid one, and the nearest points of its
 faces.
 
-Read `_part_model` (the parts of a model), `_checked_model` (consistency) and `_model_file` (as
-bytes); `_spline` computes with one surface, `_trimming` with its outline and the bounds of its
-distance, `_nearest` finds the nearest point of trimmed faces. `_nominal_face` is a face as a plan
-holds it, with its touch points, `_part_model` places the part before the cameras; `_model_file`
-finds the reader of a model that a package adds (`ocmm.models`).
+Read `_part_model` (the parts of a model, their consistency) and `_model_file` (as bytes);
+`_spline` computes with one surface, `_trimming` with its outline and the bounds of its distance,
+`_nearest` finds the nearest point of trimmed faces. `_nominal_face` is a face as a plan holds it,
+with its touch points, `_part_model` places the part before the cameras; `_model_file` finds the
+reader of a model that a package adds (`ocmm.models`).
 It must not know plans, features or pictures.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.part_model._checked_model import FARTHEST_MM, MOST_FACES, MOST_TRIANGLES
     from ocmm_core.part_model._model_file import (
         LARGEST_MODEL, MODEL_ENDING, STEP_ENDINGS, FilesOfModel, ModelReader, model_endings,
         model_from_bytes, model_reader, model_to_bytes, read_model_file, write_model_file,
@@ -27,7 +26,8 @@ if TYPE_CHECKING:
         NominalFace, face_fault, nominal_face, searched, spread_places,
     )  # fmt: skip
     from ocmm_core.part_model._part_model import (
-        NO_COLOUR, ModelFace, PartModel, PlacedPart, Placement, SplineSurface, Triangles,
+        FARTHEST_MM, MOST_FACES, MOST_TRIANGLES, NO_COLOUR, ModelFace, PartModel, PlacedPart,
+        Placement, SplineSurface, Triangles,
     )  # fmt: skip
     from ocmm_core.part_model._spline import bezier_surface, derivatives_at, normals_at, places_at
 else:

@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 from ocmm_core.documents import decode_json, read_bytes, write_atomic
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_core.part_model._checked_model import check_model
-from ocmm_core.part_model._part_model import ModelFace, PartModel, SplineSurface
+from ocmm_core.part_model._part_model import ModelFace, PartModel, SplineSurface, check_model
 from ocmm_core.plugins import load_all
 
 MODEL_ENDING = ".ocmm-part"

@@ -1,11 +1,11 @@
-"""Settings of a station and of its users, and recently used places.
+"""Settings of a station and of its users.
 
 In: settings documents (`ocmm.settings/1`, TOML) of the station and of the user.
 Out: a complete set of settings, the origin of each, and notes about ignored entries.
 
 Read `_specs` (table of all settings), `_values` (one value, from a file or typed), `_file` (a
 document: tolerant reading, changes under a lock, its TOML text), `_settings` (documents and
-command line together), `_recent` (recent places).
+command line together).
 `_settings_seal` signs the settings that change a verdict.
 The window and `ocmm settings` use it. Commands that measure read one rule alone: released plans
 only (decision 74). It must not know a screen nor load a numerical library: the window reads it
@@ -16,7 +16,6 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile, toml_text
-    from ocmm_core.settings._recent import RecentPlaces, is_shipped
     from ocmm_core.settings._settings import (
         SETTINGS_NAME, LoadedSettings, SettingOrigin, Settings, SettingsStore, released_plans_only,
         temperatures_hold,
@@ -31,8 +30,7 @@ else:
 
 __all__ = [
     "DEFAULT_SOURCE", "RECOMMENDED_RIG", "SECTIONS", "SETTINGS", "SETTINGS_NAME", "SETTINGS_SCHEMA",
-    "STANDARD_PROBE", "Applies", "Kind", "LoadedSettings", "Note", "RecentPlaces", "Scope",
-    "SettingOrigin", "SettingSpec", "Settings", "SettingsFile", "SettingsStore", "Value",
-    "is_shipped", "released_plans_only", "spec_of", "temperatures_hold", "text_of", "toml_text",
-    "value_of_text",
+    "STANDARD_PROBE", "Applies", "Kind", "LoadedSettings", "Note", "Scope", "SettingOrigin",
+    "SettingSpec", "Settings", "SettingsFile", "SettingsStore", "Value", "released_plans_only",
+    "spec_of", "temperatures_hold", "text_of", "toml_text", "value_of_text",
 ]  # fmt: skip

@@ -8,8 +8,8 @@ of an inspector), ``jobs`` (`_job_change`: the next part, another plan), ``looks
 bus), ``instruments`` (calibration and probe), ``maintenance``, ``reports``, ``events`` (signals)
 and ``faults`` (permanent until restart). `_frame_loop` is the thread from ring to touches,
 and the step after it, `_live` the current state of the machine. The watches:
-`_calibration_watch`, `_probe_watch`, `_bus_watch`. Package `stream` serves other programs,
-`_service` starts servers of other packages. Numbers come from lower packages. It must not know a
+`_calibration_watch`, `_probe_watch`, `_bus_watch`. Package `stream` serves other programs, and
+`_station` starts servers of other packages. Numbers come from lower packages. It must not know a
 screen.
 """
 
@@ -27,8 +27,9 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.station._job_change import JobChange
     from ocmm_core.station._looks import Looks, StationMaintenance
-    from ocmm_core.station._service import ServiceSpec, ServiceState, StationService, start_service
-    from ocmm_core.station._station import MeasuringStation, StationOptions
+    from ocmm_core.station._station import (
+        MeasuringStation, ServiceSpec, ServiceState, StationOptions, StationService, start_service,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

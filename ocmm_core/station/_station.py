@@ -2,7 +2,8 @@
 
 Window and command line use the same station. Frames go from the ring through tracking to the
 session on the reconstruction thread; all others pull snapshots. Signals carry changes of state only
-and are emitted on the thread that made the change.
+and are emitted on the thread that made the change. Installed packages add servers that let other
+programs measure with a running station.
 """
 
 from __future__ import annotations
@@ -16,15 +17,18 @@ from dataclasses import dataclass, replace
 from datetime import timedelta
 from functools import partial
 from pathlib import Path
+from typing import Any, Protocol
 
 from ocmm_core.acceptance import ThermometerLog
 from ocmm_core.acquisition.bus_process import Acquisition, ChildProcess, RemoteObjects
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.acquisition.recording import FrameHistory
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan
+from ocmm_core.plugins import load
+from ocmm_core.settings import Settings
 from ocmm_core.station._bus_watch import BusWatch
 from ocmm_core.station._calibration_watch import CalibrationWatch
 from ocmm_core.station._faults import StationEvents, StationFaults
@@ -244,3 +248,58 @@ class MeasuringStation:
     def wait_finished(self, timeout_s: float) -> bool:
         """Wait until the source has ended and all its frames are measured; return whether so."""
         return self._frames.wait_drained(timeout_s)
+
+
+GROUP = "ocmm.services"
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceState:
+    """What a server does now, for screens."""
+
+    title: str
+    """Protocol and edition."""
+    address: str
+    client: str = ""
+    """Address of the connected program; empty: none."""
+    command: str = ""
+    answer: str = ""
+    """`command`, `answer`: last lines of the program and to it."""
+    sentence: str = ""
+    """Last sentence for the operator."""
+
+
+class StationService(Protocol):
+    """A running server; its methods may be called on any thread."""
+
+    def state(self) -> ServiceState: ...
+
+    def operate(self, words: str) -> None:
+        """Send a word of the operator, such as ``done``."""
+        ...
+
+    def close(self) -> bool:
+        """Disconnect the program and release the station, which keeps running; False: too late."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceSpec:
+    """A server in the group `ocmm.services`."""
+
+    start: Callable[[MeasuringStation, Any, Settings], StationService]
+    """From a running station, its virtual hand or None, and settings; OcmmError if it cannot."""
+
+
+def start_service(
+    name: str, station: MeasuringStation, hand: Any, settings: Settings
+) -> StationService:
+    """Start an installed server on a running station; OcmmError if it cannot."""
+    spec = load(GROUP, name, ServiceSpec)
+    if spec is None:
+        raise InputError(
+            "service.not_installed",
+            f"The server {name} is not installed.",
+            "Install OCMM again, with all its packages.",
+        )
+    return spec.start(station, hand, settings)

@@ -11,7 +11,6 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from ocmm_core.documents import resource
-from ocmm_core.settings import RecentPlaces
 from ocmm_gui import kit
 from ocmm_gui.home._setting_row import HIGH_PX
 from ocmm_gui.kit import tr
@@ -49,10 +48,10 @@ class FileBrowser(QWidget):
     chosen = Signal(object)
     left = Signal()
 
-    def __init__(self, recent: RecentPlaces | None = None) -> None:
+    def __init__(self, recent: kit.RecentPlaces | None = None) -> None:
         super().__init__()
         self.setAccessibleName(tr("Files"))
-        self._recent = recent or RecentPlaces()
+        self._recent = recent or kit.RecentPlaces()
         self._wanted = FileType.ANY
         self._folder = Path.home()
         self._worker = Worker("ocmm-files", self)

@@ -18,7 +18,6 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_core.settings import is_shipped
 from ocmm_gui import kit
 from ocmm_gui.kit import later, tr
 from ocmm_gui.work import SideProcess, Teller
@@ -225,7 +224,7 @@ class PlanChoice(kit.Sheet):
         self.list.clear()
         for plan in plans:
             remarks = tuple(map(kit.said, plan.remarks))
-            where = tr("shipped with OCMM") if is_shipped(plan.path) else str(plan.path)
+            where = tr("shipped with OCMM") if kit.is_shipped(plan.path) else str(plan.path)
             item = QListWidgetItem(
                 tr("{name}, part {part}; {release}\n{where}").format(
                     name=plan.name, part=plan.part, release=", ".join(remarks), where=where

@@ -14,7 +14,7 @@ from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKe
 from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
+from ocmm_core.settings import LoadedSettings, Settings, SettingsStore
 from ocmm_gui import kit
 from ocmm_gui.access import HandsAndEyes, PageStack, ZoomArea
 from ocmm_gui.home._file_browser import FileBrowser, FileType
@@ -73,7 +73,10 @@ class StartWindow(kit.NoticeWindow):
     closed = Signal()
 
     def __init__(
-        self, store: SettingsStore, notices: kit.NoticeCentre, recent: RecentPlaces | None = None
+        self,
+        store: SettingsStore,
+        notices: kit.NoticeCentre,
+        recent: kit.RecentPlaces | None = None,
     ) -> None:
         super().__init__()
         self.setWindowTitle("OCMM")
@@ -81,7 +84,7 @@ class StartWindow(kit.NoticeWindow):
         self.setAcceptDrops(True)
         self.choice: StartChoice | None = None
         self._store, self._notices = store, notices
-        self._recent = recent or RecentPlaces()
+        self._recent = recent or kit.RecentPlaces()
         self._lists = Worker("ocmm-start", self)
         self._state: StationState | None = None
         self._state_comes = False

@@ -8,9 +8,9 @@ from PySide6.QtCore import QEvent, QMimeData, QSize, Qt, QUrl, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QFileDialog, QFrame, QSizePolicy, QWidget
 
-from ocmm_core.settings import RecentPlaces
 from ocmm_gui.kit._narrow import HintField, NarrowButton
 from ocmm_gui.kit._parts import dressed, hbox
+from ocmm_gui.kit._recent import RecentPlaces
 from ocmm_gui.kit._shortcuts import is_never_typed
 from ocmm_gui.kit._texts import PlainLabel, later, tr
 from ocmm_gui.kit._theme import Themed, text_font

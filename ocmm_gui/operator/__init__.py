@@ -4,8 +4,8 @@ In: live snapshots and views of the job from the bridge. Out: two screens, and s
 
 Start with `_far_view` (legible at three metres) and `_desk_view` (everything, and the choice of a
 point), then their parts: `_readout` (also sounds), `_status_strip` (also of the server for
-measuring programs), `_status_bands`, `_large_parts`, `_feature_panel` with `_feature_details`,
-`_plan_list`. `_job_sheet` starts a job. It must not import results, plan editor, Maintain or
+measuring programs), `_status_bands`, `_view_parts` (also the plan list), `_feature_panel` with
+`_feature_details`. `_job_sheet` starts a job. It must not import results, plan editor, Maintain or
 wizards.
 """
 

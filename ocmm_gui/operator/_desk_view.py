@@ -31,10 +31,9 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import tr
 from ocmm_gui.operator._feature_panel import FeaturePanel
-from ocmm_gui.operator._large_parts import PartVerdictView
-from ocmm_gui.operator._plan_list import FeatureList
 from ocmm_gui.operator._readout import CoachedView, Readout
 from ocmm_gui.operator._status_strip import Guidance, StatusStrip
+from ocmm_gui.operator._view_parts import FeatureList, PartVerdictView
 from ocmm_gui.views import CameraViews, PointView, StepPicture
 
 _MOST_NAMED = 4

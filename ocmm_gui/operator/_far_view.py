@@ -25,8 +25,8 @@ from ocmm_gui.charts import ToleranceBar
 from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import later, tr
 from ocmm_gui.operator._feature_details import CoverageView
-from ocmm_gui.operator._large_parts import FarMessage, PartVerdictView, TargetRing
 from ocmm_gui.operator._readout import CoachedView, Readout
+from ocmm_gui.operator._view_parts import FarMessage, PartVerdictView, TargetRing
 
 _VALUES = (
     ("measured", later("Measured"), "0000.000"),

@@ -12,8 +12,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export.report import write_account
 from ocmm_core.inspection.plan import EDITED, Plan, check_plan, load_plan
 from ocmm_core.names import file_stem
-from ocmm_core.settings import is_shipped
-from ocmm_gui.kit import ActionInfo, Sheet, later, make_button, tr
+from ocmm_gui.kit import ActionInfo, Sheet, is_shipped, later, make_button, tr
 from ocmm_gui.plan_editor import _plan_checks as plan_checks
 from ocmm_gui.plan_editor import _plan_items as plan_items
 from ocmm_gui.plan_editor._from_models import ModelImport

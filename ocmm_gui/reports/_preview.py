@@ -11,19 +11,28 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QImage, QPixmap, QResizeEvent
 from PySide6.QtWidgets import QLabel, QScrollArea, QWidget
 
+from ocmm_core.documents import read_text, resource
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export import EXPORTERS, PDF, preview, preview_text, write_report, write_together
 from ocmm_core.export.certificate import Certificate, certificate_of_folder, signed_certificates
-from ocmm_core.export.report import ReportData, specimen_report
+from ocmm_core.export.report import Instrument, ReportData, report_data
 from ocmm_core.export.template import Particulars, headed_paper, load_paper, template_in_use
+from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.measuring import Climate
 from ocmm_core.named_file import FileIdentity
 from ocmm_core.settings import Settings
+from ocmm_core.storage import JobHead
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 from ocmm_gui.kit import dressed, later, vbox
 from ocmm_gui.reports._certificate import certificate_pdf
 from ocmm_gui.reports._paper import drawing
 from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
 from ocmm_gui.work import Teller
 
+_PLAN = ("plans", "quick.toml")
+_NAME = "SPECIMEN"
+_NO_JOB = "00000000-0000-0000-0000-000000000000"
 _MOST_LINES = 400
 """Only the beginning of a cloud of points is shown."""
 _FAST = 1
@@ -150,9 +159,45 @@ class PreviewTask:
                 tell.give(_pictured(image, index, count))
 
 
+def _specimen_report() -> ReportData:
+    """Return the report of an untouched part: all NOT MEASURED, no number made up, SIMULATED."""
+    path = resource(*_PLAN)
+    plan = load_plan(path)
+    head = JobHead(
+        job_uuid=_NO_JOB, created_utc="", software_version="", operator="", part=_NAME, serial="",
+        plan_text=read_text(path), rig_text="", probe_text="",
+    )  # fmt: skip
+    view = JobView(
+        job=_NAME,
+        part=_NAME,
+        operator="",
+        features=tuple(
+            FeatureView(one.name, one.shape, one.points, FeatureState.PENDING, (), None, "")
+            for one in plan.features
+        ),
+        active="",
+        characteristics=tuple(
+            CharacteristicResult(
+                name=one.name, kind=one.kind, features=tuple(one.features), nominal=one.nominal,
+                lower=one.lower, upper=one.upper, measured=None, deviation=None, uncertainty=None,
+                verdict=Verdict.NOT_MEASURED,
+            )
+            for one in plan.characteristics
+        ),
+        refusal=None,
+        complete=False,
+        requirements=None,
+        simulated=True,
+    )  # fmt: skip
+    return report_data(
+        view, head, plan, T_part_from_world=None, calibration=Instrument(""), probe=Instrument(""),
+        reference=Instrument(""), climate=Climate(),
+    )  # fmt: skip
+
+
 def template_page(settings: Settings, width: int) -> PagePicture:
     """Return page one of an empty report; InputError if template or logo cannot be used."""
-    data = replace(specimen_report(), paper=headed_paper(settings))
+    data = replace(_specimen_report(), paper=headed_paper(settings))
     with drawing():
         canvas = lay_out(data)
         return _pictured(page_picture(canvas, 0, data, width), 0, len(canvas.pages))

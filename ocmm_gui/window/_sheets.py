@@ -12,10 +12,10 @@ from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.records import RecordStore, default_folder
 from ocmm_core.inspection.evaluation import JobView
-from ocmm_core.settings import LoadedSettings, RecentPlaces, SettingsStore
+from ocmm_core.settings import LoadedSettings, SettingsStore
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.help import KeysSheet
-from ocmm_gui.kit import LateParts, NoticeCentre, Sheet, said, tr, usable_keys
+from ocmm_gui.kit import LateParts, NoticeCentre, RecentPlaces, Sheet, said, tr, usable_keys
 from ocmm_gui.operator import JobSheet
 
 if TYPE_CHECKING:

@@ -27,7 +27,6 @@ from ocmm_core.fieldbus.device import (
     ErrorRegister,
 )
 from ocmm_sim.bus import _faults as faults
-from ocmm_sim.described_slave import DescribedCamera
 from ocmm_sim.firmware import FirmwareBanks
 from ocmm_sim.slave import (
     AL_STATUS,
@@ -36,6 +35,7 @@ from ocmm_sim.slave import (
     CameraFrames,
     CameraStore,
     ClockPattern,
+    DescribedCamera,
     Segment,
     SoftwareCamera,
     checksum_of_configuration,

@@ -5,7 +5,8 @@ Out: answers as of a real camera, including registers, mailboxes and process dat
 
 Start with `_software_camera` (the whole); then `_esc` with `_registers` (controller),
 `_segment` (cameras on one wire), `_coe` with `_sdo_values` (objects), `_electronics`, `_store`
-(memory, errors, black image), `_sii`; `_frames` (providers and buffer).
+(memory, errors, black image), `_sii`; `_frames` (providers and buffer); `_described_slave`
+(a camera of another maker, from its description).
 It must not import optics or the scene: a provider supplies the frames.
 """
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from ocmm_sim.slave import _registers as registers
     from ocmm_sim.slave import _sii as sii
     from ocmm_sim.slave._coe import CoeServer
+    from ocmm_sim.slave._described_slave import DescribedCamera
     from ocmm_sim.slave._esc import Esc
     from ocmm_sim.slave._frames import (
         CHUNK_FRAMES, CLOCK_MODULUS_US, FIFO_FRAMES, OVERRUN_FLAG, SENSOR_PX, CameraFrames,
@@ -36,7 +38,8 @@ __all__ = [
     "AL_STATUS", "AL_SYNC", "CHUNK_FRAMES", "CLOCK_MODULUS_US", "ETHERTYPE", "FIFO_FRAMES", "INIT",
     "OP", "OVERRUN_FLAG", "PREOP", "SAFEOP", "SENSOR_PX", "STATION_ADDRESS", "STATION_ALIAS",
     "SYSTEM_TIME", "TIME_DIFFERENCE", "Abort", "AbortError", "CameraFrames", "CameraStore",
-    "ClockPattern", "CoeServer", "DatagramCommand", "Esc", "FrameBuffer", "Frames", "Segment",
-    "SimpleSensor", "SlaveClock", "SoftwareCamera", "TestPattern", "checksum_of_configuration",
-    "difference_register", "read_clock", "registers", "sii", "sii_image", "time_difference",
+    "ClockPattern", "CoeServer", "DatagramCommand", "DescribedCamera", "Esc", "FrameBuffer",
+    "Frames", "Segment", "SimpleSensor", "SlaveClock", "SoftwareCamera", "TestPattern",
+    "checksum_of_configuration", "difference_register", "read_clock", "registers", "sii",
+    "sii_image", "time_difference",
 ]  # fmt: skip

@@ -45,20 +45,20 @@ def sii_image(serial: int, alias: int, layout: device.InputLayout = device.NEWES
     head = head.ljust(0x7C, b"\x00")
     head += struct.pack("<HH", device.SII_BYTES * 8 // 1024 - 1, 1)
     strings = _Strings()
-    body = _category(_CATEGORY_GENERAL, _general(strings))
-    body += _category(_CATEGORY_FMMU, bytes([1, 2]))
-    body += _category(
+    body = sii_category(_CATEGORY_GENERAL, _general(strings))
+    body += sii_category(_CATEGORY_FMMU, bytes([1, 2]))
+    body += sii_category(
         _CATEGORY_SYNC_MANAGERS, b"".join(struct.pack("<HHBBBB", *sm) for sm in SYNC_MANAGERS)
     )
     body += b"".join(
         _pdo(_CATEGORY_TX_PDO, pdo, device.SM_INPUTS, strings) for pdo in layout.input_pdos
     )
     body += _pdo(_CATEGORY_RX_PDO, device.OUTPUT_PDO, device.SM_OUTPUTS, strings)
-    body += _category(
+    body += sii_category(
         _CATEGORY_CLOCK, b"".join(_clock(mode, strings) for mode in device.CLOCK_MODES)
     )
     # Strings come first, but are complete only now.
-    body = _category(_CATEGORY_STRINGS, strings.content) + body
+    body = sii_category(_CATEGORY_STRINGS, strings.content) + body
     return (bytes(head) + body + b"\xff\xff").ljust(device.SII_BYTES, b"\xff")
 
 
@@ -104,7 +104,7 @@ def _clock(mode: device.ClockMode, strings: _Strings) -> bytes:
     )  # fmt: skip
 
 
-def _category(kind: int, content: bytes) -> bytes:
+def sii_category(kind: int, content: bytes) -> bytes:
     content += bytes(len(content) % 2)
     return struct.pack("<HH", kind, len(content) // 2) + content
 
@@ -119,7 +119,7 @@ def _pdo(category: int, pdo: device.Pdo, sync_manager: int, strings: _Strings) -
             "<HBBBBH",
             entry.index, entry.sub, strings.number(entry.name), entry.kind & 0xFF, entry.bits, 0,
         )  # fmt: skip
-    return _category(category, content)
+    return sii_category(category, content)
 
 
 def checksum_of_configuration(content: bytes | bytearray) -> int:

@@ -3,19 +3,18 @@
 In: frames of a virtual rig, the document of a tracker. Out: messages of a tracker; faults on
 request.
 
-Read `_device` (markers and their errors), `_encoder` (what protocols share, faults, the server),
-`_streams` and `_ndi` (messages), then `_virtual` (the virtual rig in a private network namespace).
+Read `_encoder` (what protocols share, faults, the server), `_streams` and `_ndi` (messages), then
+`_virtual` (markers and their errors; the virtual rig in a private network namespace).
 It must not import the receiver of the messages, except for its start and the checksums.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_sim.trackers._device import MarkerErrors, SoftwareTracker
     from ocmm_sim.trackers._encoder import MarkerEncoder, TrackerFaults, TrackerServer, datagrams_of
     from ocmm_sim.trackers._ndi import NdiEncoder, Newest
     from ocmm_sim.trackers._streams import IgtlEncoder, Kind, NatNetEncoder, QtmEncoder, message
-    from ocmm_sim.trackers._virtual import virtual_tracker_feed
+    from ocmm_sim.trackers._virtual import MarkerErrors, SoftwareTracker, virtual_tracker_feed
 else:
     __getattr__ = door(__name__)
 

@@ -1,6 +1,7 @@
 """The virtual rig seen by a software tracker, in a private network namespace.
 
-The program of this module runs the server and starts its reader.
+Markers are as a tracker reports them: errors are drawn in space, not by cameras. The program of
+this module runs the server and starts its reader.
 """
 
 from __future__ import annotations
@@ -11,15 +12,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
+import numpy as np
 
 from ocmm_core.acquisition.bus_process import read_first_line
 from ocmm_core.acquisition.frames import FrameFlag, FrameRing
 from ocmm_core.camera import Rig, TrackerDocument, load_tracker
 from ocmm_core.composition import Feed
 from ocmm_core.fieldbus.wire import set_link
+from ocmm_core.geometry import Float
 from ocmm_sim.bus import VirtualWire, paced, run_both, run_inside
-from ocmm_sim.scene import RigScript
-from ocmm_sim.trackers._device import SoftwareTracker
+from ocmm_sim.scene import RigScript, VirtualRig
 from ocmm_sim.trackers._encoder import MarkerEncoder, TrackerServer
 from ocmm_sim.trackers._ndi import NdiEncoder
 from ocmm_sim.trackers._streams import IgtlEncoder, NatNetEncoder, QtmEncoder
@@ -30,6 +32,92 @@ from ocmm_trackers import (
     tracker_config,
     tracker_description,
 )
+
+_WAVES = 128
+
+
+class MarkerErrors:
+    """Errors of a tracker: noise, place, scale, filter and rounding, all drawn from one seed.
+
+    Successive calls of `reported` are frames of the same markers.
+    """
+
+    def __init__(self, document: TrackerDocument, seed: int) -> None:
+        noise = document.noise
+        self._noise, self._head = noise, np.array(document.head)
+        middle = np.mean([document.volume_min, document.volume_max], axis=0)
+        self._sight = (middle - self._head) / np.linalg.norm(middle - self._head)
+        self._rng = np.random.default_rng([seed, 45])
+        self._waves = self._rng.standard_normal((_WAVES, 3, 3)) / noise.place_length
+        self._phases = self._rng.uniform(0.0, 2.0 * np.pi, (_WAVES, 3))
+        self._scale = 1.0 + noise.scale_sigma * self._rng.standard_normal()
+        # A filter of first order leaves noise of this share of its input.
+        self._share = np.sqrt((1.0 - noise.correlation) / (1.0 + noise.correlation))
+        self._filtered: Float | None = None
+
+    def reported(self, places: Float) -> Float:
+        """Return the markers (n, 3), mm, of the next frame, NaN kept."""
+        noise = self._noise
+        white = self._shaped(places, self._rng.standard_normal(places.shape)) * noise.sigma_across
+        raw = self.systematic(places) + white / self._share
+        if self._filtered is None:
+            # As after many frames at rest.
+            raw = raw + (self._share - 1.0) * white / self._share
+            self._filtered = raw
+        else:
+            before = np.where(np.isfinite(self._filtered), self._filtered, raw)
+            self._filtered = noise.correlation * before + (1.0 - noise.correlation) * raw
+        if not noise.rounding:
+            return self._filtered
+        rounded: Float = np.round(self._filtered / noise.rounding) * noise.rounding
+        return rounded
+
+    def restart(self) -> None:
+        """Forget the frames before, as after many frames at rest elsewhere."""
+        self._filtered = None
+
+    def systematic(self, places: Float) -> Float:
+        """Return the markers with the errors that are the same in all frames."""
+        phase = np.einsum("wai,ni->nwa", self._waves, places) + self._phases
+        field = np.sqrt(2.0 / _WAVES) * np.cos(phase).sum(axis=1)
+        moved = self._head + self._scale * (places - self._head)
+        found: Float = moved + self._shaped(places, field) * self._noise.place_sigma
+        return found
+
+    def _shaped(self, places: Float, errors: Float) -> Float:
+        """Return errors (n, 3) of unit size, grown with distance, longer along the sight."""
+        noise = self._noise
+        ratio = noise.sigma_along / noise.sigma_across
+        sight, grown = np.broadcast_to(self._sight, places.shape), np.ones(len(places))
+        if noise.growth == "distance":
+            away = np.linalg.norm(places - self._head, axis=1)
+            sight, grown = (places - self._head) / away[:, None], away / noise.distance
+        along = np.sum(errors * sight, axis=1)
+        more = along * (ratio * grown - 1.0)
+        found: Float = grown[:, None] * (errors + sight * more[:, None])
+        return found
+
+
+class SoftwareTracker:
+    """A tracker that observes the probe of a virtual rig; frames in increasing order."""
+
+    def __init__(self, rig: VirtualRig, document: TrackerDocument, seed: int) -> None:
+        self._rig, self._head = rig, np.array(document.head)
+        self._errors = MarkerErrors(document, seed)
+        self._leds, self._tip = rig.truth.leds_probe, rig.truth.tip_probe
+        self._cosine = np.cos(rig.body.emission_half_angle)
+
+    def markers(self, frame: int) -> Float:
+        """Return the reported markers (L, 3), mm, NaN if hidden."""
+        motion = self._rig.motion(frame, 1)
+        turn = motion.rotation_world_from_probe[0]
+        places = self._leds @ turn.T + motion.origin_world(self._tip)[0]
+        rays = self._head - places
+        lights = self._rig.body.led_directions_probe @ turn.T
+        seen = np.sum(lights * rays, axis=1) >= self._cosine * np.linalg.norm(rays, axis=1)
+        found: Float = np.where(seen[:, None], self._errors.reported(places), np.nan)
+        return found
+
 
 _MODULE = "ocmm_sim.trackers._virtual"
 _FIRST_NS = 1_764_500_000_000_000_000

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_cli._measuring import has_display
+from ocmm_cli.measure import has_display
 from tests.host import HANG_S, needs_tools, on_linux_only
 
 pytestmark = on_linux_only

@@ -17,7 +17,7 @@ from ocmm_core.inspection.evaluation import Target, cue
 from ocmm_core.inspection.plan import load_plan
 from ocmm_gui.kit import THEMES, Approach, SoundPlayer
 from ocmm_gui.kit._sound import scale_step, step_wav
-from ocmm_gui.operator._large_parts import TargetRing
+from ocmm_gui.operator._view_parts import TargetRing
 from ocmm_gui.views import StepPicture
 from ocmm_gui.views._contents import nominal_items
 

@@ -14,10 +14,10 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.manual import ManualPart, Place, load_manual
-from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
+from ocmm_core.settings import SettingsFile, SettingsStore
 from ocmm_gui.access import PageStack
 from ocmm_gui.home import StartWindow
-from ocmm_gui.kit import LANGUAGES, THEMES, NoticeCentre, dress, use_language
+from ocmm_gui.kit import LANGUAGES, THEMES, NoticeCentre, RecentPlaces, dress, use_language
 from ocmm_gui.manual import PLACES, ManualSheet, place_of
 from ocmm_gui.manual._reading import FIRST, DocumentView
 from tests.gui.conftest import OpenWindow

@@ -24,7 +24,7 @@ _ON_A_TERMINAL = (
     "ocmm_core/cluster", "ocmm_shop/cluster", "ocmm_core/fieldbus/described/_esi",
     "ocmm_shop/archive/checks/_rebuild.py",
     # Commands of an administrator for services and interfaces of the computer, in a shell.
-    "ocmm_core/acquisition/bus_process/_service_client.py",
+    "ocmm_core/acquisition/bus_process/_client.py",
 )  # fmt: skip
 """What these say is never shown in the window."""
 

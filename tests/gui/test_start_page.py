@@ -19,11 +19,11 @@ from ocmm_core.calibration.records import CalibrationStore, store_folder
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.archive import LastJob
-from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
+from ocmm_core.settings import SettingsFile, SettingsStore
 from ocmm_core.tolerances.decisions import PartWord, RequirementCount
 from ocmm_gui.home import SettingsPage, StartChoice, StartPurpose, StartWindow
 from ocmm_gui.home._start_lists import JobCardData, JobCards, card_words
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, NoticeCentre, Theme, counted_line
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, NoticeCentre, RecentPlaces, Theme, counted_line
 from tests.core.calibration.made_records import make_record
 from tests.generated_jobs import generated_job
 from tests.host import HANG_MS
@@ -63,6 +63,26 @@ def make_start(qtbot: QtBot, tmp_path: Path) -> Iterator[MakeStart]:
 
 def _words(window: StartWindow) -> str:
     return " ".join(label.text() for label in window.page.state_words)
+
+
+def test_recent_places_are_bounded_and_never_in_the_way(tmp_path: Path) -> None:
+    recent = RecentPlaces(tmp_path / "state" / "recent.json")
+    assert recent.plans() == ()
+    plans = [tmp_path / f"plan{number}.toml" for number in range(30)]
+    for plan in plans:
+        plan.write_text("")
+        recent.note_plan(plan)
+    recent.note_plan(plans[20])
+    recent.note_plan(resource("plans", "demo.toml"))
+    assert recent.plans()[:2] == (plans[20], plans[29])
+    assert len(recent.plans()) == 20
+    assert recent.folders() == (tmp_path,)
+    plans[20].unlink()
+    assert recent.plans()[0] == plans[29]
+    (tmp_path / "state" / "recent.json").write_bytes(b'{"schema": "ocmm.recent/1", "plans": 3}')
+    assert recent.plans() == ()
+    recent.note_job(tmp_path / "a.ocmm")
+    assert recent.jobs() == ()
 
 
 def test_a_newcomer_is_told_that_cameras_are_simulated(make_start: MakeStart, qtbot: QtBot) -> None:

@@ -18,11 +18,11 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.composition import AcceptanceBench, StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.settings import RecentPlaces, SettingsStore
+from ocmm_core.settings import SettingsStore
 from ocmm_gui._showing import let_go
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.home import StartWindow
-from ocmm_gui.kit import NoticeCentre
+from ocmm_gui.kit import NoticeCentre, RecentPlaces
 from ocmm_gui.window import MainWindow
 from tests.gui.window_pages import pages
 from tests.host import HANG_MS

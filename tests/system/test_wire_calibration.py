@@ -33,7 +33,7 @@ from ocmm_core.inspection.plan._plan import load_plan
 from ocmm_core.inspection.evaluation._view import StatusWord
 from ocmm_sim.bus._named_rig import rig_down, rig_up
 from tests.core.calibration.made_records import make_verification
-from ocmm_core.calibration.records._probe_in_use import default_probe_folder
+from ocmm_core.calibration.records._in_use import default_probe_folder
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.core.station.test_station_calibration import fresh_record
 

@@ -7,8 +7,7 @@ In the process: `_start` (single thread, least rights), `_process` (the program 
 `_ethercat` (one read per bus cycle), `_commands`, `_rights`; `_errands` is another program, for
 short tasks (`run_errand`); `_stepped_time` for a virtual bus that waits for a slow computer.
 
-In the application: `_launch`, `_client`, `_remote_objects`, and `_service_client` for a bus that
-runs as a service.
+In the application: `_launch`, `_client` (as a child, or as a service), `_remote_objects`.
 
 It must not import tracking or later packages: a crash there must not stop the bus.
 """
@@ -16,7 +15,9 @@ It must not import tracking or later packages: a crash there must not stop the b
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.acquisition.bus_process._client import Acquisition, BusProcess, ChildProcess
+    from ocmm_core.acquisition.bus_process._client import (
+        Acquisition, BusProcess, ChildProcess, ServiceBus,
+    )  # fmt: skip
     from ocmm_core.acquisition.bus_process._commands import (
         read_first_line, run_errand, send_line, stopped_by_parent,
     )  # fmt: skip
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
         BUS_PRIORITY, CAMERA_PRIORITY, NEEDED, Capability, ProcessRights, allow_locked_memory,
         give_up_all_but, granted_by, hold_nothing, lock_memory, rights_of, take_priority,
     )  # fmt: skip
-    from ocmm_core.acquisition.bus_process._service_client import ServiceBus
     from ocmm_core.acquisition.bus_process._stepped_time import SteppedTime
 else:
     __getattr__ = door(__name__)

@@ -5,7 +5,7 @@ Out: the same frames in a ring of fixed size, for one reader, and cycle counters
 
 Start with `_frames` (contents, protocol of all sources), `_ring` (shared memory, overruns and
 cycles counted), then `_worker` (source to ring). `_join` joins the cameras per exposure, and counts
-across bring-ups; `_align` interpolates frames of cameras that do not expose together.
+across bring-ups; it also interpolates frames of cameras that do not expose together.
 
 It must not depend on the kind of source: bus, virtual rig and replay are equivalent.
 """
@@ -13,12 +13,13 @@ It must not depend on the kind of source: bus, virtual rig and replay are equiva
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.acquisition.frames._align import MOST_FRAMES, FrameAligner
     from ocmm_core.acquisition.frames._frames import (
         SUBPIXEL, Cycle, CycleVerdict, FrameBlock, FrameFlag, FrameSource, SourceDescription,
         frame_dtype, from_records, quantise, to_records,
     )  # fmt: skip
-    from ocmm_core.acquisition.frames._join import ExposureCount, FrameJoiner, Given
+    from ocmm_core.acquisition.frames._join import (
+        MOST_FRAMES, ExposureCount, FrameAligner, FrameJoiner, Given,
+    )  # fmt: skip
     from ocmm_core.acquisition.frames._ring import Books, FrameRing, RingHeaderField
     from ocmm_core.acquisition.frames._worker import (
         AcquisitionState, AcquisitionStatus, AcquisitionWorker, StopReason, leave_error,

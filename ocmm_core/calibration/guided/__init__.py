@@ -5,7 +5,7 @@ Out: snapshots of the procedure for any screen, averaged observations, a record 
 
 Read `_procedure` (steps, gates, durable events; of acceptance tests as well) and `_procedure_views`
 (snapshots), `_session` and `_session_events` (state from a file), `_collecting` (from frames to
-observations), `_labelling` (LEDs before cameras are calibrated), `_repeats`, `_articulation`,
+observations), `_shot_table` (also LEDs before cameras are calibrated), `_repeats`, `_articulation`,
 `_session_drift` and `_session_events` (detection of motion, shocks), then `_conclusion` (the
 record). It is independent of specific procedures and of Qt: a script runs a procedure as a window
 does.

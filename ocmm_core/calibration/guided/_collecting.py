@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided._labelling import label_roughly
 from ocmm_core.calibration.guided._procedure import CameraLive, Live
+from ocmm_core.calibration.guided._shot_table import label_roughly
 from ocmm_core.camera import USUAL_SLOTS, Rig
 from ocmm_core.geometry import Float, Int, Pixels
 from ocmm_core.tracking import IdentifyOptions, ProbeBody, identify, ordered_spots, solve

@@ -7,7 +7,7 @@ recorded.
 Read `_sealed` (write-once records, exchanged files), `_chain_seal` and `_event_folder` (chain of
 events), `_record_store` and `_events` (common part of both stores; status of a record), then the
 specific parts: `_records` and `_history` (cameras), `_probe_records` and `_probe_store` (probe and
-tips). `_usable` decides whether records may be used now, for `_in_use` and `_probe_in_use`;
+tips). `_usable` decides whether records may be used now, for `_in_use` (cameras and probes);
 `_artefacts` and `_overview` serve the pages. The package is independent of how calibrations are
 computed.
 """
@@ -25,15 +25,13 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.calibration.records._history import CalibrationStore
     from ocmm_core.calibration.records._in_use import (
-        CalibrationInUse, CalibrationView, default_folder, open_calibration, open_design,
-        require_record, rig_in_force, store_folder,
+        TEXT_SCHEMA, CalibrationInUse, CalibrationView, ProbeInUse, ProbeText, ProbeView,
+        default_folder, default_probe_folder, open_calibration, open_design, open_probe,
+        open_probe_design, probe_store_folder, require_record, require_records, rig_in_force,
+        store_folder,
     )  # fmt: skip
     from ocmm_core.calibration.records._overview import (
         CalibrationOverview, Course, ProbeOverview, Sample, TipState, overview, probe_overview,
-    )  # fmt: skip
-    from ocmm_core.calibration.records._probe_in_use import (
-        TEXT_SCHEMA, ProbeInUse, ProbeText, ProbeView, default_probe_folder, open_probe,
-        open_probe_design, probe_store_folder, require_records,
     )  # fmt: skip
     from ocmm_core.calibration.records._probe_records import (
         CHECK_SCHEMA, PROBE_SCHEMA, TIP_SCHEMA, MadeRecord, PivotCheck, ProbeRecord, TipCheckRecord,

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from lxml import etree
 
+from ocmm_core.documents import untrusted_xml
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate._dcc import DCC, SI
 from ocmm_core.export.certificate._xml_signature import TrustedSigners, XmlSignature, xml_signature
@@ -115,16 +116,10 @@ def _canonical(root: etree._Element) -> bytes:
 def _root(content: bytes) -> etree._Element:
     if len(content) > LARGEST:
         raise _refused(f"it has {len(content)} bytes, more than {LARGEST}")
-    parser = etree.XMLParser(
-        resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False,
-        huge_tree=False, recover=False,
-    )  # fmt: skip
     try:
-        root = etree.fromstring(content, parser)
-    except (etree.XMLSyntaxError, ValueError) as error:
+        root = untrusted_xml(content, comments=True)
+    except ValueError as error:
         raise _refused(str(error)[:200]) from error
-    if root.getroottree().docinfo.internalDTD is not None:
-        raise _refused("it has a document type, which may name other files")
     if root.tag != f"{{{DCC}}}digitalCalibrationCertificate":
         raise _refused(f"it begins with {str(root.tag)[:80]}")
     version = root.get("schemaVersion", "")

@@ -5,8 +5,8 @@ In: an evaluated job and a profile. Out: one frozen `ReportData`, and bytes of f
 Read `_report_data` (all data of a report) and `_exporter` (interface of formats, and text files by
 a profile). `_tables` and `_names` are shared by the formats: `_polyworks`,
 `_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`, `_first_article` (inspection plan,
-AS9102). `_paper_facts` has the required statements of a test report; `_specimen` shows a template
-without a job. Templates are in the package `template`. Each format has its own reader.
+AS9102). `_paper_facts` has the required statements of a test report. Templates are in the package
+`template`. Each format has its own reader.
 It must not know the registry, QIF or Q-DAS.
 """
 
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
         Element, Instrument, ReportData, ReportedFeature, ReportedResult, report_data,
         report_of_job,
     )  # fmt: skip
-    from ocmm_core.export.report._specimen import specimen_report
     from ocmm_core.export.report._tables import (
         Cell, Number, ReportTable, Units, features_table, head_table, points_table, report_table,
     )  # fmt: skip
@@ -46,6 +45,5 @@ __all__ = [
     "check_name", "clean_text", "features_table", "head_table", "last_moment", "load_profile",
     "one_line", "open_clauses", "paper_facts", "plan_deviations", "points_table",
     "polyworks_profile", "read_report", "report_data", "report_number", "report_of_job",
-    "report_table", "same_number", "specimen_report", "spreadsheet_text", "statements",
-    "write_account",
+    "report_table", "same_number", "spreadsheet_text", "statements", "write_account",
 ]  # fmt: skip

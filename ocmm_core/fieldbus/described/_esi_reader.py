@@ -13,7 +13,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from ocmm_core.documents import read_bytes
+from ocmm_core.documents import read_bytes, untrusted_xml
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.described._device_file import LONGEST_BITS
 
@@ -195,16 +195,10 @@ def _object(path: Path, node: etree._Element) -> EsiObject:
 
 
 def _root(path: Path) -> etree._Element:
-    parser = etree.XMLParser(
-        resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False,
-        huge_tree=False, recover=False, remove_comments=True, remove_pis=True,
-    )  # fmt: skip
     try:
-        root = etree.fromstring(read_bytes(path, _LARGEST), parser)
-    except (etree.XMLSyntaxError, ValueError) as error:
+        root = untrusted_xml(read_bytes(path, _LARGEST))
+    except ValueError as error:
         raise _refused(path, _short(str(error), 200)) from error
-    if root.getroottree().docinfo.internalDTD is not None:
-        raise _refused(path, "it has a document type, which may name other files")
     if root.tag != "EtherCATInfo":
         raise _refused(path, f"it starts with '{_short(str(root.tag))}', not with EtherCATInfo")
     return root

@@ -3,10 +3,10 @@
 In: bytes of an interface.
 Out: matched answers, EEPROM words, and the devices on the wire.
 
-Start with `_datagrams` (EtherCAT bytes), `_sockets` and `_port` (raw sockets); then `_interface`
-(admissible interfaces), `_port` (clocks), `_master` (the only file that imports pysoem) with
-`_object_calls`, `_service` (one own frame per cycle), `_tally` (answers received), `_scan`,
-`_other_masters`; `_virtual_link` (cables without hardware); `_tap` (frames for Wireshark).
+Start with `_datagrams` (EtherCAT bytes), `_sockets` and `_port` (raw sockets, a tap for Wireshark);
+then `_interface` (admissible interfaces, other masters), `_port` (clocks), `_master` (the only file
+that imports pysoem) with `_object_calls`, `_service` (one own frame per cycle), `_tally` (answers
+received), `_scan`; `_virtual_link` (cables without hardware).
 
 It must not import objects or alarms, nor decide on faults.
 """
@@ -18,20 +18,20 @@ if TYPE_CHECKING:
         Command, Datagram, decode_frame, encode_frame, frame_index, has_passed,
     )  # fmt: skip
     from ocmm_core.fieldbus.wire._interface import (
-        check_interface, is_virtual_cable, is_virtual_interface, require_pysoem,
+        MasterWatch, check_interface, is_virtual_cable, is_virtual_interface, require_pysoem,
     )  # fmt: skip
     from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
     from ocmm_core.fieldbus.wire._object_calls import check_mapping
-    from ocmm_core.fieldbus.wire._other_masters import MasterWatch
     from ocmm_core.fieldbus.wire._port import HostTime, Passage, Port
     from ocmm_core.fieldbus.wire._scan import (
         Exchange, RawLine, ScannedDevice, decode_scan, encode_scan, read_words, scan_devices,
         write_word,
     )  # fmt: skip
     from ocmm_core.fieldbus.wire._service import EepromRead, Job, ServiceChannel
-    from ocmm_core.fieldbus.wire._sockets import LinkWatch
+    from ocmm_core.fieldbus.wire._sockets import (
+        LinkWatch, Tap, TappedFrame, pcapng_end, pcapng_frame, pcapng_head,
+    )  # fmt: skip
     from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
-    from ocmm_core.fieldbus.wire._tap import Tap, TappedFrame, pcapng_end, pcapng_frame, pcapng_head
     from ocmm_core.fieldbus.wire._virtual_link import (
         CAMERA_INTERFACE, HOST_INTERFACE, make_link, namespace_command, remove_link, set_link, tool,
     )  # fmt: skip

@@ -17,9 +17,8 @@ from typing import Any
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
-from ocmm_core.fieldbus.wire._interface import require_pysoem
+from ocmm_core.fieldbus.wire._interface import refuse_other_programs, require_pysoem
 from ocmm_core.fieldbus.wire._object_calls import ObjectCalls, check_room, fuse, set_blocking
-from ocmm_core.fieldbus.wire._other_masters import refuse_other_programs
 from ocmm_core.fieldbus.wire._port import HostTime, Passage, Port
 from ocmm_core.fieldbus.wire._scan import stored_serial
 from ocmm_core.fieldbus.wire._service import Job, ServiceChannel

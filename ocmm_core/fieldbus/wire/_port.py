@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram, decode_frame, frame_index
-from ocmm_core.fieldbus.wire._other_masters import FEW, LISTEN_S, foreign_frames, is_foreign
+from ocmm_core.fieldbus.wire._interface import FEW, LISTEN_S, foreign_frames, is_foreign
 from ocmm_core.fieldbus.wire._service import FIRST_INDEX, Job, ServiceChannel
 from ocmm_core.fieldbus.wire._sockets import INDICES, LinkWatch, listen, transmit, waiting_on
 from ocmm_core.fieldbus.wire._tally import N_INDICES, OWN_TOKEN, AnswerTally

@@ -23,7 +23,7 @@ from ocmm_core.fieldbus.wire._datagrams import (
     encode_frame,
     frame_index,
 )
-from ocmm_core.fieldbus.wire._other_masters import refuse_other_programs
+from ocmm_core.fieldbus.wire._interface import refuse_other_programs
 from ocmm_core.fieldbus.wire._sockets import listen, receive
 
 _TYPE, _AL_STATUS = 0x0000, 0x0130

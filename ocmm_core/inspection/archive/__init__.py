@@ -3,10 +3,9 @@
 In: job files, and the current histories of calibrations and tips.
 Out: jobs recalculated from raw observations, suspect points, comparisons of batches.
 
-Read `_reopen` with `_stored_documents`, `_batch`, `_compare`. Later findings on
-the calibration are in `_camera_history`, on the tip in `_tip_history`; `_recall_record` has the
-decisions of a recall, and `_known` sends them to a worker. Jobs are read in memory
-(`storage.read_job`). It must not know a running station.
+Read `_reopen` (also what a worker must know) with `_stored_documents`, `_batch`, `_compare`.
+`_later_findings` has those on the calibration and the tip, `_recall_record` the decisions of a
+recall. Jobs are read in memory (`storage.read_job`). It must not know a running station.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -17,23 +16,23 @@ if TYPE_CHECKING:
         SUFFIX, BatchPart, LastJob, last_jobs, next_serial, parts_of_batch, previous_part_pose,
         require_new_serial,
     )  # fmt: skip
-    from ocmm_core.inspection.archive._camera_history import (
-        CameraHistory, is_known, points_in_doubt, settle_cameras,
-    )  # fmt: skip
     from ocmm_core.inspection.archive._compare import (
         Comparison, PartValue, Trend, compare_files, compare_folder, compare_jobs, why_not_counted,
     )  # fmt: skip
-    from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_here
+    from ocmm_core.inspection.archive._later_findings import (
+        CameraHistory, ask_tip, is_known, last_good_utc, points_in_doubt, settle_cameras,
+        settle_tip,
+    )  # fmt: skip
     from ocmm_core.inspection.archive._points_in_doubt import first_stored, first_taken
     from ocmm_core.inspection.archive._recall_record import (
         SCHEMA, Outcome, RecallRecord, RecalledCharacteristic, RecalledJob, RecalledValue,
         points_digest,
     )  # fmt: skip
     from ocmm_core.inspection.archive._reopen import (
-        ReopenedJob, Tell, reopen_alone, reopen_content, reopen_job,
+        KnownOfJob, ReopenedJob, Tell, known_alone, known_here, reopen_alone, reopen_content,
+        reopen_job,
     )  # fmt: skip
     from ocmm_core.inspection.archive._stored_documents import StoredDocuments
-    from ocmm_core.inspection.archive._tip_history import ask_tip, last_good_utc, settle_tip
 else:
     __getattr__ = door(__name__)
 

@@ -16,8 +16,14 @@ from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.archive._batch import SUFFIX
-from ocmm_core.inspection.archive._known import content_and_known, known_from
-from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_content, reopen_job
+from ocmm_core.inspection.archive._reopen import (
+    ReopenedJob,
+    Tell,
+    content_and_known,
+    known_from,
+    reopen_content,
+    reopen_job,
+)
 from ocmm_core.inspection.evaluation import (
     NO_REAL_PART,
     SIMULATED,

@@ -1,9 +1,12 @@
 """Reopen a job read-only from its own file, recalculate it and compare with the stored results.
 
 No other document, record or clock is needed; later findings on tip and cameras come from their
-histories (`_tip_history`, `_camera_history`, together in `_known`). The file is read in memory
-(`storage.read_job`): it can be write-protected, from another computer or an older version, or in
-use.
+histories (`_later_findings`). The file is read in memory (`storage.read_job`): it can be
+write-protected, from another computer or an older version, or in use.
+
+`KnownOfJob` has all that is outside the file, so that another computer opens it identically:
+histories of calibrations and tips, trusted keys, and the last known end of the job. A worker
+elsewhere gets this and the bytes of the job, and looks nothing up.
 """
 
 from __future__ import annotations
@@ -13,25 +16,113 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from ocmm_core.calibration.probe_design import ContactForce
+from ocmm_core.calibration.records import CalibrationStore, default_folder, default_probe_folder
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.inspection.archive._camera_history import settle_by_calibration
-from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_by_file, known_here
+from ocmm_core.inspection.archive._later_findings import (
+    CameraHistory,
+    TipHistory,
+    ask_cameras,
+    ask_tip,
+    settle_by_calibration,
+    settle_by_history,
+)
 from ocmm_core.inspection.archive._points_in_doubt import History
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about
-from ocmm_core.inspection.archive._tip_history import settle_by_history
 from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions, methods_used
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse
 from ocmm_core.measuring import Climate, MeasuredPoint
 from ocmm_core.named_file import FileIdentity
-from ocmm_core.storage import ADOPTED, CLOCK, LEFT_OUT, RESCUED, JobEvent, JobFile, JobHead, JobSeal
+from ocmm_core.seals import KeyFolder, SealWord
+from ocmm_core.storage import (
+    ADOPTED,
+    CLOCK,
+    LEFT_OUT,
+    RESCUED,
+    JobEvent,
+    JobFile,
+    JobHead,
+    JobSeal,
+    held_sentences,
+)
 from ocmm_core.tolerances.decisions import not_proven
 from ocmm_core.tracking import ProbeBody, TipSensitivity
+
+
+@dataclass(frozen=True, slots=True)
+class KnownOfJob:
+    """Knowledge about a job outside its file."""
+
+    seal: JobSeal
+    """Its known end, its signer by the trusted keys, and missing steps."""
+    cameras: CameraHistory = field(default_factory=CameraHistory)
+    tip: TipHistory = field(default_factory=TipHistory)
+    """`cameras`, `tip`: Later findings."""
+    held: tuple[str, ...] = ()
+    """Reasons why the archive of the shop holds the job."""
+    left_out: str = ""
+
+
+def known_alone(job: JobFile, keys: KeyFolder | None = None) -> KnownOfJob:
+    """Return the knowledge by its file and the trusted keys alone."""
+    return KnownOfJob(replace(job.seal(keys), missing=""), left_out=job.left_out)
+
+
+def known_by_file(job: JobFile) -> KnownOfJob:
+    """Return the knowledge common to all computers: a valid signature counts with any key."""
+    seal = replace(job.seal(), missing="")
+    if seal.state.word is SealWord.UNKNOWN_KEY:
+        seal = replace(seal, state=replace(seal.state, word=SealWord.SEALED))
+    return KnownOfJob(replace(seal, state=replace(seal.state, station="")))
+
+
+def known_here(
+    job: JobFile,
+    path: Path,
+    probes: Path | None,
+    calibrations: Path | None,
+    store: CalibrationStore | None = None,
+    keys: KeyFolder | None = None,
+) -> KnownOfJob:
+    """Return this computer's knowledge of a job, and remember its end.
+
+    ``job``: own copy of the file; ``store``: of its rig in ``calibrations``, if already read.
+    """
+    stored = StoredDocuments(path, job.head)
+    seal = job.seal(keys)
+    known = KnownOfJob(
+        seal,
+        ask_cameras(job, stored.camera_record(), calibrations or default_folder(), store),
+        ask_tip(stored.probe_records(), probes or default_probe_folder()),
+        held_sentences(job.head.job_uuid),
+        job.left_out,
+    )
+    job.note_seen(path, seal)
+    return known
+
+
+def content_and_known(
+    path: Path, probes: Path | None, calibrations: Path | None
+) -> tuple[bytes, bytes]:
+    """Return a job's bytes and the knowledge to open it elsewhere; OcmmError if unreadable."""
+    try:
+        with JobFile.read(path) as job:
+            known = known_here(job, path, probes, calibrations)
+            return job.content(), msgspec.json.encode(known)
+    except OcmmError as error:
+        raise about(error, path) from error
+
+
+def known_from(content: bytes) -> KnownOfJob:
+    """Decode the knowledge from `content_and_known`."""
+    return msgspec.json.decode(content, type=KnownOfJob)
+
 
 Tell = Callable[[str, float], None]
 """Receives the next step, and the share done."""

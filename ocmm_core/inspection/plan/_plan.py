@@ -6,7 +6,7 @@ Text, picture and compensation of a step are checked when the plan is loaded.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal
@@ -70,14 +70,18 @@ def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
     return None
 
 
+def _only_for(shapes: Iterable[Shape]) -> str:
+    words = ", ".join(shape.value.lower() for shape in shapes)
+    return f"is only for: {words}"
+
+
 def spacing_fault(feature: NominalFeature) -> str:
     """Return the fault of the point distance of a feature's paths; empty if none."""
     low, high = SPACINGS_MM
     if feature.spacing == 0.0:
         return ""
     if feature.shape not in WITH_PATHS:
-        words = ", ".join(shape.value.lower() for shape in WITH_PATHS)
-        return f"is only for: {words}"
+        return _only_for(WITH_PATHS)
     if not low <= feature.spacing <= high:
         return f"is {feature.spacing:g}; it is {low:g} to {high:g} mm, or 0 for single touches"
     return ""
@@ -88,8 +92,7 @@ def targets_fault(feature: NominalFeature) -> str:
     if not feature.targets:
         return ""
     if feature.shape not in WITH_TARGETS:
-        words = ", ".join(shape.value.lower() for shape in WITH_TARGETS)
-        return f"is only for: {words}"
+        return _only_for(WITH_TARGETS)
     if len(feature.targets) > MOST_TARGETS:
         return f"has {len(feature.targets)} places; at most {MOST_TARGETS}"
     if not all(abs(value) <= FARTHEST_MM for target in feature.targets for value in target):

@@ -11,7 +11,7 @@ import pytest
 from ocmm_cli.calibrate import take_relocation_shots
 from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpotAverager, coverage, to_spots
-from ocmm_core.calibration.guided._labelling import label_roughly
+from ocmm_core.calibration.guided._shot_table import label_roughly
 from ocmm_core.calibration.records import State, load_bar
 from ocmm_core.calibration.relocation import RelocationProcedure, RelocationRequest
 from ocmm_core.calibration.relocation._state import SeatTaken

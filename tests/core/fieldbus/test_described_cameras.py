@@ -38,8 +38,7 @@ from ocmm_core.fieldbus.device import (
     decode_spots,
 )
 from ocmm_core.fieldbus.report import Alarm
-from ocmm_sim.described_slave import DescribedCamera
-from ocmm_sim.slave import TestPattern
+from ocmm_sim.slave import DescribedCamera, TestPattern
 
 SERIAL = 20330001
 START = 10**15

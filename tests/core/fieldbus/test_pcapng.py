@@ -192,7 +192,7 @@ def test_refuses_a_second_program_on_the_interface(tmp_path: Path) -> None:
 
 
 def test_only_what_passed_no_camera_is_foreign() -> None:
-    from ocmm_core.fieldbus.wire._other_masters import is_foreign
+    from ocmm_core.fieldbus.wire._interface import is_foreign
 
     own = encode_frame(3, [Datagram(Command.BRD, 0, 0, b"\x00")])
     passed = own[:6] + bytes([own[6] | 2]) + own[7:]

@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 
 from ocmm_core.calibration.records import TipEvent, TipEventKind
 from ocmm_core.inspection.archive import last_good_utc
-from ocmm_core.inspection.archive._tip_history import points_in_doubt
+from ocmm_core.inspection.archive._later_findings import tip_points_in_doubt
 
 BEGUN = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
 TIP = "6 mm"
@@ -29,7 +29,7 @@ QUALIFIED = event(0, TipEventKind.QUALIFIED)
 
 
 def held(*events: TipEvent) -> tuple[list[int], list[int]]:
-    doubts = points_in_doubt([QUALIFIED, *events], TIP, TAKEN)
+    doubts = tip_points_in_doubt([QUALIFIED, *events], TIP, TAKEN)
     return sorted(doubts.open), sorted(doubts.failed)
 
 
@@ -72,11 +72,11 @@ def test_other_tips_are_no_matter() -> None:
 
 def test_of_several_failures_and_doubts_the_last_one_is_the_reason() -> None:
     failed, again = event(35, TipEventKind.FAILED), event(70, TipEventKind.NOT_QUALIFIED)
-    doubts = points_in_doubt([QUALIFIED, failed, again], TIP, TAKEN)
+    doubts = tip_points_in_doubt([QUALIFIED, failed, again], TIP, TAKEN)
     assert set(doubts.failed.values()) == {
         f"The qualification of tip '{TIP}' failed (2026-03-01T09:10 UTC)."
     }
     shock = event(45, TipEventKind.DOUBTED, since=45)
     mounted = event(55, TipEventKind.MOUNTED, since=55)
-    doubts = points_in_doubt([QUALIFIED, shock, mounted], TIP, TAKEN)
+    doubts = tip_points_in_doubt([QUALIFIED, shock, mounted], TIP, TAKEN)
     assert doubts.open == {5: "A reason.", 6: f"Tip '{TIP}' was mounted again."}

@@ -23,7 +23,6 @@ from ocmm_core.settings import (
     SETTINGS,
     Kind,
     Note,
-    RecentPlaces,
     Scope,
     SettingOrigin,
     Settings,
@@ -324,26 +323,6 @@ def test_two_programs_at_once_lose_nothing(tmp_path: Path) -> None:
         "temperature.part_c": 20.0,
     }
     assert [found.name for found in tmp_path.iterdir()] == ["settings.toml"]
-
-
-def test_recent_places_are_bounded_and_never_in_the_way(tmp_path: Path) -> None:
-    recent = RecentPlaces(tmp_path / "state" / "recent.json")
-    assert recent.plans() == ()
-    plans = [tmp_path / f"plan{number}.toml" for number in range(30)]
-    for plan in plans:
-        plan.write_text("")
-        recent.note_plan(plan)
-    recent.note_plan(plans[20])
-    recent.note_plan(resource("plans", "demo.toml"))
-    assert recent.plans()[:2] == (plans[20], plans[29])
-    assert len(recent.plans()) == 20
-    assert recent.folders() == (tmp_path,)
-    plans[20].unlink()
-    assert recent.plans()[0] == plans[29]
-    (tmp_path / "state" / "recent.json").write_bytes(b'{"schema": "ocmm.recent/1", "plans": 3}')
-    assert recent.plans() == ()
-    recent.note_job(tmp_path / "a.ocmm")
-    assert recent.jobs() == ()
 
 
 def test_the_settings_load_no_numerical_library() -> None:

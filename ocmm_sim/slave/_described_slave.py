@@ -34,7 +34,11 @@ from ocmm_core.fieldbus.device import (
     DictionaryObject,
     ObjectEntry,
 )
-from ocmm_sim import slave
+from ocmm_sim.slave._coe import CoeServer
+from ocmm_sim.slave._esc import Esc
+from ocmm_sim.slave._frames import CHUNK_FRAMES, CameraFrames, Frames
+from ocmm_sim.slave._registers import INIT, SAFEOP
+from ocmm_sim.slave._sii import checksum_of_configuration, sii_category
 
 _PROTOCOL_COE = 0x0004
 _STRINGS, _GENERAL, _FMMU, _SYNC_MANAGERS, _TX_PDO, _RX_PDO = 10, 30, 40, 41, 50, 51
@@ -63,7 +67,7 @@ def _described_eeprom(
 ) -> bytes:
     head = bytearray(SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
-    head += struct.pack("<H", slave.checksum_of_configuration(head))
+    head += struct.pack("<H", checksum_of_configuration(head))
     revision = device.revisions[1]
     head += struct.pack("<IIII", device.vendor, device.product, revision, serial)
     head += bytes(16) + struct.pack("<HHHHH", *device.mailbox, _PROTOCOL_COE)
@@ -71,10 +75,10 @@ def _described_eeprom(
     name = device.name.encode("ascii", errors="replace")[:64]
     managers = b"".join(struct.pack("<HHBBBB", *each) for each in _sync_managers(device, image))
     general = struct.pack("<BBBBBB8xBBH", 1, 0, 1, 1, 0, _COE_SDO, 1, 0, _PORTS).ljust(32, b"\x00")
-    body = _category(_STRINGS, bytes([1, len(name)]) + name)
-    body += _category(_GENERAL, general)
-    body += _category(_FMMU, bytes([1, 2]))
-    body += _category(_SYNC_MANAGERS, managers)
+    body = sii_category(_STRINGS, bytes([1, len(name)]) + name)
+    body += sii_category(_GENERAL, general)
+    body += sii_category(_FMMU, bytes([1, 2]))
+    body += sii_category(_SYNC_MANAGERS, managers)
     for category, manager, objects in (
         (_TX_PDO, SM_INPUTS, image.inputs),
         (_RX_PDO, SM_OUTPUTS, image.outputs),
@@ -86,7 +90,7 @@ def _described_eeprom(
                 struct.pack("<HBBBBH", one.index, one.sub, 0, one.code, one.bits, 0)
                 for one in entries
             )
-            body += _category(category, content)
+            body += sii_category(category, content)
     return (bytes(head) + body + b"\xff\xff").ljust(SII_BYTES, b"\xff")
 
 
@@ -131,11 +135,6 @@ def _record(name: str, entries: list[ObjectEntry]) -> DictionaryObject:
     return DictionaryObject(name, {0: _number(1, len(entries)), **numbered}, record=True)
 
 
-def _category(kind: int, content: bytes) -> bytes:
-    content += bytes(len(content) % 2)
-    return struct.pack("<HH", kind, len(content) // 2) + content
-
-
 _AHEAD = 2
 """Blocks of frames made before they are exposed."""
 _BRIGHTNESS = 1000
@@ -154,7 +153,7 @@ class DescribedCamera:
         index: int,
         serial: int,
         alias: int,
-        provider: slave.CameraFrames,
+        provider: CameraFrames,
         device: DeviceDescription,
         lens: CameraModel | None = None,
     ) -> None:
@@ -173,14 +172,14 @@ class DescribedCamera:
         self.start_ns = self.period_ns = 0
         self.renewals = 0
         self._block: int | None = None
-        self._pieces: dict[int, slave.Frames] = {}
-        self.esc = slave.Esc(
+        self._pieces: dict[int, Frames] = {}
+        self.esc = Esc(
             _described_eeprom(device, self._image, serial, alias),
             7_000_000_000 * (index + 1),
             self,
             _sync_managers(device, self._image),
         )
-        self.coe = slave.CoeServer(
+        self.coe = CoeServer(
             _described_dictionary(device, self._image, serial), device.mailbox[1], {}
         )
 
@@ -190,9 +189,9 @@ class DescribedCamera:
 
     def state_changed(self, state: int) -> None:
         """Start or stop the exposures with the state."""
-        if state == slave.INIT:
+        if state == INIT:
             self.coe.reset()
-        if state < slave.SAFEOP:
+        if state < SAFEOP:
             self.period_ns = 0
         elif not self.period_ns:
             self._start()
@@ -256,7 +255,7 @@ class DescribedCamera:
         if not self.period_ns:
             return False
         newest = (self.esc.system_time_ns - self.start_ns) // self.period_ns
-        first = max(0, newest // slave.CHUNK_FRAMES)
+        first = max(0, newest // CHUNK_FRAMES)
         for piece in range(first, first + _AHEAD):
             if piece not in self._pieces:
                 self._piece(piece)
@@ -275,11 +274,11 @@ class DescribedCamera:
         elif self.esc.sync0 is not None:
             self.start_ns, self.period_ns = self.esc.sync0
 
-    def _frames(self, first: int) -> slave.Frames:
-        piece, at = divmod(first, slave.CHUNK_FRAMES)
+    def _frames(self, first: int) -> Frames:
+        piece, at = divmod(first, CHUNK_FRAMES)
         end = at + self._device.exposures
         parts = [self._piece(piece)]
-        if end > slave.CHUNK_FRAMES:
+        if end > CHUNK_FRAMES:
             parts.append(self._piece(piece + 1))
         chosen: list[NDArray[np.generic]] = [
             np.concatenate([part[which] for part in parts])[at:end] for which in range(3)
@@ -287,11 +286,11 @@ class DescribedCamera:
         valid, flags, uv = chosen
         return valid.astype(np.uint16), flags.astype(np.uint16), uv.astype(np.float64)
 
-    def _piece(self, number: int) -> slave.Frames:
+    def _piece(self, number: int) -> Frames:
         if number not in self._pieces:
             for old in [each for each in self._pieces if each < number - 1]:
                 del self._pieces[old]
             self._pieces[number] = self._provider.camera_frames(
-                self._index, number * slave.CHUNK_FRAMES, slave.CHUNK_FRAMES
+                self._index, number * CHUNK_FRAMES, CHUNK_FRAMES
             )
         return self._pieces[number]
