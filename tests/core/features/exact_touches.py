@@ -169,3 +169,10 @@ def flat_touches(
     arm = size / 2.0 * np.sqrt((np.arange(n) + 0.5) / n)
     surface = np.stack([arm * np.cos(turn), arm * np.sin(turn), np.zeros(n)], axis=1)
     return touches(name, motion.apply(surface), np.tile(motion.rotation[:, 2], (n, 1)), first)
+
+
+def zigzag(count: int) -> Float:
+    """Return places on ten lines over 120 mm x 80 mm."""
+    share = np.linspace(0.0, 10.0, count, endpoint=False)
+    u, line = share % 1.0, np.floor(share)
+    return np.stack([120.0 * np.where(line % 2, 1.0 - u, u), 8.0 * line, 0.0 * u], axis=1)
