@@ -26,8 +26,8 @@ from ocmm_bench.conform._findings import (
     printable,
 )
 from ocmm_bench.conform._mail_line import INIT, PREOP, ConformLine, WireLine
+from ocmm_bench.conform._rules_errors import MAILBOX_RULES as MAILBOX
 from ocmm_bench.conform._rules_errors import RULES as ERRORS
-from ocmm_bench.conform._rules_errors import RULES as MAILBOX
 from ocmm_bench.conform._rules_objects import RULES as OBJECTS
 from ocmm_bench.conform._rules_process_data import CLOCK, FRAMES
 from ocmm_bench.conform._rules_services import COMMANDS, FIRMWARE
