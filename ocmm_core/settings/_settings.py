@@ -83,6 +83,9 @@ class Settings:
     serve_allow: tuple[str, ...]
     serve_shift_sign: str
     serve_point: str
+    screen_host: str
+    screen_port: int
+    screen_control: bool
     archive_address: str
     archive_station: str
     archive_password: Path | None

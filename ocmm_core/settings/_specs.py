@@ -88,6 +88,7 @@ SECTIONS = {
     "report": later("Report head"),
     "stream": later("Live stream"),
     "serve": later("Measuring programs"),
+    "screen": later("Second screen"),
     "archive": later("Archive"),
     "window": later("Window"),
 }
@@ -260,6 +261,15 @@ SETTINGS: tuple[SettingSpec, ...] = (
         "serve.point", Kind.CHOICE, "ball", _S, _NOW, later("Point that is sent"),
         later("ball: its centre; surface: compensated, with radius 0"),
         choices=(later("ball"), later("surface"))),
+    SettingSpec(
+        "screen.host", Kind.TEXT, "127.0.0.1", _S, _NOW, later("Address of this computer"),
+        later("The one that the tablet reaches, or 0.0.0.0 for all; 127.0.0.1: this one only")),
+    SettingSpec(
+        "screen.port", Kind.WHOLE, 1391, _S, _NOW, later("Port"),
+        later("TCP port of the page for a tablet or phone"), number="fixed-port"),
+    SettingSpec(
+        "screen.control", Kind.SWITCH, False, _S, _NOW, later("Buttons"),
+        later("The page can undo, finish and choose; in a network only with the certificate")),
     SettingSpec(
         "archive.address", Kind.TEXT, "local", _S, _LATER, later("Archive"),
         later("Place: local, off, a file, or a PostgreSQL database; without password"),

@@ -267,6 +267,10 @@ class ServiceState:
     """`command`, `answer`: last lines of the program and to it."""
     sentence: str = ""
     """Last sentence for the operator."""
+    page: str = ""
+    """Address for a browser, with its token; empty: none."""
+    code: tuple[bytes, ...] = ()
+    """QR code of that address: rows of modules, 1 for dark, with a light border."""
 
 
 class StationService(Protocol):

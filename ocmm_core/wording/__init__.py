@@ -14,9 +14,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.wording._pattern import Pattern
     from ocmm_core.wording._translation import (
-        ENGLISH, LANGUAGE_VARIABLE, LANGUAGES, Speech, Translation, in_language, language_of,
-        load_translation,
-        with_comma,
+        ENGLISH, LANGUAGES, LANGUAGE_VARIABLE, Speech, Translation, in_language, language_of,
+        load_translation, with_comma,
     )  # fmt: skip
 else:
     __getattr__ = door(__name__)

@@ -201,7 +201,8 @@ class StationBridge(QObject):
         """Results: recompute, accept, report."""
         self.jobs = JobChangeCommands(station, self._queue, self)
         self.maintenance = MaintenanceCommands(station, self._queue, self)
-        self.serving = threads.ServingCommands(station, self._queue, self)
+        self.serving = threads.ServingCommands("ippdme", station, self._queue, self)
+        self.screen = threads.ServingCommands("screen", station, self._queue, self)
         self.maintenance.failed.connect(self.failed)
         queued = Qt.ConnectionType.QueuedConnection
         self._changed_elsewhere.connect(self._show_job, queued)
@@ -262,6 +263,7 @@ class StationBridge(QObject):
         self._queue.close(until)
         self._evaluator.close(until - time.monotonic())
         self.serving.close()
+        self.screen.close()
         stopped = self.station.join(max(until - time.monotonic(), _LEAST_S))
         self.maintenance.join(CLOSE_LIMIT_S)
         if not stopped:
@@ -272,6 +274,7 @@ class StationBridge(QObject):
     def _pull_live(self) -> None:
         self.live_changed.emit(self.station.looks.live())
         self.serving.look()
+        self.screen.look()
         evaluates = self._evaluator.busy_s() > LONG_S
         if evaluates is not self._evaluates:
             self._evaluates = evaluates

@@ -239,18 +239,20 @@ class ResultCommands:
         self._queue.ask(self._station.reports.data, done, failed)
 
 
-_SERVICE = "ippdme"
-
-
 class ServingCommands(QObject):
-    """Start and stop the server, pass on words of the operator, and watch its state."""
+    """Start and stop a server, pass on words of the operator, and watch its state.
+
+    `name`: in the group `ocmm.services`.
+    """
 
     changed = Signal(object)
     """Emits the `ServiceState`; None while no server runs."""
 
-    def __init__(self, station: MeasuringStation, queue: CommandQueue, parent: QObject) -> None:
+    def __init__(
+        self, name: str, station: MeasuringStation, queue: CommandQueue, parent: QObject
+    ) -> None:
         super().__init__(parent)
-        self._station, self._queue = station, queue
+        self._name, self._station, self._queue = name, station, queue
         self._service: StationService | None = None
         self._shown: ServiceState | None = None
 
@@ -260,8 +262,17 @@ class ServingCommands(QObject):
 
     def start(self, hand: Any, settings: Settings) -> str:
         """Start the server with a job of its own; on a thread that may wait; OcmmError."""
-        self._service = start_service(_SERVICE, self._station, hand, settings)
+        self._service = start_service(self._name, self._station, hand, settings)
         return ""
+
+    def start_beside(self, settings: Settings) -> None:
+        """Start the server next to the running job; errors by signal of the bridge."""
+
+        def start() -> None:
+            if self._service is None:
+                self.start(None, settings)
+
+        self._queue.do(start)
 
     def stop(self) -> None:
         self._queue.do(self.close)

@@ -4,17 +4,22 @@ In: the coach's state, refusals, the sentences of the core, a support site. Out:
 probe with an arrow, a searchable page, a preview of the support bundle.
 
 Start with `_coach_panel`; then `_what_to_do` with its table, `_support_sheet` (bundle, all keys on
-one page, about OCMM). Hints and remedies come from `ocmm_core.coach`, bundle contents from
-`ocmm_core.support`. It must not import operator, Maintain or wizards.
+one page, about OCMM) and `_second_screen` (its address as QR code). Hints and remedies come from
+`ocmm_core.coach`, bundle contents from `ocmm_core.support`. It must not import operator, Maintain
+or wizards.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_gui.help._coach_panel import CoachPanel
+    from ocmm_gui.help._second_screen import SecondScreenSheet
     from ocmm_gui.help._support_sheet import AboutSheet, KeysSheet, SupportSheet
     from ocmm_gui.help._what_to_do import WhatToDoSheet, answers
 else:
     __getattr__ = door(__name__)
 
-__all__ = ["AboutSheet", "CoachPanel", "KeysSheet", "SupportSheet", "WhatToDoSheet", "answers"]
+__all__ = [
+    "AboutSheet", "CoachPanel", "KeysSheet", "SecondScreenSheet", "SupportSheet", "WhatToDoSheet",
+    "answers",
+]  # fmt: skip

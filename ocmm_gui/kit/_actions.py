@@ -98,6 +98,10 @@ ACTIONS = (
         ("Ctrl+I",),
     ),
     ActionInfo(
+        "screen", later("Second screen"),
+        later("Show this job on a tablet or phone at the part"), ("Ctrl+D",),
+    ),
+    ActionInfo(
         "view", later("Far view"), later("Switch between far view and desk view"), ("F11", "V"),
     ),
     ActionInfo("cameras", later("Cameras"), later("Show or hide the live camera images"), ("C",)),

@@ -306,6 +306,7 @@ class MainWindow(NoticeWindow):
             "theme": self._next_theme,
             "settings": sheets.open_settings,
             "serve": self._serve,
+            "screen": sheets.open_screen,
             "start": lambda: self._close_for(START),
             "find": self._find,
             "mode": self.pages.other_mode,

@@ -21,7 +21,7 @@ from ocmm_gui.operator import JobSheet
 if TYPE_CHECKING:
     from ocmm_core.support import SupportSite
     from ocmm_gui.archive import ArchiveSheet
-    from ocmm_gui.help import AboutSheet, SupportSheet, WhatToDoSheet
+    from ocmm_gui.help import AboutSheet, SecondScreenSheet, SupportSheet, WhatToDoSheet
     from ocmm_gui.home import SettingsPage
     from ocmm_gui.maintain import RecallSheet
     from ocmm_gui.manual import ManualSheet
@@ -229,6 +229,22 @@ class Sheets(LateParts):
     def open_keys(self) -> None:
         self.wanted.emit(self.keys)
         self.keys.open()
+
+    @cached_property
+    def screen(self) -> SecondScreenSheet:
+        from ocmm_gui.help import SecondScreenSheet
+
+        screen = self._bridge.screen
+        sheet = SecondScreenSheet(
+            lambda: screen.start_beside(self._store.load().settings), screen.stop
+        )
+        screen.changed.connect(sheet.show_state)
+        return self._join(sheet, self.left)
+
+    def open_screen(self) -> None:
+        """Show the page for the tablet, and start its server."""
+        self.wanted.emit(self.screen)
+        self.screen.open()
 
     def open_manual(self, page: QWidget | None) -> None:
         from ocmm_gui.manual import place_of

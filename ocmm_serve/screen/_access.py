@@ -105,15 +105,33 @@ class ScreenOptions:
         """Return the address of the page; browsers never send the token behind the ``#``."""
         host = self.address.host
         if host in ("0.0.0.0", "::"):  # noqa: S104 - compared, not listened on
-            host = socket.gethostname()
+            # Tablets rarely know names of computers; a certificate is for one.
+            named = self.address.certificate is not None
+            host = socket.gethostname() if named else _own_address()
         scheme = "http" if self.address.certificate is None else "https"
         return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}/#{token}"
 
 
+def _own_address() -> str:
+    """Return the address of this computer in its network, or its name without one."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            # Chooses the interface; nothing is sent.
+            probe.connect(("192.0.2.1", 9))
+        except OSError:
+            return socket.gethostname()
+        return str(probe.getsockname()[0])
+
+
+def code_rows(text: str) -> tuple[bytes, ...]:
+    """Return a QR code as rows of modules, 1 for dark, with a light border."""
+    return tuple(map(bytes, segno.make(text, micro=False).matrix_iter(border=2)))
+
+
 def code_lines(text: str) -> tuple[str, ...]:
     """Return a QR code as lines of a terminal, light modules filled; two modules a character."""
-    rows = [tuple(row) for row in segno.make(text, micro=False).matrix_iter(border=2)]
-    rows += [(0,) * len(rows[0])] * (len(rows) % 2)
+    rows = list(code_rows(text))
+    rows += [bytes(len(rows[0]))] * (len(rows) % 2)
     return tuple(
         "".join(_BLOCKS[int(above), int(below)] for above, below in zip(*pair, strict=True))
         for pair in zip(rows[::2], rows[1::2], strict=True)

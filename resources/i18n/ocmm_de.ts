@@ -2213,6 +2213,10 @@ Startet: {source}</translation>
         <translation>Messprogramm</translation>
     </message>
     <message>
+        <source>Show this job on a tablet or phone at the part</source>
+        <translation>Diesen Auftrag auf einem Tablet oder Telefon am Werkstück zeigen</translation>
+    </message>
+    <message>
         <source>Far view</source>
         <translation>Fernansicht</translation>
     </message>
@@ -4292,6 +4296,54 @@ Startet: {source}</translation>
     <message>
         <source>Start</source>
         <translation>Start</translation>
+    </message>
+    <message>
+        <source>Start the page for the tablet</source>
+        <translation>Die Seite für das Tablet starten</translation>
+    </message>
+    <message>
+        <source>End the page on all tablets</source>
+        <translation>Die Seite auf allen Tablets beenden</translation>
+    </message>
+    <message>
+        <source>Second screen</source>
+        <translation>Zweiter Bildschirm</translation>
+    </message>
+    <message>
+        <source>QR code of the page</source>
+        <translation>QR-Code der Seite</translation>
+    </message>
+    <message>
+        <source>Open pages</source>
+        <translation>Geöffnete Seiten</translation>
+    </message>
+    <message>
+        <source>About the connection</source>
+        <translation>Zur Verbindung</translation>
+    </message>
+    <message>
+        <source>Address of the page</source>
+        <translation>Adresse der Seite</translation>
+    </message>
+    <message>
+        <source>Scan the code with the camera of the tablet; the page opens in its browser.</source>
+        <translation>Scannen Sie den Code mit der Kamera des Tablets; die Seite öffnet sich in dessen Browser.</translation>
+    </message>
+    <message>
+        <source>The second screen is off.</source>
+        <translation>Der zweite Bildschirm ist aus.</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n pages are open.</source>
+        <comment>One page is open.</comment>
+        <translation>
+            <numerusform>Eine Seite ist geöffnet.</numerusform>
+            <numerusform>%n Seiten sind geöffnet.</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>No page is open yet.</source>
+        <translation>Noch ist keine Seite geöffnet.</translation>
     </message>
     <message>
         <source>Start a job for this part</source>
@@ -8646,6 +8698,22 @@ Startet: {source}</translation>
     <message>
         <source>surface</source>
         <translation>Oberfläche</translation>
+    </message>
+    <message>
+        <source>The one that the tablet reaches, or 0.0.0.0 for all; 127.0.0.1: this one only</source>
+        <translation>Die für das Tablet erreichbare, oder 0.0.0.0 für alle; 127.0.0.1: nur dieser Computer</translation>
+    </message>
+    <message>
+        <source>TCP port of the page for a tablet or phone</source>
+        <translation>TCP-Port der Seite für Tablet oder Telefon</translation>
+    </message>
+    <message>
+        <source>Buttons</source>
+        <translation>Tasten</translation>
+    </message>
+    <message>
+        <source>The page can undo, finish and choose; in a network only with the certificate</source>
+        <translation>Die Seite kann zurücknehmen, abschließen und wählen; im Netz nur mit dem Zertifikat</translation>
     </message>
     <message>
         <source>By a ruler; empty: as stated by the screen</source>

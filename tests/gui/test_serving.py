@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import socket
 
+import cv2
 import numpy as np
+from PySide6.QtGui import QImage
 from pytestqt.qtbot import QtBot
+from websockets.sync.client import connect
 
 from ocmm_core.inspection.session import CLIENT_EVENT
 from ocmm_core.settings import SettingsStore
 from ocmm_core.storage import JobFile
 from tests.gui.conftest import OpenWindow
-from tests.host import HANG_MS
+from tests.host import HANG_MS, HANG_S
 from tests.serve.dme_bench import PlainClient
 
 
@@ -80,3 +84,57 @@ def test_an_open_address_is_refused_in_a_sentence(open_window: OpenWindow, qtbot
     assert bench.window.service.isHidden()
     # The job is the one before.
     assert bench.built.station.job.plan is plan
+
+
+def read_code(image: QImage) -> str:
+    """Return the text of a QR code on the screen."""
+    grey = image.convertToFormat(QImage.Format.Format_Grayscale8)
+    rows = np.frombuffer(bytes(grey.constBits()), np.uint8).reshape(grey.height(), -1)
+    found, _, _ = cv2.QRCodeDetector().detectAndDecode(
+        np.pad(rows[:, : grey.width()], 32, constant_values=255)
+    )
+    return str(found)
+
+
+def test_a_tablet_looks_at_the_job_of_the_window(open_window: OpenWindow, qtbot: QtBot) -> None:
+    port = _free_port()
+    SettingsStore.of_this_user().change({"screen.port": port})
+    bench = open_window(stay=True, led=True)
+    window, job = bench.window, bench.built.station.job
+    window.actions_by_key["screen"].trigger()
+    sheet = window.sheets.screen
+    qtbot.waitUntil(lambda: sheet.address.text() != "", timeout=HANG_MS)
+    page, _, token = sheet.address.text().partition("#")
+    assert page == f"http://127.0.0.1:{port}/"
+    assert "Only this computer" in sheet.doubt.text()
+    assert read_code(sheet.code.pixmap().toImage()) == sheet.address.text()
+    with connect(f"ws://127.0.0.1:{port}/live") as tablet:
+        tablet.send(json.dumps({"token": token}))
+        shown = json.loads(tablet.recv(timeout=HANG_S))
+        assert shown["controls"] is False
+        assert shown["live"]
+        qtbot.waitUntil(lambda: sheet.readers.text() == "One page is open.", timeout=HANG_MS)
+    qtbot.waitUntil(lambda: sheet.readers.text() == "No page is open yet.", timeout=HANG_MS)
+    sheet.keys["stop"].trigger()
+    qtbot.waitUntil(lambda: sheet.readers.text() == "The second screen is off.", timeout=HANG_MS)
+    with socket.create_server(("127.0.0.1", port)):
+        pass
+    # Opened again, it runs again; the job went on all the time.
+    sheet.keys["start"].trigger()
+    qtbot.waitUntil(lambda: sheet.address.text() != "", timeout=HANG_MS)
+    assert sheet.address.text().partition("#")[2] != token
+    assert bench.built.station.job is job
+    assert bench.built.station.faults.measuring is None
+
+
+def test_buttons_in_a_network_without_tls_are_refused(
+    open_window: OpenWindow, qtbot: QtBot
+) -> None:
+    SettingsStore.of_this_user().change({"screen.host": "0.0.0.0", "screen.control": True})  # noqa: S104 - refused
+    bench = open_window(stay=True, led=True)
+    told: list[object] = []
+    bench.bridge.failed.connect(told.append)
+    bench.window.actions_by_key["screen"].trigger()
+    qtbot.waitUntil(lambda: bool(told), timeout=HANG_MS)
+    assert "Without TLS" in str(told[0])
+    assert bench.window.sheets.screen.readers.text() == "The second screen is off."

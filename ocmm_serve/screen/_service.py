@@ -1,0 +1,84 @@
+"""The second screen next to a job in the window."""
+
+from __future__ import annotations
+
+import secrets
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from ocmm_core.composition import stream_options
+from ocmm_core.host import is_loopback
+from ocmm_core.settings import Settings
+from ocmm_core.station import MeasuringStation, ServiceSpec, ServiceState
+from ocmm_serve.site import require_package
+
+if TYPE_CHECKING:
+    from ocmm_serve.screen._access import ScreenOptions
+    from ocmm_serve.screen._server import ScreenServer
+
+_LOCAL = (
+    "Only this computer can open the page. State an address of it that the tablet reaches in the "
+    "settings."
+)
+_OPEN = (
+    "Without TLS others in the network can read the page. State a certificate and its key in the "
+    "settings (Live stream)."
+)
+
+
+class ScreenService:
+    """A running second screen on a station, which belongs to the caller."""
+
+    def __init__(self, server: ScreenServer, options: ScreenOptions) -> None:
+        from ocmm_serve.screen._access import code_rows
+
+        self._server = server
+        access, (_, port) = options.access, server.start()
+        self.page = options.page(port, access.secret if access.may_control else access.read_token)
+        self._code = code_rows(self.page)
+        self._sentence = _OPEN if options.is_exposed else ""
+        if is_loopback(options.address.host):
+            self._sentence = _LOCAL
+
+    def state(self) -> ServiceState:
+        readers = self._server.readers
+        return ServiceState(
+            "OCMM", "{}:{}".format(*self._server.address), str(readers) if readers else "",
+            sentence=self._sentence, page=self.page, code=self._code,
+        )  # fmt: skip
+
+    def operate(self, words: str) -> None:
+        """Do nothing: the page has no operator."""
+
+    def close(self) -> bool:
+        """Disconnect all pages; return whether its thread ended in time."""
+        return self._server.close()
+
+
+def serve_beside(station: MeasuringStation, hand: Any, settings: Settings) -> ScreenService:
+    """Start the second screen of a running station.
+
+    The token is that of the live stream, else a new one. OcmmError: it cannot listen, a package is
+    missing, or buttons in a network without TLS.
+    """
+    for package in ("aiohttp", "segno"):
+        require_package(package, "screen")
+    from ocmm_serve.screen._access import ScreenAccess, ScreenOptions
+    from ocmm_serve.screen._server import ScreenServer
+
+    checked = stream_options(
+        settings.screen_port, "127.0.0.1", settings.stream_token, settings.stream_certificate,
+        settings.stream_key,
+    )  # fmt: skip
+    assert checked is not None  # noqa: S101 - there is a port
+    secret = checked.token or secrets.token_urlsafe(24)
+    address = replace(checked, host=settings.screen_host, token=secret)
+    options = ScreenOptions(address, ScreenAccess(secret, settings.screen_control))
+
+    def note(error: Exception) -> None:
+        station.faults.note(error, "The second screen")
+
+    return ScreenService(ScreenServer(station, options, note), options)
+
+
+SERVICE = ServiceSpec(serve_beside)
