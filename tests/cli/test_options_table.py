@@ -25,6 +25,7 @@ from ocmm_core.options import (
 )
 from ocmm_core.settings import SETTINGS, Kind, SettingsStore
 from ocmm_gui.arguments import given, parser
+from tests.sources import parsed_with
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = sorted(path for path in ROOT.glob("ocmm_*") if path.is_dir())
@@ -49,12 +50,6 @@ PARAMETERS = [
     for one in command.params
     if one.name not in _OF_TYPER
 ] + [("ocmm", one) for one in typer.main.get_command(app).params if one.name not in _OF_TYPER]
-
-
-def trees() -> Iterator[tuple[Path, ast.Module]]:
-    for package in PACKAGES:
-        for path in package.rglob("*.py"):
-            yield path, ast.parse(path.read_text(encoding="utf-8"))
 
 
 def test_each_parameter_of_each_command_is_that_of_its_entry() -> None:
@@ -111,11 +106,11 @@ def test_a_command_of_another_maker_describes_its_own_options(
 
 def test_only_the_table_makes_options() -> None:
     """Options of typer state how a value is read; arguments of the window come in one loop."""
-    for path, tree in trees():
+    for path, tree in parsed_with("typer.Option(", "typer.Argument("):
         calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
         for call in calls:
             name = ast.unparse(call.func)
-            if name in ("typer.Option", "typer.Argument") and path.parent.name != "options":
+            if name in ("typer.Option", "typer.Argument") and "/options/" not in path:
                 stated = {one.arg for one in call.keywords}
                 assert not call.args, f"{path}: {ast.unparse(call)}"
                 assert not stated & {"help", "envvar"}, f"{path}: {ast.unparse(call)}"
@@ -187,10 +182,10 @@ def variables_read(tree: ast.Module) -> Iterator[str]:
 def test_each_environment_variable_is_in_the_table() -> None:
     described_names = {name for one in VARIABLES for name in one.name.split()}
     read: set[str] = set()
-    for path, tree in trees():
+    for file, tree in parsed_with("environ", "environment"):
         found = set(variables_read(tree))
         # The bench sets variables of the processes that it tests.
-        if path.parts[len(ROOT.parts)] != "ocmm_bench":
+        if not file.startswith("ocmm_bench/"):
             read |= found
     assert "OCMM_LANGUAGE" in read
     assert not read - described_names, "add it to VARIABLES of ocmm_core/options.py"

@@ -10,13 +10,15 @@ from benchmarks.house_tree import ROOTS
 from docs.images.architecture_layers import layered, levels, reduced
 from docs.images.architecture_rooms import Rooms, read_rooms, with_table
 from docs.images.make_architecture import PAGE, PICTURE, ROOT, picture
+from tests.sources import uncollected
 
 REMEDY = "run python -m docs.images.make_architecture"
 
 
 @pytest.fixture(scope="module")
 def rooms() -> Rooms:
-    return read_rooms(ROOT)
+    with uncollected():
+        return read_rooms(ROOT)
 
 
 def test_the_stored_picture_is_that_of_the_imports(rooms: Rooms) -> None:

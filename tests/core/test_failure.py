@@ -14,6 +14,7 @@ from psygnal import Signal
 from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import MOST_LOGS, ThreadNet, contained, described, log_folder
 from ocmm_core.wording import load_translation
+from tests.sources import parsed_with
 
 
 def _raised(error: Exception) -> Exception:
@@ -106,13 +107,15 @@ def test_a_thread_without_a_boundary_is_caught() -> None:
     assert net.caught == told
 
 
+_PLACES = {"contained": 1, "described": 1, "_tell_failure": 1, "run_tasks": 2, "side_by_side": 3}
+
+
 def _parts(tree: ast.AST) -> Iterator[ast.expr]:
     """Yield the names of failed parts: they enter the log."""
-    places = {"contained": 1, "described": 1, "_tell_failure": 1, "run_tasks": 2, "side_by_side": 3}
     for call in ast.walk(tree):
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name | ast.Attribute):
             called = call.func.id if isinstance(call.func, ast.Name) else call.func.attr
-            place = places.get(called)
+            place = _PLACES.get(called)
             if place is not None and len(call.args) > place:
                 yield call.args[place]
             if called != "format":
@@ -121,13 +124,12 @@ def _parts(tree: ast.AST) -> Iterator[ast.expr]:
 
 def test_the_log_names_what_failed_in_english_whatever_the_language() -> None:
     found, said = 0, []
-    root = Path(__file__).resolve().parents[2]
-    for path in sorted(root.glob("ocmm_*/**/*.py")):
-        for part in _parts(ast.parse(path.read_text("utf-8"))):
+    for path, tree in parsed_with(*(f"{name}(" for name in _PLACES), "named=", "part="):
+        for part in _parts(tree):
             found += 1
             words = {one.id for one in ast.walk(part) if isinstance(one, ast.Name)}
             if words & {"say", "say_word", "lead", "told", "tr"}:
-                said.append(f"{path.name}, line {part.lineno}")
+                said.append(f"{path}, line {part.lineno}")
     # The two of `ocmm report` and `ocmm study coverage` are among them.
     assert found > 10
     assert not said

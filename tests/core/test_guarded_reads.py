@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sources import parsed_with
+
 _READERS = ("read_bytes", "read_text", "fromfile", "loadtxt", "genfromtxt", "memmap")
 _GUARDS = ("open_guarded", "descriptor")
 
@@ -90,11 +90,10 @@ def _is_reading(node: ast.Call, *, method: bool) -> bool:
 
 def test_reads_files_through_the_guard_only() -> None:
     found = {}
-    for path in sorted(ROOT.glob("ocmm_*/**/*.py")):
-        name = path.relative_to(ROOT).as_posix()
+    for name, tree in parsed_with(*(f"{name}(" for name in (*_READERS, "open"))):
         if name.startswith(_CAMPAIGN):
             continue
-        lines = [node.lineno for node in _reads(ast.parse(path.read_text("utf-8")))]
+        lines = [node.lineno for node in _reads(tree)]
         if lines:
             found[name] = lines
     assert {name: at for name, at in found.items() if name not in EXCEPTIONS} == {}
@@ -103,9 +102,8 @@ def test_reads_files_through_the_guard_only() -> None:
 
 def test_lists_folders_without_hiding_unreadable_ones() -> None:
     found = set()
-    for path in sorted(ROOT.glob("ocmm_*/**/*.py")):
-        name = path.relative_to(ROOT).as_posix()
-        calls = [node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if _is_list(node)]
+    for name, tree in parsed_with(*(f"{name}(" for name in _LISTERS)):
+        calls = [node for node in ast.walk(tree) if _is_list(node)]
         if calls and not name.startswith(_CAMPAIGN):
             found.add(name)
     assert found == set(LISTS)

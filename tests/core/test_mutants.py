@@ -199,7 +199,7 @@ def test_killed_survived_and_not_covered_are_told_apart(
 
 def test_a_mutant_that_hangs_is_ended(copy: Copy) -> None:
     change = Change("number", (16, 4), (16, 16), "while True: pass", (), False)
-    assert copy.judge(FILE, change, ["tests/test_small.py"], 8.0) == "timeout"
+    assert copy.judge(FILE, change, ["tests/test_small.py"], 3.0) == "timeout"
 
 
 def test_a_mutant_whose_lines_are_gone_is_not_judged(copy: Copy) -> None:

@@ -1,8 +1,8 @@
 """Scenarios with software GigE Vision cameras in a private network namespace; run as a program.
 
-``python -m tests.genicam.genicam_scenarios NAME REPEATS`` plays one scenario and prints its result
-as JSON. A spot runs along a circle in the images, so that the place of a spot tells which exposure
-an image is of.
+``python -m tests.genicam.genicam_scenarios SECONDS`` reads lines ``REPEATS NAME``, plays each in a
+fork, and prints a line for each: its result as JSON, or nothing if it failed or took longer. A spot
+runs along a circle in the images, so that the place of a spot tells which exposure an image is of.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,7 @@ def place_at(exposure: int) -> np.ndarray:
     return SIZE / 2 + _RADIUS * np.array([np.cos(angle), np.sin(angle)])
 
 
+@cache
 def image_of(exposure: int) -> memoryview:
     """Return the image of an exposure, Mono12p."""
     u, v = place_at(exposure)
@@ -463,5 +465,23 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
 }  # fmt: skip
 
 
+def _serve() -> None:
+    """Play each requested scenario in a fork: imports and images are most of its work."""
+    for exposure in range(_TURN):
+        image_of(exposure)
+    for line in sys.stdin:
+        repeats, _, name = line.strip().partition(" ")
+        sys.stdout.flush()
+        child = os.fork()
+        if child == 0:
+            signal.alarm(int(sys.argv[1]))
+            result = json.dumps(SCENARIOS[name](int(repeats)))
+            sys.stdout.write(result)
+            return
+        os.waitpid(child, 0)
+        sys.stdout.write("\n")
+        sys.stdout.flush()
+
+
 if __name__ == "__main__":
-    sys.stdout.write(json.dumps(SCENARIOS[sys.argv[1]](int(sys.argv[2]))))
+    _serve()

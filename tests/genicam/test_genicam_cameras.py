@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import pytest
 from ocmm_core.documents import resource
 from tests.commands import Ocmm
 from tests.host import HANG_S, long_form, not_run, private_network
+from tests.short_plan import wire_plan_in
 
 ROOT = Path(__file__).resolve().parents[2]
 _REPEATS = 5 if long_form() else 1
@@ -29,22 +31,41 @@ def _library() -> None:
         not_run("libaravis-0.8-0 is not installed")
 
 
-def played(name: str, repeats: int = _REPEATS) -> dict[str, Any]:
-    """Return the result of a scenario in a private network."""
-    program = [sys.executable, "-m", "tests.genicam.genicam_scenarios", name, str(repeats)]
-    done = subprocess.run(
-        [*private_network(), *program], cwd=ROOT, capture_output=True, text=True, timeout=HANG_S,
-        check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    result: dict[str, Any] = json.loads(done.stdout)
-    assert result["wrong"] == 0
-    return result
+Played = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Played]:
+    """Return a function that plays a scenario in a private network and returns its result."""
+    program = [sys.executable, "-m", "tests.genicam.genicam_scenarios", str(int(HANG_S))]
+    messages = tmp_path_factory.mktemp("genicam") / "stderr"
+    with (
+        messages.open("w") as stream,
+        subprocess.Popen(
+            [*private_network(), *program], cwd=ROOT, stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, stderr=stream, text=True,
+        ) as process,
+    ):  # fmt: skip
+
+        def play(name: str, repeats: int = _REPEATS) -> dict[str, Any]:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            process.stdin.write(f"{repeats} {name}\n")
+            process.stdin.flush()
+            line = process.stdout.readline()
+            assert line.strip(), messages.read_text()
+            result: dict[str, Any] = json.loads(line)
+            assert result["wrong"] == 0
+            return result
+
+        yield play
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ["lost", "swapped", "doubled", "damaged", "resend refused"])
-def test_faulty_packets_give_no_wrong_frame_and_frames_come_again(fault: str) -> None:
+def test_faulty_packets_give_no_wrong_frame_and_frames_come_again(
+    played: Played, fault: str
+) -> None:
     result = played(fault, 3 * _REPEATS)
     assert result["clean"] > 0
     for _during, after, seconds in result["counts"]:
@@ -56,7 +77,7 @@ def test_faulty_packets_give_no_wrong_frame_and_frames_come_again(fault: str) ->
 
 
 @pytest.mark.slow
-def test_pictures_of_a_view_are_of_one_moment() -> None:
+def test_pictures_of_a_view_are_of_one_moment(played: Played) -> None:
     """A spot that moves by 0.94 px from exposure to exposure is at one place in both pictures."""
     result = played("pictures", 2)
     assert result["files"] == [
@@ -67,7 +88,7 @@ def test_pictures_of_a_view_are_of_one_moment() -> None:
 
 
 @pytest.mark.slow
-def test_a_killed_camera_process_is_a_sentence_and_can_be_started_again() -> None:
+def test_a_killed_camera_process_is_a_sentence_and_can_be_started_again(played: Played) -> None:
     """Aravis may crash: the end is reported at once; the cameras are free after 3 s of silence."""
     result = played("killed")
     for message, seconds in result["ends"]:
@@ -77,7 +98,7 @@ def test_a_killed_camera_process_is_a_sentence_and_can_be_started_again() -> Non
 
 
 @pytest.mark.slow
-def test_another_dissector_finds_no_malformed_packet() -> None:
+def test_another_dissector_finds_no_malformed_packet(played: Played) -> None:
     if shutil.which("tshark") is None:
         not_run("tshark is not installed")
     result = played("dissected")
@@ -87,14 +108,14 @@ def test_another_dissector_finds_no_malformed_packet() -> None:
 
 
 @pytest.mark.slow
-def test_sixty_four_spots_of_each_camera_arrive() -> None:
+def test_sixty_four_spots_of_each_camera_arrive(played: Played) -> None:
     result = played("many spots")
     assert result["found"] == [64, 64]
     assert result["off"] < 0.05
 
 
 @pytest.mark.slow
-def test_cameras_without_a_common_clock_are_paired_by_counting() -> None:
+def test_cameras_without_a_common_clock_are_paired_by_counting(played: Played) -> None:
     result = played("untimed")
     assert result["frames"] >= 50
     # Exposures that arrive together; lost ones do not shift the pairs.
@@ -118,7 +139,9 @@ def test_cameras_without_a_common_clock_are_paired_by_counting() -> None:
         ("other master", "genicam.grandmasters"),
     ],
 )
-def test_a_camera_that_fails_is_a_sentence_in_three_seconds(name: str, code: str) -> None:
+def test_a_camera_that_fails_is_a_sentence_in_three_seconds(
+    played: Played, name: str, code: str
+) -> None:
     result = played(name)
     assert [told[0] for told in result["told"]] == [code] * _REPEATS
     assert all(told[2] < _SENTENCE_S for told in result["told"])
@@ -138,7 +161,7 @@ def test_a_camera_that_fails_is_a_sentence_in_three_seconds(name: str, code: str
         ("other model", "genicam.unlike"),
     ],
 )
-def test_cameras_that_cannot_measure_are_refused(name: str, code: str) -> None:
+def test_cameras_that_cannot_measure_are_refused(played: Played, name: str, code: str) -> None:
     result = played(name)
     assert [told[0] for told in result["told"]] == [code] * _REPEATS
     # The controller is not disturbed by the one that is refused.
@@ -191,7 +214,7 @@ def test_a_part_is_measured_by_cameras_that_anyone_can_buy(
     rig.write_text(text, "utf-8")
     private_network()
     done = ocmm(
-        "measure", "--source", "genicam:virtual", "--plan", resource("plans", "quick.toml"),
+        "measure", "--source", "genicam:virtual", "--plan", wire_plan_in(tmp_path),
         "--rig", rig, "--out", tmp_path, "--seed", str(seed),
     )  # fmt: skip
     assert "PART CONFORMS" in done.stdout, done.stdout + done.stderr

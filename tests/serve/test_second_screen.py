@@ -38,20 +38,30 @@ def screen(tmp_path: Path) -> Iterator[ServedScreen]:
         yield served
 
 
-def test_shows_values_u_and_verdicts_of_the_core(screen: ServedScreen) -> None:
-    with reading(screen, screen.access.read_token) as page:
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServedScreen]:
+    """Return the same for tests that change nothing: measured once."""
+    with served_screen(tmp_path_factory.mktemp("shown")) as served:
+        # The first reader starts threads that stay.
+        with reading(served, served.access.read_token) as page:
+            page.current()
+        yield served
+
+
+def test_shows_values_u_and_verdicts_of_the_core(shown: ServedScreen) -> None:
+    with reading(shown, shown.access.read_token) as page:
         job = page.current()
-    view = screen.station.job.view()
+    view = shown.station.job.view()
     assert view.part_verdict.word is PartWord.CONFORMS
     assert job["part"] == {"code": "CONFORM", "text": "PART CONFORMS"}
     assert len(job["results"]) == len(view.characteristics) == 2
-    for shown, result in zip(job["results"], view.characteristics, strict=True):
-        assert shown["name"] == result.name
-        assert shown["verdict"]["code"] == result.verdict.value
+    for row, result in zip(job["results"], view.characteristics, strict=True):
+        assert row["name"] == result.name
+        assert row["verdict"]["code"] == result.verdict.value
         values = (result.measured, result.deviation, result.uncertainty)
         for field, value in zip(("measured", "deviation", "uncertainty"), values, strict=True):
             assert value is not None
-            assert float(shown[field]) == round(value, 3)
+            assert float(row[field]) == round(value, 3)
     assert [one["count"] for one in job["features"]] == ["4 / 4", "4 / 4", "6 / 6"]
     assert job["states"] == ["SIMULATED: No real part was measured."]
     assert job["next"] == "All features are measured."
@@ -67,8 +77,8 @@ def test_leads_along_a_path(tmp_path: Path) -> None:
                 assert page.current()["next"] == words
 
 
-def test_speaks_german_with_commas(screen: ServedScreen) -> None:
-    with reading(screen, screen.access.read_token, "de") as page:
+def test_speaks_german_with_commas(shown: ServedScreen) -> None:
+    with reading(shown, shown.access.read_token, "de") as page:
         job = page.current()
         texts = page.latest["texts"] or page.latest
     assert job["part"]["text"] == "WERKSTÜCK KONFORM"
@@ -79,10 +89,10 @@ def test_speaks_german_with_commas(screen: ServedScreen) -> None:
     assert texts
 
 
-def test_every_fixed_text_has_german(screen: ServedScreen) -> None:
+def test_every_fixed_text_has_german(shown: ServedScreen) -> None:
     texts = {}
     for language in ("en", "de", "fr"):
-        with reading(screen, screen.access.read_token, language) as page:
+        with reading(shown, shown.access.read_token, language) as page:
             texts[language] = page.next()["texts"]
     same = {name for name, text in texts["en"].items() if texts["de"][name] == text}
     assert same == {"uncertainty"}
@@ -207,32 +217,32 @@ def test_buttons_in_a_network_need_tls(tmp_path: Path) -> None:
     assert options.page(1391, "T") == "https://192.0.2.1:1391/#T"
 
 
-def test_slow_pages_miss_snapshots_and_hold_nothing_up(screen: ServedScreen) -> None:
-    with reading(screen, SECRET) as slow, reading(screen, SECRET) as prompt:
+def test_slow_pages_miss_snapshots_and_hold_nothing_up(shown: ServedScreen) -> None:
+    with reading(shown, SECRET) as slow, reading(shown, SECRET) as prompt:
         slow.next(acknowledge=False)
         number = prompt.next()["number"]
-        before = screen.server.missed
+        before = shown.server.missed
         start = time.monotonic()
         while prompt.next()["number"] < number + 10:
             pass
         assert time.monotonic() - start < 20.0
-        assert screen.server.missed >= before + 5
+        assert shown.server.missed >= before + 5
         # Nothing is queued: the snapshot after the acknowledgement is a new one.
         slow.talk.send(json.dumps({"seen": 1}))
         assert slow.next()["number"] == 2
 
 
-def test_more_pages_than_places_are_turned_away(screen: ServedScreen) -> None:
-    token = screen.access.read_token
+def test_more_pages_than_places_are_turned_away(shown: ServedScreen) -> None:
+    token = shown.access.read_token
     with ExitStack() as stack:
         for _ in range(MOST_READERS):
-            stack.enter_context(reading(screen, token)).next()
-        with reading(screen, token) as page, pytest.raises(ConnectionClosed) as closed:
+            stack.enter_context(reading(shown, token)).next()
+        with reading(shown, token) as page, pytest.raises(ConnectionClosed) as closed:
             page.next()
         assert closed.value.rcvd is not None
         assert closed.value.rcvd.code == 4029
-    wait_until(lambda: screen.server.readers == 0)
-    with reading(screen, token) as page:
+    wait_until(lambda: shown.server.readers == 0)
+    with reading(shown, token) as page:
         page.current()
 
 

@@ -120,7 +120,7 @@ def keyboard(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Keybo
             part=resource("parts", "gauge.toml"),
             out=tmp_path / "job",
             stay=True,
-            frame_rate_hz=800,
+            frame_rate_hz=500,
         )
     )
     notices = NoticeCentre()

@@ -8,25 +8,27 @@ import pytest
 
 from ocmm_core.calibration.records import CalibrationStatus, open_calibration, open_design
 from ocmm_core.camera import load_rig
-from ocmm_core.documents import resource
 from tests.commands import Ocmm
 from tests.host import private_network
+from tests.short_plan import wire_plan_in
 from tests.trackers.tracker_bench import TRACKER, written
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("protocol", ["igtl", "natnet", "ndi", "qtm"])
-def test_a_part_is_measured_by_a_tracker(protocol: str, ocmm: Ocmm, tmp_path: Path) -> None:
+def test_a_part_is_measured_by_a_tracker(
+    protocol: str, ocmm: Ocmm, ocmm_here: Ocmm, tmp_path: Path
+) -> None:
     private_network()
     done = ocmm(
-        "measure", "--source", f"{protocol}:virtual", "--plan", resource("plans", "quick.toml"),
+        "measure", "--source", f"{protocol}:virtual", "--plan", wire_plan_in(tmp_path),
         "--out", tmp_path, "--seed", "3",
     )  # fmt: skip
     assert "PART CONFORMS" in done.stdout, done.stdout + done.stderr
     assert done.returncode == 0
     (job,) = tmp_path.glob("*.ocmm")
     # The job holds the document of the tracker: it is evaluated again without it.
-    again = ocmm("report", job)
+    again = ocmm_here("report", job)
     assert "PART CONFORMS" in again.stdout, again.stdout + again.stderr
 
 
