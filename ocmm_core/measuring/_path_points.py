@@ -194,8 +194,8 @@ def _station(
         return np.asarray(np.tensordot(share, values[part], axes=1))
 
     covariance = np.tensordot(share**2, ticks.covariance[part], axes=1)
-    # The average of a bent piece is off it by less than its sagitta; along the surface, where a
-    # path turns or the ball sticks and slips, it is another place of the same surface.
+    # The average of a bent piece is off it by less than its sagitta. Only the component along the
+    # normal matters: a turn of the path, or stick-slip, moves the average along the surface.
     chord = 0.5 * (line[first] + line[stop - 1])
     middle = line[(first + stop - 1) // 2]
     sagitta = float((middle - chord) @ normal) / 3.0 if stop - first > _SMOOTH else 0.0

@@ -196,7 +196,7 @@ class DeviationRows:
     places: Int
     """(n,): of the own point of each among all N of the job."""
     own: Float
-    """(n, 3): by its ball centre, beside the share by the shared quantities."""
+    """(n, 3): by its ball centre, at constant shared quantities."""
     by_radius: Float
     """(n,): by the tip radius, likewise."""
 
@@ -211,7 +211,7 @@ class DeviationRows:
 
     @classmethod
     def of_rows(cls, rows: Rows) -> DeviationRows:
-        """Return deviations without points of their own, as those of constructed centres."""
+        """Return deviations that depend on shared quantities only, as constructed centres do."""
         n = len(rows)
         return cls(np.eye(n), rows, np.repeat(rows.places[:1], n), np.zeros((n, 3)), np.zeros(n))
 

@@ -1,4 +1,4 @@
-"""The page of the second screen: its address as QR code, and how many look at it."""
+"""The page of the second screen: its address as QR code, and the number of open pages."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ _SHOWN = 200
 
 
 class DmeServer:
-    """Serve a session on a thread of its own; all calls of the session are made there.
+    """Serve a session on a separate thread; all calls of the session are made there.
 
     `failed`: receives unexpected errors; they disconnect the client. InputError: the address would
     be open to others, or the certificate cannot be used.

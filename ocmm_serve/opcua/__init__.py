@@ -4,7 +4,7 @@ In: `ocmm_serve.published`. Out: one machine after OPC 40001-1 and OPC 40001-101
 
 Read `_model` (the address space) and `_server` (certificates, addresses, bounds). `_command` is
 `ocmm serve opcua`, an entry point of `ocmm.commands`; nothing imports this package. It runs in a
-process of its own, so that no client delays a measurement.
+separate process, so that no client delays a measurement.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door

@@ -1,6 +1,6 @@
 """A running job: touches become points, points features, features results.
 
-A touch enters unless the job is paused or the ball moves. No threads or clock of its own. Any
+A touch enters unless the job is paused or the ball moves. No threads, no clock. Any
 thread may call; one lock guards it, and every change makes a new frozen `JobView`.
 """
 

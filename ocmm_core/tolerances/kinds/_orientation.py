@@ -38,7 +38,7 @@ def orientation(
     The true direction is that of the plan in the frame of the datums, made exactly parallel or
     square to the primary datum if the kind implies it. A face must have all points between two
     planes; for an axis both ends of its toleranced length count. FitError: the plan's directions
-    contradict the kind, a feature has no points of its own, or the datums do not hold.
+    contradict the kind, a feature is constructed, or the datums do not hold.
     """
     name = characteristic.features[0]
     feature, datum = actual[name], actual[characteristic.datums[0]]

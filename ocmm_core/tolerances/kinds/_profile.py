@@ -28,7 +28,7 @@ def runout(
 
     Radially for round surfaces, square to the surface for a cone, axially for a face. Circular
     run-out is that of the worst section; sections are found from the positions of the points.
-    FitError: the feature has no points of its own, or they do not lie in sections.
+    FitError: the feature is constructed, or they do not lie in sections.
     """
     feature, datum = actual[characteristic.features[0]], actual[characteristic.datums[0]]
     surface = zones.surface_points(feature)
@@ -120,8 +120,8 @@ def profile(
     """Return twice the greatest distance of surface points from the nominal surface.
 
     The pose follows from the datums; degrees of freedom that they leave minimise the greatest
-    distance. All dimensions are nominal. Several features are one surface. FitError: a feature has
-    no points of its own, or the datums do not hold.
+    distance. All dimensions are nominal. Several features are one surface. FitError: a feature is
+    constructed, or the datums do not hold.
     """
     if characteristic.faces:
         return _against_model(characteristic, actual, frames)

@@ -28,7 +28,7 @@ from ocmm_core.features.search import (
 from ocmm_core.geometry import Float, Int
 
 POINT_KIND, LINE_KIND, PLANE_KIND, PROJECTED_KIND = -1, -2, -3, -4
-"""Kinds in addition to those of the fits; a `DISC` is in the plane of its own points."""
+"""Kinds in addition to those of the fits; a `DISC` is in the plane of its points."""
 
 _SETTLED = 1e-6
 """Length of a step, in sizes of the feature, with a negligible square."""

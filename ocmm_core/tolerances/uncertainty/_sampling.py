@@ -169,12 +169,12 @@ def with_neighbours(
 ) -> FormSample:
     """Return the sample of points along a path, whose form is that of their neighbours.
 
-    The part of ``residuals`` (n,) that no element follows is the known errors, ``factors``, and a
+    The part of ``residuals`` (n,) that no element follows has the errors of ``factors`` and a
     form of variance s^2 whose correlation at distance d is ``a exp(-d / L)``. The restricted
     likelihood (H. D. Patterson and R. Thompson, Biometrika 58, 1971) of s, a and L on a grid, all
     equally likely before, gives the mean standard deviation that counts: smooth effects on n points
     vary like those on n / f independent ones, where f is the mean sum of a row of the correlation
-    matrix. That mean includes how little a path says about its form.
+    matrix. Its mean includes that these are estimates.
     """
     n = len(residuals)
     some = np.unique(np.linspace(0, n - 1, min(n, _MOST_PLACES)).astype(np.int64))

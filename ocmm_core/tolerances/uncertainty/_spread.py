@@ -165,7 +165,7 @@ class Extent:
         is lower than necessary: U of profiles in a frame had a coverage of 97.8 % instead of 95.4,
         99.4 % if form is twice the noise. A part with all deviations scaled by one factor looks
         like the measured one and has one place at its limit, as a real part. It still includes the
-        noise of its own measurement, so U stays slightly conservative. Verdicts use `beyond`.
+        noise of the measurement, so U stays slightly conservative. Verdicts use `beyond`.
         """
         if not self.about_nominal or not self.value > 0.0:
             return interval.bisect_least(
