@@ -33,8 +33,8 @@ from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import load_probe, solve
-from ocmm_sim.calibration_scenes import Holds, VirtualRests
 from tests.core.calibration.verifying_at_once import FRAMES
+from tests.core.calibration.virtual_rests import Holds, VirtualRests
 
 ROOM = Temperature(20.0, 0.3, "")
 SHARES = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.5)

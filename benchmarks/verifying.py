@@ -37,8 +37,8 @@ from ocmm_core.camera import Rig, load_rig
 from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
 from ocmm_core.tracking import load_probe
-from ocmm_sim.calibration_scenes import Holds, VirtualRests
 from tests.core.calibration.verifying_at_once import FRAMES, nudge, verify_at_once
+from tests.core.calibration.virtual_rests import Holds, VirtualRests
 
 BEGIN = datetime(2026, 3, 2, 8, 0, tzinfo=UTC)
 RESTS = 2 + 42 + 25 + 2

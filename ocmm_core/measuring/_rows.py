@@ -50,14 +50,6 @@ class Rows:
         return cls(found, blocks, np.zeros(blocks.shape[:-2]))
 
     @classmethod
-    def of_own_points(cls, places: Sequence[int] | Int, vectors: Float) -> Rows:
-        """Return n rows that each depend on one point, by ``vectors`` (n, 3)."""
-        n = len(places)
-        blocks = np.zeros((n, n, 3))
-        blocks[np.arange(n), np.arange(n)] = vectors
-        return cls.of_points(places, blocks.reshape(n, 3 * n))
-
-    @classmethod
     def of_dense(cls, gradients: Float) -> Rows:
         """Return rows from arrays (..., 3 N + 1), without points of zero derivative."""
         blocks = gradients[..., :-1].reshape(*gradients.shape[:-1], gradients.shape[-1] // 3, 3)

@@ -3,9 +3,8 @@
 In: a true rig, and the remaining steps of a guided procedure. Out: frames of targets, bars and
 tips.
 
-Start with `_scenes` (targets, waved probe, bar, nests, pivot, tips), `_motions` (their motion, and
-averaged spots without frames, for many runs), `_calibrating` (camera views, frame source).
-`_made_records` provides finished records.
+Start with `_scenes` (targets, waved probe, bar, nests, pivot, tips), `_motions` (their motion),
+`_calibrating` (camera views, frame source). `_made_records` provides finished records.
 It imports the procedures that it serves; they do not import it.
 """
 
@@ -18,9 +17,7 @@ if TYPE_CHECKING:
     from ocmm_sim.calibration_scenes._made_records import (
         RECORDS_MADE, made_camera_record, made_probe_record, made_tip_record, made_verification,
     )  # fmt: skip
-    from ocmm_sim.calibration_scenes._motions import (
-        SEATS, WAY_S, Holds, VirtualRests, places_of_bar, stand_of,
-    )  # fmt: skip
+    from ocmm_sim.calibration_scenes._motions import SEATS, WAY_S, best_seen, stand_of
     from ocmm_sim.calibration_scenes._scenes import (
         FrameMove, FreeMotionScene, Scene, ScriptedJump, SeatFault, ShowBar, SweepProbe,
         TargetScene, TipFault, TouchSeats, TouchSphere, TouchWithTip,
@@ -30,8 +27,8 @@ else:
 
 __all__ = [
     "RECORDS_MADE", "SEATS", "WAY_S", "CalibratingScript", "CalibratingSource",
-    "CalibrationScenesRig", "FrameMove", "FreeMotionScene", "Holds", "Scene", "ScriptedJump",
-    "SeatFault", "ShowBar", "SweepProbe", "TargetScene", "TipFault", "TouchSeats", "TouchSphere",
-    "TouchWithTip", "VirtualRests", "made_camera_record", "made_probe_record", "made_tip_record",
-    "made_verification", "places_of_bar", "stand_of",
+    "CalibrationScenesRig", "FrameMove", "FreeMotionScene", "Scene", "ScriptedJump", "SeatFault",
+    "ShowBar", "SweepProbe", "TargetScene", "TipFault", "TouchSeats", "TouchSphere", "TouchWithTip",
+    "best_seen", "made_camera_record", "made_probe_record", "made_tip_record", "made_verification",
+    "stand_of",
 ]  # fmt: skip

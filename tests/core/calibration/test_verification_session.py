@@ -34,10 +34,10 @@ from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
-from ocmm_sim.calibration_scenes import Holds, VirtualRests, places_of_bar
 from tests.core.calibration.made_records import make_record
 from tests.core.calibration.procedure_site import BEGIN, RIG_DOCUMENT, SEED, Bench
 from tests.core.calibration.verifying_at_once import FRAMES, nudge, verify_at_once
+from tests.core.calibration.virtual_rests import Holds, VirtualRests, places_of_bar
 
 HOLDS: Holds = {}
 """Attitudes are found once for all sessions of this file."""

@@ -20,7 +20,8 @@ from ocmm_core.calibration.verification import (
 )
 from ocmm_core.camera import CameraModel
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_sim.calibration_scenes import SEATS, VirtualRests, places_of_bar, stand_of
+from ocmm_sim.calibration_scenes import SEATS, stand_of
+from tests.core.calibration.virtual_rests import VirtualRests, places_of_bar
 
 FRAMES = 100
 """Averaged per rest."""
