@@ -240,6 +240,13 @@ class DeviationRows:
         kept = replace(self, by_shared=self.by_shared - followed @ (followed.T @ self.by_shared))
         return kept.with_shared(-followed, moved)
 
+    def weighted(self, shares: Float) -> Rows:
+        """Return one row: of the sum of the deviations, times ``shares`` (n,)."""
+        own = np.zeros((1, 3 * len(self)))
+        own[0] = (shares[:, None] * self.own).ravel()
+        alone = Rows.of_points(self.places, own).with_radius(shares @ self.by_radius)
+        return (shares @ self.by_shared)[None] @ self.shared + alone
+
     @property
     def touched(self) -> Int:
         """Return the places of all points that they depend on, ascending."""

@@ -28,7 +28,7 @@ def runout(
 
     Radially for round surfaces, square to the surface for a cone, axially for a face. Circular
     run-out is that of the worst section; sections are found from the positions of the points.
-    FitError: the feature is constructed, or they do not lie in sections.
+    FitError: the feature is constructed, or its points do not lie in sections.
     """
     feature, datum = actual[characteristic.features[0]], actual[characteristic.datums[0]]
     surface = zones.surface_points(feature)

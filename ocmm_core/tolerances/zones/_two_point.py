@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.elements import distance_derivatives
@@ -27,6 +28,7 @@ _FLANK = 0.999
 """Least cosine between the normal at a point and the transverse direction for a point on a side."""
 _FACING = -0.9
 """Cosine between the normals of two faces above which they have no size between them."""
+_MEAN = "two-point mean"
 _CONTENDERS = 50
 """Sizes that noise may make extreme; the others are far away."""
 _STEP = 1e-5
@@ -49,16 +51,27 @@ def around(feature: ActualFeature, association: Association) -> tuple[Float, Row
     opposite = directions @ directions.T < -np.cos(np.deg2rad(_OPPOSITE_DEG))
     level = np.abs(heights[:, None] - heights) < _LEVEL_MM
     first, second = _pairs(np.triu(opposite & level), [feature], "at one height")
+    sums, by_pair = _sums(feature, first, second, association)
+    by_radius = feature.jacobian[RADIUS].outer(np.ones(len(sums)))
+    return feature.fit.radius + 0.5 * sums, by_radius + 0.5 * by_pair
+
+
+def _sums(
+    feature: ActualFeature, first: Int, second: Int, association: Association
+) -> tuple[Float, Rows]:
+    """Return the sums of two residuals each that matter for a rank, or their mean, with rows."""
+    slopes, raw = feature.by_residuals, own_fit(feature)[1]
     sums = raw.residuals[first] + raw.residuals[second]
+    if association == _MEAN:
+        shares = _shares(first, len(slopes)) + _shares(second, len(slopes))
+        return np.array([sums.mean()]), slopes.weighted(shares)
     chosen = _contenders(sums, association)
-    by_pair = 0.5 * _of_pairs(feature, first[chosen], second[chosen])
-    by_radius = feature.jacobian[RADIUS].outer(np.ones(len(chosen)))
-    return feature.fit.radius + 0.5 * sums[chosen], by_radius + by_pair
+    return sums[chosen], slopes[first[chosen]].rows + slopes[second[chosen]].rows
 
 
-def _of_pairs(feature: ActualFeature, first: Int, second: Int) -> Rows:
-    """Return the derivatives of the sums of two residuals each, m rows."""
-    return feature.by_residuals[first].rows + feature.by_residuals[second].rows
+def _shares(places: Int, count: int) -> Float:
+    """Return the weights (n,) of residuals in the mean over pairs."""
+    return np.bincount(places, minlength=count) / len(places)
 
 
 def across_slot(
@@ -79,12 +92,9 @@ def across_slot(
         places = arms @ direction
         near &= np.abs(places[:, None] - places) < _LEVEL_MM
     first, second = _pairs(np.outer(plus, minus) & near, [feature], "face to face")
-    sums = raw.residuals[first] + raw.residuals[second]
-    chosen = _contenders(sums, association)
-    by_pair = _of_pairs(feature, first[chosen], second[chosen])
+    sums, by_pair = _sums(feature, first, second, association)
     whole = 2.0 * float(feature.fit.geometry[place])
-    by_whole = feature.jacobian[place].outer(np.full(len(chosen), 2.0))
-    return whole + sums[chosen], by_whole + by_pair
+    return whole + sums, feature.jacobian[place].outer(np.full(len(sums), 2.0)) + by_pair
 
 
 def slot_envelope(feature: ActualFeature, *, widest: bool) -> tuple[float, Rows]:
@@ -136,8 +146,7 @@ def between_faces(
     across = _across(one.fit.geometry, other.fit.geometry)
     square = np.eye(3) - np.outer(across, across)
     sites = [surface_points(face).points @ square for face in (one, other)]
-    apart = np.linalg.norm(sites[0][:, None] - sites[1], axis=2)
-    first, second = _pairs(apart < _LEVEL_MM, [one, other], "face to face")
+    first, second = _pairs(cdist(*sites) < _LEVEL_MM, [one, other], "face to face")
     middles = 0.5 * (sites[0][first] + sites[1][second])
     residuals = [own_fit(face)[1].residuals for face in (one, other)]
     lean = [float(face.fit.direction @ across) for face in (one, other)]
@@ -147,7 +156,7 @@ def between_faces(
     chosen = _contenders(sign * gaps, association)
 
     geometries = {"one": one.fit.geometry, "other": other.fit.geometry}
-    gradients = Rows.nothing(len(chosen))
+    gradients = Rows.nothing(1 if association == _MEAN else len(chosen))
     for key, face in (("one", one), ("other", other)):
         slopes = np.zeros((len(chosen), GEOMETRY_SIZE))
         for k in np.flatnonzero(face.jacobian.moving()).tolist():
@@ -156,7 +165,13 @@ def between_faces(
                 moved = moved_geometry(geometries, key, k, step)
                 ends.append(_gaps(moved["one"], moved["other"], middles[chosen]))
             slopes[:, k] = (ends[0] - ends[1]) / (2.0 * _STEP)
+        if association == _MEAN:
+            slopes = slopes.mean(axis=0, keepdims=True)
         gradients += slopes @ face.jacobian
+    if association == _MEAN:
+        gradients += one.by_residuals.weighted(_shares(first, len(one.by_residuals))) / lean[0]
+        gradients -= other.by_residuals.weighted(_shares(second, len(other.by_residuals))) / lean[1]
+        return np.array([sign * gaps.mean()]), sign * gradients
     gradients += one.by_residuals[first[chosen]].rows / lean[0]
     gradients -= other.by_residuals[second[chosen]].rows / lean[1]
     return sign * gaps[chosen], sign * gradients
@@ -191,7 +206,7 @@ def _pairs(opposite: NDArray[np.bool_], features: list[ActualFeature], how: str)
 
 def _contenders(sums: Float, association: Association) -> Int:
     """Return the indices relevant for a rank, most extreme first; all for the mean."""
-    if association == "two-point mean":
+    if association == _MEAN:
         return np.arange(len(sums))
     ahead = -sums if association == "two-point maximum" else sums
     order: Int = np.argsort(ahead, kind="stable")[:_CONTENDERS]

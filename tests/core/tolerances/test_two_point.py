@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 from functools import lru_cache
 from typing import Literal
@@ -10,13 +11,15 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import FitError
+from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.measuring import Rows, factors_of_matrix
 from ocmm_core.tolerances.kinds import evaluate
 from ocmm_core.tolerances.monte_carlo import Task
 from ocmm_core.tolerances.monte_carlo._trials import quick_model, slow_trials
-from tests.core.features.exact_touches import moved
+from ocmm_core.tolerances.zones import around
+from tests.core.features.exact_touches import moved, nominal, touches
 from tests.core.tolerances.known_part import KnownPart, asked, face, motion
 
 pytestmark = pytest.mark.numerics
@@ -154,3 +157,26 @@ def test_every_trial_of_a_two_point_distance_takes_the_points_that_are_opposite(
     assert values[0, 0] == pytest.approx(evaluate(item, actual, None).value, abs=1e-9)
     planes = evaluate(asked("distance", "upper,under"), actual, None).value
     assert abs(values[0, 0] - planes) > 5e-3
+
+
+def test_the_mean_over_many_pairs_needs_no_row_for_each() -> None:
+    rng = np.random.default_rng(9)
+    count = 1500
+    turn = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    normals = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    deviations = rng.normal(0.0, 0.002, count)
+    own = touches("ring", (10.0 + deviations)[:, None] * normals, normals)
+    found = actual_features([nominal("ring", Shape.CIRCLE, 20.0, "outer")], own)
+    ring = found["ring"]
+    assert isinstance(ring, ActualFeature)
+    tracemalloc.start()
+    halves, rows = around(ring, "two-point mean")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    # 125,000 pairs: their rows would be 4.5 GB.
+    assert peak < 150e6, peak
+    assert len(halves) == len(rows) == 1
+    # All deviations of a full circle have the same weight.
+    assert float(halves[0]) == pytest.approx(10.0 + deviations.mean(), abs=1e-6)
+    gradient = rows.dense(count)[0, :-1].reshape(count, 3)
+    assert np.sum(gradient * normals, axis=1) == pytest.approx(1.0 / count, rel=1e-3)
