@@ -146,7 +146,7 @@ def between_faces(
     across = _across(one.fit.geometry, other.fit.geometry)
     square = np.eye(3) - np.outer(across, across)
     sites = [surface_points(face).points @ square for face in (one, other)]
-    first, second = _pairs(cdist(*sites) < _LEVEL_MM, [one, other], "face to face")
+    first, second = _pairs(cdist(sites[0], sites[1]) < _LEVEL_MM, [one, other], "face to face")
     middles = 0.5 * (sites[0][first] + sites[1][second])
     residuals = [own_fit(face)[1].residuals for face in (one, other)]
     lean = [float(face.fit.direction @ across) for face in (one, other)]
