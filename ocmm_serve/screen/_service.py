@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ocmm_serve.screen._access import ScreenOptions
     from ocmm_serve.screen._server import ScreenServer
 
+_THIS = "127.0.0.1"
 _LOCAL = (
     "Only this computer can open the page. State an address of it that the tablet reaches in the "
     "settings."
@@ -67,12 +68,13 @@ def serve_beside(station: MeasuringStation, hand: Any, settings: Settings) -> Sc
     from ocmm_serve.screen._server import ScreenServer
 
     checked = stream_options(
-        settings.screen_port, "127.0.0.1", settings.stream_token, settings.stream_certificate,
+        settings.screen_port, _THIS, settings.stream_token, settings.stream_certificate,
         settings.stream_key,
     )  # fmt: skip
     assert checked is not None  # noqa: S101 - there is a port
     secret = checked.token or secrets.token_urlsafe(24)
-    address = replace(checked, host=settings.screen_host, token=secret)
+    # An empty address would be all of this computer.
+    address = replace(checked, host=settings.screen_host.strip() or _THIS, token=secret)
     options = ScreenOptions(address, ScreenAccess(secret, settings.screen_control))
 
     def note(error: Exception) -> None:
