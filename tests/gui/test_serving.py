@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import socket
+import time
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -114,6 +116,20 @@ def test_a_tablet_looks_at_the_job_of_the_window(open_window: OpenWindow, qtbot:
         assert shown["controls"] is False
         assert shown["live"]
         qtbot.waitUntil(lambda: sheet.readers.text() == "One page is open.", timeout=HANG_MS)
+        # The page follows the window to the next part.
+        before = job.path.stem
+        header = replace(job.view().header, serial="0815")
+        bench.bridge.jobs.next_part(header)
+        names = {before}
+        deadline = time.monotonic() + HANG_S
+        while names == {before}:
+            assert time.monotonic() < deadline
+            qtbot.wait(20)
+            tablet.send(json.dumps({"seen": shown["number"]}))
+            shown = json.loads(tablet.recv(timeout=HANG_S))
+            names |= {shown["job"]["job"]} if shown["job"] else set()
+        assert names == {before, job.path.stem}
+        assert "0815" in shown["job"]["title"]
     qtbot.waitUntil(lambda: sheet.readers.text() == "No page is open yet.", timeout=HANG_MS)
     sheet.keys["stop"].trigger()
     qtbot.waitUntil(lambda: sheet.readers.text() == "The second screen is off.", timeout=HANG_MS)
