@@ -194,19 +194,15 @@ def _station(
         return np.asarray(np.tensordot(share, values[part], axes=1))
 
     covariance = np.tensordot(share**2, ticks.covariance[part], axes=1)
-    # The average of a bent piece is off it by less than its sagitta. Only the component along the
-    # normal matters: a turn of the path, or stick-slip, moves the average along the surface.
-    chord = 0.5 * (line[first] + line[stop - 1])
-    middle = line[(first + stop - 1) // 2]
-    sagitta = float((middle - chord) @ normal) / 3.0 if stop - first > _SMOOTH else 0.0
-    motion = sagitta**2 * np.outer(normal, normal) + np.eye(3) * (untimed_mm**2 / 3.0)
+    bend = _bend(line[part], normal, share) if stop - first > _SMOOTH else 0.0
+    motion = bend**2 * np.outer(normal, normal) + np.eye(3) * (untimed_mm**2 / 3.0)
     reference = ticks.reference_spots
     return StablePoint(
         time_s=float(mean(ticks.time_s)),
         first_frame=int(ticks.first_frame[first]),
         last_frame=int(ticks.last_frame[stop - 1]),
         n_frames=int(counts.sum()),
-        tip_world=mean(ticks.tip_world),
+        tip_world=mean(ticks.tip_world) + bend * normal,
         random_covariance=covariance + motion,
         motion_covariance=motion,
         rotation_world_from_probe=mean_rotation(ticks.rotation_world_from_probe[part]),
@@ -215,3 +211,20 @@ def _station(
         tip_rig=mean(ticks.tip_rig),
         reference_spots=None if reference is None else mean(reference),
     )
+
+
+def _bend(piece: Float, normal: Float, share: Float) -> float:
+    """Return how far, mm, a bent piece of a path is above its average, along the normal.
+
+    Of a parabola over its chord L with sagitta s: ``4 s / L^2`` times the variance of the places
+    along it, s / 3 at even speed. ``share``: weights (n,) of the average. Components along the
+    surface do not matter: they lead to another place of it.
+    """
+    arms, chord = piece - piece[0], piece[-1] - piece[0]
+    # Of 1; a path that turns back has hardly a chord.
+    along = arms @ chord / max(float(chord @ chord), 1e-6)
+    variance = float(share @ (along - share @ along) ** 2)
+    middle = (len(piece) - 1) // 2
+    height = float((arms[middle] - along[middle] * chord) @ normal)
+    sagitta = height / max(4.0 * along[middle] * (1.0 - along[middle]), 0.5)
+    return float(sagitta * min(4.0 * variance, 1.0 / 3.0))

@@ -18,6 +18,7 @@ from ocmm_core.measuring import (
     points_along,
     transported,
 )
+from ocmm_core.measuring._path_points import _bend
 from ocmm_core.tracking import FrameStatus, TrackBlock, cut, pick
 
 Tracked = Callable[..., TrackBlock]
@@ -190,3 +191,23 @@ def test_normals_follow_the_surface(tracked: Tracked) -> None:
     zigzag = np.concatenate([path[:, :1] * [1.0, 0.0, 0.0] for _ in range(3)])
     flat = transported(zigzag, np.array([0.0, 0.0, 1.0]), 0.5)
     assert np.array_equal(flat, np.tile([0.0, 0.0, 1.0], (len(zigzag), 1)))
+
+
+@pytest.mark.parametrize("radius", [5.0, 7.0, -18.0])
+@pytest.mark.parametrize("begin", [-0.15, -0.05])
+@pytest.mark.parametrize("sticks", [False, True])
+def test_the_average_of_a_bent_piece_is_put_back_on_it(
+    radius: float, begin: float, *, sticks: bool
+) -> None:
+    """The normal is that of a station, which need not be in the middle of its piece."""
+    along = np.linspace(begin, begin + 0.3, 60)
+    if sticks:
+        along = np.insert(along, 20, np.full(30, along[20]))
+    turn = along / abs(radius)
+    side = np.sign(radius)
+    piece = abs(radius) * np.stack([np.sin(turn), 0.0 * turn, side * np.cos(turn)], axis=1)
+    share = np.full(len(piece), 1.0 / len(piece))
+    missing = side * (abs(radius) - float(np.linalg.norm(share @ piece)))
+    found = _bend(piece, np.array([0.0, 0.0, 1.0]), share)
+    assert found == pytest.approx(missing, rel=0.05)
+    assert abs(missing) > 1e-4
