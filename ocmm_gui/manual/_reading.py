@@ -48,6 +48,7 @@ PLACES = {
     "RecallSheet": "quality/recall.md#recalculating",
     "WhatToDoSheet": "inspector/help.md#what-to-do-if-shiftf1",
     "SupportSheet": "inspector/help.md#support-bundle-ctrlb",
+    "SecondScreenSheet": "inspector/second_screen.md#from-the-window",
     "AboutSheet": "inspector/help.md#about-ocmm-f10",
     # Maintain.
     "BusPage": "technician/wire.md#verdicts",
