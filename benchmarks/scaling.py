@@ -4,10 +4,10 @@
 
 Spheres on a table, touched in turn, with the rig and probe of the resources: the uncertainty of all
 points, fits, and the diameter of every sphere with U. First 10 features and ever more points, then
-20 points a feature and ever more features, then 25 features and ever more distances of two of them.
-Processor time from nothing, the best of two, and after
-one more point of a job that was evaluated before, the best of five; memory is the peak of what was
-allocated from nothing. Ends with 1 if time or memory from nothing grow faster with the points than
+20 points a feature and ever more features, then 25 features and ever more distances of two of them,
+and last the flatness of a face along a path with U. Processor time from nothing, the best of two,
+and after one more point of a job that was evaluated before, the best of five; memory is the peak of
+what was allocated from nothing. Ends with 1 if time or memory from nothing grow faster with the points than
 their number to the power of 1.1, or if one more point of the largest job takes more than a fiftieth
 of it.
 """
@@ -18,7 +18,7 @@ import argparse
 import sys
 import time
 import tracemalloc
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, islice
 
 import numpy as np
@@ -30,7 +30,7 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, rotation_from_vector
 from ocmm_core.inspection.evaluation import EvaluationCache, SessionOptions, evaluate_job
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.measuring import PATH, MeasuredPoint
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_core.tracking import ProbeBody, TipSensitivity, load_probe, tip_sensitivity
 
@@ -159,6 +159,36 @@ def poses_of(bench: Bench) -> list[TipSensitivity]:
     return found
 
 
+def of_form(points: int, poses: list[TipSensitivity], bench: Bench) -> float:
+    """Return the processor time, s, of the flatness of a face with U, from nothing."""
+    rng = np.random.default_rng(points)
+    share = np.linspace(0.0, 10.0, points, endpoint=False)
+    places = np.stack([120.0 * (share % 1.0), 8.0 * np.floor(share), 0.0 * share], axis=1)
+    places[:, 2] = rng.normal(0.0, 0.002, points)
+    up, radius = np.array([0.0, 0.0, 1.0]), bench.body.tip_radius
+    taken = [
+        replace(_point(n, "F", up, up, radius), tip_world=place + radius * up, approach=PATH)
+        for n, place in enumerate(places)
+    ]
+    face = NominalFeature(name="F", shape=Shape.PLANE, points=3, point=(0.0, 0.0, 0.0), spacing=1.0)
+    flat = Characteristic(
+        name="flat", kind="flatness", features=["F"], nominal=0.0, lower=0.0, upper=0.1
+    )
+    plan = Plan(
+        schema="ocmm.plan/1", unit="mm", name="form", part="face", features=[face],
+        characteristics=[flat],
+    )  # fmt: skip
+    found = [poses[n % len(poses)] for n in range(points)]
+    begun = time.process_time()
+    job = evaluate_job(
+        plan, taken, found, bench.rig, bench.body, SessionOptions(), frozenset(["F"]),
+        cache=EvaluationCache(),
+    )  # fmt: skip
+    if job.results[0].uncertainty is None:
+        raise SystemExit("The flatness has no uncertainty.")
+    return time.process_time() - begun
+
+
 def exponent(first: float, last: float, ratio: float) -> float:
     """Return the power of the size with which a cost grew."""
     return float(np.log(last / first) / np.log(ratio))
@@ -197,6 +227,13 @@ def main() -> int:
     first, last = by_wanted[1][1], by_wanted[-1][1]
     of_time = exponent(first.seconds, last.seconds, DISTANCES[-1] / DISTANCES[0])
     print(f"exponent over characteristics: time {of_time:.2f}")
+    of_form(50, poses, bench)
+    forms = [(n, of_form(n, poses, bench)) for n in (300, 1000, 3000, 10000) if n <= most]
+    for points, seconds in forms:
+        print(f"flatness of {points} points along a path, with U: {seconds:.2f} s")
+    of_time = exponent(forms[0][1], forms[-1][1], forms[-1][0] / forms[0][0])
+    print(f"exponent over points of a form: {of_time:.2f}")
+    good &= of_time <= _LARGEST_EXPONENT
     share = by_both[-1].more / by_both[-1].seconds
     print(f"one more point of the largest job: {100.0 * share:.1f} % of it")
     good &= share <= _LARGEST_SHARE
