@@ -7,9 +7,9 @@ points, fits, and the diameter of every sphere with U. First 10 features and eve
 20 points a feature and ever more features, then 25 features and ever more distances of two of them,
 and last the flatness of a face along a path with U. Processor time from nothing, the best of two,
 and after one more point of a job that was evaluated before, the best of five; memory is the peak of
-what was allocated from nothing. Ends with 1 if time or memory from nothing grow faster with the points than
-their number to the power of 1.1, or if one more point of the largest job takes more than a fiftieth
-of it.
+what was allocated from nothing. Ends with 1 if time or memory from nothing grow faster with the
+points than their number to the power of 1.1, or if one more point of the largest job takes more
+than a fiftieth of it.
 """
 
 from __future__ import annotations
