@@ -231,14 +231,15 @@ class Reception:
         for client in self.clients:
             with self.dropping(client):
                 client.note_movement(now)
-                if client.is_silent(now):
+                if client.ending:
+                    if not client.waiting or now - client.since_s > LAST_WORDS_S:
+                        self.cut(client)
+                elif client.is_stalled(now):
+                    self.cut(client)
+                elif client.is_silent(now):
                     self.end(client, f"no request within {REQUEST_TIMEOUT_S:g} s")
                 elif client.said > MOST_CHATTER:
                     self.end(client, "only the first line is read")
-                elif client.is_stalled(now) or (
-                    client.ending and (not client.waiting or now - client.since_s > LAST_WORDS_S)
-                ):
-                    self.cut(client)
 
     def end(self, client: StreamClient, why: str) -> None:
         """Send a goodbye with a reason; the connection ends when it is read."""

@@ -238,3 +238,18 @@ def test_a_key_of_the_certificate_that_everybody_can_read_is_refused(tmp_path: P
     # A group for the keys of certificates is usual.
     private.chmod(0o640)
     assert stream_options(0, "127.0.0.1", None, certificate, private) is not None
+
+
+def test_who_talks_and_reads_nothing_is_cut_off(station: MeasuringStation) -> None:
+    with (
+        StreamServer(station, StreamOptions()) as server,
+        closing(connect(server.address)) as client,
+    ):
+        client.sendall(b"\n")
+        client.settimeout(0.2)
+        until = time.monotonic() + HANG_S
+        with suppress(ConnectionError):
+            while time.monotonic() < until:
+                with suppress(TimeoutError):
+                    client.sendall(b"y" * 1_000_000)
+        assert time.monotonic() < until
