@@ -231,10 +231,8 @@ class Reception:
         for client in self.clients:
             with self.dropping(client):
                 client.note_movement(now)
-                if client.ending:
-                    if not client.waiting or now - client.since_s > LAST_WORDS_S:
-                        self.cut(client)
-                elif client.is_stalled(now):
+                heard_goodbye = not client.waiting or now - client.since_s > LAST_WORDS_S
+                if client.is_stalled(now) or (client.ending and heard_goodbye):
                     self.cut(client)
                 elif client.is_silent(now):
                     self.end(client, f"no request within {REQUEST_TIMEOUT_S:g} s")
