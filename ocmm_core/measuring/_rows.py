@@ -131,10 +131,6 @@ class Rows:
         """Return the rows with zero derivative by the tip radius."""
         return Rows(self.places, self.by_points, np.zeros(self.shape))
 
-    def mean(self) -> Rows:
-        """Return the row of the mean of all values."""
-        return Rows(self.places, self.by_points.mean(axis=0), self.by_radius.mean(axis=0))
-
     def __len__(self) -> int:
         return int(self.by_radius.shape[0])
 
@@ -178,8 +174,12 @@ class Rows:
 class DeviationRows:
     """Derivatives of n deviations: by few quantities that all share, and each by its own point.
 
-    As `Rows` they would be n squared blocks. An index selects deviations.
+    As `Rows` they would be n squared blocks. An index selects deviations; weights (k, n) from the
+    left give k rows of their sums.
     """
+
+    __array_ufunc__: ClassVar[None] = None
+    """Makes arrays leave products to rows."""
 
     by_shared: Float
     """(n, q): by the shared quantities, as the numbers of an element or frame."""
@@ -234,18 +234,7 @@ class DeviationRows:
 
     def without(self, followed: Float) -> DeviationRows:
         """Return the part of the deviations outside the orthonormal columns (n, k)."""
-        of_own = followed.T[:, :, None] * self.own
-        moved = Rows.of_points(self.places, of_own.reshape(len(of_own), 3 * len(self)))
-        moved = moved.with_radius(followed.T @ self.by_radius)
-        kept = replace(self, by_shared=self.by_shared - followed @ (followed.T @ self.by_shared))
-        return kept.with_shared(-followed, moved)
-
-    def weighted(self, shares: Float) -> Rows:
-        """Return one row: of the sum of the deviations, times ``shares`` (n,)."""
-        own = np.zeros((1, 3 * len(self)))
-        own[0] = (shares[:, None] * self.own).ravel()
-        alone = Rows.of_points(self.places, own).with_radius(shares @ self.by_radius)
-        return (shares @ self.by_shared)[None] @ self.shared + alone
+        return self.with_shared(-followed, followed.T @ self)
 
     @property
     def touched(self) -> Int:
@@ -259,6 +248,11 @@ class DeviationRows:
         blocks = np.tensordot(self.by_shared, self.shared.at(places), axes=1)
         blocks[np.arange(len(self)), np.searchsorted(places, self.places)] += self.own
         return Rows(places, blocks, self.by_shared @ self.shared.by_radius + self.by_radius)
+
+    def __rmatmul__(self, weights: Float) -> Rows:
+        own = (weights[:, :, None] * self.own).reshape(len(weights), 3 * len(self))
+        alone = Rows.of_points(self.places, own).with_radius(weights @ self.by_radius)
+        return (weights @ self.by_shared) @ self.shared + alone
 
     def __len__(self) -> int:
         return len(self.own)

@@ -131,11 +131,11 @@ def distance_of_faces(
 
 
 def _of_rank(sizes: Float, gradients: Rows, association: zones.Association) -> zones.Evaluation:
-    """Return the size of a rank among two-point sizes sorted by it."""
+    """Return the size of a rank among two-point sizes sorted by it, or their mean, one alone."""
+    ranked = None
+    if association != "two-point mean":
+        ranked = zones.Ranked(sizes, gradients, association == "two-point maximum")
     words = size_words(association)
-    if association == "two-point mean":
-        return zones.Evaluation(float(sizes.mean()), gradients.mean(), association=words)
-    ranked = zones.Ranked(sizes, gradients, association == "two-point maximum")
     return zones.Evaluation(float(sizes[0]), gradients[0], ranked=ranked, association=words)
 
 

@@ -28,7 +28,6 @@ _FLANK = 0.999
 """Least cosine between the normal at a point and the transverse direction for a point on a side."""
 _FACING = -0.9
 """Cosine between the normals of two faces above which they have no size between them."""
-_MEAN = "two-point mean"
 _CONTENDERS = 50
 """Sizes that noise may make extreme; the others are far away."""
 _STEP = 1e-5
@@ -62,16 +61,9 @@ def _sums(
     """Return the sums of two residuals each that matter for a rank, or their mean, with rows."""
     slopes, raw = feature.by_residuals, own_fit(feature)[1]
     sums = raw.residuals[first] + raw.residuals[second]
-    if association == _MEAN:
-        shares = _shares(first, len(slopes)) + _shares(second, len(slopes))
-        return np.array([sums.mean()]), slopes.weighted(shares)
-    chosen = _contenders(sums, association)
-    return sums[chosen], slopes[first[chosen]].rows + slopes[second[chosen]].rows
-
-
-def _shares(places: Int, count: int) -> Float:
-    """Return the weights (n,) of residuals in the mean over pairs."""
-    return np.bincount(places, minlength=count) / len(places)
+    groups, count = _contenders(sums, association), len(slopes)
+    weights = _weights(first, groups, count) + _weights(second, groups, count)
+    return _means(sums, groups), weights @ slopes
 
 
 def across_slot(
@@ -153,28 +145,23 @@ def between_faces(
     gaps = _gaps(one.fit.geometry, other.fit.geometry, middles)
     gaps = gaps + residuals[0][first] / lean[0] - residuals[1][second] / lean[1]
     sign = 1.0 if float(gaps.mean()) > 0.0 else -1.0
-    chosen = _contenders(sign * gaps, association)
+    groups = _contenders(sign * gaps, association)
 
     geometries = {"one": one.fit.geometry, "other": other.fit.geometry}
-    gradients = Rows.nothing(1 if association == _MEAN else len(chosen))
+    # A mean of gaps is the gap at the mean place.
+    places, gradients = _means(middles, groups), Rows.nothing(len(groups))
     for key, face in (("one", one), ("other", other)):
-        slopes = np.zeros((len(chosen), GEOMETRY_SIZE))
+        slopes = np.zeros((len(groups), GEOMETRY_SIZE))
         for k in np.flatnonzero(face.jacobian.moving()).tolist():
             ends = []
             for step in (_STEP, -_STEP):
                 moved = moved_geometry(geometries, key, k, step)
-                ends.append(_gaps(moved["one"], moved["other"], middles[chosen]))
+                ends.append(_gaps(moved["one"], moved["other"], places))
             slopes[:, k] = (ends[0] - ends[1]) / (2.0 * _STEP)
-        if association == _MEAN:
-            slopes = slopes.mean(axis=0, keepdims=True)
         gradients += slopes @ face.jacobian
-    if association == _MEAN:
-        gradients += one.by_residuals.weighted(_shares(first, len(one.by_residuals))) / lean[0]
-        gradients -= other.by_residuals.weighted(_shares(second, len(other.by_residuals))) / lean[1]
-        return np.array([sign * gaps.mean()]), sign * gradients
-    gradients += one.by_residuals[first[chosen]].rows / lean[0]
-    gradients -= other.by_residuals[second[chosen]].rows / lean[1]
-    return sign * gaps[chosen], sign * gradients
+    gradients += _weights(first, groups, len(one.by_residuals)) @ one.by_residuals / lean[0]
+    gradients -= _weights(second, groups, len(other.by_residuals)) @ other.by_residuals / lean[1]
+    return sign * _means(gaps, groups), sign * gradients
 
 
 def _across(one: Float, other: Float) -> Float:
@@ -204,10 +191,19 @@ def _pairs(opposite: NDArray[np.bool_], features: list[ActualFeature], how: str)
     return first, second
 
 
-def _contenders(sums: Float, association: Association) -> Int:
-    """Return the indices relevant for a rank, most extreme first; all for the mean."""
-    if association == _MEAN:
-        return np.arange(len(sums))
+def _contenders(sums: Float, association: Association) -> list[Int]:
+    """Return the pairs of each size relevant for a rank, most extreme first; all for the mean."""
+    if association == "two-point mean":
+        return [np.arange(len(sums))]
     ahead = -sums if association == "two-point maximum" else sums
-    order: Int = np.argsort(ahead, kind="stable")[:_CONTENDERS]
-    return order
+    order = np.argsort(ahead, kind="stable")[:_CONTENDERS]
+    return np.split(order, len(order))
+
+
+def _means(values: Float, groups: list[Int]) -> Float:
+    return np.array([values[group].mean(axis=0) for group in groups])
+
+
+def _weights(places: Int, groups: list[Int], count: int) -> Float:
+    """Return the weights (k, n) of residuals in the means over k groups of pairs."""
+    return np.array([np.bincount(places[group], minlength=count) / len(group) for group in groups])
