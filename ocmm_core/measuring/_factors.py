@@ -106,16 +106,24 @@ class PointFactors:
         own = self.of(DeviationRows.of_own(rows.places, rows.own, rows.by_radius).rows)
         if not len(rows.shared):
             return own
-        places, by = rows.touched, rows.by_shared
+        by = rows.by_shared
+        of_shared, with_own = self.of_shared(rows)
+        mixed = with_own @ by.T
+        total: Float = by @ of_shared @ by.T + mixed + mixed.T + own
+        return total
+
+    def of_shared(self, rows: DeviationRows) -> tuple[Float, Float]:
+        """Return the covariance (q, q) of the shared quantities, and theirs (n, q) with own parts.
+
+        The own part of a deviation is that at constant shared quantities.
+        """
+        places = rows.touched
         shared = Rows(places, rows.shared.at(places), rows.shared.by_radius)
         moved = self.moved(shared)
         of_shared = np.tensordot(shared.by_points, moved.by_points, axes=((1, 2), (1, 2)))
         of_shared += np.outer(shared.by_radius, moved.by_radius)
         with_own = np.einsum("qni,ni->nq", moved.at(rows.places), rows.own)
-        with_own += np.outer(rows.by_radius, moved.by_radius)
-        mixed = with_own @ by.T
-        total: Float = by @ of_shared @ by.T + mixed + mixed.T + own
-        return total
+        return of_shared, with_own + np.outer(rows.by_radius, moved.by_radius)
 
     def drawn_deviations(self, rows: DeviationRows, rng: np.random.Generator, count: int) -> Float:
         """Return ``count`` draws of the errors of n deviations, (count, n), mm; linear in n.

@@ -40,18 +40,13 @@ from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 
 def of_residuals(slopes: DeviationRows, factors: PointFactors) -> tuple[float, Float]:
     """Return the summed variances of n residuals, mm^2, with derivatives (n, 3) by own points."""
-    by_geometry, element, places = slopes.by_shared, slopes.shared, slopes.places
-    of_points = element.at(places)
-    # Points not used by the element, as those of a plane, are in its own covariance only.
-    moved = factors.moved(element)
+    by_geometry, places = slopes.by_shared, slopes.places
+    of_points = slopes.shared.at(places)
     blocks, with_radius, radius = factors.blocks(places)
     normals, by_radius = slopes.own, slopes.by_radius
-    of_element = np.tensordot(element.by_points, moved.by_points, axes=((1, 2), (1, 2)))
-    of_element += np.outer(element.by_radius, moved.by_radius)
+    of_element, with_own = factors.of_shared(slopes)
     total = float(np.einsum("na,ab,nb->", by_geometry, of_element, by_geometry))
-    shared = np.einsum("ani,ni->na", moved.at(places), normals)
-    shared += np.outer(by_radius, moved.by_radius)
-    total += 2.0 * float(np.sum(by_geometry * shared))
+    total += 2.0 * float(np.sum(by_geometry * with_own))
     total += float(np.einsum("ni,nij,nj->", normals, blocks, normals))
     total += float(
         np.sum(by_radius * (2.0 * np.sum(normals * with_radius, axis=1) + by_radius * radius))
