@@ -269,6 +269,7 @@ class ServiceState:
     """Last sentence for the operator."""
     page: str = ""
     """Address for a browser, with its token; empty: none."""
+    open_pages: int = 0
     code: tuple[bytes, ...] = ()
     """QR code of that address: rows of modules, 1 for dark, with a light border."""
 

@@ -58,12 +58,10 @@ class SecondScreenSheet(kit.Sheet):
             self.doubt.clear()
             self.address.clear()
             return
-        count = int(state.client or 0)
-        self.readers.setText(
-            tr("%n pages are open.", "One page is open.", count)
-            if count
-            else tr("No page is open yet.")
-        )
+        words = tr("No page is open yet.")
+        if state.open_pages:
+            words = tr("%n pages are open.", "One page is open.", state.open_pages)
+        self.readers.setText(words)
         self.doubt.setText(kit.said(state.sentence))
         if state.page != self.address.text():
             self.address.setText(state.page)

@@ -42,10 +42,9 @@ class ScreenService:
             self._sentence = _LOCAL
 
     def state(self) -> ServiceState:
-        readers = self._server.readers
         return ServiceState(
-            "OCMM", "{}:{}".format(*self._server.address), str(readers) if readers else "",
-            sentence=self._sentence, page=self.page, code=self._code,
+            "OCMM", "{}:{}".format(*self._server.address), sentence=self._sentence,
+            page=self.page, open_pages=self._server.readers, code=self._code,
         )  # fmt: skip
 
     def operate(self, words: str) -> None:
