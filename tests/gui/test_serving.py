@@ -7,8 +7,8 @@ import socket
 import time
 from dataclasses import replace
 
-import cv2
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtGui import QImage
 from pytestqt.qtbot import QtBot
 from websockets.sync.client import connect
@@ -19,6 +19,7 @@ from ocmm_core.storage import JobFile
 from tests.gui.conftest import OpenWindow
 from tests.host import HANG_MS, HANG_S
 from tests.serve.dme_bench import PlainClient
+from tests.serve.second_screen import read_code
 
 
 def _free_port() -> int:
@@ -88,14 +89,10 @@ def test_an_open_address_is_refused_in_a_sentence(open_window: OpenWindow, qtbot
     assert bench.built.station.job.plan is plan
 
 
-def read_code(image: QImage) -> str:
-    """Return the text of a QR code on the screen."""
+def pixels_of(image: QImage) -> NDArray[np.uint8]:
     grey = image.convertToFormat(QImage.Format.Format_Grayscale8)
     rows = np.frombuffer(bytes(grey.constBits()), np.uint8).reshape(grey.height(), -1)
-    found, _, _ = cv2.QRCodeDetector().detectAndDecode(
-        np.pad(rows[:, : grey.width()], 32, constant_values=255)
-    )
-    return str(found)
+    return rows[:, : grey.width()]
 
 
 def test_a_tablet_looks_at_the_job_of_the_window(open_window: OpenWindow, qtbot: QtBot) -> None:
@@ -109,7 +106,7 @@ def test_a_tablet_looks_at_the_job_of_the_window(open_window: OpenWindow, qtbot:
     page, _, token = sheet.address.text().partition("#")
     assert page == f"http://127.0.0.1:{port}/"
     assert "Only this computer" in sheet.doubt.text()
-    assert read_code(sheet.code.pixmap().toImage()) == sheet.address.text()
+    assert read_code(pixels_of(sheet.code.pixmap().toImage())) == sheet.address.text()
     with connect(f"ws://127.0.0.1:{port}/live") as tablet:
         tablet.send(json.dumps({"token": token}))
         shown = json.loads(tablet.recv(timeout=HANG_S))

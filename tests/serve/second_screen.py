@@ -9,7 +9,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import cv2
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
@@ -22,6 +25,12 @@ from ocmm_serve.site import close_station
 from tests.host import HANG_S
 
 SECRET = "a-secret-of-the-test-station"  # noqa: S105 - of a server that lives for one test
+
+
+def read_code(pixels: NDArray[np.uint8]) -> str:
+    """Return the text of a picture of a QR code; empty if there is none."""
+    found, _, _ = cv2.QRCodeDetector().detectAndDecode(np.pad(pixels, 32, constant_values=255))
+    return str(found)
 
 
 @dataclass(frozen=True, slots=True)
