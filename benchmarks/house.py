@@ -1,4 +1,4 @@
-"""How the sources are built, beside the goals: doors, circles, names, comments, what is unused.
+"""How the sources are built, against the goals: public APIs, cycles, names, comments, dead code.
 
     python -m benchmarks.house [--list] [--root FOLDER]
 
@@ -92,7 +92,7 @@ def main() -> int:
 def table(house: House) -> list[Row]:
     """Measure everything."""
     return [
-        *_doors(house),
+        *_public_apis(house),
         *_folders(house),
         *_circles(house),
         _names(house),
@@ -102,21 +102,21 @@ def table(house: House) -> list[Row]:
     ]
 
 
-def _doors(house: House) -> list[Row]:
+def _public_apis(house: House) -> list[Row]:
     faceless = [one.module for one in house.packages if one.exported is None]
     with_face = len(house.packages) - len(faceless)
     single = single_rooms(house)
-    doors = [one.module for one in house.packages if one.exported is not None] + single
+    public = [one.module for one in house.packages if one.exported is not None] + single
     # A package within a package that only that one may import is not public for others.
-    doors = [name for name in doors if not any(is_private(one) for one in upwards(name))]
+    public = [name for name in public if not any(is_private(one) for one in upwards(name))]
     rows = [
         Row(
             "Packages with a face", f"{with_face} of {len(house.packages)}", "all", not faceless,
             tuple(f"{name} has no __all__" for name in faceless),
         ),
         Row(
-            "Faces: packages, and files at the top", f"{len(doors) - len(single)} + {len(single)}",
-            f"≤ {MOST_FACES} together", len(doors) <= MOST_FACES, tuple(doors),
+            "Faces: packages, and files at the top", f"{len(public) - len(single)} + {len(single)}",
+            f"≤ {MOST_FACES} together", len(public) <= MOST_FACES, tuple(public),
         ),
     ]  # fmt: skip
     entries = wrong_entries(house, house.product.values())

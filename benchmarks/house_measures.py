@@ -27,7 +27,7 @@ Graph = Mapping[str, frozenset[str]]
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """An import from outside a room that does not go through its door."""
+    """Import of an inner module from outside its package."""
 
     source: Source
     taken: Import
@@ -61,7 +61,7 @@ def wrong_entries(house: House, sources: Iterable[Source]) -> list[Entry]:
     """
     found = []
     for source in sources:
-        home = room_of_test(house, source)
+        home = package_of_test(house, source)
         for taken in house.imports[source.module]:
             own = home and inside(house.room(taken.target), home)
             reason = "" if own else house.wrong_entry(home or source.module, taken)
@@ -70,7 +70,7 @@ def wrong_entries(house: House, sources: Iterable[Source]) -> list[Entry]:
     return found
 
 
-def room_of_test(house: House, source: Source) -> str:
+def package_of_test(house: House, source: Source) -> str:
     """Return the package of a test, by its folder; empty if it has none.
 
     `tests/core/a/b` is for `ocmm_core.a.b`, or for `ocmm_core.a` if the former does not exist;

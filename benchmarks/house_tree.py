@@ -1,4 +1,4 @@
-"""The sources of the product as text: what each file imports and through which door.
+"""The sources of the product as text: what each file imports and from which package.
 
 Nothing of the product is imported; all is read with `ast`. A room is a package, its face is the
 `__init__` with an `__all__`. The face may be lazy: what it imports under TYPE_CHECKING says where a

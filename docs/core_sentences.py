@@ -32,9 +32,9 @@ def _set(words: str) -> frozenset[str]:
 
 
 _SILENT_CALLS = _set(
-    "door compile findall getLogger debug info warning exception ValueError TypeError KeyError "
-    "IndexError AttributeError NotImplementedError AssertionError RuntimeError OSError execute "
-    "executescript executemany NamedTemporaryFile Thread match search sub fullmatch dtype "
+    "lazy_exports compile findall getLogger debug info warning exception ValueError TypeError "
+    "KeyError IndexError AttributeError NotImplementedError AssertionError RuntimeError OSError "
+    "execute executescript executemany NamedTemporaryFile Thread match search sub fullmatch dtype "
     "field_names setdefault startswith endswith removeprefix removesuffix replace rstrip lstrip "
     "strip encode join_names TypeVar namedtuple strftime einsum query command_words command "
     "quoted call_text"

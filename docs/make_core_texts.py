@@ -61,7 +61,7 @@ LEFT_OUT = (
     "ocmm_serve/ippdme/_commands.py", "ocmm_serve/ippdme/_grammar.py",
     "ocmm_serve/ippdme/_registry.py",
     # Names of functions, of files, and patterns.
-    "ocmm_cli/_kernels.py", "ocmm_core/leftovers.py",
+    "ocmm_cli/_kernels.py", "ocmm_core/cleanup.py",
 )  # fmt: skip
 
 COMPOSED = (

@@ -9,7 +9,7 @@ board shape) with `_guards` (first values before it, criteria after it). `_comma
 calibrate boards`, an entry point of `ocmm.commands`; nothing imports this package.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_boards._board import Board, load_board
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_boards._pictures import take_pictures
     from ocmm_boards._solution import BoardCalibration, calibrate_with_board
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "Board", "BoardCalibration", "BoardViews", "calibrate_boards", "calibrate_with_board",

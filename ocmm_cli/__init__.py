@@ -10,13 +10,13 @@ and so are `bus` and `measure`.
 Nothing imports it: the window starts from `composition`, as the commands do.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli._app import app
     from ocmm_cli._entry import main
     from ocmm_cli._kernels import compile_all, compile_group, kernel_groups
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["app", "compile_all", "compile_group", "kernel_groups", "main"]

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
+from ocmm_core.cleanup import temporary_file
 from ocmm_core.errors import InputError
 from ocmm_core.host import HOST
-from ocmm_core.leftovers import temporary_file
 from ocmm_core.side_files import OversizeError, read_guarded
 
 if TYPE_CHECKING:
@@ -286,7 +286,7 @@ def write_new(path: Path, content: bytes) -> os.stat_result:
 def written_beside(path: Path, content: bytes) -> Iterator[Path]:
     """Yield a file next to ``path`` with this content, synced; delete it at the end.
 
-    Meanwhile it is locked, so that `leftovers` does not remove it. A caller keeps it by renaming
+    Meanwhile it is locked, so that `cleanup` does not remove it. A caller keeps it by renaming
     it. A failed sync is never retried on the same file: the second one can succeed without having
     written anything. OSError if the folder cannot be written.
     """

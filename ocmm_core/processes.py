@@ -20,10 +20,10 @@ from queue import SimpleQueue
 from typing import NoReturn, TypeVar
 
 from ocmm_core.blas import use_one_thread
+from ocmm_core.cleanup import scratch_folder
 from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
-from ocmm_core.leftovers import scratch_folder
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -1,7 +1,7 @@
 """Numbers that people type: unit and range of each, in one table.
 
 Forms of the window, commands and procedures check here, so that none of them accepts a number that
-another refuses. Readings of a room, which may be ranges, are in `ocmm_core.surroundings`.
+another refuses. Readings of a room, which may be ranges, are in `ocmm_core.ambient`.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from ocmm_core import surroundings
+from ocmm_core import ambient
+from ocmm_core.ambient import Quantity
 from ocmm_core.errors import InputError
-from ocmm_core.surroundings import Quantity
 from ocmm_core.tables import typed_number
 from ocmm_core.units import find_unit, scaled
 
@@ -73,7 +73,7 @@ def _whole(name: str, least: int, most: int, words: str, unit: str = "") -> Numb
     return NumberField(Quantity(name, unit, least, most), words, whole=True)
 
 
-TEMPERATURE = NumberField(surroundings.TEMPERATURE, "temperature")
+TEMPERATURE = NumberField(ambient.TEMPERATURE, "temperature")
 BALL = _field("ball", "mm", 0.1, 100.0, "ball diameter")
 REFERENCE = _field("reference", "mm", 1e-4, 1e5, "reference length")
 PARTS = _whole("parts", 1, 1000, "number of parts")

@@ -9,7 +9,7 @@ without a common clock), `_process`, `_feed` and `_specs` (the entry of `ocmm.so
 import virtual cameras.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_genicam._source import GenicamSource
     from ocmm_genicam._specs import CAMERAS
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CAMERAS", "AravisCameras", "Expected", "GenicamConfig", "GenicamSource", "genicam_command",

@@ -9,7 +9,7 @@ and the signed register), `_proposal` (deviations to changes, signs and handedne
 `ocmm correct`, an entry point of `ocmm.commands`; nothing imports this package.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_machine._command import correct_app
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ocmm_machine._proposal import Effect, OffsetChange, Proposal, propose
     from ocmm_machine._writing import Machine
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CSV_COLUMNS", "DIALECTS", "ControlOffset", "CorrectionDocument", "CorrectionLine", "Drive",

@@ -12,8 +12,8 @@ import msgspec
 import typer
 
 from ocmm_cli.terminal import PlainConsole, heads, lead, make_console, print_grid, say, say_word
-from ocmm_core.door import TYPE_CHECKING
 from ocmm_core.errors import MeasuringError
+from ocmm_core.lazy_exports import TYPE_CHECKING
 
 if TYPE_CHECKING:
     # Loaded by the commands, not by their help.

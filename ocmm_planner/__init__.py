@@ -9,7 +9,7 @@ hides an LED, light, blur, noise; U of tip and length; best placement), then `_s
 bus.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_planner._plan import RigPlan, load_rig_plan
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         RigSheet, evaluate_plan, map_from_above, read_sheet, sheet_sentences, shopping_list,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "RigMap", "RigPlan", "RigSheet", "Scene", "evaluate_plan", "load_rig_plan", "map_from_above",

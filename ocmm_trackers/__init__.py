@@ -9,7 +9,7 @@ probe), `_source` (with the link), `_process`, `_feed` and `_specs` (the entries
 It must not import virtual trackers.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_trackers._feed import tracker_config
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ocmm_trackers._source import TrackerLink, TrackerSource
     from ocmm_trackers._specs import IGTL, NATNET, NDI, QTM
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "IDENTITY", "IGTL", "NATNET", "NDI", "PROTOCOLS", "QTM", "Decoder", "DeviceStatus",

@@ -15,7 +15,7 @@ from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
 from ocmm_cli import kernel_groups
-from ocmm_core.instructions import Deferred
+from ocmm_core.cpu_features import Deferred
 
 _FOR_TESTS = {
     "ellipse_foot", "ambiguity_score", "normal_equations", "backward", "cholesky", "forward",

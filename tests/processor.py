@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core import instructions
+from ocmm_core import cpu_features
 from tests.gate import FAILED, NOT_RUN, RECORD, REQUIRE_ALL, Outcome, write_record
 from tests.host import long_form
 
@@ -28,7 +28,7 @@ _UP_TO_AVX2 = {
     "SSE3", "SSSE3", "SSE41", "POPCNT", "SSE42", "AVX", "F16C", "FMA3", "AVX2", "X86_V2", "X86_V3",
 }  # fmt: skip
 # Of OpenBLAS and of LLVM. The oldest processor that numpy still starts on is a Nehalem.
-_LIBRARIES = {AVX2: ("Haswell", instructions.AVX2), GENERIC: ("Nehalem", instructions.GENERIC)}
+_LIBRARIES = {AVX2: ("Haswell", cpu_features.AVX2), GENERIC: ("Nehalem", cpu_features.GENERIC)}
 
 
 def emulation(processor: str) -> dict[str, str]:
@@ -41,8 +41,8 @@ def emulation(processor: str) -> dict[str, str]:
             sorted(name for name in _dispatched() if name not in kept)
         ),
         "OPENBLAS_CORETYPE": blas,
-    } | instructions.environment(compiled_for)
-    if compiled_for == instructions.kind_of_this():
+    } | cpu_features.environment(compiled_for)
+    if compiled_for == cpu_features.kind_of_this():
         # The set-up has compiled all of it.
         return emulated
     # Two processes that compile the same function at the same time spoil its list of results,

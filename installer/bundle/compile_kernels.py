@@ -36,7 +36,7 @@ def main(folder: Path) -> int:
     """Compile everything; return the exit code."""
     sys.path.insert(0, str(folder))
     from ocmm_cli import kernel_groups
-    from ocmm_core.instructions import KINDS, environment
+    from ocmm_core.cpu_features import KINDS, environment
 
     def compiled(number: int) -> bool:
         surroundings = os.environ | environment(KINDS[0])

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ocmm_core.instructions import AVX2, GENERIC, KINDS, kind_of
+from ocmm_core.cpu_features import AVX2, GENERIC, KINDS, kind_of
 
 _CALLED_OTHERWISE = {"abm": "lzcnt", "bmi1": "bmi"}
 """Linux's name of a feature, and LLVM's."""

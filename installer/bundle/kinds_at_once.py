@@ -90,7 +90,7 @@ class Another:
     Parameters
     ----------
     kind
-        As LLVM calls it; see `instructions.KINDS`.
+        As LLVM calls it; see `cpu_features.KINDS`.
     """
 
     def __init__(self, kind: str) -> None:
@@ -98,7 +98,7 @@ class Another:
         from numba.core.codegen import JITCPUCodegen
 
         asked = config.CPU_NAME, config.CPU_FEATURES
-        # The features of that processor, as `instructions.environment` has it.
+        # The features of that processor, as `cpu_features.environment` has it.
         config.CPU_NAME, config.CPU_FEATURES = kind, ""
         try:
             self._codegen = JITCPUCodegen(f"numba.{kind}")

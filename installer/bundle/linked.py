@@ -28,7 +28,7 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
-from ocmm_core import instructions
+from ocmm_core import cpu_features
 
 LIBRARIES = ("numba._dynfunc", "numba._helperlib", "numba.core.runtime._nrt_python")
 """Of numba, without its packages."""
@@ -49,7 +49,7 @@ class Kernels:
     folder
         Where ``KIND.so``, ``KIND.json`` and numba's libraries are.
     kind
-        Of processor, see `instructions.KINDS`.
+        Of processor, see `cpu_features.KINDS`.
     """
 
     def __init__(self, folder: Path, kind: str) -> None:
@@ -102,7 +102,7 @@ class Kernel:
     """A function of OCMM that was compiled, for each combination of types that Python calls."""
 
     _cache = SimpleNamespace(_cache_file=SimpleNamespace(_source_stamp=None))
-    """`ocmm_core.instructions.njit` lists the dependencies of a result in a clone."""
+    """`ocmm_core.cpu_features.njit` lists the dependencies of a result in a clone."""
 
     def __init__(self, kernels: Kernels, function: Callable[..., Any]) -> None:
         update_wrapper(self, function)
@@ -259,7 +259,7 @@ def install(folder: Path, kind: str) -> Kernels:
     """
     kernels = Kernels(folder, kind)
     # Without LLVM there is no query of the choice.
-    os.environ.update(instructions.environment(kind))
+    os.environ.update(cpu_features.environment(kind))
     unneeded = _Unneeded()
 
     def njit(*functions: Callable[..., Any], **_: Any) -> Any:

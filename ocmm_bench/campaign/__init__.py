@@ -10,7 +10,7 @@ lanes: `_kills` (also soak), `_lost_names`, `_faults` (also power cuts) with `_f
 trusted ones. It must not know the other commands; it starts them as a user does.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_bench.campaign._clock import serve_clock
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ocmm_bench.campaign._reliability import reliability, selftest_app
     from ocmm_bench.campaign._writers import other_station
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "MAKERS", "REFUSED", "Forgery", "Make", "damaged_kinds", "document_kinds", "forged", "given",

@@ -24,13 +24,13 @@ from ocmm_bench.campaign._trials import NotRunError, Trial, forked, read_numbers
 from ocmm_bench.campaign._writers import other_station
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.camera import load_rig
+from ocmm_core.cleanup import clear_leftovers, unheld
 from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.leftovers import clear_leftovers, unheld
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import load_probe
 

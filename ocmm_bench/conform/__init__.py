@@ -12,7 +12,7 @@ Start with `_run` (order of the rules), `_findings` (results, report, its text a
 The rules must not import bring-up, supervision or the software camera.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_bench.conform._command import conform_camera
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ocmm_bench.conform._mail_line import ConformLine, WireLine
     from ocmm_bench.conform._run import RULES, ConformConfig, ConformNews, conform, find_place
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "RULES", "CameraOutcome", "ConformConfig", "ConformLine", "ConformNews", "ConformanceReport",

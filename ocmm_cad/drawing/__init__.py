@@ -9,14 +9,14 @@ their limits and general tolerances, `_frames`, `_zones`, and `_plan_of_model`, 
 stores the account in the plan. The package does not read files: `inspection.step` does.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cad.drawing._context import GROUPS, NOT_IMPORTED, Account, AccountItem
     from ocmm_cad.drawing._plan_of_model import plan_with_tolerances, with_account
     from ocmm_cad.drawing._sizes import CLASSES, general_of
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CLASSES", "GROUPS", "NOT_IMPORTED", "Account", "AccountItem", "general_of",

@@ -10,7 +10,7 @@ reads units and other single entities alone. It must not know features or plans:
 `inspection.drawing` imports the items.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cad.pmi._items import (
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         FaceText, may_say_tolerances, picked_entities, read_pmi, units_fault,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "Annotation", "BadEntityError", "Datum", "DatumReference", "DatumTarget", "Dimension",

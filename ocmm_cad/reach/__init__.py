@@ -8,7 +8,7 @@ placement, attitudes), and the compiled `_search_kernel` and `_tree_kernel`. It 
 of models, features or plans.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cad.reach._reach import (
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_cad.reach._setting import TILT_DEG, Setting, solid_of
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "LEAST_LEDS", "TILT_DEG", "Obstacle", "Reach", "Reached", "Setting", "SurfaceTargets",

@@ -12,7 +12,7 @@ sides of free-form faces, `_profiled` also has the message of the process and na
 `_chosen_reach` completes large models later. It must not know plans.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cad.step._asking import READER_MODULES, STEP_SIZE_MB, has_step
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ocmm_cad.step._plugin import STEP
     from ocmm_cad.step._profiled import NOT_EXACT, FreeForm
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "FREE_FORM", "NOT_EXACT", "READER_MODULES", "STEP", "STEP_SIZE_MB", "USUAL_BALL_MM", "Choice",

@@ -6,13 +6,13 @@ Read `_acceptance` (tests) with `_run`, `_artefact` (the register) and `_msa` (s
 Computations are in `acceptance` and `studies`.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli.acceptance._acceptance import acceptance_app
     from ocmm_cli.acceptance._artefact import artefact_app
     from ocmm_cli.acceptance._msa import msa_app
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["acceptance_app", "artefact_app", "msa_app"]

@@ -7,12 +7,12 @@ tables, rebuild, verify).
 `ocmm_shop.archive` answers the queries; here they are printed.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli.archive._archive import MeasuredJobs
     from ocmm_cli.archive._ask import archive_app
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["MeasuredJobs", "archive_app"]

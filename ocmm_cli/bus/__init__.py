@@ -8,7 +8,7 @@ black images and has the options, `_decode` evaluates a tcpdump recording, `_mai
 commands for one camera. The protocol is in `fieldbus`, run by `acquisition.bus_process`.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli.bus._bus import bus_app, rig_app
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ocmm_cli.bus._maintenance import camera_app
     from ocmm_cli.bus._session import bus_to_scan, command_of, open_bus, segment_for
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "bus_app", "bus_to_scan", "camera_app", "command_of", "follow_errand", "open_bus", "rig_app",

@@ -11,9 +11,9 @@ import typer
 
 from ocmm_cli.bus._camera import black_app, history, intrinsics_app, snapshot, write_bytes
 from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, told
+from ocmm_core.cleanup import temporary_file
 from ocmm_core.errors import BusError, InputError, StorageError
 from ocmm_core.host import HOST
-from ocmm_core.leftovers import temporary_file
 
 if TYPE_CHECKING:
     from ocmm_sim.bus import RigStatus

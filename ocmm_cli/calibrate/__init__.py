@@ -9,7 +9,7 @@ and `_tip_report` print; `_write_cameras` writes into the cameras.
 Procedures, gates and numbers are in `calibration`, the same for the window.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli.calibrate._calibrate import calibrate_app
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ocmm_cli.calibrate._tip import check_tip_command, tip_command
     from ocmm_cli.calibrate._write_cameras import write_cameras
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "calibrate_app", "check_tip_command", "is_yes", "mount_tip", "open_site", "print_calibration",

@@ -9,7 +9,7 @@ and `_recording` (raw frames).
 It computes nothing: jobs are run by `station` and opened by `inspection.archive`.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli.measure._align import align_command, align_plan_command, environment_command
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ocmm_cli.measure._recording import record_source
     from ocmm_cli.measure._report import report_command
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "align_command", "align_plan_command", "await_part", "certificate_app", "compare_command",

@@ -123,9 +123,9 @@ def environment_command(*, job: Path, room: str, humidity: str, pressure: str, w
     without a point in between the last one applies; the report lists all. Without a reading, the
     command prints those of the job.
     """
+    from ocmm_core.ambient import TypedRoom
     from ocmm_core.inspection.plan import environment_words, note_room_in, noted_rooms
     from ocmm_core.storage import JobFile
-    from ocmm_core.surroundings import TypedRoom
 
     read = TypedRoom(room, humidity, pressure)
     read.check()

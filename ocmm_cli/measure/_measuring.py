@@ -14,11 +14,11 @@ import typer
 
 from ocmm_cli.options import ClimateOptions, JobOptions, StationChoice, StreamChoice
 from ocmm_cli.terminal import make_console, print_notes, say, say_later, shown, told
+from ocmm_core.ambient import TypedRoom
 from ocmm_core.composition import DEMO_PLAN
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.host import display_answers, library_fault
 from ocmm_core.plugins import install_line
-from ocmm_core.surroundings import TypedRoom
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationRequest

@@ -17,9 +17,9 @@ from ocmm_cli import terminal
 from ocmm_cli.measure._pages import print_pages
 from ocmm_cli.options import ComputingSite
 from ocmm_cli.terminal import PlainConsole
+from ocmm_core.cleanup import scratch_folder
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.leftovers import scratch_folder
 from ocmm_core.wording import Speech
 
 if TYPE_CHECKING:

@@ -38,11 +38,11 @@ def report_command(
     from ocmm_core.export.report import load_profile
     from ocmm_core.export.template import (
         Particulars,
+        ambient_conditions,
         keep_given,
         keep_template,
         load_paper,
         paper_of,
-        surroundings,
         template_in_use,
     )
 
@@ -52,7 +52,7 @@ def report_command(
         room=room, humidity=humidity, pressure=pressure,
         deviations=tuple(deviation or ()), remarks=tuple(remark or ()),
     )  # fmt: skip
-    surroundings(given)
+    ambient_conditions(given)
     # Reject an unusable template before the jobs are computed.
     load_paper(template or template_in_use())
     console = make_console(soft_wrap=True)

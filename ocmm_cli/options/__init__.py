@@ -8,7 +8,7 @@ and of the window are in `ocmm_core.options`), then the tables `_jobs`,
 An option that is not in the table is refused when its command is built, with KeyError.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli.options._describe import (
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ocmm_cli.options._jobs import FORMAT_WORDS, PROFILED_WORDS
     from ocmm_cli.options._servers import ClimateOptions, JobOptions, StationChoice, StreamChoice
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "FORMAT_WORDS", "OPTIONS", "PROFILED_WORDS", "ClimateOptions", "ComputingSite", "JobOptions",

@@ -6,13 +6,13 @@ Read `_station` (doctor, support), then `_settings` and `_audit` (integrity, key
 `ocmm_core.doctor`, `ocmm_core.settings`, `ocmm_core.export.audits` and `ocmm_core.support`.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli.station._audit import audit_app, key_app
     from ocmm_cli.station._settings import settings_app
     from ocmm_cli.station._station import station_app, support_app
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["audit_app", "key_app", "settings_app", "station_app", "support_app"]

@@ -7,7 +7,7 @@ it is built), `_study` (simulations of a procedure), `_coverage` (of whole measu
 (speed and memory of the hot path). It must not know `cli.calibrate`.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli.study._bench import BenchRow, measure_speed, print_run, run_bench, run_for
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ocmm_cli.study._study import probe_calibration, study_app
     from ocmm_cli.study._uncertainty import uncertainty_command
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "BenchRow", "CoverageOutcome", "CoverageSetup", "coverage_table", "fit_command",

@@ -19,6 +19,7 @@ import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import Rig, load_rig
+from ocmm_core.cleanup import scratch_folder
 from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.composition import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import read_bytes
@@ -27,7 +28,6 @@ from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.leftovers import scratch_folder
 from ocmm_core.measuring import PointOptions, Refusal, TouchCollector
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tolerances.kinds import spec_of

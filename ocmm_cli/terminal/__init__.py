@@ -6,7 +6,7 @@ Read `_console` (language, printing, tables for any width, Ctrl-C), then `_svg` 
 plots without a plotting library, and 16 bit images). It must not know any command.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli.terminal._console import (
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
         bending, encoder_for, histogram, label, nice_limit, page, points_in_space, tip_map,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "DeferredInterrupt", "PlainConsole", "bending", "encoder_for", "heads", "histogram", "label",

@@ -12,7 +12,7 @@ points), then `_kinds` (one entry per kind: planned by `_planning`, judged by `_
 It must not depend on the source of ball centres: cameras, recording or simulation.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.acceptance._guards import (
@@ -61,7 +61,7 @@ if TYPE_CHECKING:
         repeat_ranges, smallest_ball, spat_values, sphere_values, thickness, volumetric_values,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ARTEFACT_KINDS", "ARTEFACT_SCHEMA", "INTERIM", "KINDS", "LEAST_RESULTS", "NOT_SIGNED_REMEDY",

@@ -12,11 +12,11 @@ from enum import StrEnum
 import msgspec
 
 from ocmm_core.acceptance._procedure import ProcedureDocument
+from ocmm_core.ambient import HUMIDITY, PRESSURE, number_of
 from ocmm_core.calibration.guided import Spots
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.camera import Vector3
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
-from ocmm_core.surroundings import HUMIDITY, PRESSURE, number_of
 
 RECORD_SCHEMA = "ocmm.acceptance-record/1"
 

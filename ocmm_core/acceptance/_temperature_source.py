@@ -18,9 +18,9 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
+from ocmm_core.ambient import TEMPERATURE
 from ocmm_core.documents import decode_json, read_text, write_atomic
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.surroundings import TEMPERATURE
 
 SourceKind: TypeAlias = Literal["serial", "file", "modbus", "mqtt"]
 RegisterForm: TypeAlias = Literal["int16", "uint16", "int32", "uint32", "float32"]

@@ -9,7 +9,7 @@ model). `_residuals` (with the derivatives of a frame), `_freedom` and `_checks`
 `_frame_document` stores one. The package is independent of tolerances, plans and job files.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.alignment._best_fit import fit_points, fit_points_locked
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
         simulated_frame,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "MOST_DATUMS", "OLDEST", "Alignment", "AlignmentReport", "AnyAlignment", "BestFit",

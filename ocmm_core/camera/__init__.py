@@ -10,7 +10,7 @@ through `_compiled`. Lengths are mm in the world frame, sensor positions px. The
 independent of the bus, LED names and probes.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.camera import _centroid as centroid
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         REACH_MM, MarkerModel, TrackerDocument, TrackerNoise, load_tracker,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "MAX_CAMERAS", "MAX_LEDS", "MAX_SLOTS", "NO_BLACK", "N_PARAMETERS", "N_READING", "PARAMETERS",

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import Any, TypeVar
 
-from ocmm_core.instructions import njit
+from ocmm_core.cpu_features import njit
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -9,7 +9,7 @@ visible LEDs), `_advice` (the best turn, no flicker, the remedy).
 The package is independent of stations, threads and screens.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.coach._advice import (
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         ellipsoid_of, picture_of, stance_at,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "LEAST_LEDS", "REAL_SHARE", "TURNS", "Advice", "Ellipsoid", "Held", "Hint", "ProbeHelp",

@@ -12,7 +12,7 @@ selects the records of a source and returns their status; `_climate`, `_defaults
 It must not import the virtual rig, nor commands.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.composition._acceptance_bench import (
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.composition._station_checks import measured_checks
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "DEFAULT_SEED", "DEFAULT_SOURCE", "DEMO_PART", "DEMO_PLAN", "IN_PROCESS", "REAL_WIRE",

@@ -13,6 +13,7 @@ from ocmm_core.acceptance import thermometer_log
 from ocmm_core.acquisition.frames import SourceDescription
 from ocmm_core.acquisition.recording import FrameHistory, FrameRecorder
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
+from ocmm_core.cleanup import clear_leftovers
 from ocmm_core.composition import _calibration_choice as calibration_choice
 from ocmm_core.composition._climate import climate_in_use
 from ocmm_core.composition._defaults import RECOMMENDED_RIG
@@ -25,7 +26,6 @@ from ocmm_core.inspection import plan as plans
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader, SessionOptions, open_plan
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
-from ocmm_core.leftovers import clear_leftovers
 from ocmm_core.measuring import PointOptions
 from ocmm_core.settings import released_plans_only
 from ocmm_core.station import MeasuringStation, StationOptions, free_path, give_back

@@ -11,6 +11,7 @@ import platformdirs
 
 from ocmm_core.acquisition import frames
 from ocmm_core.acquisition.bus_process import Acquisition
+from ocmm_core.ambient import TypedRoom
 from ocmm_core.calibration.records import default_folder, default_probe_folder
 from ocmm_core.composition import _defaults as defaults
 from ocmm_core.composition._climate import ClimateRequest
@@ -19,7 +20,6 @@ from ocmm_core.inspection.evaluation import Probing
 from ocmm_core.options import DEFAULT_OPERATOR, DEFAULT_SERIAL
 from ocmm_core.seals import KeyFolder, memory_folder
 from ocmm_core.station.stream import StreamOptions
-from ocmm_core.surroundings import TypedRoom
 from ocmm_core.tracking import Method
 
 

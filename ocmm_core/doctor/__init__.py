@@ -10,7 +10,7 @@ cycles measured by `composition`. `_mend` applies and reverts changes. It must n
 or screens: results are plain data.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.doctor._computer import Computer, HostCalls, NotAskedError, this_computer
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_core.doctor._result import CheckResult, DoctorReport, Light, SystemChange
     from ocmm_core.doctor._wake import PERIOD_NS, LoopTimes, answer_of, judge_loop, part, wake_check
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CHECKS", "PERIOD_NS", "CheckResult", "CheckSpec", "Computer", "DoctorReport", "HostCalls",

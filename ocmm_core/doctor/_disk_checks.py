@@ -21,11 +21,11 @@ import msgspec
 from ocmm_core import __version__
 from ocmm_core.build import build_version
 from ocmm_core.calibration.records import PROBE_SCHEMA, SCHEMA, TIP_SCHEMA
+from ocmm_core.cleanup import temporary_file
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._result import Answer, amber, green, red
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
-from ocmm_core.leftovers import temporary_file
 from ocmm_core.seals import KEY_IN_FORCE, key_lost, memory_file, memory_folder
 
 _GIB = 1 << 30

@@ -10,7 +10,7 @@ data of a report and its text, JSON, workbook and PolyWorks files; `qif` QIF 3.0
 screen. `ocmm_gui.reports` draws the PDF.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         write_report, write_together,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ALL", "BATCH_COLUMNS", "DEFAULT_FORMAT", "ENDING", "EXPORTERS", "FORMATS", "PDF",

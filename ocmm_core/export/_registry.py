@@ -12,6 +12,7 @@ from pathlib import Path
 
 import msgspec
 
+from ocmm_core.cleanup import clear_beside
 from ocmm_core.documents import read_bytes, write_atomic, written_beside
 from ocmm_core.errors import InputError, MeasuringError, OcmmError, StorageError
 from ocmm_core.export import report
@@ -20,7 +21,6 @@ from ocmm_core.export.qif import QIF
 from ocmm_core.export.report import ReportData
 from ocmm_core.host import HOST
 from ocmm_core.inspection.evaluation import JobView
-from ocmm_core.leftovers import clear_beside
 from ocmm_core.seals import KeyFolder, SealState, Signature, Signed, judge_signature, sign
 from ocmm_core.side_files import LARGEST_JOB, read_guarded
 
@@ -242,7 +242,7 @@ def write_together(
 
     Everything is first written and synced under temporary names. If a rename fails after others
     succeeded, the replaced files are restored. Temporary files of a killed program are removed here
-    and at the next start (`leftovers`).
+    and at the next start (`cleanup`).
 
     `check`: receives the read-back content before any file is replaced; may raise. Raises
     StorageError if something cannot be written; the folder then holds its former files, or the

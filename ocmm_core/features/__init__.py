@@ -9,7 +9,7 @@ compensated for the ball, and constructions). Each imports only earlier ones. Th
 independent of tolerances, plans and the origin of points.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.features.measured import ZoneProof, certificate, fit, fit_shape
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
         GEOMETRY_NAMES, Criterion, Fit, PointsFile, Shape, read_points_file,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "GEOMETRY_NAMES", "Criterion", "Fit", "PointsFile", "Shape", "ZoneProof", "certificate", "fit",

@@ -7,13 +7,13 @@ Read `_host` (what there is), then `_posix`; `_windows` was never run on Windows
 what is in the files.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.host._chosen import HOST, is_loopback, require_linux
     from ocmm_core.host._display import display_answers, library_fault
     from ocmm_core.host._host import Host
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["HOST", "Host", "display_answers", "is_loopback", "library_fault", "require_linux"]

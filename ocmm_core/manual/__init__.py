@@ -7,7 +7,7 @@ Read `_document` first (documents, sections and anchors), then `_manual` (all do
 and the ranking of a search). The window shows it.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.manual._document import (
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         shipped_text, word_fits,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ENGLISH", "Chapter", "Manual", "ManualHit", "ManualPart", "ManualSection", "Place",

@@ -11,7 +11,7 @@ that do not prove when they expose), `_point` (its record), `_temperature`, then
 `_probe_report` predicts it before measuring. The package is independent of features and plans.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.measuring._contributions import (
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.measuring._untimed import UNKNOWN_SKEW, with_skew
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CAMERAS", "CLIMATE_EVENT", "COVERAGE_FACTOR", "FRAME", "IMAGE_NOISE", "METHODS", "PATH",

@@ -27,8 +27,8 @@ from functools import lru_cache
 import numpy as np
 
 from ocmm_core.camera import Rig
+from ocmm_core.cpu_features import njit
 from ocmm_core.geometry import Float, Int
-from ocmm_core.instructions import njit
 from ocmm_core.tracking import TipSensitivity
 
 LARGEST_ERROR = 5e-4

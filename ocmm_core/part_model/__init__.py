@@ -12,7 +12,7 @@ reader of a model that a package adds (`ocmm.models`).
 It must not know plans, features or pictures.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.part_model._model_file import (
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.part_model._spline import bezier_surface, derivatives_at, normals_at, places_at
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "EDGE_MM", "FARTHEST_MM", "LARGEST_MODEL", "MODEL_ENDING", "MOST_FACES", "MOST_TRIANGLES",

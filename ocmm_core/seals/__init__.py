@@ -10,7 +10,7 @@ name), `_x509` (certificates for other programs), `_memory` (detects older copie
 It must not know the content of chains and files.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.seals._anchor import (
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
         DocumentKey, document_key, station_certificate, station_of, write_station_certificate,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "KEY_IN_FORCE", "NOT_SIGNED", "NO_RELEASE", "RELEASE_ENDING", "THIS_STATION", "DocumentKey",

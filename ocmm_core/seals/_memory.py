@@ -17,9 +17,9 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
+from ocmm_core.cleanup import temporary_file
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.host import HOST
-from ocmm_core.leftovers import temporary_file
 from ocmm_core.seals._private_file import guarded_content
 
 MEMORY = "memory of the station"

@@ -6,9 +6,9 @@ import os
 import stat
 from pathlib import Path
 
+from ocmm_core.cleanup import temporary_file
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
-from ocmm_core.leftovers import temporary_file
 from ocmm_core.side_files import open_guarded
 
 _LARGEST = 1 << 20

@@ -24,9 +24,9 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.asymmetric.utils import encode_dss_signature
 from cryptography.hazmat.primitives.hashes import SHA256
 
+from ocmm_core.cleanup import hold
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.leftovers import hold
 from ocmm_core.seals._private_file import guarded_content, unwritable
 from ocmm_core.side_files import SIDE_FILES, Trusted, open_guarded
 

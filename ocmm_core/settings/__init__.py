@@ -12,7 +12,7 @@ only (decision 74). It must not know a screen nor load a numerical library: the 
 first at start.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile, toml_text
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.settings._values import text_of, value_of_text
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "DEFAULT_SOURCE", "RECOMMENDED_RIG", "SECTIONS", "SETTINGS", "SETTINGS_NAME", "SETTINGS_SCHEMA",

@@ -7,9 +7,9 @@ from enum import Enum
 from math import inf
 from pathlib import Path
 
+from ocmm_core.ambient import Quantity
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.surroundings import Quantity
 from ocmm_core.typed_numbers import number_field
 
 Value = str | float | bool | int | Path | tuple[str, ...] | dict[str, tuple[str, ...]] | None

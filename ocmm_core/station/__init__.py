@@ -13,7 +13,7 @@ and the step after it, `_live` the current state of the machine. The watches:
 screen.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.station._bus_watch import (
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         MeasuringStation, ServiceSpec, ServiceState, StationOptions, StationService, start_service,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "NO_BUS", "NO_BUS_REMEDY", "NO_REPORT", "NO_REPORT_REMEDY", "TREND_S", "BusSample", "BusView",

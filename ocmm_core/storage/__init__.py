@@ -10,7 +10,7 @@ only access for readers), `_guard` (limits of foreign files), `_held_jobs` (jobs
 archive). It must not know plans, features or verdicts.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.storage._audit import AUDITED, AuditedStep, digest_row, now_utc
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.storage._tables import CLOCK, Observed
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ADOPTED", "AUDITED", "CLOCK", "LEFT_OUT", "NAMED", "RESCUED", "AuditedStep", "HeldConnection",

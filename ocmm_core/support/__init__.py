@@ -8,7 +8,7 @@ request, show, write; also build, licences, folders).
 It must not know a station or a screen: callers pass in what exists only at run time.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.support._bundle import (
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.support._parts import PARTS, PartSpec, SupportSite, site_of_this_user
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "DOCUMENTS", "MASKED", "PARTS", "AboutDocument", "AboutLine", "BundleDraft", "BundleItem",

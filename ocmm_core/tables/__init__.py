@@ -9,7 +9,7 @@ Read `_account` (what a reader returns), `_text` and `_grid` (bytes to lines and
 It must not know features, plans or cameras.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.tables._account import (
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ocmm_core.tables._points import PixelTable, PointsFile, read_pixels, read_points_file
     from ocmm_core.tables._text import decoded
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "COUNT_OF_POINTS", "NUMBER", "SKIPPED_BY_USER", "AccountedTable", "NamedColumns",

@@ -11,7 +11,7 @@ each frame), `_pose` (poses and their derivatives). Then `_sensitivity`, `_still
 touches and points.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM, Ambiguity
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.tracking._strobe import StrobeEntry, dark_bits
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "AMBIGUITY_LIMIT_MM", "ARRAYS", "SCHEMA", "Ambiguity", "BallMotion", "CameraSkew",

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.camera import MAX_LEDS
+from ocmm_core.cpu_features import njit
 from ocmm_core.documents import Document, load_with_text, text_digest
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
-from ocmm_core.instructions import njit
 from ocmm_core.tracking._ambiguity import check_distinct
 from ocmm_core.tracking._body import (
     LedBody,

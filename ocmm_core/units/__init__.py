@@ -13,7 +13,7 @@ A table of our own and not pint: pint reads "points" and "M" as units and "mil" 
 not know "Zoll" or the inch mark, and costs 0.25 s and 3.7 MB.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.units._statements import (
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         Dimension, MeasureUnit, agreed_unit, find_unit, named_unit, scaled,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "Dimension", "MeasureUnit", "UnitStatement", "agreed_unit", "find_unit", "heading_unit",

@@ -9,7 +9,7 @@ needs both.
 It must not know who says what: every other room may say something.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.wording._pattern import Pattern
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         load_translation, with_comma,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ENGLISH", "LANGUAGES", "LANGUAGE_VARIABLE", "Pattern", "Speech", "Translation", "in_language",

@@ -9,7 +9,7 @@ Start with `_desk` (choose or resume, then run), `_start_page`, `_measure_pages`
 Plans, limits and verdicts are those of the core. It must not import the inspector's screens.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.acceptance._artefact_sheet import ArtefactSheet
@@ -17,6 +17,6 @@ if TYPE_CHECKING:
     from ocmm_gui.acceptance._study_sheet import StudySheet
     from ocmm_gui.acceptance._tests_page import TestsPage
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["AcceptanceDesk", "ArtefactSheet", "StudySheet", "TestsPage"]

@@ -9,7 +9,7 @@ screens of unknown size; joins all to the keys and settings of a window).
 It must not know any page: it uses the widgets that it finds.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.access._hands_and_eyes import (
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
         PageStack, Zoom, ZoomArea, fitting_factor, screen_factor, zoom_before_start,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "RULER_PX", "TARGET_MM", "HandsAndEyes", "PageStack", "RulerLine", "TouchTargets", "Zoom",

@@ -8,12 +8,12 @@ Read `_archive_sheet` (the page), `_archive_words` (the side process, fields and
 Maintain.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.archive._archive_sheet import ArchiveSheet
     from ocmm_gui.archive._recall_panel import RecallExportTask, RecallResult
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["ArchiveSheet", "RecallExportTask", "RecallResult"]

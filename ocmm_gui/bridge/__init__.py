@@ -9,12 +9,12 @@ job, and commands). Commands of the window go through a queue, by ``job``,
 Nothing lengthy runs on the window's thread. It must not import screens.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.bridge._bridge import StationBridge
     from ocmm_gui.bridge._threads import Evaluator
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["Evaluator", "StationBridge"]

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
+from ocmm_core.ambient import TypedRoom
 from ocmm_core.errors import MeasuringError
 from ocmm_core.export.report import ReportData
 from ocmm_core.inspection.evaluation import JobView, Probing
@@ -22,7 +23,6 @@ from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import METHODS
 from ocmm_core.settings import Settings
 from ocmm_core.station import MeasuringStation, ServiceState, StationService, start_service
-from ocmm_core.surroundings import TypedRoom
 from ocmm_gui.kit import active_feature
 from ocmm_gui.work import Failed, Worker
 

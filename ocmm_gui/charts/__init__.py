@@ -8,7 +8,7 @@ studies), `_pivot_plots`, `_tip_plots` and `_design_plots` (probe), `_bus_charts
 It must not import sheets, wizards or the station: charts receive their data.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.charts._bus_charts import Curve, HistogramChart, HistoryChart, RecentChart
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ocmm_gui.charts._tip_plots import Bars, Mapped, Row, SphereMap
     from ocmm_gui.charts._tolerance_bar import ToleranceBar, TrendChart
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "AllSensors", "Bars", "BendingPlot", "ComponentsPlot", "Curve", "ErrorChart", "HistogramChart",

@@ -9,7 +9,7 @@ one page, about OCMM) and `_second_screen` (its address as QR code). Hints and r
 or wizards.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.help._coach_panel import CoachPanel
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ocmm_gui.help._support_sheet import AboutSheet, KeysSheet, SupportSheet
     from ocmm_gui.help._what_to_do import WhatToDoSheet, answers
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "AboutSheet", "CoachPanel", "KeysSheet", "SecondScreenSheet", "SupportSheet", "WhatToDoSheet",

@@ -11,7 +11,7 @@ It imports no numerical library itself: such work runs in a background thread.
 It must not import a running station.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.home._file_browser import FileBrowser
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ocmm_gui.home._start_page import StartPage
     from ocmm_gui.home._start_window import StartChoice, StartPurpose, StartWindow
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "FileBrowser", "FindAction", "SettingsPage", "StartChoice", "StartPage", "StartPurpose",

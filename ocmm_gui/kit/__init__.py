@@ -12,7 +12,7 @@ sounds. The package `work` runs lengthy work.
 First package of the window: it must not import screens or the station.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.kit._actions import ACTIONS, FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, ActionInfo, Mode
@@ -63,7 +63,7 @@ if TYPE_CHECKING:
         verdict_colour, wrapped_pixels,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ACTIONS", "CAP_HEIGHT", "DASHES", "DEBOUNCE_S", "DEFAULT_THEME", "FINISH_KEYS", "INCH_MM",

@@ -8,12 +8,12 @@ tour: two minutes, step by step).
 It must not depend on the motion of the hand or on its frames.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.led._hand_control import HandControl, LedProbe
     from ocmm_gui.led._hand_strip import TOUR
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["TOUR", "HandControl", "LedProbe"]

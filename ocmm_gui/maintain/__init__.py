@@ -10,7 +10,7 @@ pictures of one page.
 It must not import the inspector's screens, results, plan editor or wizards.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.maintain._bus_page import BusPage
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ocmm_gui.maintain._probe_page import ProbePage
     from ocmm_gui.maintain._recall_sheet import RecallSheet
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "BusPage", "CalibrationPage", "ConfirmedActions", "FitsPage", "MaintainView", "Page",

@@ -7,12 +7,12 @@ painted by Qt).
 It must not know the pages that it explains; they are named by their classes.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.manual._manual_sheet import ManualSheet
     from ocmm_gui.manual._reading import PLACES, place_of
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["PLACES", "ManualSheet", "place_of"]

@@ -9,7 +9,7 @@ measuring programs), `_status_bands`, `_view_parts` (also the plan list), `_feat
 wizards.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.operator._desk_view import DeskView, PointChoice
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_gui.operator._status_bands import SimulatedBand, TipLine, TrustBar, TrustPlace
     from ocmm_gui.operator._status_strip import ServiceStrip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "DeskView", "FarView", "Feedback", "JobSheet", "PointChoice", "ServiceStrip", "SimulatedBand",

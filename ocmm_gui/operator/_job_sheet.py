@@ -12,11 +12,11 @@ from pathlib import Path
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QCompleter, QGridLayout, QLineEdit, QListWidget, QListWidgetItem
 
+from ocmm_core.ambient import TypedRoom
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import BatchPart, next_serial, parts_of_batch
 from ocmm_core.inspection.evaluation import JobHeader, JobView
 from ocmm_core.inspection.plan import PlanSummary, list_plans, plan_card
-from ocmm_core.surroundings import TypedRoom
 from ocmm_gui import kit
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import later, tr

@@ -10,12 +10,12 @@ field, made from the types of the core: `_form_lines` (also texts and their mean
 Rules of plans are in `inspection.plan`. It must not know the other sheets.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.plan_editor._field_labels import words_of
     from ocmm_gui.plan_editor._plan_sheet import PlanSheet
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["PlanSheet", "words_of"]

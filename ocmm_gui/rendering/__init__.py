@@ -10,7 +10,7 @@ colours; choice of view direction). Compiled: `_raster_kernel` (triangles), `_li
 It must not import plans, features or the window.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.rendering._canvas import NO_FACE, Canvas, Colours
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
         RenderMode, RenderStyle, Rendering, Wires, blend_flat, is_hidden,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "NO_FACE", "Canvas", "Colours", "RenderMesh", "RenderMode", "RenderStyle", "Rendering",

@@ -8,7 +8,7 @@ Read `_pdf` (the report), `_paper` (head and end, drawn without a window), `_sec
 come from `export.report`, none is computed here. It must not know sheets or the station.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.reports._batch import BatchTask
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_gui.reports._recall import pdf_bytes
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "BatchTask", "CertificateTask", "FormatText", "PagePicture", "PagePreview", "PreviewTask",

@@ -8,7 +8,7 @@ other sheets: `_alignment_sheet`, `_compare_sheet`, `_report_sheet` with `_repor
 computations run in side processes. It must not know operator, plan editor, Maintain or wizards.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.results._alignment_sheet import AlignmentSheet
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ocmm_gui.results._report_writer import ReportWriter, WrittenReports
     from ocmm_gui.results._results_sheet import ResultsSheet
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "AlignmentSheet", "CompareSheet", "JobSource", "ReportSheet", "ReportWriter", "ResultsSheet",

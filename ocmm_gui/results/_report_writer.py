@@ -249,7 +249,7 @@ class PaperForm(QWidget):
         self._watch(path)
         given = self._given()
         # Invalid readings are reported next to the fields, like faults of a template.
-        template.surroundings(given)
+        template.ambient_conditions(given)
         return template.load_paper(path, given)
 
     def keep(self) -> None:

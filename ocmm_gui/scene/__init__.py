@@ -7,7 +7,7 @@ Start with `_scene` (items and projection); then `_scene_painter` (drawing by QP
 It must not import jobs: their display is in `views`.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.scene._labels import StandingLabels
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ocmm_gui.scene._scene_layer import SceneLayer, painted_still
     from ocmm_gui.scene._scene_painter import ScenePainter, paint_scene
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "MOVING_TRIANGLES", "Diamonds", "Dots", "Face", "Item", "Lines", "Orbit", "OrbitView",

@@ -10,7 +10,7 @@ itself is the package `scene`.
 It must not import the station or the bridge: it receives its data.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.views import _shapes as shapes
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ocmm_gui.views._point_view import PointView
     from ocmm_gui.views._shapes import seen_from, upright
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "SCALE_PX", "CameraViews", "PartPicture", "PartPlacement", "PointView", "StepPicture",

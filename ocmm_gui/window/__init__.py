@@ -8,11 +8,11 @@ reports, plan, alignment, job), `_maintenance` (Maintain and the wizards, and th
 It joins packages that do not know each other. Only `ocmm_gui.app` imports it.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.window._main_window import REOPEN, START, MainWindow
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["REOPEN", "START", "MainWindow"]

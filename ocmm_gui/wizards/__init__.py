@@ -9,7 +9,7 @@ building blocks of pages, `pages` the pages. Steps, gates and numbers are in
 `ocmm_core.calibration`. It must not import the inspector's screens.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.wizards._driver import WizardDriver
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_gui.wizards._wizard import Wizard
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "SESSIONS", "WIZARDS", "DirectCalculation", "GuidedStack", "PracticeRoom", "ProbeWizardSite",

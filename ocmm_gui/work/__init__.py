@@ -7,13 +7,13 @@ with work).
 It must not know the computations.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.work._worker import (
         Failed, SideProcess, Tell, Teller, Work, WorkLine, WorkSheet, Worker,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["Failed", "SideProcess", "Tell", "Teller", "Work", "WorkLine", "WorkSheet", "Worker"]

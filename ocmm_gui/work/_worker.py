@@ -27,10 +27,10 @@ from typing import TypeVar
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QFrame, QProgressBar
 
+from ocmm_core.cleanup import keep_folder, scratch_path
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
-from ocmm_core.leftovers import keep_folder, scratch_path
 from ocmm_core.processes import Tell as Tell
 from ocmm_core.processes import end_process, end_with_parent, process_context
 from ocmm_gui.kit import ActionInfo, PlainLabel, Sheet, dressed, hbox, text_font, tr

@@ -9,7 +9,7 @@ sockets, `_service` joins them, `_command` is `ocmm serve ippdme`. Numbers come 
 point that it refuses is never answered.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_serve.ippdme._command import serve_app
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ocmm_serve.ippdme._session import DmeSession
     from ocmm_serve.ippdme._state import DmeState
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "SERVICE", "CommandSpec", "CsyFrames", "DmeDialect", "DmeOptions", "DmeServer", "DmeService",

@@ -7,11 +7,11 @@ and `_command` (`ocmm serve lines`, `ocmm serve keyboard`). TCP is the server of
 live stream (`ocmm_core.station.stream`). It must not know I++ DME.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_serve.lines._command import serve_keyboard, serve_lines
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["serve_keyboard", "serve_lines"]

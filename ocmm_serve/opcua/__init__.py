@@ -7,13 +7,13 @@ Read `_model` (the address space) and `_server` (certificates, addresses, bounds
 separate process, so that no client delays a measurement.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_serve.opcua._command import serve_opcua
     from ocmm_serve.opcua._model import NAMESPACE, MachineModel
     from ocmm_serve.opcua._server import OpcUaServer, TrustedClients
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["NAMESPACE", "MachineModel", "OpcUaServer", "TrustedClients", "serve_opcua"]

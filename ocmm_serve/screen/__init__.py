@@ -9,7 +9,7 @@ screen`) and `_service` (next to a job in the window). The page is in `resources
 Verdicts and numbers come from the core; nothing here makes one.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_serve.screen._access import ScreenAccess, ScreenOptions
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_serve.screen._service import SERVICE
     from ocmm_serve.screen._snapshot import ScreenSnapshot
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "SERVICE", "ScreenAccess", "ScreenCall", "ScreenOptions", "ScreenServer", "ScreenSnapshot",

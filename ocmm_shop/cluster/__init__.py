@@ -7,12 +7,12 @@ them; replaces lost workers), `_worker` (runs on a worker), `no_page` (a preload
 server), `_sentences`. It must not know what is computed.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_shop.cluster._over_dask import DASK
     from ocmm_shop.cluster._worker import versions
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["DASK", "versions"]

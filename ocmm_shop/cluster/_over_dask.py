@@ -13,9 +13,9 @@ from distributed import Client, LocalCluster
 from distributed.security import Security
 
 from ocmm_core.blas import use_one_thread
+from ocmm_core.cleanup import scratch_folder
 from ocmm_core.cluster import Cluster, Site
 from ocmm_core.errors import OcmmError
-from ocmm_core.leftovers import scratch_folder
 from ocmm_shop.cluster._open_tasks import Tasks
 from ocmm_shop.cluster._sentences import not_reached
 

@@ -1,7 +1,7 @@
 """Code on a worker, and checks that both ends have the same version and arithmetic.
 
 In addition to versions, instruction sets decide the last bit: loops of numba are compiled for one
-of two kinds of processors (`ocmm_core.instructions`); numpy and OpenBLAS each choose by the actual
+of two kinds of processors (`ocmm_core.cpu_features`); numpy and OpenBLAS each choose by the actual
 processor, and wider registers change the order of sums.
 """
 
@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import ocmm_core
-from ocmm_core import __version__, instructions
+from ocmm_core import __version__, cpu_features
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained
 from ocmm_shop.cluster._sentences import altered
@@ -56,16 +56,16 @@ class Arithmetic:
     def environment_of(self, other: Arithmetic) -> Mapping[str, str] | None:
         """Return the environment to compute as another computer; None if instructions lack."""
         has_all = set(other.numpy) <= set(self.numpy) and len(set(other.blas)) == 1
-        if not has_all or (other.loops != self.loops and self.loops != instructions.AVX2):
+        if not has_all or (other.loops != self.loops and self.loops != cpu_features.AVX2):
             return None
         made = {
             "NPY_DISABLE_CPU_FEATURES": " ".join(x for x in self.numpy if x not in other.numpy),
             "OPENBLAS_CORETYPE": other.blas[0],
-        } | instructions.environment(other.loops)
+        } | cpu_features.environment(other.loops)
         same = {
             "NPY_DISABLE_CPU_FEATURES": other.numpy == self.numpy,
             "OPENBLAS_CORETYPE": other.blas == self.blas,
-        } | dict.fromkeys(instructions.environment(""), other.loops == self.loops)
+        } | dict.fromkeys(cpu_features.environment(""), other.loops == self.loops)
         return {name: value for name, value in made.items() if not same[name]}
 
 
@@ -77,7 +77,7 @@ def arithmetic() -> Arithmetic:
     packages = Path(np.__file__).parents[1]
     cores = [_core(packages / folder, name) for folder, name in _CORES]
     return Arithmetic(
-        instructions.kind_in_use(), tuple(sorted(groups)), tuple(one for one in cores if one)
+        cpu_features.kind_in_use(), tuple(sorted(groups)), tuple(one for one in cores if one)
     )
 
 

@@ -9,7 +9,7 @@ Read `_gauge_rr` (analysis of variance) and `_single` (studies of one reference)
 It must not know how a value was measured.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_shop.studies._from_jobs import (
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         process_uncertainty, suitability, system_uncertainty, type1_study,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "AIAG_LEVEL", "AUDITED", "STUDY_SCHEMA", "CharacteristicStudy", "GaugeStudy", "LinearityReport",

@@ -9,7 +9,7 @@ Start with `_virtual_bus` (whole wire without root), `_wire` and
 It must not import tracking, jobs or screens.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_sim.bus import _named_rig as named_rig
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_sim.bus._wire import Wire
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CAMERAS", "COPIED", "CORRUPT_WITH_SUM", "EXCHANGED", "FAR", "HOST", "NEAR", "READY", "SHARED",

@@ -8,7 +8,7 @@ Start with `_scenes` (targets, waved probe, bar, nests, pivot, tips), `_motions`
 It imports the procedures that it serves; they do not import it.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_sim.calibration_scenes._calibrating import (
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         TargetScene, TipFault, TouchSeats, TouchSphere, TouchWithTip,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "RECORDS_MADE", "SEATS", "WAY_S", "CalibratingScript", "CalibratingSource",

@@ -8,14 +8,14 @@ Read `_registers` (memory and description), `_device` (control, stream, faults),
 except for its start.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_sim.genicam._device import CameraFaults, GigeCamera
     from ocmm_sim.genicam._registers import GigeConfig
     from ocmm_sim.genicam._virtual import GENICAM_RATE_HZ, packed, virtual_genicam_feed
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "GENICAM_RATE_HZ", "CameraFaults", "GigeCamera", "GigeConfig", "packed", "virtual_genicam_feed",

@@ -9,12 +9,12 @@ shape).
 It must not import user interfaces or frame consumers.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_sim.hand._hand_at_rig import HandAtRig, LedView
     from ocmm_sim.hand._led_hand import HandTarget, HandView, MouseHand
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["HandAtRig", "HandTarget", "HandView", "LedView", "MouseHand"]

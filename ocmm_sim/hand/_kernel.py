@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ocmm_core.cpu_features import njit
 from ocmm_core.geometry import Float
-from ocmm_core.instructions import njit
 
 BOX, ROUND, BALL, RING = 0, 1, 2, 3
 """Kinds of solids: a slab with holes, a truncated cone, a ball, a ring."""

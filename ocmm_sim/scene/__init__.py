@@ -9,7 +9,7 @@ Start with `_world` (truth) and `_rig` (virtual rig); then `_operator` with `_ha
 of the thesis. Truth and documents are separate: the product receives the documents only.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_sim.scene import _exposure as exposure
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
         draw_pattern, draw_world, nudged, white_noise,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "BUTTON_DOWN_S", "MOST_ROUNDS", "REST_S", "CameraFrames", "LedHand", "Missing", "Motion",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ocmm_core.cpu_features import njit
 from ocmm_core.geometry import Float, Int
-from ocmm_core.instructions import njit
 
 MOVE, TOUCH, REST, SLIDE = 0, 1, 2, 3
 """Kinds of segments of the motion; a slide is even, in contact, with the button held."""

@@ -10,7 +10,7 @@ Start with `_software_camera` (the whole); then `_esc` with `_registers` (contro
 It must not import optics or the scene: a provider supplies the frames.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_sim.slave import _registers as registers
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ocmm_sim.slave._software_camera import SoftwareCamera
     from ocmm_sim.slave._store import CameraStore
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "AL_STATUS", "AL_SYNC", "CHUNK_FRAMES", "CLOCK_MODULUS_US", "ETHERTYPE", "FIFO_FRAMES", "INIT",

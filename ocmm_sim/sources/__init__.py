@@ -8,7 +8,7 @@ again what a station refused, also on a part of a plan with a CAD model;
 It must not import screens or commands.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_sim.sources._calibrate_scenes import (
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_sim.sources._specs import GENICAM, NATNET, NDI, PIXELS, QTM, SIMULATED, TRACKER, WIRE
     from ocmm_sim.sources._truth import true_values
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "GENICAM", "NATNET", "NDI", "PIXELS", "QTM", "SIMULATED", "TRACKER", "WIRE", "VirtualSite",

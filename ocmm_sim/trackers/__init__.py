@@ -8,7 +8,7 @@ Read `_encoder` (what protocols share, faults, the server), `_streams` and `_ndi
 It must not import the receiver of the messages, except for its start and the checksums.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_sim.trackers._encoder import MarkerEncoder, TrackerFaults, TrackerServer, datagrams_of
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ocmm_sim.trackers._streams import IgtlEncoder, Kind, NatNetEncoder, QtmEncoder, message
     from ocmm_sim.trackers._virtual import MarkerErrors, SoftwareTracker, virtual_tracker_feed
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "IgtlEncoder", "Kind", "MarkerEncoder", "MarkerErrors", "NatNetEncoder", "NdiEncoder", "Newest",

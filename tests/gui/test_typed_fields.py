@@ -15,13 +15,13 @@ from PySide6.QtWidgets import QLineEdit
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.acceptance import typed_entry
+from ocmm_core.ambient import QUANTITIES, Quantity, reading_of
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.probe_design import examine
 from ocmm_core.documents import load_document, resource
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.options import WINDOW
 from ocmm_core.settings import SETTINGS, Kind, value_of_text
-from ocmm_core.surroundings import QUANTITIES, Quantity, reading_of
 from ocmm_core.tracking import SCHEMA, ProbeDocument
 from ocmm_core.typed_numbers import (
     BALL,

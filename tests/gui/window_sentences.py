@@ -26,7 +26,7 @@ _NOT_SHOWN = frozenset(
     (
         # names that only Qt or Python sees
         "setObjectName", "setProperty", "property", "QKeySequence", "findChild", "getattr",
-        "hasattr", "TypeVar", "cast", "door", "Signal", "setShortcut",
+        "hasattr", "TypeVar", "cast", "lazy_exports", "Signal", "setShortcut",
         # style sheets, fonts, files
         "add_argument_group", "setStyleSheet", "setFamilies", "Path", "resource", "strftime",
         # words searched for in data

@@ -13,7 +13,7 @@ import pytest
 
 from installer.bundle import linked
 from installer.locks import ROOT
-from ocmm_core import instructions
+from ocmm_core import cpu_features
 from tests.host import HANG_S, needs_tools, on_linux_only
 
 pytestmark = on_linux_only
@@ -124,7 +124,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """Return folders with the same kernels: two for the same kind at first, and one for another."""
     needs_tools("as", "ld", "nm", "objcopy", "strip")
     folders = []
-    generic, avx2 = instructions.GENERIC, instructions.AVX2
+    generic, avx2 = cpu_features.GENERIC, cpu_features.AVX2
     for name, first, second in (
         ("one", generic, avx2),
         ("another/folder", generic, avx2),

@@ -18,7 +18,7 @@ from benchmarks.house_tree import ROOTS
 from installer.bundle import kernels, pages
 from installer.locks import ROOT
 from ocmm_cli import app, kernel_groups
-from ocmm_core import instructions
+from ocmm_core import cpu_features
 from tests.host import HANG_S, needs_tools, on_linux_only
 
 _DEBIAN = ROOT / "installer" / "debian"
@@ -116,11 +116,11 @@ def test_a_shell_completes_words(shell: str) -> None:
 @pytest.mark.parametrize(
     ("flags", "kind"),
     [
-        ([_AVX2], instructions.AVX2),
-        ([f"{_AVX2} avx512f"], instructions.AVX2),
-        ([_AVX2.replace(" fma", "")], instructions.GENERIC),
-        ([_AVX2, "fpu sse2"], instructions.GENERIC),
-        ([], instructions.GENERIC),
+        ([_AVX2], cpu_features.AVX2),
+        ([f"{_AVX2} avx512f"], cpu_features.AVX2),
+        ([_AVX2.replace(" fma", "")], cpu_features.GENERIC),
+        ([_AVX2, "fpu sse2"], cpu_features.GENERIC),
+        ([], cpu_features.GENERIC),
     ],
 )
 def test_a_processor_gets_the_kernels_that_it_can_run(flags: list[str], kind: str) -> None:
@@ -131,18 +131,18 @@ def test_a_processor_gets_the_kernels_that_it_can_run(flags: list[str], kind: st
 def test_the_kernels_for_any_processor_can_be_asked_for_and_no_others(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setenv("NUMBA_CPU_NAME", instructions.GENERIC)
+    monkeypatch.setenv("NUMBA_CPU_NAME", cpu_features.GENERIC)
     kind, told = kernels.choose()
-    assert kind == instructions.GENERIC
+    assert kind == cpu_features.GENERIC
     assert "slower" in told
     monkeypatch.setenv("NUMBA_CPU_NAME", "../x")
     kind, told = kernels.choose()
-    assert kind in instructions.KINDS
+    assert kind in cpu_features.KINDS
     assert "'../x'" in told
     # A processor without the requested instructions would end the program silently.
-    monkeypatch.setenv("NUMBA_CPU_NAME", instructions.AVX2)
-    monkeypatch.setattr(kernels, "processor_kind", lambda _: instructions.GENERIC)
-    assert kernels.choose()[0] == instructions.GENERIC
+    monkeypatch.setenv("NUMBA_CPU_NAME", cpu_features.AVX2)
+    monkeypatch.setattr(kernels, "processor_kind", lambda _: cpu_features.GENERIC)
+    assert kernels.choose()[0] == cpu_features.GENERIC
 
 
 def test_no_two_groups_of_kernels_share_a_function() -> None:

@@ -12,7 +12,7 @@ tolerances to faces and verifies that targets lie on faces. It must not know bal
 targets.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cad.step.brep._document import StepDocument, read_document
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_cad.step.brep._recognised import LESS, RECOGNISED_MM, StepFace, Triple, normals_of
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ENDLESS", "LESS", "RECOGNISED_MM", "FaceCheck", "FoundFaces", "MeshAside", "RawFace", "Rim",

@@ -12,7 +12,7 @@ In the application: `_launch`, `_client` (as a child, or as a service), `_remote
 It must not import tracking or later packages: a crash there must not stop the bus.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._client import (
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.acquisition.bus_process._stepped_time import SteppedTime
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "BUS_PRIORITY", "CAMERA_PRIORITY", "NEEDED", "RECIPE", "Acquisition", "BusConfig", "BusProcess",

@@ -10,7 +10,7 @@ across bring-ups; it also interpolates frames of cameras that do not expose toge
 It must not depend on the kind of source: bus, virtual rig and replay are equivalent.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.acquisition.frames._frames import (
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         read_status,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "MOST_FRAMES", "SUBPIXEL", "AcquisitionState", "AcquisitionStatus", "AcquisitionWorker",

@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames._frames import FrameBlock, frame_dtype, from_records
 from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, USUAL_SLOTS
+from ocmm_core.cleanup import clear, hold
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.host import HOST
-from ocmm_core.leftovers import clear, hold
 from ocmm_core.side_files import open_guarded
 
 NEWEST_PAGE = 34
@@ -185,7 +185,7 @@ class FrameRing:
             try:
                 return cls(Path(name), owner=True)
             except AcquisitionError:
-                # Another program, just starting, took it for an orphan; see `leftovers`.
+                # Another program, just starting, took it for an orphan; see `cleanup`.
                 Path(name).unlink(missing_ok=True)
                 if attempt == _TRIES:
                     raise

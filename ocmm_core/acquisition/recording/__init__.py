@@ -10,7 +10,7 @@ each camera's data position from a recorded bring-up, `_capture` extracts the fr
 It must not import the bus process, labels or poses: a recording holds raw spots.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.acquisition.recording._capture import BusCapture, CaptureAccount
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         HISTORY_S, FrameHistory, FrameRecorder, ReplaySource,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "HISTORY_S", "BusCapture", "CaptureAccount", "FrameHistory", "FrameRecorder", "ReplaySource",

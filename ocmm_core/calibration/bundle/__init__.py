@@ -9,7 +9,7 @@ after the other; `_culprit_history` and `_culprit_messages` give moment, point, 
 package is independent of procedures and sessions: arrays in, a solution out.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.bundle import _kernel as kernel
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.calibration.bundle._state import BundleData, BundleState, Columns, Prior
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "N_CAMERA", "Block", "BundleData", "BundleState", "Columns", "Culprit", "CulpritVerdict",

@@ -9,7 +9,7 @@ whether the lens model suffices. `_procedure_known_points` is the guided procedu
 independent of bundles, relocation and probe calibration.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.cameras import _kernel as kernel
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         KnownPoints, SpotTable, load_spots, read_reference_points,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CHI2_DEVIATION", "FLAT_REFUSED", "FLAT_WARNED", "FOCAL_SIGMA", "OUTLIERS_REFUSED",

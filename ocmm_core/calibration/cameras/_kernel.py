@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ocmm_core.cpu_features import njit
 from ocmm_core.geometry import Float
-from ocmm_core.instructions import njit
 
 N_TERMS = 17
 """Length of a row of derivatives: `lens.ALL_PARAMETERS`."""

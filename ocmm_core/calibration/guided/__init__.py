@@ -11,7 +11,7 @@ record). It is independent of specific procedures and of Qt: a script runs a pro
 does.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided._articulation import (
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.calibration.guided._shot_table import Shot, load_shots
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM", "STILL_FRAMES",

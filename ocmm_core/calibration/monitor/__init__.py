@@ -9,7 +9,7 @@ Read `_residual_samples` (residuals averaged during little motion, and their der
 holding points back.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.monitor._baseline import Baseline, learn_baseline
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         N_MOTIONS, ResidualAccumulator, ResidualSample, camera_changes,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "N_MOTIONS", "Baseline", "CalibrationMonitor", "ChangeCause", "DriftReport",

@@ -9,7 +9,7 @@ Read `_data` (input and output), `_centre` and `_start` (first values), `_bundle
 and screens; the guided form is `sweeping`.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.pivot._bundle import PivotState, adjust_pivot
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         OTHER_ATTITUDE, OTHER_PLACE_MM, PivotValidation, attitude_between, validate_pivot,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "LEAST_FRAMES", "OTHER_ATTITUDE", "OTHER_PLACE_MM", "PivotCalibration", "PivotLimits",

@@ -8,7 +8,7 @@ growth), `_shape` (both together, and the computed tip), then `_layout` (accurac
 imports no other package of calibration, and is independent of records and procedures.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.probe_design._beam import (
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         force_shapes, growth_shape, sag_shape, tip_shift,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "HIGHEST_C", "LARGEST_U_K", "LOWEST_C", "REFERENCE_C", "UNMEASURED_K", "Bar", "ContactForce",

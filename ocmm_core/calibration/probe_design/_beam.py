@@ -18,9 +18,9 @@ from typing import TypeAlias
 
 import numpy as np
 
+from ocmm_core.ambient import TEMPERATURE
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_core.surroundings import TEMPERATURE
 
 GRAVITY = 9.80665
 """m/s^2; the thesis uses 9.8."""

@@ -12,7 +12,7 @@ tips). `_usable` decides whether records may be used now, for `_in_use` (cameras
 computed.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.records._artefacts import (
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
         is_practice, judge, practice_name, require_real_name, write_to_cameras,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CHECK_SCHEMA", "MONITOR", "NAME", "PRACTICE", "PROBE_SCHEMA", "SCHEMA", "TEXT_SCHEMA",

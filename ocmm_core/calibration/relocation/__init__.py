@@ -9,7 +9,7 @@ adjustment), `_frame` (the world), `_guards` and `_culprit` (acceptance, and fau
 adjustment itself is in `bundle`. The package is independent of the probe's own calibration.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._data import (
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.calibration.relocation._steps import BAR
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "BAR", "BarDistance", "GeometryMode", "KeptByCameras", "KeptByPoints", "LensMode",

@@ -8,7 +8,7 @@ Read `_procedure_pivot` (the procedure) with `_state`, `_watch` (selection of po
 The computation is in `pivot`. No other package of calibration imports this one.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.sweeping._procedure_pivot import PivotProcedure
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.calibration.sweeping._watch import BATCH, COUNTDOWN_S
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "AGAIN", "BATCH", "CELL_RAD", "COUNTDOWN_S", "SECOND", "SWEEPS", "MapCell", "PivotChange",

@@ -9,7 +9,7 @@ Read `_sphere_layout` (places), `_fit` (the ball from its points, uncertainty co
 bundle, relocation and pivot; cameras are given.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.tip._procedure_tip import TipQualificationProcedure
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.calibration.tip._wanted import VALID_DAYS
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CHECK_RINGS", "CONE", "POLE", "QUALIFICATION_RINGS", "SPHERE", "VALID_DAYS", "CheckVerdict",

@@ -8,7 +8,7 @@ between). `_procedure_verification` with `_state` is the guided procedure. The p
 independent of the calibration method.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.verification._limits import Limits
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.verification._state import PLACES
     from ocmm_core.calibration.verification._verification import fit_sphere
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CORNER_NAMES", "LINES", "PLACES", "RESULT", "SEATS_AGAIN", "SEATS_FIRST", "SPHERES", "Limits",

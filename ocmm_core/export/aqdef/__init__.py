@@ -7,11 +7,11 @@ lengths of keys, and fitting of texts; their reader).
 Its data come from `export.report`; it must not open a job.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.export.aqdef._aqdef import AQDEF
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["AQDEF"]

@@ -6,7 +6,7 @@ Read `_audit_files` (the result, and single files) and `_audit` (jobs, histories
 It must not recompute anything, nor write.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.export.audits._audit import audit, files_to_audit
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
         Audit, AuditRow, AuditedKind, AuditedRecord, document_kind,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "Audit", "AuditRow", "AuditedKind", "AuditedRecord", "audit", "document_kind", "files_to_audit",

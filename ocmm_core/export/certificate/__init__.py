@@ -9,7 +9,7 @@ acceptance tests) and `_from_calibration` (sources), `_dcc` (the XML), `_seal` (
 not judge: errors, limits and verdicts are those of the records. `ocmm_gui.reports` draws the PDF.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.export.certificate._artefact import (
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
         TrustedSigners, XmlSignature, XmlSignatureWord, trust_laboratory, trusted_signers,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CERTIFICATE_ENDING", "SEAL_SUFFIX", "SIMULATED_WORDS", "Certificate", "CertificateLine",

@@ -8,11 +8,11 @@ from enum import StrEnum
 from typing import Literal, TypeVar
 
 from ocmm_core.acceptance import RoomAir
+from ocmm_core.ambient import HUMIDITY, PRESSURE
 from ocmm_core.calibration.records import PRACTICE, ArtefactUse, is_practice
 from ocmm_core.export.report import NOT_STATED, PaperFact, one_line
-from ocmm_core.export.template import Paper, PaperLengths, surroundings
+from ocmm_core.export.template import Paper, PaperLengths, ambient_conditions
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
-from ocmm_core.surroundings import HUMIDITY, PRESSURE
 from ocmm_core.wording import Speech
 
 T = TypeVar("T")
@@ -346,7 +346,7 @@ def _environment(paper: Certificate, speech: Speech) -> str:
     known |= {PRESSURE.field for air in airs if air.pressure_hpa is not None}
     told += [
         speech.say(sentence).removesuffix(".")
-        for sentence in surroundings(paper.paper.given, known)
+        for sentence in ambient_conditions(paper.paper.given, known)
     ]
     return "; ".join(told)
 

@@ -9,12 +9,12 @@ misses). `_plan_in` reads.
 Its data come from `export.report`; it must not open a job.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.export.qif._plan_in import QifOmission, QifPlan, plan_of_qif
     from ocmm_core.export.qif._qif import QIF
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = ["QIF", "QifOmission", "QifPlan", "plan_of_qif"]

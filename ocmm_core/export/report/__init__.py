@@ -10,7 +10,7 @@ AS9102). `_paper_facts` has the required statements of a test report. Templates 
 It must not know the registry, QIF or Q-DAS.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.export.report._exporter import (
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.export.report._xlsx import XLSX
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "AS9102", "CLAUSES", "JSON", "NOT_STATED", "POLYWORKS", "XLSX", "Cell", "Element", "Exporter",

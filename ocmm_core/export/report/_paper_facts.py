@@ -14,7 +14,7 @@ import msgspec
 
 from ocmm_core.export.report._names import one_line
 from ocmm_core.export.report._report_data import ReportData
-from ocmm_core.export.template import RELATES_ONLY, WHOLE_ONLY, PaperLengths, surroundings
+from ocmm_core.export.template import RELATES_ONLY, WHOLE_ONLY, PaperLengths, ambient_conditions
 from ocmm_core.inspection.evaluation import SIMULATED_LINE
 from ocmm_core.tolerances.decisions import U_WORDS
 
@@ -152,7 +152,7 @@ def environment(data: ReportData) -> str:
 def _room(data: ReportData) -> tuple[str, ...]:
     """Return the ambient readings of the job; those given with the report fill gaps only."""
     kept = {field for field, _ in data.view.room}
-    return (*(told for _, told in data.view.room), *surroundings(data.paper.given, kept))
+    return (*(told for _, told in data.view.room), *ambient_conditions(data.paper.given, kept))
 
 
 def plan_deviations(data: ReportData) -> tuple[str, ...]:

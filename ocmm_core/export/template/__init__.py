@@ -8,23 +8,23 @@ every route to a report, adds ambient readings, and the head from the settings.
 It must not know a job: the data of a report are in `report`.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.export.template._headed import (
-        given_with, headed_paper, keep_given, keep_template, paper_of, station_template,
-        surroundings, template_in_use, use_head,
+        ambient_conditions, given_with, headed_paper, keep_given, keep_template, paper_of,
+        station_template, template_in_use, use_head,
     )  # fmt: skip
     from ocmm_core.export.template._template import (
         RELATES_ONLY, SECTIONS, WHOLE_ONLY, Paper, PaperLengths, Particulars, ReportTemplate,
         Section, load_paper, plain_paper, standard_template,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "RELATES_ONLY", "SECTIONS", "WHOLE_ONLY", "Paper", "PaperLengths", "Particulars",
-    "ReportTemplate", "Section", "given_with", "headed_paper", "keep_given", "keep_template",
-    "load_paper", "paper_of", "plain_paper", "standard_template", "station_template",
-    "surroundings", "template_in_use", "use_head",
+    "ReportTemplate", "Section", "ambient_conditions", "given_with", "headed_paper", "keep_given",
+    "keep_template", "load_paper", "paper_of", "plain_paper", "standard_template",
+    "station_template", "template_in_use", "use_head",
 ]  # fmt: skip

@@ -19,12 +19,12 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
+from ocmm_core.ambient import QUANTITIES, reading_of
 from ocmm_core.documents import LARGEST_DOCUMENT, decode_json, read_bytes, read_text, write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export.template._template import Paper, Particulars, load_paper, standard_template
 from ocmm_core.seals import release_path
 from ocmm_core.settings import Settings, toml_text
-from ocmm_core.surroundings import QUANTITIES, reading_of
 from ocmm_core.wording import LANGUAGES, language_of
 
 _SAID = {
@@ -35,7 +35,9 @@ _SAID = {
 """Sentence of each quantity, by its field."""
 
 
-def surroundings(given: Particulars, known: AbstractSet[str] = frozenset()) -> tuple[str, ...]:
+def ambient_conditions(
+    given: Particulars, known: AbstractSet[str] = frozenset()
+) -> tuple[str, ...]:
     """Return the ambient readings, a sentence each, without missing ones.
 
     `known`: fields in a record, which override the given ones. Raises InputError if a field is no
@@ -162,7 +164,7 @@ def _require_short(given: Particulars) -> None:
                 f"{_MOST_SENTENCES} sentences.",
                 "Shorten it.",
             )
-    surroundings(given)
+    ambient_conditions(given)
 
 
 def _unreadable(path: Path, why: str) -> InputError:

@@ -160,7 +160,7 @@ class Particulars:
     room: str = ""
     humidity: str = ""
     pressure: str = ""
-    """`room`, `humidity`, `pressure`: °C, %, hPa: number, range, or with U (`surroundings`)."""
+    """`room`, `humidity`, `pressure`: °C, %, hPa: number, range or ± U (`ambient_conditions`)."""
     deviations: tuple[str, ...] = ()
     """From the plan or the method, in sentences, in addition to those found in the job."""
     remarks: tuple[str, ...] = ()

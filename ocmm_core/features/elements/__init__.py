@@ -10,7 +10,7 @@ with a given direction; `_distances` has derivatives of residuals;
 cannot influence a fit.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.features.elements._ball import LARGEST_RADIUS
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ocmm_core.features.elements._slot import fit_slot, fit_slot_projected
     from ocmm_core.features.elements._torus import fit_torus
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ELEMENTS", "LARGEST_RADIUS", "ElementSpec", "FitPrior", "distance_derivatives", "fit_circle",

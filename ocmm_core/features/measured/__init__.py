@@ -11,7 +11,7 @@ reference pairs.
 It must not know alignment or tolerances.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.features.measured._actual import (
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
         verify_folder,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "APEX_LIMIT", "AXIAL", "CENTRED", "DIRECTION_LIMIT", "LONG", "POSITION_LIMIT", "SAME_RADIUS",

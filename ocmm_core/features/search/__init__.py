@@ -10,7 +10,7 @@ distances are in `_axis_kernel`, `_flat_kernel`, `_ellipse_kernel`, `_tube_kerne
 `_point_kernel`. The package is independent of specific fits, which are in `elements`.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.features.search import _axis_kernel as axis_kernel
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.features.search._tube_kernel import narrowest_tube
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "BALL", "CONE", "COVERAGE", "CYLINDER", "DISC", "ELLIPSE", "FLAT", "NEAR", "RING", "ROUND_ENDS",

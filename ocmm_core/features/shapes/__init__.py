@@ -7,7 +7,7 @@ Read `_shapes` (shapes, geometry vector, form of every fit), `_nominal` (nominal
 plausibility). It is the first package of features and independent of all fits.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.features.shapes._nominal import (
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         QifShape, ShapeSpec, Size,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ACROSS", "CRITERIA", "DIRECTION", "GEOMETRY_NAMES", "GEOMETRY_SIZE", "HALF_ANGLE",

@@ -10,7 +10,7 @@ Read `_zone` (entry points), `_elements` (from a fit to a zone element), `_solve
 tolerances and datums.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.features.zones._certificate import ZoneProof, certificate
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_core.features.zones._surfaces import distances
     from ocmm_core.features.zones._zone import fit_bounded, fit_zone, fit_zone_line_in_plane
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ZONES", "ZoneProof", "best_zone", "certificate", "distances", "fit_bounded", "fit_zone",

@@ -11,7 +11,7 @@ machine), `_watch` (camera states, port errors).
 It must not import the ring or its process.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.cycle._accounts import ERROR_OVER, OPERATION, BusAccounts
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.cycle._supervisor import Next, Supervisor
     from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ERROR_OVER", "OPERATION", "BusAccounts", "BusSettings", "CameraBus", "CameraPast",

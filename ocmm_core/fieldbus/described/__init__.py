@@ -11,7 +11,7 @@ back to pixels).
 It must not import sockets or cycles.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.described._device_check import load_device
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         InputTranslator, Timing, corrected_from_pixels, pixels_from_corrected,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "REST_SPEED", "UNPROVEN_CAMERAS", "AllowedBy", "Clock", "DeviceDescription", "Doubt", "Entry",

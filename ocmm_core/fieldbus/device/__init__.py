@@ -11,7 +11,7 @@ in a camera), and `_esi` (also EEPROM and clock).
 It must not import sockets, cycles or the virtual rig.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.device._camera_objects import (
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
         BlackCommand, BlackImage, DiagnosisMessage, SnapshotCommand, Work,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "BLACK_IMAGE", "BLOB_BYTES", "CALIBRATION", "CHUNK_BYTES", "CLOCK_MODES", "CONFIGURATION",

@@ -9,7 +9,7 @@ and `_sdo` (transfers). Host side: `_camera_client`, `_maintenance`.
 It must not import bring-up or supervision; `cycle` provides the channel.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.objects._camera_client import (
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.fieldbus.objects._sdo import SERVICE_SDO_RESPONSE, coe_content
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "FIRMWARE_NAME", "MAX_EEPROM_WORDS", "MAX_LINE_BYTES", "MAX_VALUE_BYTES",

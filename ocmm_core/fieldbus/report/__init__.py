@@ -9,7 +9,7 @@ Start with `_alarms` (title and remedy of each) and `_report` (snapshot and JSON
 It must not import the wire or the device: another computer can display a report.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.report._alarms import (
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         encode_report,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "EDGES_US", "MAX_EVENTS", "Alarm", "AlarmResponse", "AlarmSpec", "BusEvent", "BusPhase",

@@ -11,7 +11,7 @@ received), `_scan`; `_virtual_link` (cables without hardware).
 It must not import objects or alarms, nor decide on faults.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.wire._datagrams import (
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
         CAMERA_INTERFACE, HOST_INTERFACE, make_link, namespace_command, remove_link, set_link, tool,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CAMERA_INTERFACE", "HOST_INTERFACE", "OP", "OWN_TOKEN", "PREOP", "SAFEOP", "STATE_NAMES",

@@ -8,7 +8,7 @@ Read `_reopen` (also what a worker must know) with `_stored_documents`, `_batch`
 recall. Jobs are read in memory (`storage.read_job`). It must not know a running station.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.archive import _reopen as reopen
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.inspection.archive._stored_documents import StoredDocuments
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "SCHEMA", "SUFFIX", "BatchPart", "CameraHistory", "Comparison", "KnownOfJob", "LastJob",

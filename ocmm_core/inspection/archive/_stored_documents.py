@@ -14,11 +14,11 @@ from ocmm_core.calibration import records
 from ocmm_core.calibration.probe_design import body_in_use, contact_force, load_design
 from ocmm_core.calibration.records import SCHEMA as CAMERA_RECORD_SCHEMA
 from ocmm_core.camera import Rig, load_rig
+from ocmm_core.cleanup import scratch_folder
 from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.evaluation import SessionOptions, with_stored_limits
 from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.leftovers import scratch_folder
 from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text
 from ocmm_core.storage import JobEvent, JobHead, JobReference
 from ocmm_core.tracking import ProbeBody, ReferenceBody, load_probe, load_reference

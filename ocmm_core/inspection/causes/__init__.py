@@ -9,13 +9,13 @@ by a whole job), `_remaining_causes`. A cause is tried before it is named. It mu
 session: it changes nothing.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.causes._cause import Cause, CauseFinding, Explanation, points_words
     from ocmm_core.inspection.causes._causes import EXPLAINED, explanations, explanations_of
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "EXPLAINED", "Cause", "CauseFinding", "Explanation", "explanations", "explanations_of",

@@ -10,7 +10,7 @@ Blocked results: `_quarantine`.
 It changes no job and must not know how touches come: that is `session`.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.evaluation._cache import EvaluationCache
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
         PlannedFeature, Probing, ReferenceView, StatusWord, Target,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "FAR_MM", "FOR_COMPARISON", "INCOMPLETE", "LIMITS_EVENT", "NOISY_LINE", "NO_REAL_PART",

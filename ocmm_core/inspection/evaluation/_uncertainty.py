@@ -21,13 +21,13 @@ from ocmm_core.alignment import (
 )
 from ocmm_core.calibration.probe_design import load_design
 from ocmm_core.camera import Rig
+from ocmm_core.cleanup import scratch_folder
 from ocmm_core.errors import FitError, MeasuringError, OcmmError
 from ocmm_core.features.measured import ActualFeature, nominal_geometries
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation._evaluation import alignment_of, checked_features, noise_of_job
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.leftovers import scratch_folder
 from ocmm_core.tolerances import uncertainty
 from ocmm_core.tolerances.decisions import CharacteristicResult, evaluate_all
 from ocmm_core.tolerances.kinds import evaluate, involved_features

@@ -10,7 +10,7 @@ the model of the part that is shown). Imports: `_csv` and `_surface_profile` (of
 model); `_requirements` keeps the account of imported files. It must not know points or sessions.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.plan._csv import FeatureTable, feature_table
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
         USUAL_BALL_RADIUS, surface_profile, with_model_fit, with_profiles,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "EDITED", "ENVIRONMENT_EVENT", "HEAD_FIELDS", "MAX_EXPANSION_PPM", "RELEASE_EVENT",

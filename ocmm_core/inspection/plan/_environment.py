@@ -12,9 +12,7 @@ from dataclasses import dataclass
 
 import msgspec
 
-from ocmm_core.errors import InputError
-from ocmm_core.storage import JobEvent, JobFile, event_value
-from ocmm_core.surroundings import (
+from ocmm_core.ambient import (
     HUMIDITY,
     PRESSURE,
     QUANTITIES,
@@ -24,6 +22,8 @@ from ocmm_core.surroundings import (
     TypedRoom,
     reading_of,
 )
+from ocmm_core.errors import InputError
+from ocmm_core.storage import JobEvent, JobFile, event_value
 
 ENVIRONMENT_EVENT = "environment"
 
@@ -56,7 +56,7 @@ class NotedRoom(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     room: str = ""
     humidity: str = ""
     pressure: str = ""
-    """`room`, `humidity`, `pressure`: Readings (`ocmm_core.surroundings`); empty if not read."""
+    """`room`, `humidity`, `pressure`: Readings (`ocmm_core.ambient`); empty if not read."""
     who: str = ""
     """Reader, or logged thermometer; may be empty."""
     doubt: str = ""

@@ -15,12 +15,12 @@ from typing import Any
 import msgspec
 
 from ocmm_core import seals
+from ocmm_core.cleanup import scratch_folder
 from ocmm_core.documents import text_digest, write_atomic
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.inspection.plan._findings import require_consistent
 from ocmm_core.inspection.plan._plan import Plan, check_plan, load_plan, read_plan
 from ocmm_core.inspection.plan._requirements import requirement_count
-from ocmm_core.leftovers import scratch_folder
 from ocmm_core.storage import JobEvent, JobFile, JobHead
 
 _TABLES = ("alignment", "material", "environment", "model")

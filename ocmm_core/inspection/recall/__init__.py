@@ -9,7 +9,7 @@ Read `_recall` (the whole, and suspect jobs), `_recall_job` (one job under two c
 shop or a running station.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.recall._recall import (
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         worst_first,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "COLUMNS", "DoubtedJob", "Doubting", "KeptPlaces", "artefact_wrong", "checked", "decide",

@@ -11,7 +11,7 @@ restart), which is shared by all parts; `_header` is a smaller part; `_job_point
 and `station` calls it.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.session._header import (
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.session._session import InspectionSession
     from ocmm_core.inspection.session._steps import JobSteps
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CLIENT_EVENT", "HEADER_EVENT", "NOT_GIVEN", "InspectionSession", "JobSteps", "ReferenceUse",

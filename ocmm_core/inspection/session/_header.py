@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import msgspec
 
 from ocmm_core.acceptance import LoggedTemperature
+from ocmm_core.ambient import TypedRoom
 from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.inspection import evaluation
@@ -21,7 +22,6 @@ from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text, record_
 from ocmm_core.names import label_fault
 from ocmm_core.options import DEFAULT_SERIAL
 from ocmm_core.storage import JobEvent, JobHead, event_value
-from ocmm_core.surroundings import TypedRoom
 
 HEADER_EVENT = "header"
 """Event for fields that the head of a job file lacks."""

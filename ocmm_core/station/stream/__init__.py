@@ -10,7 +10,7 @@ docs/integrator/live_stream.md is for readers of the stream. Clients can only re
 the station.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.station.stream._messages import ButtonChange, ButtonWatch, verdict_line
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ocmm_core.station.stream._server import PlainLines, StreamServer
     from ocmm_core.station.stream._source import StepReader, StreamSource
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ButtonChange", "ButtonWatch", "PlainLines", "StepReader", "StreamOptions", "StreamServer",

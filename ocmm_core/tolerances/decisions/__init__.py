@@ -9,7 +9,7 @@ touched places), `_capability` (several parts: control chart, Cp, Cpk). All scre
 this verdict. The package is independent of `monte_carlo`.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.decisions._capability import (
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
         PartWord, RequirementCount, Verdict, VerdictSummary, judge_part, summarise,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "LOWEST_TUR", "NO_DEVIATIONS", "NO_VERDICT", "RULES", "U_LABEL", "U_WORDS", "WORST_FIRST",

@@ -10,7 +10,7 @@ end: `_size`, `_distance`, `_angle`, and those with a zone: `_form`, `_orientati
 unknown ones. The package is independent of uncertainty.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.kinds._checks import characteristic_fault
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.kinds._size import own_association
     from ocmm_core.tolerances.kinds._spec import KindSpec, MonteCarlo, Symbol
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "KINDS", "KindSpec", "MonteCarlo", "Symbol", "characteristic_fault", "drawn_value", "evaluate",

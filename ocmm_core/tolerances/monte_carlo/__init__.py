@@ -9,7 +9,7 @@ separate process). The package is independent of verdicts: it validates results 
 them.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.monte_carlo._monte_carlo import (
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.tolerances.monte_carlo._trials import Task
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "MonteCarloOptions", "MonteCarloReport", "MonteCarloValue", "Task", "simulate",

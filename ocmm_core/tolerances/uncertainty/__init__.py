@@ -9,7 +9,7 @@ which are not normal), `_fit_uncertainty` (a fit from points alone), `_budget` (
 package is independent of kinds of characteristics and verdicts.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.uncertainty._budget import Budget, BudgetRow, budget_of
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         Spreads, gradients_of, noise_floor, of_own_form, spreads_of,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "NOT_DETERMINED", "ONE_SIDED", "TWO_SIDED", "WHAT_TO_DO", "Budget", "BudgetRow",

@@ -9,7 +9,7 @@ zone), `_zones` and `_two_point` (local sizes). It is the first package of toler
 independent of specific kinds.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.zones._characteristic import (
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         vector_evaluation,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "AXES", "BEST_FIT", "CENTRES", "TWO_POINT", "Association", "Characteristic", "DerivedPoint",

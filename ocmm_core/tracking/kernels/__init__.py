@@ -11,7 +11,7 @@ search for labels: `_meeting_kernel` (ray intersections of two cameras), `_grow_
 and loops raise no exceptions.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.tracking.kernels import _decide_kernel as decide_kernel
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.tracking.kernels._solve_kernel import allocate, solve_frames
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ANSWERED", "FOUND", "LOST", "MAX_DOUBT", "MAX_TIP_SIGMA", "N_LENS", "OK", "TOO_FEW",

@@ -10,8 +10,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ocmm_core.cpu_features import njit
 from ocmm_core.geometry import Float
-from ocmm_core.instructions import njit
 from ocmm_core.tracking.kernels._lanes import Number
 from ocmm_core.tracking.kernels._small_algebra import best_turn
 

@@ -9,7 +9,7 @@ By subject: `_relocation_pages`, `_result_pages` (cameras, probe), `_sweep_page`
 (definition of a probe). Pages get their data by constructor, and must not import the wizard.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.wizards.pages._definition_page import DefinitionPage
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_gui.wizards.pages._touch_pages import ConePage, SpherePage
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CALIBRATION_ENDS", "TEMPERATURE", "THERMOMETER", "VERDICT_ENDS", "WHO", "BarPage", "BarPlace",

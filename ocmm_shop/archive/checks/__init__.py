@@ -5,7 +5,7 @@ In: an archive, job files. Out: an archive with the same rows, or the difference
 Read `_rebuild`, then `_verify`. It must not know how jobs come.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.checks._rebuild import (
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
         Checked, differences, mark_altered, records_of, verify_archive, verify_files,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "Checked", "Rebuilt", "differences", "files_in", "files_of", "key_and_name", "mark_altered",

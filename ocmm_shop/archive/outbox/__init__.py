@@ -9,7 +9,7 @@ is lost with a killed program).
 It must not know a running station, and measuring never waits for it.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.outbox._courier import (
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         ConnectionState, Item, ItemState, machine_identity,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ArchivePlace", "BackOff", "ConnectionState", "Courier", "HandOver", "HandOverProcess",

@@ -7,7 +7,7 @@ and `_statistics` (the answers).
 It must not know how jobs come, nor how an answer is shown. The views define what counts.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.questions._judge import (
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ocmm_shop.archive.questions._registry import QUESTIONS, Question
     from ocmm_shop.archive.questions._statistics import cpk_by_month, rr, trend
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "QUESTIONS", "ArchiveAnswer", "Query", "Question", "cpk_by_month", "csv_of", "export_answer",

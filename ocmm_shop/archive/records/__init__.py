@@ -6,7 +6,7 @@ Read `_rows` (contents, their display, conditions for storing) and `_extract` (r
 It must not know how rows are stored.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.records._extract import (
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         delivery_claim, is_identity, shown_text, station_claim, utc_text,
     )  # fmt: skip
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "FORGED", "LONGEST_SENTENCE", "MOST_WHOLE", "NOT_SIGNED", "PART_VERDICTS", "SIGNED", "USES",

@@ -8,7 +8,7 @@ Read `_interface` (used by the rest; keys of stations), `_reader` and `_store` (
 It must not know how jobs come, nor which queries exist.
 """
 
-from ocmm_core.door import TYPE_CHECKING, door
+from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_shop.archive.stores._address import check_address, is_server, parse_server
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ocmm_shop.archive.stores._sqlite import default_archive, open_archive
     from ocmm_shop.archive.stores._store import SqlArchive
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "CLOCK_TELL_S", "HEADS", "MALFORMED", "ROLES", "VERSION", "VIEW_NAMES", "Acknowledgement",

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from ocmm_cli import app
 from ocmm_core.acceptance import LoggedTemperature, TemperatureSource, ThermometerLog
+from ocmm_core.ambient import TypedRoom
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.report import paper_facts, report_of_job
 from ocmm_core.export.template import Particulars, load_paper, standard_template
@@ -29,7 +30,6 @@ from ocmm_core.inspection.plan import (
 )
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile
-from ocmm_core.surroundings import TypedRoom
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.inspection.conftest import Bench
 

@@ -13,11 +13,11 @@ from ocmm_core.errors import InputError
 from ocmm_core.export.report import NOT_STATED, ReportData, open_clauses, paper_facts
 from ocmm_core.export.template import (
     Particulars,
+    ambient_conditions,
     given_with,
     keep_given,
     load_paper,
     standard_template,
-    surroundings,
 )
 from tests.core.export.sample_report import sample_report
 
@@ -43,7 +43,7 @@ def _with(given: Particulars) -> ReportData:
     ],
 )
 def test_a_reading_is_printed_with_its_unit(typed: str, told: str) -> None:
-    assert surroundings(Particulars(room=typed)) == (f"Room {told}.",)
+    assert ambient_conditions(Particulars(room=typed)) == (f"Room {told}.",)
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,7 @@ def test_a_reading_is_printed_with_its_unit(typed: str, told: str) -> None:
 )
 def test_what_is_no_reading_is_refused_with_its_field(field: str, typed: str, fault: str) -> None:
     with pytest.raises(InputError, match=f"'{field}'") as caught:
-        surroundings(msgspec.convert({field: typed}, Particulars))
+        ambient_conditions(msgspec.convert({field: typed}, Particulars))
     assert fault in caught.value.what
     assert caught.value.remedy
     assert len(caught.value.what) < 200
@@ -93,7 +93,7 @@ def test_a_test_of_the_machine_and_a_report_refuse_the_same() -> None:
         with pytest.raises(InputError, match="'humidity'"):
             RoomAir.read(typed, "")
         with pytest.raises(InputError, match="'humidity'"):
-            surroundings(Particulars(humidity=typed))
+            ambient_conditions(Particulars(humidity=typed))
     # A certificate states one number, with which a DCC can go.
     with pytest.raises(InputError, match="more than one number"):
         RoomAir.read("40 to 50", "")

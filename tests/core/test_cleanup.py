@@ -16,10 +16,10 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.acquisition.frames import FrameRing
+from ocmm_core.cleanup import clear_leftovers, hold, keep_folder, scratch_folder, scratch_path
 from ocmm_core.documents import write_atomic, write_new
 from ocmm_core.export import write_together
 from ocmm_core.host import HOST
-from ocmm_core.leftovers import clear_leftovers, hold, keep_folder, scratch_folder, scratch_path
 from tests.host import HANG_S
 
 _REPOSITORY = Path(__file__).resolve().parents[2]
@@ -29,7 +29,7 @@ from pathlib import Path
 from ocmm_core import documents
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.host import HOST
-from ocmm_core.leftovers import keep_folder, scratch_folder, scratch_path
+from ocmm_core.cleanup import keep_folder, scratch_folder, scratch_path
 
 type(HOST).shared_memory = lambda self: Path(sys.argv[1])
 ring = FrameRing.create(2, 100)

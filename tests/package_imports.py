@@ -23,8 +23,8 @@ _OUTSIDE = ("tests", "benchmarks", "docs", "installer")
 
 
 @dataclass(frozen=True, slots=True)
-class Entrance:
-    """An import that enters a room past its door."""
+class InnerImport:
+    """Import of an inner module from outside its package."""
 
     importer: str
     line: int
@@ -32,11 +32,11 @@ class Entrance:
 
     def __str__(self) -> str:
         """Return the place of the import and its correction."""
-        room = room_of(self.imported)
-        return f"{self.importer}:{self.line} imports {self.imported}: enter by {room}"
+        package = package_of(self.imported)
+        return f"{self.importer}:{self.line} imports {self.imported}: import from {package}"
 
 
-def room_of(module: str) -> str:
+def package_of(module: str) -> str:
     """Return the package of an internal module; empty for a public one."""
     parts = module.split(".")
     inner = next((i for i, part in enumerate(parts) if _is_inner(part)), None)
@@ -47,8 +47,8 @@ def _is_inner(part: str) -> bool:
     return part.startswith("_") and not part.startswith("__")
 
 
-def may_look_into(test: Path) -> str:
-    """Return the package whose rooms a test may enter; ``test`` is relative to the repository."""
+def tested_package(test: Path) -> str:
+    """Return the package whose inner modules a test may import; ``test``: its relative path."""
     parts = test.parts
     own = f"ocmm_{parts[1]}"
     if parts[0] != "tests" or own not in ROOTS:
@@ -58,61 +58,61 @@ def may_look_into(test: Path) -> str:
     return f"ocmm_core.{parts[2]}" if len(parts) > 3 else ""
 
 
-def entrances_from_outside(repository: Path) -> Iterator[Entrance]:
-    """Yield what tests, benchmarks and scripts import past a door."""
+def inner_imports_from_outside(repository: Path) -> Iterator[InnerImport]:
+    """Yield inner imports of tests, benchmarks and scripts."""
     for folder in _OUTSIDE:
         for path in sorted((repository / folder).rglob("*.py")):
             relative = path.relative_to(repository)
-            own = may_look_into(relative)
+            own = tested_package(relative)
             for line, module in _imported(path):
-                room = room_of(module)
-                if room and not (own and (room + ".").startswith(own + ".")):
-                    yield Entrance(relative.as_posix(), line, module)
+                package = package_of(module)
+                if package and not (own and (package + ".").startswith(own + ".")):
+                    yield InnerImport(relative.as_posix(), line, module)
 
 
 def _imported(path: Path) -> Iterator[tuple[int, str]]:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
             names = [f"{node.module}.{alias.name}" for alias in node.names]
-            # `from room import _file` names the file last, `from room._file import x` before.
-            names = names if not room_of(node.module) else [node.module]
+            # `from package import _file` names the file last, `from package._file import x` before.
+            names = names if not package_of(node.module) else [node.module]
         elif isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         else:
             continue
         for name in names:
-            # A private name inside a module of a single file is not a room.
-            if name.startswith(ROOTS) and room_of(name) not in ROOTS:
+            # A private name in a module of a single file is not a package.
+            if name.startswith(ROOTS) and package_of(name) not in ROOTS:
                 yield node.lineno, name
 
 
-def entrances_inside(graph: ImportGraph) -> Iterator[Entrance]:
-    """Yield the product's imports past a public face."""
+def inner_imports_inside(graph: ImportGraph) -> Iterator[InnerImport]:
+    """Yield inner imports of the product."""
     ours = sorted(module for module in graph.modules if module.startswith(ROOTS))
     packages = {module for module in ours if graph.find_children(module)}
     for module in ours:
-        room = room_of(module)
-        if not room:
+        package = package_of(module)
+        if not package:
             continue
         for importer in sorted(graph.find_modules_that_directly_import(module)):
             own = importer if importer in packages else importer.rpartition(".")[0]
-            if own != room:
+            if own != package:
                 details = graph.get_import_details(importer=importer, imported=module)
                 line = details[0]["line_number"] if details else 0
-                yield Entrance(importer, line, module)
+                yield InnerImport(importer, line, module)
 
 
-class DoorsContract(Contract):
-    """Nobody enters a room but by its door."""
+class PackageImportsContract(Contract):
+    """Packages are imported by their public API alone."""
 
-    type_name = "doors"
+    type_name = "public_api"
 
     def check(self, graph: ImportGraph, verbose: bool) -> ContractCheck:
-        """Look at every import of the product, its tests, benchmarks and scripts."""
-        found = [*entrances_inside(graph), *entrances_from_outside(_REPOSITORY)]
+        """Check every import of the product, its tests, benchmarks and scripts."""
+        found = [*inner_imports_inside(graph), *inner_imports_from_outside(_REPOSITORY)]
         return ContractCheck(kept=not found, metadata={"found": found})
 
     def render_broken_contract(self, check: ContractCheck) -> None:
-        """Print every entrance, one a line."""
-        for entrance in check.metadata["found"]:
-            output.print_error(str(entrance))
+        """Print every finding, one a line."""
+        for one in check.metadata["found"]:
+            output.print_error(str(one))

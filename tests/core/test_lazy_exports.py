@@ -1,4 +1,4 @@
-"""Public faces of packages: consistent lists that load, and no imports past them."""
+"""Public APIs of packages: consistent lists that load, and no imports of inner modules."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from grimp import ImportGraph
 
 from benchmarks.house_faces import written
 from benchmarks.house_tree import ROOTS
-from ocmm_core.door import door
-from tests.doors import entrances_from_outside, entrances_inside, room_of
+from ocmm_core.lazy_exports import lazy_exports
+from tests.package_imports import inner_imports_from_outside, inner_imports_inside, package_of
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 FACES = {
@@ -25,10 +25,10 @@ FACES = {
     for path in sorted((REPOSITORY / root).rglob("__init__.py"))
 }
 HOMES = dict[str, str]
-"""The module that gives out each name; of a name that is a file, its package."""
+"""The module that defines each name; for a name that is a module, its package."""
 
 
-def for_type_checkers(room: str, tree: ast.Module) -> HOMES:
+def for_type_checkers(package: str, tree: ast.Module) -> HOMES:
     """Return the names under TYPE_CHECKING."""
     found = {}
     for node in tree.body:
@@ -38,15 +38,15 @@ def for_type_checkers(room: str, tree: ast.Module) -> HOMES:
                 for alias in one.names:
                     name = alias.asname or alias.name
                     assert name not in found
-                    assert name == alias.name or (one.module, alias.name) == (room, f"_{name}")
+                    assert name == alias.name or (one.module, alias.name) == (package, f"_{name}")
                     found[name] = str(one.module)
     return found
 
 
-def behind_the_door(face: types.ModuleType) -> HOMES:
-    """Return what the door of a package hands out, at run time."""
-    enter = vars(face).get("__getattr__")
-    return {} if enter is None else dict(inspect.getclosurevars(enter).nonlocals["homes"])
+def lazy_homes(face: types.ModuleType) -> HOMES:
+    """Return the lazy exports of a package at run time."""
+    load = vars(face).get("__getattr__")
+    return {} if load is None else dict(inspect.getclosurevars(load).nonlocals["homes"])
 
 
 def in_all(tree: ast.Module) -> list[str]:
@@ -61,15 +61,15 @@ def in_all(tree: ast.Module) -> list[str]:
     raise AssertionError("no __all__")
 
 
-@pytest.mark.parametrize("room", FACES)
-def test_the_lists_of_a_face_agree_with_its_door_and_every_name_loads(room: str) -> None:
-    tree = ast.parse(FACES[room].read_text(encoding="utf-8"))
+@pytest.mark.parametrize("package", FACES)
+def test_lists_agree_and_every_name_loads(package: str) -> None:
+    tree = ast.parse(FACES[package].read_text(encoding="utf-8"))
     names = in_all(tree)
     assert len(set(names)) == len(names)
-    homes = for_type_checkers(room, tree)
-    module = import_module(room)
-    assert behind_the_door(module) == homes
-    if room == "ocmm_core":
+    homes = for_type_checkers(package, tree)
+    module = import_module(package)
+    assert lazy_homes(module) == homes
+    if package == "ocmm_core":
         assert not homes
     else:
         assert set(names) == set(homes)
@@ -77,24 +77,25 @@ def test_the_lists_of_a_face_agree_with_its_door_and_every_name_loads(room: str)
         assert getattr(module, name) is not None
 
 
-@pytest.mark.parametrize("room", FACES)
-def test_the_lists_of_a_face_are_as_the_generator_writes_them(room: str) -> None:
-    text = FACES[room].read_text(encoding="utf-8")
+@pytest.mark.parametrize("package", FACES)
+def test_lists_are_as_generated(package: str) -> None:
+    text = FACES[package].read_text(encoding="utf-8")
     assert text == written(text), "run: python -m benchmarks.house_faces"
 
 
-def test_the_generator_adds_a_name_to_both_lists_in_order() -> None:
-    head = '"""A room."""\n\nfrom ocmm_core.door import TYPE_CHECKING, door\n\nif TYPE_CHECKING:\n'
-    tail = "else:\n    __getattr__ = door(__name__)\n\n"
+def test_generator_adds_names_to_both_lists_in_order() -> None:
+    head = '"""A package."""\n\nfrom ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports\n\n'
+    head += "if TYPE_CHECKING:\n"
+    tail = "else:\n    __getattr__ = lazy_exports(__name__)\n\n"
     x, y, z, last = (f"function_with_a_long_name_{number}" for number in range(4))
-    added = "    from room._b import Ant, one, ZERO\n    from room import _a as a\n"
-    added += f"    from room._c import {last}, {x}, {y}, {z}\n"
+    added = "    from pack._b import Ant, one, ZERO\n    from pack import _a as a\n"
+    added += f"    from pack._c import {last}, {x}, {y}, {z}\n"
     face = written(f"{head}{added}{tail}__all__ = []\n")
     assert face == (
         f"{head}"
-        "    from room import _a as a\n"
-        "    from room._b import ZERO, Ant, one\n"
-        f"    from room._c import (\n        {x}, {y}, {z},\n        {last},\n    )  # fmt: skip\n"
+        "    from pack import _a as a\n"
+        "    from pack._b import ZERO, Ant, one\n"
+        f"    from pack._c import (\n        {x}, {y}, {z},\n        {last},\n    )  # fmt: skip\n"
         f"{tail}"
         "__all__ = [\n"
         f'    "ZERO", "Ant", "a", "{x}", "{y}",\n'
@@ -104,83 +105,83 @@ def test_the_generator_adds_a_name_to_both_lists_in_order() -> None:
     assert written(face) == face
 
 
-@pytest.mark.parametrize("room", FACES)
-def test_a_face_says_what_flows_in_and_out_and_names_files_that_exist(room: str) -> None:
-    text = ast.get_docstring(ast.parse(FACES[room].read_text(encoding="utf-8"))) or ""
+@pytest.mark.parametrize("package", FACES)
+def test_docstring_names_inputs_outputs_and_existing_files(package: str) -> None:
+    text = ast.get_docstring(ast.parse(FACES[package].read_text(encoding="utf-8"))) or ""
     first, _, rest = text.partition("\n\n")
     assert first.endswith(".")
     assert "\n" not in first
     assert re.search(r"\bIn: ", rest)
     assert re.search(r"\bOut: ", rest)
     assert 5 <= len(text.splitlines()) <= 15
-    folder = FACES[room].parent
+    folder = FACES[package].parent
     for name in re.findall(r"`(_[a-z0-9][a-z0-9_]*)`", text):
-        assert (folder / f"{name}.py").is_file(), f"{room} has no file {name}.py"
+        assert (folder / f"{name}.py").is_file(), f"{package} has no file {name}.py"
 
 
-@pytest.mark.parametrize("room", sorted(FACES))
-def test_a_room_refuses_a_name_that_it_does_not_give_out(room: str) -> None:
-    face = import_module(room)
+@pytest.mark.parametrize("package", sorted(FACES))
+def test_package_rejects_unknown_names(package: str) -> None:
+    face = import_module(package)
     with pytest.raises(
-        AttributeError, match=rf"module '{re.escape(room)}' has no attribute 'Rigg'"
+        AttributeError, match=rf"module '{re.escape(package)}' has no attribute 'Rigg'"
     ):
         face.Rigg  # noqa: B018 - access alone is tested
     with pytest.raises(ImportError, match="cannot import name 'Rigg'"):
-        exec(f"from {room} import Rigg", {})  # noqa: S102 - no checker should see it
+        exec(f"from {package} import Rigg", {})  # noqa: S102 - no checker should see it
 
 
-def test_a_door_loads_a_file_when_its_name_is_asked_for_and_remembers_it(
+def test_modules_load_on_first_use_and_are_cached(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "room_of_a_test").mkdir()
-    (tmp_path / "room_of_a_test" / "__init__.py").write_text(
-        "from ocmm_core.door import TYPE_CHECKING, door\n"
+    (tmp_path / "package_of_a_test").mkdir()
+    (tmp_path / "package_of_a_test" / "__init__.py").write_text(
+        "from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports\n"
         "if TYPE_CHECKING:\n"
-        "    from room_of_a_test import _two as two\n"
-        "    from room_of_a_test._broken import lost\n"
-        "    from room_of_a_test._one import ONE, one\n"
+        "    from package_of_a_test import _two as two\n"
+        "    from package_of_a_test._broken import lost\n"
+        "    from package_of_a_test._one import ONE, one\n"
         "else:\n"
-        "    __getattr__ = door(__name__)\n"
+        "    __getattr__ = lazy_exports(__name__)\n"
     )
-    (tmp_path / "room_of_a_test" / "_one.py").write_text("ONE = 1\ndef one():\n    return ONE\n")
-    (tmp_path / "room_of_a_test" / "_two.py").write_text("TWO = 2\n")
-    (tmp_path / "room_of_a_test" / "_broken.py").write_text("")
+    (tmp_path / "package_of_a_test" / "_one.py").write_text("ONE = 1\ndef one():\n    return ONE\n")
+    (tmp_path / "package_of_a_test" / "_two.py").write_text("TWO = 2\n")
+    (tmp_path / "package_of_a_test" / "_broken.py").write_text("")
     monkeypatch.syspath_prepend(tmp_path)
     try:
-        room = import_module("room_of_a_test")
-        assert "room_of_a_test._one" not in sys.modules
-        assert room.ONE == 1
-        assert "room_of_a_test._two" not in sys.modules
+        package = import_module("package_of_a_test")
+        assert "package_of_a_test._one" not in sys.modules
+        assert package.ONE == 1
+        assert "package_of_a_test._two" not in sys.modules
         # A function may have the name of its file; a file renamed by `as` is given out itself.
-        assert room.one() == 1
-        assert isinstance(room.two, types.ModuleType)
-        assert room.two.TWO == 2
-        assert {"ONE", "one", "two"} <= set(vars(room))
+        assert package.one() == 1
+        assert isinstance(package.two, types.ModuleType)
+        assert package.two.TWO == 2
+        assert {"ONE", "one", "two"} <= set(vars(package))
         with pytest.raises(AttributeError, match="has no attribute 'TWO'"):
-            _ = room.TWO
+            _ = package.TWO
         with pytest.raises(AttributeError, match="lost"):
-            _ = room.lost
+            _ = package.lost
     finally:
-        for name in [name for name in sys.modules if name.startswith("room_of_a_test")]:
+        for name in [name for name in sys.modules if name.startswith("package_of_a_test")]:
             del sys.modules[name]
 
 
-def test_a_door_of_no_room_refuses_every_name() -> None:
+def test_call_outside_a_package_rejects_every_name() -> None:
     with pytest.raises(AttributeError, match="module 'ocmm_core' has no attribute 'rig'"):
-        door("ocmm_core")("rig")
+        lazy_exports("ocmm_core")("rig")
 
 
 @pytest.mark.parametrize(
     ("path", "line", "entered"),
     [
-        # The own room of a test, and faces, are open.
+        # The tested package, and public APIs, are open.
         ("tests/core/camera/test_a.py", "from ocmm_core.camera._rig import Rig", ""),
         ("tests/core/camera/test_a.py", "from ocmm_core.camera import Rig, _rig", ""),
         ("tests/gui/test_a.py", "from ocmm_gui.kit._messages import mm", ""),
         ("tests/core/fieldbus/test_a.py", "from ocmm_core.fieldbus.wire._port import Port", ""),
         ("benchmarks/a.py", "from ocmm_core.camera import Rig", ""),
         ("benchmarks/a.py", "from ocmm_core import __version__", ""),
-        # Rooms of others are entered by the door.
+        # Other packages are imported by their public API.
         ("tests/core/camera/test_a.py", "from ocmm_core.tracking._pose import solve",
          "ocmm_core.tracking"),
         ("tests/core/camera/test_a.py", "from ocmm_core.tracking import _pose",
@@ -196,20 +197,20 @@ def test_a_door_of_no_room_refuses_every_name() -> None:
         ("installer/a.py", "from ocmm_core.camera._rig import Rig", "ocmm_core.camera"),
     ],
 )  # fmt: skip
-def test_who_may_enter_a_room_from_outside(
+def test_inner_imports_from_outside_are_found(
     tmp_path: Path, path: str, line: str, entered: str
 ) -> None:
     file = tmp_path / path
     file.parent.mkdir(parents=True)
     file.write_text(f"{line}\n")
-    found = list(entrances_from_outside(tmp_path))
-    assert [room_of(one.imported) for one in found] == ([entered] if entered else [])
+    found = list(inner_imports_from_outside(tmp_path))
+    assert [package_of(one.imported) for one in found] == ([entered] if entered else [])
     for one in found:
         assert one.importer == path
-        assert str(one).endswith(f"enter by {entered}")
+        assert str(one).endswith(f"import from {entered}")
 
 
-def test_who_may_enter_a_room_inside_the_product() -> None:
+def test_inner_imports_inside_the_product_are_found() -> None:
     graph = ImportGraph()
     for name in (
         "ocmm_core", "ocmm_core.camera", "ocmm_core.camera._rig", "ocmm_core.camera._model",
@@ -225,8 +226,8 @@ def test_who_may_enter_a_room_inside_the_product() -> None:
         ("ocmm_core.tracking._pose", "ocmm_core.tracking.kernels"),
     ):
         graph.add_import(importer=importer, imported=imported)
-    assert not list(entrances_inside(graph))
-    # Neither a sister, nor the house around a room, nor a room in its house goes past the door.
+    assert not list(inner_imports_inside(graph))
+    # Wrong for a sibling package, a parent and a child alike.
     wrong = {
         ("ocmm_core.tracking._pose", "ocmm_core.camera._rig"),
         ("ocmm_core.tracking", "ocmm_core.camera._model"),
@@ -236,6 +237,6 @@ def test_who_may_enter_a_room_inside_the_product() -> None:
     }
     for importer, imported in wrong:
         graph.add_import(importer=importer, imported=imported, line_number=7, line_contents="")
-    found = list(entrances_inside(graph))
+    found = list(inner_imports_inside(graph))
     assert {(one.importer, one.imported) for one in found} == wrong
     assert {one.line for one in found} == {7}

@@ -14,7 +14,7 @@ from types import ModuleType
 import pytest
 
 from installer.locks import ROOT
-from ocmm_core import instructions
+from ocmm_core import cpu_features
 from tests.host import HANG_S
 
 _AVX2 = {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "movbe", "popcnt", "lzcnt", "sse2"}
@@ -23,25 +23,25 @@ _AVX2 = {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "movbe", "popcnt", "lzcnt"
 @pytest.mark.parametrize(
     ("features", "kind"),
     [
-        (_AVX2, instructions.AVX2),
-        (_AVX2 | {"avx512f"}, instructions.AVX2),
-        (_AVX2 - {"fma"}, instructions.GENERIC),
-        (set(), instructions.GENERIC),
+        (_AVX2, cpu_features.AVX2),
+        (_AVX2 | {"avx512f"}, cpu_features.AVX2),
+        (_AVX2 - {"fma"}, cpu_features.GENERIC),
+        (set(), cpu_features.GENERIC),
     ],
 )
 def test_a_processor_is_of_one_of_two_kinds(features: set[str], kind: str) -> None:
-    assert instructions.kind_of(features) == kind
+    assert cpu_features.kind_of(features) == kind
 
 
 @pytest.mark.parametrize("before", ["", "import numba\n"])
-@pytest.mark.parametrize("asked", ["", instructions.GENERIC])
+@pytest.mark.parametrize("asked", ["", cpu_features.GENERIC])
 def test_the_loops_are_compiled_for_a_kind_not_for_this_very_processor(
     asked: str, before: str
 ) -> None:
     """Told by what numba keeps them under, with all that is imported of numba before."""
     plain = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
     if asked:
-        plain |= instructions.environment(asked)
+        plain |= cpu_features.environment(asked)
     code = before + (
         "from ocmm_core.tracking.kernels import cholesky\n"
         "import ocmm_cli._kernels\n"
@@ -53,7 +53,7 @@ def test_the_loops_are_compiled_for_a_kind_not_for_this_very_processor(
     )  # fmt: skip
     _, name, features = ast.literal_eval(done.stdout)
     assert features == ""
-    assert name in ({asked} if asked else set(instructions.KINDS))
+    assert name in ({asked} if asked else set(cpu_features.KINDS))
 
 
 def test_nobody_takes_the_decorator_of_numba_itself() -> None:
@@ -65,7 +65,7 @@ def test_nobody_takes_the_decorator_of_numba_itself() -> None:
         for path in ROOT.glob("ocmm_*/**/*.py")
         if imported.search(path.read_text(encoding="utf-8"))
     }
-    assert users == {"ocmm_core/instructions.py"}
+    assert users == {"ocmm_core/cpu_features.py"}
 
 
 def test_code_that_another_process_kept_for_other_types_is_not_run(
@@ -74,7 +74,7 @@ def test_code_that_another_process_kept_for_other_types_is_not_run(
     """Two compile at once: both write the file that was free, each with the code for its types."""
     source = tmp_path / "halves.py"
     source.write_text(
-        "from ocmm_core.instructions import njit\n"
+        "from ocmm_core.cpu_features import njit\n"
         "@njit(cache=True)\n"
         "def half(number):\n"
         "    return number // 2\n"
