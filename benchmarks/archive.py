@@ -79,7 +79,7 @@ def touches() -> tuple[Touch, ...]:
     )
     collector = TouchCollector(1.0 / 500, SessionOptions().point)
     frames = virtual.frames(0, virtual.n_frames)
-    return tuple(collector.feed(TrackingPipeline(rig, body).process(frames)))
+    return tuple(collector.push(TrackingPipeline(rig, body).process(frames)))
 
 
 def real_files(folder: Path, count: int) -> list[Path]:

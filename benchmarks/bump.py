@@ -97,7 +97,7 @@ class Bench:
             self.rig, self.body, (FreeMotionScene(ways=WAYS, seed=seed),), seed
         )
         track = self.tracked(shown, 0.0, shown.n_frames / RATE_HZ)
-        looks = ResidualAccumulator(self.rig, self.body, 10_000_000).feed(track)
+        looks = ResidualAccumulator(self.rig, self.body, 10_000_000).push(track)
         return learn_baseline(looks, self.rig, self.body)
 
     def operator(self, seed: int, bumps: tuple[ScriptedBump, ...] = (), touches: int = 6) -> (
@@ -160,7 +160,7 @@ def push_once(bench: Bench, baseline: Baseline | None, seed: int, number: int) -
     monitor = CalibrationMonitor(bench.rig, bench.body, baseline=baseline)
     after = track.counter >= push.first_frame
     probed = np.cumsum(after & (track.status == FrameStatus.OK)) / RATE_HZ
-    for result in monitor.feed(track):
+    for result in monitor.push(track):
         if not result.alarm:
             continue
         at = int(np.searchsorted(track.time_ns, result.time_ns))
@@ -182,7 +182,7 @@ def clean_alarms(bench: Bench, baseline: Baseline, seed: int, seconds: float) ->
     while frame < seconds * RATE_HZ:
         if operator.n_frames < frame + 4000:
             operator.extend(script)
-        results = monitor.feed(pipeline.process(operator.frames(frame, 4000)))
+        results = monitor.push(pipeline.process(operator.frames(frame, 4000)))
         frame += 4000
         count += len(results)
         alarms += sum(result.alarm for result in results)

@@ -91,7 +91,7 @@ def make_bench() -> Bench:
     virtual = VirtualRig(rig, body, part, script, seed=1, frame_rate_hz=FRAME_RATE_HZ)
     collector = TouchCollector(1.0 / FRAME_RATE_HZ, SessionOptions().point)
     frames = virtual.frames(0, virtual.n_frames)
-    touches = collector.feed(TrackingPipeline(rig, body).process(frames))
+    touches = collector.push(TrackingPipeline(rig, body).process(frames))
     return Bench(plan, rig, body, tuple(touches))
 
 

@@ -76,7 +76,7 @@ def base_points(folder: Path, plan_file: Path = PLAN) -> tuple[MeasuredPoint, ..
     head = make_head(plan=plan_file, rig=RIG, probe=PROBE, operator="me", part="P", serial="1")
     with JobFile.create(folder / "base.job", head) as job:
         session = InspectionSession(plan, rig, body, job, options)
-        for touch in collector.feed(TrackingPipeline(rig, body).process(frames)):
+        for touch in collector.push(TrackingPipeline(rig, body).process(frames)):
             session.touches.take(touch)
         return tuple(job.points())
 

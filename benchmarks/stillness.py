@@ -231,7 +231,7 @@ def pixel_touches(kind: str, seed: int) -> list[tuple[bool, bool]]:
     found = []
     for first in range(0, virtual.n_frames, _PIECE):
         count = min(_PIECE, virtual.n_frames - first)
-        for touch in collector.feed(pipeline.process(frames.frames(first, count))):
+        for touch in collector.push(pipeline.process(frames.frames(first, count))):
             before, after = (
                 average(touch.window, touch.expected, rig, options, by) for by in (None, noise)
             )

@@ -102,7 +102,7 @@ class Site:
     def run(self, scene: Scene, number: int) -> tuple[VerificationRecord, str, datetime]:
         """Return the record, the camera that was nudged, and when."""
         begin = BEGIN + timedelta(days=1, hours=number)
-        procedure = VerificationProcedure.begin(
+        procedure = VerificationProcedure.start(
             self.folder / scene.name[:12], self.rig, self.body, self.store, self.bar, begin,
             who="benchmark", spheres=(self.sphere,),
         )  # fmt: skip

@@ -106,7 +106,7 @@ class Stage:
         places = rng.uniform(low, high, (n, 3))
         uv = np.stack([project(camera, places) for camera in self.virtual().world.cameras])
         uv += 0.0105 * rng.standard_normal(uv.shape)
-        procedure = KnownPointsProcedure.begin(
+        procedure = KnownPointsProcedure.start(
             self.store / SESSIONS, self.running(), CalibrationStore(self.store),
             KnownPoints(names, places, 0.0, "CMM"), now, who="technician",
         )  # fmt: skip
@@ -161,7 +161,7 @@ def _verdict(stage: Stage) -> None:
     bar = load_bar(resource("artefacts", "verification_bar.toml"))
     spheres = (load_sphere(resource("artefacts", "sphere.toml")),)
     store, now = CalibrationStore(stage.store), datetime.now(UTC)
-    procedure = VerificationProcedure.begin(
+    procedure = VerificationProcedure.start(
         stage.store / SESSIONS, stage.running(), stage.body, store, bar, now, who="technician",
         spheres=spheres,
     )  # fmt: skip

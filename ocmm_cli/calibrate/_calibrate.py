@@ -71,7 +71,7 @@ def cameras(
     procedure = run.opened(
         site, setup, console, KnownPointsProcedure.kind,
         lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
-        lambda warm, now: KnownPointsProcedure.begin(
+        lambda warm, now: KnownPointsProcedure.start(
             site.sessions, site.design, site.store, listed, now,
             who=setup.who, temperature=warm, evaluation=evaluation,
         ),
@@ -126,7 +126,7 @@ def relocate(
     procedure = run.opened(
         site, setup, console, RelocationProcedure.kind,
         lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
-        lambda warm, now: RelocationProcedure.begin(
+        lambda warm, now: RelocationProcedure.start(
             site.sessions, site.rig, body, site.store, artefact, now,
             who=setup.who, temperature=warm, control=known, request=replace(
                 request, seats=_has_seats(setup.source, recorded, seats=request.seats)
@@ -172,7 +172,7 @@ def verify(
     procedure = run.opened(
         site, setup, console, VerificationProcedure.kind,
         lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
-        lambda warm, now: VerificationProcedure.begin(
+        lambda warm, now: VerificationProcedure.start(
             site.sessions, site.rig, body, site.store, artefact, now,
             who=setup.who, temperature=warm, spheres=spheres, two_places=two_places, limits=limits,
         ),
@@ -336,7 +336,7 @@ def _wave(
                 stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
                 block = feed.ring.read(min(_BATCH, left))
                 if block is not None:
-                    looks += collector.feed(pipeline.process(block))
+                    looks += collector.push(pipeline.process(block))
                     left -= len(block)
                     progress.advance(task, len(block))
                 elif stopped:

@@ -71,7 +71,7 @@ def probe_command(
     procedure = run.opened(
         site, setup, console, PivotProcedure.kind,
         lambda path: steps.about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
-        lambda warm, now: PivotProcedure.begin(
+        lambda warm, now: PivotProcedure.start(
             site.sessions, site.rig, body, store, tip, now,
             who=setup.who, temperature=warm, request=dataclasses.replace(
                 request, again=_has_again(setup.source, sweeps, again=request.again)

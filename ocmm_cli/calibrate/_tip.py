@@ -45,7 +45,7 @@ def tip_command(
     from ocmm_cli.calibrate._tip_report import print_qualification
     from ocmm_core.calibration.tip import TipQualificationProcedure
 
-    begin = partial(TipQualificationProcedure.begin, nominal_mm=diameter, valid_days=valid_days)
+    begin = partial(TipQualificationProcedure.start, nominal_mm=diameter, valid_days=valid_days)
     procedure, place, console = _touched(
         TipQualificationProcedure, begin, tip, sphere, cone, shots, spot, setup
     )
@@ -69,7 +69,7 @@ def check_tip_command(
     from ocmm_core.calibration.tip import TipCheckProcedure
 
     procedure, place, console = _touched(
-        TipCheckProcedure, TipCheckProcedure.begin, tip, sphere, cone, shots, spot, setup
+        TipCheckProcedure, TipCheckProcedure.start, tip, sphere, cone, shots, spot, setup
     )
     outcome = procedure.view.outcome
     if outcome is not None:

@@ -199,7 +199,7 @@ def touch_all(
     first = taken = rounds = 0
     while first < virtual.n_frames:
         count = min(_BATCH, virtual.n_frames - first)
-        for touch in collector.feed(pipeline.process(seen(virtual.frames(first, count)))):
+        for touch in collector.push(pipeline.process(seen(virtual.frames(first, count)))):
             if isinstance(session.touches.take(touch, meant[taken]), Refusal):
                 meant.append(meant[taken])
             taken += 1

@@ -270,7 +270,7 @@ class AcceptanceProcedure(guided.Procedure):
         with self._lock:
             if self._log.lost or self._step != _MEASURE or self._test.current < 0:
                 return
-            self._probe.feed(block)
+            self._probe.push(block)
             live = self._probe.live()
             self._ready = None
             if live.ready:

@@ -28,7 +28,7 @@ from ocmm_core.seals import Signed
 
 
 class AcceptanceSession:
-    """One test, from `begin` or `resume`; thread-safe."""
+    """One test, from `start` or `resume`; thread-safe."""
 
     def __init__(self, chain: ChainFile[log.Line]) -> None:
         self.log = SessionLog(chain, log.Line)
@@ -44,7 +44,7 @@ class AcceptanceSession:
         self.log.replay(self.state.fold)
 
     @classmethod
-    def begin(
+    def start(
         cls,
         path: Path,
         stage: Stage,

@@ -188,7 +188,7 @@ class SteadyHint:
     _since_s: float = 0.0
     _worded_s: float = float("-inf")
 
-    def feed(self, advice: Advice | None, time_s: float) -> Hint | None:
+    def push(self, advice: Advice | None, time_s: float) -> Hint | None:
         """Take in an advice, or None, and return the hint to show."""
         wanted = self._wanted(advice)
         if _alike(wanted, self.shown):

@@ -48,9 +48,9 @@ def start_test(
     now: datetime,
     earlier: acceptance.EarlierUse,
 ) -> acceptance.AcceptanceSession:
-    """Start a test in a folder of tests; raise OcmmError as `AcceptanceSession.begin`."""
+    """Start a test in a folder of tests; raise OcmmError as `AcceptanceSession.start`."""
     name = f"{stage.procedure.id}-{now.strftime('%Y%m%dT%H%M%S.%f')}.chain"
-    return acceptance.AcceptanceSession.begin(
+    return acceptance.AcceptanceSession.start(
         tests / acceptance.SESSIONS / name, stage, procedure_sha256, now,
         temperature=given.temperature, who=given.who.strip(), place=given.place.strip(),
         customer=given.customer.strip(), condition=given.condition, earlier=earlier, air=given.air,
@@ -160,7 +160,7 @@ class AcceptanceBench:
                 found.append((offer.procedure.id, one.refusal))
         return tuple(found)
 
-    def begin(
+    def start(
         self,
         offer: acceptance.ProcedureOffer,
         artefacts: tuple[acceptance.UsedArtefact, ...],

@@ -101,7 +101,7 @@ class PathCollector(FrameCollector[Path]):
         self._key = False
         return [replace(self._end(), interrupted=True)] if self.collecting else []
 
-    def _feed(self, block: TrackBlock) -> list[Path]:
+    def _push(self, block: TrackBlock) -> list[Path]:
         paths: list[Path] = []
         down = ((block.flags & FrameFlag.BUTTON) != 0) | self._key
         start = 0

@@ -100,7 +100,7 @@ class FrameCollector(ABC, Generic[T]):
         self._button = True
         self._before_ns = 0
 
-    def feed(self, block: tracking.TrackBlock) -> list[T]:
+    def push(self, block: tracking.TrackBlock) -> list[T]:
         """Take in tracked frames and return what they complete."""
         found: list[T] = []
         breaks = tracking.interruptions(block.time_ns, self._before_ns)
@@ -110,12 +110,12 @@ class FrameCollector(ABC, Generic[T]):
                 # A button pressed during the gap is no trigger: the ball position then is unknown.
                 self._button = True
                 self._trail.clear()
-            found += self._feed(tracking.cut(block, first, last) if breaks else block)
+            found += self._push(tracking.cut(block, first, last) if breaks else block)
         self._before_ns = int(block.time_ns[-1])
         return found
 
     @abstractmethod
-    def _feed(self, block: tracking.TrackBlock) -> list[T]:
+    def _push(self, block: tracking.TrackBlock) -> list[T]:
         """Take in frames without an interruption."""
 
     @abstractmethod
@@ -152,7 +152,7 @@ class TouchCollector(FrameCollector[Touch]):
         """Request a point with the next frame; ignored while a window is open."""
         self._armed = not self.collecting
 
-    def _feed(self, block: tracking.TrackBlock) -> list[Touch]:
+    def _push(self, block: tracking.TrackBlock) -> list[Touch]:
         touches: list[Touch] = []
         start = 0
         while start < len(block):

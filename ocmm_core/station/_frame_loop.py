@@ -180,7 +180,7 @@ class FrameLoop:
                 block = self._ring.read(_BATCH if self._skew is None else _UNTIMED_BATCH)
                 if block is not None:
                     with self._exclusive:
-                        self._feed(block)
+                        self._push(block)
                 elif ended:
                     if status.internal:
                         raise status.error("acquisition.failed", "")
@@ -193,7 +193,7 @@ class FrameLoop:
         finally:
             self._drained.set()
 
-    def _feed(self, block: frames.FrameBlock) -> None:
+    def _push(self, block: frames.FrameBlock) -> None:
         if self._history is not None:
             self._history.append(block)
         if self._recorder is not None:
@@ -219,10 +219,10 @@ class FrameLoop:
             collector.arm()
         touches: list[Touch | Path]
         if isinstance(collector, PathCollector):
-            touches = [replace(path, untimed=skew is not None) for path in collector.feed(track)]
+            touches = [replace(path, untimed=skew is not None) for path in collector.push(track)]
         else:
             collector.pulled = self._step.awaits_pull
-            touches = [replace(touch, skew=skew) for touch in collector.feed(track)]
+            touches = [replace(touch, skew=skew) for touch in collector.push(track)]
         path = collector.progress if isinstance(collector, PathCollector) else None
         self._step.measure(
             Tracked(block, track, touches, collector.collecting, self._pipeline, skew, path)
@@ -281,13 +281,13 @@ class TouchTaker:
         """Measure a block of frames; on the reconstruction thread."""
         block, track, pipeline = tracked.block, tracked.track, tracked.pipeline
         self._instruments.skew = tracked.skew
-        for change in self._button.feed(block):
+        for change in self._button.push(block):
             self._events.emit(self._events.button, change)
         session = self._current.now.session
         if pipeline.home is not None and session.reference_home is None:
             # Durable before the first dependent point.
             session.keep_reference(pipeline.home)
-        self._live.feed(block, track, pipeline, collecting=tracked.collecting, path=tracked.path)
+        self._live.push(block, track, pipeline, collecting=tracked.collecting, path=tracked.path)
         self._instruments.watch_probe(block)
         if self._maintenance.takes(block):
             return

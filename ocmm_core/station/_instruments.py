@@ -136,7 +136,7 @@ class Instruments:
     def watch_cameras(self, track: TrackBlock) -> None:
         """Feed the monitor; held points are reported as a change of the job."""
         try:
-            turned = self._current.now.changes.feed(in_rig(track), self._calibration.view())
+            turned = self._current.now.changes.push(in_rig(track), self._calibration.view())
         except OcmmError as error:
             self._faults.tell(error)
             turned = True
@@ -147,7 +147,7 @@ class Instruments:
     def watch_probe(self, block: FrameBlock) -> None:
         """Check for events of the tip; held points are reported as a change of the job."""
         try:
-            changed = self._current.now.probe.feed(block)
+            changed = self._current.now.probe.push(block)
         except OcmmError as error:
             self._faults.tell(error)
             changed = True

@@ -133,7 +133,7 @@ class LiveState:
         self._disturbed_at = -np.inf
         self._rate: deque[tuple[int, int]] = deque()
 
-    def feed(
+    def push(
         self,
         raw: FrameBlock,
         track: TrackBlock,

@@ -38,7 +38,7 @@ _REMEDY = "Fasten the cameras and verify the calibration; if that fails, calibra
 
 
 class ChangeWatch:
-    """Feed the monitor and act on its findings; `feed` belongs to the reconstruction thread.
+    """Feed the monitor and act on its findings; `push` belongs to the reconstruction thread.
 
     `session`, `job`: Hold the points. `clock`: Local time with its zone. Raises CalibrationError if
     the baseline learned for this calibration is damaged.
@@ -72,7 +72,7 @@ class ChangeWatch:
         """Return the change and its remedy, or None; thread-safe."""
         return self._doubt
 
-    def feed(self, track: TrackBlock, view: records.CalibrationView) -> bool:
+    def push(self, track: TrackBlock, view: records.CalibrationView) -> bool:
         """Process tracked frames; return whether the suspicion changed.
 
         `track`: consecutive frames. `view`: current state of the calibration. Raises OcmmError if
@@ -81,7 +81,7 @@ class ChangeWatch:
         settled = self.settle()
         if self._doubt is not None:
             return self._cleared(view) or settled
-        alarms = (item for item in self._monitor.feed(track) if item.alarm)
+        alarms = (item for item in self._monitor.push(track) if item.alarm)
         if self._in_use.rig.markers is not None:
             # The views of a tracker are computed: none of them moves.
             alarms = (item for item in alarms if item.cause is monitor.ChangeCause.PROBE)

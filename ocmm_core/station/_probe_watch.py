@@ -27,7 +27,7 @@ _USABLE = (records.CalibrationStatus.VALID, records.CalibrationStatus.DUE)
 
 
 class ProbeWatch:
-    """Judge the probe in use repeatedly; `feed` belongs to the reconstruction thread.
+    """Judge the probe in use repeatedly; `push` belongs to the reconstruction thread.
 
     `session`, `job`: Hold the points. `pause`: Time without a point or a check after which the tip
     must be checked. `clock`: Local time with its zone.
@@ -86,7 +86,7 @@ class ProbeWatch:
         self.forget()
         self.settle()
 
-    def feed(self, block: FrameBlock) -> bool:
+    def push(self, block: FrameBlock) -> bool:
         """Check for shock and pause; return if anything changed; OcmmError: not durable."""
         dropped = self._notice_shock(block)
         paused = self._notice_pause()
@@ -122,7 +122,7 @@ class ProbeWatch:
         return view
 
     def _notice_shock(self, block: FrameBlock) -> bool:
-        begun = self._shocks.feed(block)
+        begun = self._shocks.push(block)
         if not len(begun):
             return False
         now = self._clock()

@@ -156,11 +156,11 @@ class CoachWatch:
     def look(self, now: ProbeNow | None, time_s: float) -> CoachView:
         """Return the coach's view of the probe at a time, s; times only grow."""
         if now is None:
-            self._steady.feed(None, time_s)
+            self._steady.push(None, time_s)
             return NOTHING
         rig, body, last = self._rig, self._body, now.last
         if last is None or not now.good:
-            self._steady.feed(None, time_s)
+            self._steady.push(None, time_s)
             if not now.lost:
                 return NOTHING
             rotation, tip_rig = (None, None) if last is None else (last.rotation, last.tip_rig)
@@ -168,7 +168,7 @@ class CoachWatch:
             return CoachView(remedy=found.remedy, picture=found.picture)
         held = coach.Held(last.rotation, last.tip_rig, now.seen)
         advice = coach.advise(rig, body, held, last.sensitivities)
-        hint = self._steady.feed(advice, time_s)
+        hint = self._steady.push(advice, time_s)
         turn = None if hint is None else hint.turns[0]
         picture = coach.picture_of(rig, body, last.rotation, now.seen, turn)
         try:

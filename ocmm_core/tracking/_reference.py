@@ -56,7 +56,7 @@ class HomeTaker:
         self._began_ns = self._before_ns = self._count = 0
         self._seen = np.zeros(0, dtype=np.uint64)
 
-    def feed(self, body: TrackBlock) -> tuple[int, ReferenceHome] | None:
+    def push(self, body: TrackBlock) -> tuple[int, ReferenceHome] | None:
         """Add frames and return the home, with the index of the first frame after it."""
         for index in range(len(body)):
             now_ns = int(body.time_ns[index])
@@ -166,10 +166,10 @@ class ReferenceTracker:
         # Spots explained by the probe are not the reference body: it is not visible.
         seen.body.status[doubt & ~body_tracker.enough_spots(left.uv)] = FrameStatus.LOST
         if self.home is None:
-            taken = self._taker.feed(seen.body)
+            taken = self._taker.push(seen.body)
             begin = len(probe) if taken is None else taken[0]
             self.home = taken[1] if taken is not None else None
-        poses = ReferencePoses(*self._filter.feed(seen.body, seen.covariance))
+        poses = ReferencePoses(*self._filter.push(seen.body, seen.covariance))
         if self.home is None or not self._filter.n_frames:
             self.motion = None
         elif self._filter.n_frames >= _SETTLED:

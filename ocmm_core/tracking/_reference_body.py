@@ -152,7 +152,7 @@ class ReferenceFilter:
         self.n_frames = 0
         """Frames in the mean after the latest one; 0 if the body is not tracked."""
 
-    def feed(self, body: TrackBlock, covariance: Float) -> tuple[Float, Float, Float]:
+    def push(self, body: TrackBlock, covariance: Float) -> tuple[Float, Float, Float]:
         """Return rotation, origin, mm, and covariance (n, 6, 6) of every frame.
 
         NaN if the body is not tracked; the mean restarts after that. The covariance of the

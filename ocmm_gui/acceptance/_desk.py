@@ -179,7 +179,7 @@ class AcceptanceDesk(GuidedStack):
                 who=who, place=place, customer=customer, condition=condition, temperature=warm(),
                 air=air,
             )  # fmt: skip
-            return self.bench.begin(offer, used, given, now)
+            return self.bench.start(offer, used, given, now)
 
         return begin
 

@@ -59,7 +59,7 @@ def begin_known_points(
     path = given(values, "points", "the list of reference points")
     points = read_reference_points(path, table_options(values, "points")).points
     store = records.CalibrationStore(place.folder)
-    return KnownPointsProcedure.begin(
+    return KnownPointsProcedure.start(
         place.sessions, place.rig, store, points, now, who=who, temperature=warm
     )
 
@@ -119,7 +119,7 @@ def begin_relocation(
     if values["world"] == "points":
         path = given(values, "control", "the control points")
         control = read_reference_points(path, table_options(values, "control")).points
-    return RelocationProcedure.begin(
+    return RelocationProcedure.start(
         place.sessions, place.rig, place.body, records.CalibrationStore(place.folder), bar, now,
         who=who, temperature=warm, control=control,
         request=RelocationRequest(
@@ -162,7 +162,7 @@ def begin_verification(
     who, warm = named(values), temperature(values, now)
     bar = records.load_bar(given(values, "bar", _BAR))
     sphere = values["sphere"].strip()
-    return VerificationProcedure.begin(
+    return VerificationProcedure.start(
         place.sessions, place.rig, place.body, records.CalibrationStore(place.folder), bar, now,
         who=who, temperature=warm, spheres=(records.load_sphere(Path(sphere)),) if sphere else (),
         two_places=values["places"] == "two",
@@ -201,7 +201,7 @@ def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
 
 def begin_pivot(place: SessionPlace, values: Mapping[str, str], now: datetime) -> PivotProcedure:
     """Start a probe calibration; raise OcmmError if impossible."""
-    return PivotProcedure.begin(
+    return PivotProcedure.start(
         place.sessions, place.rig, place.body, records.ProbeStore(place.folder),
         values["tip"].strip(), now, who=named(values), temperature=temperature(values, now),
         cone=_cone(values["cone"]), request=PivotRequest(tip_unknown=values["place"] == "unknown"),
@@ -224,7 +224,7 @@ def begin_qualification(
     """Start a tip qualification; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values, now)
     sphere = records.load_sphere(given(values, "sphere", _SPHERE_FILE))
-    return TipQualificationProcedure.begin(
+    return TipQualificationProcedure.start(
         place.sessions, _tip_site(place), values["tip"].strip(), sphere, now, who=who,
         temperature=warm, cone=_cone(values["cone"]), nominal_mm=_diameter(values["nominal"]),
     )  # fmt: skip
@@ -244,7 +244,7 @@ def begin_tip_check(
     """Start a tip check; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values, now)
     sphere = records.load_sphere(given(values, "sphere", _SPHERE_FILE))
-    return TipCheckProcedure.begin(
+    return TipCheckProcedure.start(
         place.sessions, _tip_site(place), values["tip"].strip(), sphere, now, who=who,
         temperature=warm, cone=_cone(values["cone"]),
     )  # fmt: skip

@@ -31,7 +31,7 @@ def touches_of(folder: Path, height: str, seed: int) -> list[Touch]:
     script = [(feature.name, feature.points) for feature in plan.features]
     virtual = VirtualRig(rig, body, load_part(document), script, seed=seed, frame_rate_hz=500)
     collector = TouchCollector(1.0 / 500, SessionOptions().point)
-    return collector.feed(TrackingPipeline(rig, body).process(virtual.frames(0, virtual.n_frames)))
+    return collector.push(TrackingPipeline(rig, body).process(virtual.frames(0, virtual.n_frames)))
 
 
 def write_job(path: Path, serial: str, touches: list[Touch]) -> None:

@@ -35,7 +35,7 @@ def make_long_job(folder: Path) -> Path:
     options = SessionOptions()
     collector = TouchCollector(1.0 / _RATE_HZ, options.point)
     pipeline = TrackingPipeline(rig, body)
-    touches = iter(collector.feed(pipeline.process(virtual.frames(0, virtual.n_frames))))
+    touches = iter(collector.push(pipeline.process(virtual.frames(0, virtual.n_frames))))
     own = {item.name: [next(touches) for _ in range(item.points)] for item in plan.features}
     long = msgspec.structs.replace(
         plan,

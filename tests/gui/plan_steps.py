@@ -56,7 +56,7 @@ def measured_steps(name: str, folder: Path, model: PartModel | None = None) -> I
     options = SessionOptions()
     collector = TouchCollector(1.0 / _RATE_HZ, options.point)
     pipeline = TrackingPipeline(rig, body)
-    touches = iter(collector.feed(pipeline.process(virtual.frames(0, virtual.n_frames))))
+    touches = iter(collector.push(pipeline.process(virtual.frames(0, virtual.n_frames))))
     head = make_head(
         plan=plan_file, rig=rig_file, probe=probe_file, operator="me", part=plan.part, serial="1"
     )

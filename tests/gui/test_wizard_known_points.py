@@ -60,7 +60,7 @@ def _collected(
     rig, spots = bench.running(), site.spots(points)
     if wrong_order:
         spots = replace(spots, uv=spots.uv[:, ::-1])
-    procedure = KnownPointsProcedure.begin(
+    procedure = KnownPointsProcedure.start(
         bench.store / "sessions", rig, store, points, site.now(), who="technician"
     )
     procedure.take_table(spots, site.now())

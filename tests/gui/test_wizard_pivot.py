@@ -51,7 +51,7 @@ class Sweeps:
     def begun(self, poses: int = 150) -> PivotProcedure:
         """Leave a session behind that wants a few poses only."""
         bench = self.wizard.bench
-        return PivotProcedure.begin(
+        return PivotProcedure.start(
             self.wizard.probe_store / SESSIONS, bench.rig, bench.body, self.store(), "T1",
             bench.now(), who="technician", request=PivotRequest(poses=poses),
         )  # fmt: skip

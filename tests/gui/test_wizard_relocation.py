@@ -75,7 +75,7 @@ def test_waving_fills_the_volume_without_a_key_and_says_what_is_missing(bench: W
 
 def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
     site = bench.bench
-    procedure = RelocationProcedure.begin(
+    procedure = RelocationProcedure.start(
         bench.store / "sessions", site.rig, site.body, bench.use_store_of_bench(), site.bar,
         site.now(), who="technician", request=RelocationRequest(world="set", poses=1, placements=2),
     )  # fmt: skip
@@ -119,7 +119,7 @@ def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
     site = bench.bench
     site.calibrated(120)
     store = bench.use_store_of_bench()
-    procedure = RelocationProcedure.begin(
+    procedure = RelocationProcedure.start(
         bench.store / "sessions", bench.running(), site.body, store, site.bar, site.now(),
         who="technician", control=CONTROL, request=RelocationRequest(world="points", poses=60),
     )  # fmt: skip

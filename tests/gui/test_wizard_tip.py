@@ -47,7 +47,7 @@ class TipBench:
     def taken(self, sphere: int = 25, cone: int = 5) -> None:
         """Leave a qualification with the given numbers of points."""
         bench = self.wizard.bench
-        procedure = TipQualificationProcedure.begin(
+        procedure = TipQualificationProcedure.start(
             self.wizard.probe_store / SESSIONS, TipSite(bench.rig, bench.body, self.store()), TIP,
             bench.sphere, bench.now(), who="technician", temperature=Temperature(20.5, 0.3, ""),
         )  # fmt: skip
@@ -171,7 +171,7 @@ def test_a_tip_that_is_too_long_fails_the_check_in_words(qtbot: QtBot, tmp_path:
     bench = TipBench(qtbot, tmp_path, qualified=True)
     wizard, site = bench.wizard, bench.wizard.bench
     try:
-        procedure = TipCheckProcedure.begin(
+        procedure = TipCheckProcedure.start(
             wizard.probe_store / SESSIONS, TipSite(site.rig, site.body, bench.store()), TIP,
             site.sphere, site.now(), who="inspector",
         )  # fmt: skip

@@ -34,7 +34,7 @@ def _measured(bench: WizardBench, off_mm: float = 0.0) -> None:
     """Leave a session behind in which everything was taken; a nest of the first line may be off."""
     site, store = bench.bench, bench.use_store_of_bench()
     rig = bench.running()
-    procedure = VerificationProcedure.begin(
+    procedure = VerificationProcedure.start(
         bench.store / "sessions", rig, site.body, store, site.bar, site.now(), who="technician",
         spheres=(site.sphere,),
     )  # fmt: skip

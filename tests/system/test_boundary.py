@@ -69,7 +69,7 @@ PLACES = (
     Place("ocmm_core.station._live.tip_sensitivities", FloatingPointError),
     Place("ocmm_core.station._live.LiveState._judge_tip", TypeError),
     # Trigger and point.
-    Place("ocmm_core.measuring._trigger.TouchCollector.feed", IndexError),
+    Place("ocmm_core.measuring._trigger.TouchCollector.push", IndexError),
     Place("ocmm_core.inspection.session._session.average", ArithmeticError),
     Place("ocmm_core.inspection.session._acceptance.judge_touch", KeyError),
     Place("ocmm_core.inspection.session._assignment.assign_touch", AttributeError),
@@ -86,11 +86,11 @@ PLACES = (
     Place("ocmm_core.inspection.evaluation.coverage_of", IndexError),
     Place("ocmm_core.inspection.evaluation.targets_of", ZeroDivisionError),
     # Monitor and watches.
-    Place("ocmm_core.calibration.monitor._monitor.CalibrationMonitor.feed", ValueError),
-    Place("ocmm_core.calibration.guided._session_events.ShockDetector.feed", OSError),
+    Place("ocmm_core.calibration.monitor._monitor.CalibrationMonitor.push", ValueError),
+    Place("ocmm_core.calibration.guided._session_events.ShockDetector.push", OSError),
     Place("ocmm_core.calibration.records.judge", LookupError),
     Place("ocmm_core.station._calibration_watch.judge", AssertionError),
-    Place("ocmm_core.station.stream._messages.ButtonWatch.feed", NotImplementedError),
+    Place("ocmm_core.station.stream._messages.ButtonWatch.push", NotImplementedError),
     # Acquisition.
     Place("ocmm_sim.scene._source.SimulatedSource.read", EOFError),
     Place("ocmm_core.acquisition.frames._ring.FrameRing.read", BufferError),

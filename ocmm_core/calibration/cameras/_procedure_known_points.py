@@ -64,7 +64,7 @@ _SESSIONS = guided.SessionFormat(
 
 
 class KnownPointsProcedure(guided.CameraProcedure[KnownPointsEvent, guided.CalibrationOutcome]):
-    """See `procedure`; made by `begin` and `resume`."""
+    """See `procedure`; made by `start` and `resume`."""
 
     kind = guided.ProcedureKind.KNOWN_POINTS
     step_names = (PREPARE, COLLECT, RESULT)
@@ -88,7 +88,7 @@ class KnownPointsProcedure(guided.CameraProcedure[KnownPointsEvent, guided.Calib
         self._fold()
 
     @classmethod
-    def begin(
+    def start(
         cls,
         folder: Path,
         rig: Rig,
@@ -115,7 +115,7 @@ class KnownPointsProcedure(guided.CameraProcedure[KnownPointsEvent, guided.Calib
                 f"{evaluation} of {count} points for evaluation leave none for the calibration.",
                 "Keep fewer points for evaluation.",
             )
-        chain, begun = _SESSIONS.begin(
+        chain, begun = _SESSIONS.start(
             folder, rig, now, running=store.active_hash or "", who=who, temperature=temperature,
             names=points.names,
             positions=tuple((x, y, z) for x, y, z in points.positions_world.tolist()),
@@ -147,7 +147,7 @@ class KnownPointsProcedure(guided.CameraProcedure[KnownPointsEvent, guided.Calib
 
     def watch(self, block: FrameBlock) -> None:
         with self._lock:
-            self._spots.feed(block)
+            self._spots.push(block)
 
     def aim(self, point: str | None) -> None:
         """Choose the next point, None: first unrecorded; CalibrationError if not listed."""

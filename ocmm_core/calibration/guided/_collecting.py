@@ -69,7 +69,7 @@ class _Window:
     counter: Int = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     uv: Float = field(default_factory=lambda: np.empty((0, 0, USUAL_SLOTS, 2)))
 
-    def feed(self, block: FrameBlock) -> None:
+    def push(self, block: FrameBlock) -> None:
         """Add frames; a gap in them starts a new window."""
         counter, uv = block.counter[-self.size :], block.uv[-self.size :]
         if len(self.counter) and counter[0] == self.counter[-1] + 1:
@@ -98,10 +98,10 @@ class StaticSpotAverager:
         self._taken: Average | None = None
         self._judged: Live | None = None
 
-    def feed(self, block: FrameBlock) -> None:
+    def push(self, block: FrameBlock) -> None:
         if len(block):
             self._judged = None
-            self._window.feed(block)
+            self._window.push(block)
 
     def taken(self, average: Average) -> None:
         """Remember a recorded average: the same place is not ready again."""
@@ -223,11 +223,11 @@ class ProbeSpotAverager:
         self._before: tuple[Float, Float] | None = None
         self._judged: Live | None = None
 
-    def feed(self, block: FrameBlock) -> None:
+    def push(self, block: FrameBlock) -> None:
         if not len(block):
             return
         self._judged = None
-        self._window.feed(block)
+        self._window.push(block)
         if self._slot_of_led is not None:
             self._drop_labels(self._slot_of_led, block)
         self._find_labels(int(block.time_ns[-1]))

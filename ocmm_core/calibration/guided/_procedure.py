@@ -5,7 +5,7 @@ Push frames, record or drop observations, enter the next step. Screens poll the 
 before the call returns; the state is a pure fold over these lines, so `resume` restores a killed
 procedure. Calibrations (`_session`) and acceptance tests extend `Procedure`.
 
-The procedures, each with ``begin`` and ``resume`` (see their modules):
+The procedures, each with ``start`` and ``resume`` (see their modules):
 
 - `cameras.KnownPointsProcedure`: ``prepare``, ``collect``, ``result``
 - `relocation.RelocationProcedure`: ``prepare``, ``seats``, ``wave``, ``bar``, ``world``, ``again``,
@@ -14,7 +14,7 @@ The procedures, each with ``begin`` and ``resume`` (see their modules):
   ``result``
 - `sweeping.PivotProcedure`: ``prepare``, ``first``, ``second``, ``again``, ``result``
 
-``begin`` writes what is fixed for the session (rig, artefacts, people, temperature). `compute` may
+``start`` writes what is fixed for the session (rig, artefacts, people, temperature). `compute` may
 take seconds; call it from a separate thread or process. Its result is not stored: the same
 observations reproduce it.
 """

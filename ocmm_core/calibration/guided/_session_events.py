@@ -158,7 +158,7 @@ class SessionFormat(Generic[E, B]):
     def __init__(self, kind: ProcedureKind, lines: type[SessionLine[E]], first: type[B]) -> None:
         self._kind, self._lines, self._first = kind, lines, first
 
-    def begin(
+    def start(
         self,
         folder: Path,
         rig: Rig,
@@ -258,7 +258,7 @@ class ShockDetector:
 
     _felt: bool = False
 
-    def feed(self, block: FrameBlock) -> Int:
+    def push(self, block: FrameBlock) -> Int:
         """Return the indices (n,) of the frames in which a shock starts."""
         if not len(block):
             return np.empty(0, dtype=np.int64)

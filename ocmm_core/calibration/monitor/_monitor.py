@@ -151,10 +151,10 @@ class CalibrationMonitor:
         self._unnamed = 0
         self._unfit = _UnfitFrames(self._options.unfit_ns)
 
-    def feed(self, track: TrackBlock) -> list[DriftReport]:
+    def push(self, track: TrackBlock) -> list[DriftReport]:
         """Add tracked frames and return the examinations that became due."""
         results: list[DriftReport] = []
-        if self._unfit.feed(track):
+        if self._unfit.push(track):
             results.append(
                 DriftReport(
                     time_ns=int(track.time_ns[-1]),
@@ -167,7 +167,7 @@ class CalibrationMonitor:
                     scores=None,
                 )
             )
-        for look in self._collector.feed(track):
+        for look in self._collector.push(track):
             results += self._take(look)
         return results
 
@@ -216,7 +216,7 @@ class _UnfitFrames:
         self._told = False
         self.last_fit_ns: int | None = None
 
-    def feed(self, track: TrackBlock) -> bool:
+    def push(self, track: TrackBlock) -> bool:
         """Add frames and return, once, whether it has lasted too long."""
         fit = np.flatnonzero(track.status == FrameStatus.OK)
         lost = np.flatnonzero(track.status == FrameStatus.LOST)

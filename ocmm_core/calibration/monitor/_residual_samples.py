@@ -108,7 +108,7 @@ class ResidualAccumulator:
         self._pieces: list[TrackBlock] = []
         self._moment = -1
 
-    def feed(self, track: TrackBlock) -> list[ResidualSample]:
+    def push(self, track: TrackBlock) -> list[ResidualSample]:
         """Add frames and return completed looks; their starts do not depend on the blocks."""
         looks: list[ResidualSample] = []
         moments = track.time_ns // self._length_ns

@@ -57,7 +57,7 @@ _SESSIONS = guided.SessionFormat(
 
 
 class RelocationProcedure(guided.CameraProcedure[RelocationEvent, guided.CalibrationOutcome]):
-    """See `procedure`; made by `begin` and `resume`."""
+    """See `procedure`; made by `start` and `resume`."""
 
     kind = guided.ProcedureKind.RELOCATION
     step_names = (PREPARE, SEATS_FIRST, WAVE, BAR, WORLD, SEATS_AGAIN, RESULT)
@@ -89,7 +89,7 @@ class RelocationProcedure(guided.CameraProcedure[RelocationEvent, guided.Calibra
             self._refuse_older("visited no seats first and last")
 
     @classmethod
-    def begin(
+    def start(
         cls,
         folder: Path,
         rig: Rig,
@@ -121,7 +121,7 @@ class RelocationProcedure(guided.CameraProcedure[RelocationEvent, guided.Calibra
             )
         known = control if request.world == "points" and control is not None else None
         diagonal = float(np.linalg.norm(np.ptp(rig.volume_world, axis=0)))
-        chain, begun = _SESSIONS.begin(
+        chain, begun = _SESSIONS.start(
             folder,
             rig,
             now,
@@ -195,7 +195,7 @@ class RelocationProcedure(guided.CameraProcedure[RelocationEvent, guided.Calibra
 
     def watch(self, block: FrameBlock) -> None:
         with self._lock:
-            self._collector().feed(block)
+            self._collector().push(block)
 
     def predict(self) -> None:
         """Predict the uncertainty of a length, in a second or more, if observations suffice."""

@@ -38,7 +38,7 @@ _SESSIONS = guided.SessionFormat(
 
 
 class PivotProcedure(guided.ProbeProcedure[views.PivotEvent, views.PivotOutcome]):
-    """See `procedure`; made by `begin` and `resume`.
+    """See `procedure`; made by `start` and `resume`.
 
     `watch` frames; whenever ``view.base.live.ready`` is set, `take` (a batch of poses, durable when
     it returns); when the gate of the step is open, `advance`.
@@ -70,7 +70,7 @@ class PivotProcedure(guided.ProbeProcedure[views.PivotEvent, views.PivotOutcome]
         self._rewatch()
 
     @classmethod
-    def begin(
+    def start(
         cls,
         folder: Path,
         rig: Rig,
@@ -99,7 +99,7 @@ class PivotProcedure(guided.ProbeProcedure[views.PivotEvent, views.PivotOutcome]
         expected = expected_tip(
             body, None if active is None else active.calibration, tip_unknown=request.tip_unknown
         )
-        chain, begun = _SESSIONS.begin(
+        chain, begun = _SESSIONS.start(
             folder, rig, now, running=store.active_hash(tip) or "", who=who,
             temperature=temperature, probe=body.name, probe_identity=body.identity, tip=tip,
             expected_tip=expected, cone=cone, slack_mm=request.slack,
@@ -141,9 +141,9 @@ class PivotProcedure(guided.ProbeProcedure[views.PivotEvent, views.PivotOutcome]
             if not len(block) or self._decided is not None:
                 return
             if self._step in views.SWEEPS:
-                self._watch.feed(block)
+                self._watch.push(block)
             elif self._step == views.AGAIN:
-                self._cone.feed(block)
+                self._cone.push(block)
 
     def sweep_anew(self, now: datetime) -> None:
         """Discard all poses of the current sweep, and wait for the ball in the cone again."""

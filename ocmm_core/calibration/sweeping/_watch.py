@@ -128,10 +128,10 @@ class SweepWatch:
         """Return the standard deviation of a spot of a pose, per axis."""
         return guided.sigma_of_mean(self._rig, guided.WAVED_FRAMES)
 
-    def feed(self, block: FrameBlock) -> None:
+    def push(self, block: FrameBlock) -> None:
         for first in range(0, len(block), _LOOK_FRAMES):
             part = block.part(slice(first, first + _LOOK_FRAMES))
-            self._spots.feed(part)
+            self._spots.push(part)
             self._now_ns = int(part.time_ns[-1])
             self._live = self._spots.live()
             look = self._look() if self._live.ready else None

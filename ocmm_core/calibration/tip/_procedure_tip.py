@@ -34,7 +34,7 @@ from ocmm_core.typed_numbers import BALL
 
 
 class TipQualificationProcedure(TouchProcedure[TipOutcome, qualification.TipBegun]):
-    """See `TouchProcedure`; made by `begin` and `resume`."""
+    """See `TouchProcedure`; made by `start` and `resume`."""
 
     kind = guided.ProcedureKind.QUALIFICATION
 
@@ -43,7 +43,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, qualification.TipBegu
     )
 
     @classmethod
-    def begin(
+    def start(
         cls,
         folder: Path,
         site: TipSite,
@@ -65,7 +65,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, qualification.TipBegu
         session file cannot be written.
         """
         chosen = limits or qualification.TipLimits()
-        return cls._begin(
+        return cls._start(
             folder, site, qualification.mounted_records(site.store, tip), sphere, now,
             limit_mm=chosen.nominal, who=who, temperature=temperature, cone=cone,
             nominal_mm=2.0 * site.body.tip_radius if nominal_mm is None else BALL.check(nominal_mm),

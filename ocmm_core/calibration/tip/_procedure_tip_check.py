@@ -43,7 +43,7 @@ _ARTEFACT_LIMIT_MM = 0.5 * check.DIAMETER_DEFECT_MM
 
 
 class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
-    """See `TouchProcedure`; made by `begin` and `resume`."""
+    """See `TouchProcedure`; made by `start` and `resume`."""
 
     kind = guided.ProcedureKind.TIP_CHECK
 
@@ -51,7 +51,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
     _decision: tuple[int, check.TipCheckDecision] | None = None
 
     @classmethod
-    def begin(
+    def start(
         cls,
         folder: Path,
         site: TipSite,
@@ -63,14 +63,14 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         temperature: Temperature | None = None,
         cone: ArtefactUse | None = None,
     ) -> TipCheckProcedure:
-        """Start a session as `TipQualificationProcedure.begin`, with the qualified limits.
+        """Start a session as `TipQualificationProcedure.start`, with the qualified limits.
 
         CalibrationError if the tip is not mounted or was never qualified, or the sphere may not be
         used; StorageError if the session file cannot be written.
         """
         records = mounted_records(site.store, tip)
         qualification = _qualified(records, None)
-        return cls._begin(
+        return cls._start(
             folder, site, records, sphere, now, limit_mm=_ARTEFACT_LIMIT_MM, who=who,
             temperature=temperature, cone=cone, nominal_mm=qualification.diameter_mm,
             qualification=record_hash(qualification),

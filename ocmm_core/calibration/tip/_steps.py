@@ -166,9 +166,9 @@ class RestingBall:
         self._ready_ns: int | None = None
         self._judgement: tuple[tuple[int, int, str], guided.Live] | None = None
 
-    def feed(self, block: FrameBlock, step: str, version: int) -> None:
+    def push(self, block: FrameBlock, step: str, version: int) -> None:
         """Process frames; ``version`` changes with the observations."""
-        self._probe.feed(block)
+        self._probe.push(block)
         if not len(block):
             return
         self._watched += len(block)
@@ -189,7 +189,7 @@ class RestingBall:
         return self._probe.average()
 
     def live(self, step: str, version: int) -> guided.Live:
-        """Return the view, and why it cannot be recorded yet; parameters as `feed`."""
+        """Return the view, and why it cannot be recorded yet; parameters as `push`."""
         live = self._judged(step, version)
         left = self._left_s(live)
         if left > 0.0:
@@ -197,7 +197,7 @@ class RestingBall:
         return live
 
     def countdown(self, step: str, version: int) -> Countdown:
-        """Return the time until it can be recorded; parameters as `feed`."""
+        """Return the time until it can be recorded; parameters as `push`."""
         live = self._judged(step, version)
         if live.ready and step in TAKING:
             left = self._left_s(live)

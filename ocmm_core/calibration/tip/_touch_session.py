@@ -97,7 +97,7 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         self._fold()
 
     @classmethod
-    def _begin(
+    def _start(
         cls,
         folder: Path,
         site: TipSite,
@@ -113,7 +113,7 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         **own: object,
     ) -> Self:
         let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature), force=False)
-        chain, begun = cls.sessions.begin(
+        chain, begun = cls.sessions.start(
             folder, site.rig, now, running=record_hash(records.calibration), who=who,
             temperature=temperature, tip=records.calibration.tip,
             probe_identity=site.body.identity, sphere=sphere, cone=cone, nominal_mm=nominal_mm,
@@ -137,8 +137,8 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     def watch(self, block: FrameBlock) -> None:
         with self._lock:
-            self._sight.feed(block, self._step, self._version)
-            if len(block) and len(self._shocks.feed(block)):
+            self._sight.push(block, self._step, self._version)
+            if len(block) and len(self._shocks.push(block)):
                 guided.record_shock(self._store, datetime.now(UTC))
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:

@@ -50,7 +50,7 @@ _SESSIONS = guided.SessionFormat(
 
 
 class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.VerificationOutcome]):
-    """See `procedure`; made by `begin` and `resume`."""
+    """See `procedure`; made by `start` and `resume`."""
 
     kind = guided.ProcedureKind.VERIFICATION
     step_names = (PREPARE, SEATS_FIRST, LINES, SPHERES, SEATS_AGAIN, RESULT)
@@ -74,7 +74,7 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
         self._fold()
 
     @classmethod
-    def begin(
+    def start(
         cls,
         folder: Path,
         rig: Rig,
@@ -106,7 +106,7 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
         let_pass(findings, force=False)
         # Refuse an unsuitable bar before there is a session.
         plan_lines(rig.volume_world, bar.nests[-1] - bar.nests[0])
-        chain, begun = _SESSIONS.begin(
+        chain, begun = _SESSIONS.start(
             folder, rig, now, running=rig.identity, who=who, temperature=temperature,
             probe_identity=body.identity, bar=bar,
             spheres=tuple(one for one in spheres for _ in (PLACES if two_places else ("",))),
@@ -170,7 +170,7 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
 
     def watch(self, block: FrameBlock) -> None:
         with self._lock:
-            self._probe.feed(block)
+            self._probe.push(block)
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Add spots (C, L, 2), px, as the next observation; CalibrationError if none is due."""

@@ -212,7 +212,7 @@ class ButtonWatch:
         self._down: bool | None = None
         self._since_s: float | None = None
 
-    def feed(self, block: FrameBlock) -> list[ButtonChange]:
+    def push(self, block: FrameBlock) -> list[ButtonChange]:
         changes: list[ButtonChange] = []
         down = (block.flags & FrameFlag.BUTTON) != 0
         if self._down is None:

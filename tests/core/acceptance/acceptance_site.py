@@ -76,7 +76,7 @@ def stage_of(name: str, *, seed: int = 1, **changes: object) -> tuple[Stage, str
 
 def begin(path: Path, name: str, *, seed: int = 1, **changes: object) -> AcceptanceSession:
     stage, digest = stage_of(name, seed=seed, **changes)
-    return AcceptanceSession.begin(path, stage, digest, BEGIN, temperature=ROOM, who="tester")
+    return AcceptanceSession.start(path, stage, digest, BEGIN, temperature=ROOM, who="tester")
 
 
 @dataclass

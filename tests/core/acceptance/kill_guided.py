@@ -44,7 +44,7 @@ def opened(bench: AcceptanceBench) -> AcceptanceProcedure:
         return bench.resume(left[0].path, ROOM)
     offer = next(one for one in bench.procedures(now) if one.procedure.id == NAME)
     used = tuple(one.used for one in bench.offers(offer, now, ROOM)[:1])
-    return bench.begin(offer, used, StatedConditions(who="Ann"), now)
+    return bench.start(offer, used, StatedConditions(who="Ann"), now)
 
 
 def work(wanted: int, folder: Path) -> None:

@@ -147,7 +147,7 @@ def test_a_block_that_cannot_show_it_is_refused(
     stage, digest = stage_of("E0-105-BLOCK")
     stage = Stage(stage.procedure, stage.instrument, artefacts, 1)  # type: ignore[arg-type]
     with pytest.raises(CalibrationError) as caught:
-        AcceptanceSession.begin(
+        AcceptanceSession.start(
             tmp_path / "s", stage, digest, BEGIN, temperature=ROOM, who="tester"
         )
     assert words in caught.value.what
@@ -162,7 +162,7 @@ def test_an_expired_block_is_refused(tmp_path: Path) -> None:
     stage, digest = stage_of("E0-105-BLOCK")
     stage = Stage(stage.procedure, stage.instrument, (ARTEFACTS[0], old), 1)
     with pytest.raises(CalibrationError, match="expired"):
-        AcceptanceSession.begin(
+        AcceptanceSession.start(
             tmp_path / "s", stage, digest, BEGIN, temperature=ROOM, who="tester"
         )
 
@@ -173,7 +173,7 @@ def test_several_blocks_are_told_apart(tmp_path: Path) -> None:
     short_test = msgspec.structs.replace(stage.procedure.test, positions=2)
     procedure = msgspec.structs.replace(stage.procedure, test=short_test)
     stage = Stage(procedure, stage.instrument, (*ARTEFACTS, two), 1)
-    session = AcceptanceSession.begin(
+    session = AcceptanceSession.start(
         tmp_path / "s", stage, digest, BEGIN, temperature=ROOM, who="tester"
     )
     BlockMachine().run(session)
@@ -214,7 +214,7 @@ def test_a_short_stylus_is_no_long_one(tmp_path: Path, stylus: float) -> None:
     stage, digest = stage_of("EL-30")
     short = msgspec.structs.replace(INSTRUMENT, stylus=stylus)
     with pytest.raises(CalibrationError, match="nearest LED"):
-        AcceptanceSession.begin(
+        AcceptanceSession.start(
             tmp_path / "s", Stage(stage.procedure, short, ARTEFACTS, 1), digest, BEGIN,
             temperature=ROOM, who="tester",
         )  # fmt: skip
@@ -236,7 +236,7 @@ class Corner(Machine):
 
 def test_placements_that_would_leave_an_octant_empty_are_taken_anew(tmp_path: Path) -> None:
     stage, digest = stage_of("VOLUMETRIC")
-    session = AcceptanceSession.begin(
+    session = AcceptanceSession.start(
         tmp_path / "s", stage, digest, BEGIN, temperature=ROOM, who="tester"
     )
     machine, hints = Corner(octant=(7,)), []

@@ -61,8 +61,8 @@ def test_a_test_begins_on_its_first_page_goes_on_at_its_points_and_is_ended_once
     (dumbbell,) = bench.offers(offer, now, ROOM)
     assert not dumbbell.refusal
     with pytest.raises(InputError, match="No name given"):
-        bench.begin(offer, (dumbbell.used,), StatedConditions(who=" "), now)
-    procedure = bench.begin(offer, (dumbbell.used,), StatedConditions(who="Ann"), now)
+        bench.start(offer, (dumbbell.used,), StatedConditions(who=" "), now)
+    procedure = bench.start(offer, (dumbbell.used,), StatedConditions(who="Ann"), now)
     assert [one.name for one in procedure.base.steps] == ["prepare", "measure", "result"]
     with pytest.raises(CalibrationError, match="No frames yet"):
         procedure.take(now)
@@ -151,7 +151,7 @@ def _check(
     stage, digest = stage_of("INTERIM", seed=number)
     instrument = msgspec.structs.replace(stage.instrument, calibration=calibration)
     stage = Stage(stage.procedure, instrument, stage.artefacts, number)
-    session = AcceptanceSession.begin(
+    session = AcceptanceSession.start(
         folder / f"{number}.chain", stage, digest, now, temperature=ROOM, who="Ann"
     )
     machine = Machine(seed=number, sigma=0.0005, scale=scale, now=now)

@@ -41,7 +41,7 @@ def _begun(bench: AcceptanceBench, name: str) -> AcceptanceProcedure:
     now = datetime.now(UTC)
     offer = next(one for one in bench.procedures(now) if one.procedure.id == name)
     offers = bench.offers(offer, now, ROOM)
-    return bench.begin(offer, (offers[0].used,), StatedConditions(who="Ann"), now)
+    return bench.start(offer, (offers[0].used,), StatedConditions(who="Ann"), now)
 
 
 def _measured(bench: AcceptanceBench, procedure: AcceptanceProcedure) -> list[OcmmError]:
@@ -110,7 +110,7 @@ def test_a_recording_is_measured_in_the_window_and_not_twice(
     bench = _bench(tmp_path, f"replay:{frames}", rig=calm_rig)
     now = datetime.now(UTC)
     offer = next(one for one in bench.procedures(now) if one.procedure.id == "INTERIM")
-    procedure = bench.begin(offer, first.artefacts, StatedConditions(who="Ann"), now)
+    procedure = bench.start(offer, first.artefacts, StatedConditions(who="Ann"), now)
     assert _measured(bench, procedure) == []
     record = procedure.session.finish(datetime.now(UTC), ROOM)
     assert record.instrument.simulated
@@ -119,12 +119,12 @@ def test_a_recording_is_measured_in_the_window_and_not_twice(
         assert abs(one.error_mm - other.error_mm) < 0.01
 
     # Its touches are not offered to a test that goes on.
-    later = bench.begin(offer, first.artefacts, StatedConditions(who="Ann"), datetime.now(UTC))
+    later = bench.start(offer, first.artefacts, StatedConditions(who="Ann"), datetime.now(UTC))
     with pytest.raises(InputError, match="does not go on"):
         bench.resume(later.session.path, ROOM)
     # A missing part of a recording is reported in a sentence.
     longer = next(one for one in bench.procedures(now) if one.procedure.id == "EFFECTIVE-DIAMETER")
-    sphere = bench.begin(
+    sphere = bench.start(
         longer, (_bench(tmp_path, "simulated", rig=calm_rig).offers(longer, now, ROOM)[0].used,),
         StatedConditions(who="Ann"), now,
     )  # fmt: skip

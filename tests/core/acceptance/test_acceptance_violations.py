@@ -41,7 +41,7 @@ def _begin(
     instrument = msgspec.structs.replace(stage.instrument, calibration_status=status)
     stage = Stage(stage.procedure, instrument, artefacts, 1)
     try:
-        AcceptanceSession.begin(
+        AcceptanceSession.start(
             path, stage, digest, BEGIN, temperature=room(celsius), who="tester", **given  # type: ignore[arg-type]
         )  # fmt: skip
     except OcmmError as error:
@@ -235,7 +235,7 @@ def cone_moved(path: Path, rng: np.random.Generator) -> str:
 def calibration_spots(path: Path, rng: np.random.Generator) -> str:
     spots = tuple(((float(a), float(b)),) for a, b in rng.uniform(0.0, 1000.0, (3, 2)))
     stage, digest = stage_of("SPAT")
-    session = AcceptanceSession.begin(
+    session = AcceptanceSession.start(
         path,
         stage,
         digest,

@@ -67,4 +67,4 @@ class Monitored:
         scene = (FreeMotionScene(ways=ways, seed=self.seed),)
         shown = CalibrationScenesRig(self.rig, self.body, scene, self.seed, options)
         track = TrackingPipeline(self.gate, self.body).process(shown.frames(0, shown.n_frames))
-        return ResidualAccumulator(self.rig, self.body, WAVE_LOOK_NS).feed(track)
+        return ResidualAccumulator(self.rig, self.body, WAVE_LOOK_NS).push(track)

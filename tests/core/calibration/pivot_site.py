@@ -35,7 +35,7 @@ class PivotBench:
         return ProbeStore(self.folder / "probe")
 
     def begin(self, *, tip_unknown: bool = False, poses: int = 150) -> PivotProcedure:
-        return PivotProcedure.begin(
+        return PivotProcedure.start(
             self.folder / "sessions", self.rig, self.body, self.store(), "A", self.now(),
             who="technician", request=PivotRequest(tip_unknown=tip_unknown, poses=poses),
         )  # fmt: skip

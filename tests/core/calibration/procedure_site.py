@@ -102,7 +102,7 @@ class Bench:
         return outcome.rig
 
     def known_points(self, n: int = 100) -> KnownPointsProcedure:
-        return KnownPointsProcedure.begin(
+        return KnownPointsProcedure.start(
             self.sessions, self.rig, self.store(), self.points(n), self.now(), who="technician"
         )
 

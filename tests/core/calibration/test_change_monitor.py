@@ -66,7 +66,7 @@ def watched(
     monitor = CalibrationMonitor(bench.rig, bench.body, baseline=baseline)
     results: list[DriftReport] = []
     for first in range(0, len(track), block):
-        results += monitor.feed(cut(track, first, min(first + block, len(track))))
+        results += monitor.push(cut(track, first, min(first + block, len(track))))
     return results
 
 
@@ -287,11 +287,11 @@ def test_a_camera_knocked_so_hard_that_nothing_fits_is_told(bench: Monitored) ->
 
 def test_looks_do_not_depend_on_how_the_stream_is_cut(bench: Monitored) -> None:
     track = bench.probing(2.0, 2.0)
-    whole = ResidualAccumulator(bench.rig, bench.body, LOOK_NS).feed(track)
+    whole = ResidualAccumulator(bench.rig, bench.body, LOOK_NS).push(track)
     collector = ResidualAccumulator(bench.rig, bench.body, LOOK_NS)
     pieces = [
         look for first in range(0, len(track), 7)
-        for look in collector.feed(cut(track, first, min(first + 7, len(track))))
+        for look in collector.push(cut(track, first, min(first + 7, len(track))))
     ]  # fmt: skip
     assert len(whole) == len(pieces) > 30
     for one, other in zip(whole, pieces, strict=True):
@@ -301,9 +301,9 @@ def test_looks_do_not_depend_on_how_the_stream_is_cut(bench: Monitored) -> None:
 def test_a_clock_set_anew_begins_anew(bench: Monitored, baseline: Baseline) -> None:
     track = bench.probing(2.0, 4.0)
     monitor = CalibrationMonitor(bench.rig, bench.body, baseline=baseline)
-    assert any(result.good for result in monitor.feed(track))
+    assert any(result.good for result in monitor.push(track))
     earlier = replace(track, time_ns=track.time_ns - 1_000_000_000)
-    again = monitor.feed(cut(earlier, 0, int(1.6 * RATE_HZ)))
+    again = monitor.push(cut(earlier, 0, int(1.6 * RATE_HZ)))
     # Looks of before, which would lie in the future now, are no part of it.
     assert again[-1].time_ns <= int(earlier.time_ns[int(1.6 * RATE_HZ)])
     assert again[-1].since_ns is None or again[-1].since_ns <= again[-1].time_ns

@@ -19,7 +19,7 @@ def test_a_session_keeps_all_of_the_list(tmp_path: Path) -> None:
     points, spots = observe(rig(), 60, 200.0, 1, reference_sigma=0.0017)
     points = replace(points, length_sigma=3e-5)
     store = CalibrationStore(tmp_path / "store")
-    begun = KnownPointsProcedure.begin(tmp_path, rig(), store, points, NOW, who="Ada")
+    begun = KnownPointsProcedure.start(tmp_path, rig(), store, points, NOW, who="Ada")
     begun.take_table(spots, NOW)
     again = KnownPointsProcedure.resume(begun.base.session, rig(), store)
     again.compute()

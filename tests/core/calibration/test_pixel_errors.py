@@ -41,7 +41,7 @@ def watched(seed: int, bent_mm: float) -> tuple[CalibrationMonitor, list[DriftRe
     monitor = CalibrationMonitor(bench.rig, body)
     reports: list[DriftReport] = []
     for first in range(0, len(track), 40):
-        reports += monitor.feed(cut(track, first, min(first + 40, len(track))))
+        reports += monitor.push(cut(track, first, min(first + 40, len(track))))
     return monitor, reports
 
 

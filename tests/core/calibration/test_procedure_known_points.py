@@ -69,7 +69,7 @@ def test_the_end_of_a_motion_is_no_part_of_an_average(tmp_path: Path) -> None:
     taken = []
     # Few frames at a time: each is taken as early as it can be.
     for first in range(0, rig.n_frames, 4):
-        collector.feed(rig.frames(first, min(4, rig.n_frames - first)))
+        collector.push(rig.frames(first, min(4, rig.n_frames - first)))
         if collector.live().ready:
             average = collector.average()
             collector.taken(average)

@@ -82,7 +82,7 @@ def test_poses_are_thinned_and_wait_in_a_bounded_batch(bench: PivotBench) -> Non
     virtual = bench.virtual(SweepProbe(cone=CONE, seconds=TAKING, seed=5))
     watch = SweepWatch(bench.rig, bench.body, tip_known=True)
     for frame in range(0, virtual.n_frames - 80, 80):
-        watch.feed(virtual.frames(frame, 80))
+        watch.push(virtual.frames(frame, 80))
         assert len(watch.batch) <= BATCH, "nobody took them, and they pile up"
     assert watch.live().ready
     turned = [look.rotation for look in watch._pending]  # noqa: SLF001 - the rule alone

@@ -43,7 +43,7 @@ CONTROL = KnownPoints(
 
 
 def begin(bench: Bench, rig: Rig, poses: int = 120) -> RelocationProcedure:
-    return RelocationProcedure.begin(
+    return RelocationProcedure.start(
         bench.sessions, rig, bench.body, bench.store(), bench.bar, bench.now(), who="technician",
         control=CONTROL, request=RelocationRequest(world="points", poses=poses),
     )  # fmt: skip
@@ -88,7 +88,7 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
     assert bench.store().status(bench.now()).state is State.SUSPECT
     # Another length than the one that gave the calibration its scale.
     bench.bar = load_bar(resource("artefacts", "verification_bar.toml"))
-    check = VerificationProcedure.begin(
+    check = VerificationProcedure.start(
         bench.sessions, outcome.rig, bench.body, bench.store(), bench.bar, bench.now(),
         who="engineer",
     )  # fmt: skip
@@ -107,7 +107,7 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
 def test_a_touched_bar_gives_the_scale_and_three_points_the_world(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     bench.bar = replace(bench.bar, leds=())
-    procedure = RelocationProcedure.begin(
+    procedure = RelocationProcedure.start(
         bench.sessions, bench.rig, bench.body, bench.store(), bench.bar, bench.now(),
         who="technician", request=RelocationRequest(world="set", poses=120),
     )  # fmt: skip
@@ -152,7 +152,7 @@ def test_a_hand_that_turns_back_is_not_taken_for_one_that_rests(tmp_path: Path) 
     )
     hints = set()
     for first in range(0, waving.n_frames - 80, 80):
-        collector.feed(waving.frames(first, 80))
+        collector.push(waving.frames(first, 80))
         live = collector.live()
         assert not live.ready
         hints.add(live.hint.split(" ")[0])
@@ -162,7 +162,7 @@ def test_a_hand_that_turns_back_is_not_taken_for_one_that_rests(tmp_path: Path) 
 
 def seated(bench: Bench, seat_shift_mm: float) -> RelocationProcedure:
     """Return a relocation from recorded shots, with two seats that were visited first and last."""
-    procedure = RelocationProcedure.begin(
+    procedure = RelocationProcedure.start(
         bench.sessions, bench.rig, bench.body, bench.store(), bench.bar, bench.now(),
         who="technician", request=RelocationRequest(poses=200, placements=6),
     )  # fmt: skip
@@ -248,7 +248,7 @@ def test_gates_say_what_is_missing_and_observations_are_taken_back(tmp_path: Pat
     procedure.predict()
     assert procedure.view.length_sigma_mm is None
     with pytest.raises(CalibrationError, match="at least three"):
-        RelocationProcedure.begin(
+        RelocationProcedure.start(
             bench.sessions, bench.rig, bench.body, bench.store(), bench.bar, bench.now(),
             who="technician", request=RelocationRequest(world="points"),
         )  # fmt: skip

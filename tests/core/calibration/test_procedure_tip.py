@@ -56,14 +56,14 @@ class Tips:
 
     def qualification(self, hold_s: float = 0.0) -> TipQualificationProcedure:
         bench = self.bench
-        return TipQualificationProcedure.begin(
+        return TipQualificationProcedure.start(
             bench.sessions, self.site(hold_s), TIP, bench.sphere, bench.now(),
             who="technician", temperature=Temperature(20.5, 0.3, ""),
         )  # fmt: skip
 
     def check(self) -> TipCheckProcedure:
         bench = self.bench
-        return TipCheckProcedure.begin(
+        return TipCheckProcedure.start(
             bench.sessions, self.site(), TIP, bench.sphere, bench.now(),
             who="inspector", temperature=Temperature(20.5, 0.3, ""),
         )  # fmt: skip
@@ -198,7 +198,7 @@ def test_an_insensitive_qualification_makes_every_check_inconclusive(tmp_path: P
 def test_the_diameter_must_be_known_well_enough(tmp_path: Path) -> None:
     tips = Tips.at(tmp_path)
     bench = tips.bench
-    procedure = TipQualificationProcedure.begin(
+    procedure = TipQualificationProcedure.start(
         bench.sessions, tips.site(), TIP, bench.sphere, bench.now(),
         who="technician", limits=TipLimits(diameter_sigma=0.001),
     )  # fmt: skip
@@ -266,12 +266,12 @@ def test_who_may_not_begin(tmp_path: Path) -> None:
         use=msgspec.structs.replace(bench.sphere.artefact.use, due_utc=BEGIN.isoformat()),
     )
     with pytest.raises(CalibrationError, match="expired on"):
-        TipQualificationProcedure.begin(
+        TipQualificationProcedure.start(
             bench.sessions, tips.site(), TIP,
             replace(bench.sphere, artefact=ended), bench.now(), who="technician",
         )  # fmt: skip
     with pytest.raises(CalibrationError, match="never calibrated"):
-        TipQualificationProcedure.begin(
+        TipQualificationProcedure.start(
             bench.sessions, tips.site(), "other", bench.sphere, bench.now(), who="technician",
         )  # fmt: skip
     other = make_probe_record(made_utc=BEGIN.isoformat(), tip="3 mm")

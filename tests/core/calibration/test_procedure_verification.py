@@ -32,7 +32,7 @@ VOLUME = np.array([[-200.0, -100.0, -200.0], [200.0, 100.0, 200.0]])
 
 
 def begin(bench: Bench, rig: Rig, limits: Limits | None = None) -> VerificationProcedure:
-    return VerificationProcedure.begin(
+    return VerificationProcedure.start(
         bench.sessions, rig, bench.body, bench.store(), bench.bar, bench.now(),
         who="engineer", spheres=(bench.sphere,), limits=limits,
     )  # fmt: skip

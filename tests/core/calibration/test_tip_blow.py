@@ -34,7 +34,7 @@ def test_a_check_that_felt_a_blow_is_made_anew(tmp_path: Path) -> None:
     record = make_probe_record(made_utc=BEGIN.isoformat())
     store.calibrate(record, "technician", "", bench.now())
     store.qualify(make_tip_record(record, diameter_mm=6.0, diameter_sigma_mm=0.0045), bench.now())
-    procedure = TipCheckProcedure.begin(
+    procedure = TipCheckProcedure.start(
         bench.sessions, TipSite(bench.rig, bench.body, store), TIP, bench.sphere, bench.now(),
         who="inspector", temperature=Temperature(20.5, 0.3, ""),
     )  # fmt: skip
@@ -73,5 +73,5 @@ def test_where_a_blow_begins() -> None:
             time_ns=np.arange(count),
             flags=np.array(flags, dtype=np.uint32),
         )
-        assert sense.feed(block).tolist() == begun
-    assert sense.feed(_NOTHING).tolist() == []
+        assert sense.push(block).tolist() == begun
+    assert sense.push(_NOTHING).tolist() == []

@@ -78,7 +78,7 @@ class Session:
         self.procedure = self.begin()
 
     def begin(self, *, two_places: bool = False) -> VerificationProcedure:
-        return VerificationProcedure.begin(
+        return VerificationProcedure.start(
             self.bench.sessions, self.rig, self.bench.body, self.bench.store(), self.bar,
             self.end + timedelta(hours=1), who="engineer", spheres=(self.bench.sphere,),
             two_places=two_places,

@@ -273,7 +273,7 @@ def test_a_hint_that_flickers_is_never_shown(rig: Rig) -> None:
     steady = SteadyHint()
     good = Advice(0.03, (hint_of(Way.TURN_LEFT, 0.3),))
     for step in range(40):
-        shown = steady.feed(good if step % 2 else Advice(0.03), 0.3 * step)
+        shown = steady.push(good if step % 2 else Advice(0.03), 0.3 * step)
         assert shown is None
 
 
@@ -281,18 +281,18 @@ def test_a_hint_waits_stays_and_goes(rig: Rig) -> None:
     steady = SteadyHint()
     left, little = hint_of(Way.TURN_LEFT, 0.3), hint_of(Way.TURN_LEFT, 0.10)
     right = hint_of(Way.LEAN_RIGHT, 0.35)
-    assert steady.feed(Advice(0.03, (left,)), 0.0) is None
-    assert steady.feed(Advice(0.03, (left,)), WAIT_S) == left
+    assert steady.push(Advice(0.03, (left,)), 0.0) is None
+    assert steady.push(Advice(0.03, (left,)), WAIT_S) == left
     # A slightly better alternative changes no hint, and a smaller gain keeps it.
-    assert steady.feed(Advice(0.03, (right, left)), 2.0) == left
-    kept = steady.feed(Advice(0.03, (little,)), 9.0)
+    assert steady.push(Advice(0.03, (right, left)), 2.0) == left
+    kept = steady.push(Advice(0.03, (little,)), 9.0)
     assert kept is not None
     assert kept.ways == left.ways
     # After one moment without it, a blink of an LED, the hint remains.
-    assert steady.feed(None, 9.3) is not None
-    assert steady.feed(Advice(0.03, (left,)), 9.6) is not None
-    assert steady.feed(Advice(0.03), 10.0) is not None
-    assert steady.feed(Advice(0.03), 10.5 + WAIT_S) is None
+    assert steady.push(None, 9.3) is not None
+    assert steady.push(Advice(0.03, (left,)), 9.6) is not None
+    assert steady.push(Advice(0.03), 10.0) is not None
+    assert steady.push(Advice(0.03), 10.5 + WAIT_S) is None
 
 
 def test_a_lost_probe_is_turned_back_or_the_view_is_cleared(rig: Rig, body: ProbeBody) -> None:

@@ -52,7 +52,7 @@ def quick_touches() -> tuple[Touch, ...]:
     pipeline = TrackingPipeline(rig, body)
     session = SessionOptions()
     collector = TouchCollector(1.0 / FRAME_RATE_HZ, session.point)
-    return tuple(collector.feed(pipeline.process(virtual.frames(0, virtual.n_frames))))
+    return tuple(collector.push(pipeline.process(virtual.frames(0, virtual.n_frames))))
 
 
 @pytest.fixture

@@ -70,7 +70,7 @@ def test_the_method_of_the_thesis_proves_nothing_and_is_no_doubt(bench: Bench) -
     pipeline = TrackingPipeline(bench.rig, bench.body, TrackingOptions(method="thesis"))
     options = SessionOptions(method="thesis")
     collector = TouchCollector(1.0 / FRAME_RATE_HZ, options.point)
-    touches = collector.feed(pipeline.process(virtual.frames(0, virtual.n_frames)))
+    touches = collector.push(pipeline.process(virtual.frames(0, virtual.n_frames)))
     with bench.job() as job:
         session = session_of(bench, job, options)
         session.conditions.note_limits()

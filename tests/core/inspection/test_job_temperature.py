@@ -115,7 +115,7 @@ def tips_of(bench: Bench, true: ProbeBody, used: ProbeBody) -> Float:
     collector = TouchCollector(1.0 / FRAME_RATE_HZ, SessionOptions().point)
     tracked = TrackingPipeline(bench.rig, used).process(virtual.frames(0, virtual.n_frames))
     found: Float = np.array(
-        [touch.window.tip_world.mean(axis=0) for touch in collector.feed(tracked)]
+        [touch.window.tip_world.mean(axis=0) for touch in collector.push(tracked)]
     )
     return found
 

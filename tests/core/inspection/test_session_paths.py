@@ -51,7 +51,7 @@ def quick_paths() -> tuple[Path, ...]:
         frame_rate_hz=RATE_HZ, paths={one.name: one.spacing for one in plan.features},
     )  # fmt: skip
     pipeline, collector = TrackingPipeline(rig, body), PathCollector(1.0 / RATE_HZ)
-    return tuple(collector.feed(pipeline.process(virtual.frames(0, virtual.n_frames))))
+    return tuple(collector.push(pipeline.process(virtual.frames(0, virtual.n_frames))))
 
 
 @pytest.fixture

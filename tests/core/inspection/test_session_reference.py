@@ -74,7 +74,7 @@ def play(options: WorldOptions, *, reference: bool = True, seed: int = 2) -> Scr
     )  # fmt: skip
     pipeline = TrackingPipeline(rig, body, reference=beside if reference else None)
     collector = TouchCollector(1.0 / RATE_HZ, SessionOptions().point)
-    touches = collector.feed(pipeline.process(virtual.frames(0, virtual.n_frames)))
+    touches = collector.push(pipeline.process(virtual.frames(0, virtual.n_frames)))
     return Script(tuple(touches), virtual.truth.touches, pipeline.home)
 
 

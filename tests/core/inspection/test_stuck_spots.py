@@ -36,7 +36,7 @@ def stuck_touches(bench: Bench, *, back: int, length: int, whole_camera: bool) -
         uv[first : first + length, camera, stuck] = old[camera, stuck]
     collector = TouchCollector(1.0 / FRAME_RATE_HZ, SessionOptions().point)
     pipeline = TrackingPipeline(bench.rig, bench.body)
-    return tuple(collector.feed(pipeline.process(replace(frames, uv=uv))))
+    return tuple(collector.push(pipeline.process(replace(frames, uv=uv))))
 
 
 @pytest.mark.parametrize("back", [1, 50, 150])

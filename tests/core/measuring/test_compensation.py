@@ -115,7 +115,7 @@ def touches(block: TrackBlock, pulled: bool, step: int) -> list[Touch]:
     collector.pulled = pulled
     found: list[Touch] = []
     for start in range(0, len(block), step):
-        found += collector.feed(cut(block, start, min(start + step, len(block))))
+        found += collector.push(cut(block, start, min(start + step, len(block))))
     return found
 
 
@@ -145,7 +145,7 @@ def test_a_ball_that_stays_ends_the_wait(tracked: Callable[..., TrackBlock]) -> 
     block.flags[1000:1200] |= np.uint32(FrameFlag.BUTTON)
     collector = TouchCollector(PERIOD_S, PointOptions())
     collector.pulled = True
-    assert collector.feed(cut(block, 0, 14_000)) == []
-    (touch,) = collector.feed(cut(block, 14_000, 20_000))
+    assert collector.push(cut(block, 0, 14_000)) == []
+    (touch,) = collector.push(cut(block, 14_000, 20_000))
     assert len(touch.pull_world) == 0
     assert not collector.collecting

@@ -30,7 +30,7 @@ PRESSED = slice(800, 12_800)
 def paths_of(block: TrackBlock, cuts: list[int]) -> list[Path]:
     collector = PathCollector(PERIOD_S)
     edges = [0, *sorted(set(cuts)), len(block)]
-    return [path for a, b in pairwise(edges) if b > a for path in collector.feed(cut(block, a, b))]
+    return [path for a, b in pairwise(edges) if b > a for path in collector.push(cut(block, a, b))]
 
 
 def pressed(tracked: Tracked, tips: Float) -> TrackBlock:
@@ -86,13 +86,13 @@ def test_a_pause_of_the_stream_ends_a_path(tracked: Tracked) -> None:
 
 def test_a_key_starts_and_ends_a_path(tracked: Tracked) -> None:
     block, collector = tracked(np.zeros((4000, 3))), PathCollector(PERIOD_S)
-    assert not collector.feed(cut(block, 0, 1000))
+    assert not collector.push(cut(block, 0, 1000))
     collector.arm()
-    assert not collector.feed(cut(block, 1000, 3000))
+    assert not collector.push(cut(block, 1000, 3000))
     assert collector.collecting
     assert collector.progress is not None
     collector.arm()
-    (path,) = collector.feed(cut(block, 3000, 4000))
+    (path,) = collector.push(cut(block, 3000, 4000))
     assert path.first_frame == 1000
     assert path.ticks is not None
     assert int(path.ticks.last_frame[-1]) == 2999

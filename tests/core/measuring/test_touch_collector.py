@@ -23,7 +23,7 @@ def touches_of(block: TrackBlock, cuts: list[int]) -> list[Touch]:
     collector = TouchCollector(PERIOD_S, PointOptions())
     edges = [0, *cuts, len(block)]
     return [
-        touch for a, b in pairwise(edges) if b > a for touch in collector.feed(cut(block, a, b))
+        touch for a, b in pairwise(edges) if b > a for touch in collector.push(cut(block, a, b))
     ]
 
 
@@ -100,18 +100,18 @@ def test_a_press_during_a_window_is_ignored(released: bool, tracked: Tracked) ->
 
 def test_arm_takes_the_next_frame_once(tracked: Tracked) -> None:
     collector = TouchCollector(PERIOD_S, PointOptions())
-    assert not collector.feed(tracked(np.zeros((10, 3))))
+    assert not collector.push(tracked(np.zeros((10, 3))))
     collector.arm()
     assert not collector.collecting
-    assert not collector.feed(tracked(np.zeros((10, 3)), first=10))
+    assert not collector.push(tracked(np.zeros((10, 3)), first=10))
     assert collector.collecting
     # One touch gives one answer: a repeated key press during it is ignored.
     collector.arm()
-    touches = collector.feed(tracked(np.zeros((9000, 3)), first=20))
+    touches = collector.push(tracked(np.zeros((9000, 3)), first=20))
     assert [touch.first_frame for touch in touches] == [10]
     assert not collector.collecting
     collector.arm()
-    touches = collector.feed(tracked(np.zeros((3000, 3)), first=9020))
+    touches = collector.push(tracked(np.zeros((3000, 3)), first=9020))
     assert [touch.first_frame for touch in touches] == [9020]
 
 
@@ -119,8 +119,8 @@ def test_a_window_whose_frames_are_all_lost_is_still_answered(tracked: Tracked) 
     collector = TouchCollector(PERIOD_S, PointOptions())
     before = tracked(np.zeros((100, 3)))
     press(before, 99, 99)
-    assert not collector.feed(before)
-    (touch,) = collector.feed(tracked(np.zeros((10, 3)), first=50_000))
+    assert not collector.push(before)
+    (touch,) = collector.push(tracked(np.zeros((10, 3)), first=50_000))
     assert touch.first_frame == 99
     assert len(touch.window) == 1
 
@@ -172,12 +172,12 @@ def test_nothing_of_before_an_interruption_is_used(tracked: Tracked) -> None:
 
 def test_a_key_during_an_interruption_is_answered_and_takes_nothing(tracked: Tracked) -> None:
     collector = TouchCollector(PERIOD_S, PointOptions())
-    collector.feed(tracked(np.zeros((100, 3))))
+    collector.push(tracked(np.zeros((100, 3))))
     collector.arm()
-    (touch,) = collector.feed(tracked(np.zeros((5000, 3)), first=20_000))
+    (touch,) = collector.push(tracked(np.zeros((5000, 3)), first=20_000))
     assert touch.interrupted
     assert len(touch.window) == 0
-    assert not collector.feed(tracked(np.zeros((5000, 3)), first=25_000))
+    assert not collector.push(tracked(np.zeros((5000, 3)), first=25_000))
 
 
 def test_a_slow_rig_still_gets_frames_enough() -> None:

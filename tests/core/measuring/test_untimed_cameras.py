@@ -161,7 +161,7 @@ def play(
             continue
         track = pipeline.process(aligned)
         meter.learn(track)
-        for touch in collector.feed(track):
+        for touch in collector.push(track):
             skew = meter.skew()
             point = average(touch.window, touch.expected, RIG, options, noise)
             if not isinstance(point, Refusal):
@@ -263,7 +263,7 @@ def test_points_are_refused_until_the_skew_is_known() -> None:
         if aligned is not None:
             track = pipeline.process(aligned)
             meter.learn(track)
-            for touch in collector.feed(track):
+            for touch in collector.push(track):
                 point = average(touch.window, touch.expected, RIG, PointOptions())
                 assert not isinstance(point, Refusal)
                 told.append(with_skew(point, touch.window, RIG, BODY, meter.skew()))

@@ -43,7 +43,7 @@ class _Eye:
                 block, valid=np.zeros_like(block.valid), uv=np.full_like(block.uv, np.nan)
             )
         track = self._pipeline.process(block)
-        self.live.feed(block, track, self._pipeline, collecting=False)
+        self.live.push(block, track, self._pipeline, collecting=False)
         return block
 
     def now(self, acquisition: AcquisitionStatus = RUNNING) -> LiveView:

@@ -209,7 +209,7 @@ def test_a_press_and_a_release_are_found_wherever_blocks_are_cut() -> None:
         for first in range(0, len(flags), size):
             part = flags[first : first + size]
             counter = 100 + np.arange(first, first + len(part))
-            found += watch.feed(
+            found += watch.push(
                 FrameBlock(
                     counter=counter, time_ns=(counter - 100) * 1_000_000, flags=part,
                     valid=np.zeros((len(part), 2), np.uint64), uv=np.zeros((len(part), 2, 8, 2)),

@@ -151,12 +151,12 @@ def test_calibrations_are_refused_unless_the_rig_document_allows_them(tmp_path: 
     points = Bench.at(tmp_path / "site").points(20)
     store = CalibrationStore(tmp_path / "store")
     with pytest.raises(InputError, match="no common clock") as caught:
-        KnownPointsProcedure.begin(tmp_path / "sessions", rig, store, points, now, who="Ada")
+        KnownPointsProcedure.start(tmp_path / "sessions", rig, store, points, now, who="Ada")
     assert "'calibrate_unproven' of the rig document" in caught.value.remedy
     assert not (tmp_path / "sessions").exists()
     allowed = tmp_path / "allowed.toml"
     allowed.write_text(f"calibrate_unproven = true\n{(tmp_path / 'rig.toml').read_text()}")
-    begun = KnownPointsProcedure.begin(
+    begun = KnownPointsProcedure.start(
         tmp_path / "sessions", load_rig(allowed), store, points, now, who="Ada"
     )
     assert begun.base.session.exists()

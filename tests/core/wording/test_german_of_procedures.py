@@ -70,7 +70,7 @@ def _plannable() -> list[str]:
 @pytest.mark.parametrize("name", _plannable())
 def test_acceptance_tests_have_german_tasks_and_results(name: str, tmp_path: Path) -> None:
     stage, digest = stage_of(name)
-    session = AcceptanceSession.begin(
+    session = AcceptanceSession.start(
         tmp_path / "a.chain", stage, digest, BEGIN, temperature=ROOM, who="tester"
     )
     machine, said = Machine(), [session.view.title, session.view.instruction]
@@ -87,7 +87,7 @@ def test_acceptance_tests_have_german_tasks_and_results(name: str, tmp_path: Pat
 def test_procedures_of_cameras_have_german_steps(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     rig = bench.calibrated()
-    verification = VerificationProcedure.begin(
+    verification = VerificationProcedure.start(
         bench.sessions, rig, bench.body, bench.store(), bench.bar, bench.now(),
         who="technician", spheres=(bench.sphere,),
     )  # fmt: skip

@@ -37,7 +37,7 @@ def _touches(seed: int) -> tuple[Touch, ...]:
     virtual = VirtualRig(rig, body, part, script, seed=seed, frame_rate_hz=FRAME_RATE_HZ)
     collector = TouchCollector(1.0 / FRAME_RATE_HZ, SessionOptions().point)
     frames = virtual.frames(0, virtual.n_frames)
-    return tuple(collector.feed(TrackingPipeline(rig, body).process(frames)))
+    return tuple(collector.push(TrackingPipeline(rig, body).process(frames)))
 
 
 @pytest.fixture(scope="module")
