@@ -94,7 +94,7 @@ class SpotFinder:
         samples = np.zeros((len(lines), self.width), np.uint16)
         for line, (left, row, n) in zip(samples, lines[:count], strict=False):
             line[:n] = image[row, left : left + n * step : step]
-        search.look(samples, lines, count, black, *search_in)
+        search.scan(samples, lines, count, black, *search_in)
         block = SpotBlock.empty(1, self.n_slots)
         valid, block.saturated[0] = windows.report(
             readings, block.uv[0], block.variance[0], block.status[0]

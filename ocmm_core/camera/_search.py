@@ -56,7 +56,7 @@ def plan(
 
 
 @compiled(centroid, windows)
-def look(
+def scan(
     samples: NDArray[np.uint16],
     lines: Int,
     count: int,

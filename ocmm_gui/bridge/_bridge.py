@@ -273,8 +273,8 @@ class StationBridge(QObject):
 
     def _pull_live(self) -> None:
         self.live_changed.emit(self.station.looks.live())
-        self.serving.look()
-        self.screen.look()
+        self.serving.poll()
+        self.screen.poll()
         evaluates = self._evaluator.busy_s() > LONG_S
         if evaluates is not self._evaluates:
             self._evaluates = evaluates

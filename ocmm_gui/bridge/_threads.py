@@ -287,7 +287,7 @@ class ServingCommands(QObject):
         if service is not None:
             service.close()
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Emit the state if it has changed."""
         state = None if self._service is None else self._service.state()
         if state != self._shown:

@@ -292,7 +292,7 @@ class HandControl(QObject):
             self._hand.view().turn, self._page(), job,
         )  # fmt: skip
         last = self.tour.number == len(TOUR)
-        if self.tour.look(now):
+        if self.tour.poll(now):
             self._show_step()
             if last and not self.tour.runs:
                 self._notices.inform(

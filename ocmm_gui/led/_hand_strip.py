@@ -221,7 +221,7 @@ class Tour:
             self._place = self._place + 1 if self._place + 1 < len(TOUR) else None
             self._begun = None
 
-    def look(self, now: TourInputs) -> bool:
+    def poll(self, now: TourInputs) -> bool:
         """Check the step; return whether the next one starts or the tour ends."""
         step = self.step
         if step is None:

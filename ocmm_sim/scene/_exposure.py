@@ -204,5 +204,5 @@ def run(
                 lines[i, 0], lines[i, 1], step, lines[i, 2], lights[k], packed, pattern_key, key,
                 1.0, normal, line_room, samples[i : i + 1],
             )  # fmt: skip
-        search.look(samples, lines, count, black, slots, regions, anywhere, options)
+        search.scan(samples, lines, count, black, slots, regions, anywhere, options)
         valid[k], saturated[k] = windows.report(readings, uv[k], variance[k], status[k])
