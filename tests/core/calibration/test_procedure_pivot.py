@@ -321,7 +321,7 @@ def test_what_was_taken_can_be_taken_back(bench: PivotBench) -> None:
     resumed = bench.resume(sessions(bench.folder / "sessions", procedure.kind)[0])
     assert resumed.view.first.poses == 0
     with pytest.raises(CalibrationError) as unnamed:
-        type(procedure).begin(
+        type(procedure).start(
             bench.folder, bench.rig, bench.body, bench.store(), " ", bench.now(), who="x"
         )
     assert unnamed.value.code == "pivot.tip_name"
