@@ -93,6 +93,8 @@ def window(context: typer.Context) -> None:
 
 
 calibrate.calibrate_app.command()(calibrate.write_cameras)
+calibrate.calibrate_app.command()(calibrate.tracker)
+calibrate.calibrate_app.command()(calibrate.scale)
 calibrate.calibrate_app.command(name="probe")(calibrate.probe_command)
 calibrate.calibrate_app.command(name="tip")(calibrate.tip_command)
 calibrate.calibrate_app.command(name="check-tip")(calibrate.check_tip_command)

@@ -118,8 +118,8 @@ ocmm_core.tracking.kernels._solve_kernel
 ocmm_core.camera._centroid
     measure w2 i i w2 f1 f2 u2 i1 f1
 ocmm_core.camera._search
-    look w2 i2 i w2 f2 i2 b f1
     plan f2 i2 b f1 i1 i2
+    scan w2 i2 i w2 f2 i2 b f1
 ocmm_core.camera._windows
     measure_windows w3 i2 w2 f2 f1 f2
     predict_windows f2 f1 i i i2

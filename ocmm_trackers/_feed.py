@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ocmm_core.acquisition.bus_process import ChildProcess
 from ocmm_core.acquisition.frames import FrameRing
-from ocmm_core.camera import USUAL_SLOTS, Rig, load_tracker
+from ocmm_core.camera import USUAL_SLOTS, Rig
 from ocmm_core.composition import Feed, StationRequest
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import Plan
@@ -19,7 +19,7 @@ _FLAT_SIGMAS = 20.0
 
 
 def tracker_config(
-    protocol: str, rig_file: Path, probe: Path, rig: Rig, value: str, name: str
+    protocol: str, probe: Path, rig: Rig, value: str, name: str
 ) -> tuple[TrackerConfig, FrameRing]:
     """Return the configuration for a tracker and its ring; InputError if they cannot measure."""
     if rig.markers is None:
@@ -28,7 +28,7 @@ def tracker_config(
             f"The rig '{rig.name}' is one of cameras, but the source is a tracker.",
             "Give the document of the tracker (schema ocmm.tracker/1) as the rig.",
         )
-    document, leds = load_tracker(rig_file), load_probe(probe).leds_probe
+    document, leds = rig.markers.document, load_probe(probe).leds_probe
     if flatness(leds) < _FLAT_SIGMAS * document.noise.sigma_along:
         raise InputError(
             "tracker.flat",
@@ -45,7 +45,7 @@ def tracker_config(
         ring_path=str(ring.path),
         host=host,
         port=port,
-        rig=str(rig_file.absolute()),
+        document=document,
         leds=tuple((x, y, z) for x, y, z in leds.tolist()),
         serials=tuple(one.serial for one in rig.cameras),
         period_ns=round(1e9 / rig.frame_rate_hz),
@@ -58,7 +58,7 @@ def tracker_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> 
     """Return the tracker at a host and port; InputError if it cannot measure."""
     protocol = request.source.partition(":")[0]
     name = f"{PROTOCOLS[protocol].name} {value}"
-    config, ring = tracker_config(protocol, request.rig, request.probe, rig, value, name)
+    config, ring = tracker_config(protocol, request.probe, rig, value, name)
     acquisition = ChildProcess(tracker_command(), config.to_json(), ring)
     return Feed(acquisition, ring, tracker_description(config), live=True)
 

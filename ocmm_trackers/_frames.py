@@ -64,8 +64,10 @@ class FrameBuilder:
         self._index = {name: index for index, name in enumerate(document.markers)}
         self._document = document
         self._period_ns = round(1e9 / document.frame_rate_hz)
-        self._scale = _UNIT_MM[document.device_unit] * np.array(
-            [1.0, 1.0, 1.0 if document.handedness == "right" else -1.0]
+        self._scale = (
+            _UNIT_MM[document.device_unit]
+            * document.noise.scale
+            * np.array([1.0, 1.0, 1.0 if document.handedness == "right" else -1.0])
         )
         self._open_ns = self._last_ns = 0
         self._raw = self._nothing()

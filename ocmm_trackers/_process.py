@@ -13,7 +13,7 @@ import numpy as np
 
 from ocmm_core.acquisition.bus_process import ProcessConfig, read_first_line, stopped_by_parent
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
-from ocmm_core.camera import Vector3, load_rig, load_tracker
+from ocmm_core.camera import TrackerDocument, Vector3, tracker_rig
 from ocmm_core.failure import REOPEN, exit_with
 from ocmm_trackers._igtl import IgtlDecoder
 from ocmm_trackers._messages import Decoder
@@ -36,8 +36,8 @@ class TrackerConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fie
     ring_path: str
     host: str
     port: int
-    rig: str
-    """Path of the document of the tracker."""
+    document: TrackerDocument
+    """As calibrated."""
     leds: tuple[Vector3, ...]
     serials: tuple[int, ...]
     period_ns: int
@@ -77,10 +77,10 @@ def _run() -> int:
     config = msgspec.json.decode(read_first_line(sys.stdin.fileno()), type=TrackerConfig)
     ring = FrameRing.attach(config.ring_path)
     try:
-        document = load_tracker(config.rig)
+        document = config.document
         source = TrackerSource(
             tracker_description(config), PROTOCOLS[config.protocol](document),
-            (config.host, config.port), document, load_rig(config.rig), np.array(config.leds),
+            (config.host, config.port), document, tracker_rig(document, ""), np.array(config.leds),
             config.connect_s,
         )  # fmt: skip
         return AcquisitionWorker(source, ring, stopped_by_parent()).run_program()

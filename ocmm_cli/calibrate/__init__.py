@@ -4,8 +4,8 @@ In: the rig, a source of frames, an artefact with its certificate, the operator'
 Out: records in their folder, tables of results, an exit code for the verdict.
 
 Read `_setup` (options of every guided procedure), `_calibrate` (cameras), `_run` (a guided
-procedure on the terminal), `_steps`, then the probe: `_probe` (also its tips), `_tip`. `_report`
-and `_tip_report` print; `_write_cameras` writes into the cameras.
+procedure on the terminal), `_steps`, then the probe: `_probe` (also its tips), `_tip`; optical
+trackers: `_tracker`. `_report` and `_tip_report` print; `_write_cameras` writes into the cameras.
 Procedures, gates and numbers are in `calibration`, the same for the window.
 """
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         is_yes, open_site, record_observations, take_relocation_shots,
     )  # fmt: skip
     from ocmm_cli.calibrate._tip import check_tip_command, tip_command
+    from ocmm_cli.calibrate._tracker import scale, tracker
     from ocmm_cli.calibrate._write_cameras import write_cameras
 else:
     __getattr__ = lazy_exports(__name__)
@@ -26,5 +27,5 @@ else:
 __all__ = [
     "calibrate_app", "check_tip_command", "is_yes", "mount_tip", "open_site", "print_calibration",
     "print_status", "probe_command", "probe_history", "probe_status", "record_observations",
-    "take_relocation_shots", "tip_command", "write_cameras",
+    "scale", "take_relocation_shots", "tip_command", "tracker", "write_cameras",
 ]  # fmt: skip

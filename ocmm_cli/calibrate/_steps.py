@@ -138,12 +138,14 @@ def collect_from(
     if origin_of(setup.source) is Origin.VIRTUAL:
         from ocmm_sim.sources import VirtualSite
 
-        virtual = VirtualSite(site.document, probe, setup.seed, move)
+        markers = site.rig.markers
+        document = None if markers is None else markers.document
+        virtual = VirtualSite(site.document, probe, setup.seed, move, document)
         script = virtual.script(scenes(virtual))
         frames = script.build().n_frames
         feed = run.virtual_feed(script, setup.source, setup.speed)
     else:
-        feed = run.real_feed(site.document, site.design, setup.source, force=setup.force)
+        feed = run.real_feed(site.document, site.rig, setup.source, force=setup.force)
     if cameras is not None:
         try:
             require_cameras(checked_for_replay(cameras, feed.recorded), console)

@@ -115,6 +115,7 @@ TABLE = {
         Option("cone", "", "Marking on the cone."),
     ),
     "calibrate boards, calibrate cameras, calibrate relocate, calibrate verify, calibrate sensors, "
+    "calibrate tracker, calibrate scale, "
     "calibrate status, calibrate history, calibrate probe, calibrate tip, calibrate check-tip": (
         Option("calibrations", None, "Calibration folder; default: that of this user."),
     ),
@@ -155,6 +156,7 @@ TABLE = {
         Option("rule", "guarded", "Artefact uncertainty: subtracted from the limit, or only "
                "stated."),
     ),
+    "calibrate tracker": (Option("valid_days", 365, ""),),
     "calibrate sensors": (
         Option("seconds", _WAVE_S, "Duration of waving the probe.", "seconds-of-rest"),
     ),

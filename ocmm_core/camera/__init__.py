@@ -28,9 +28,10 @@ if TYPE_CHECKING:
     from ocmm_core.camera._rig import (
         MAX_CAMERAS, MAX_LEDS, MAX_SLOTS, USUAL_SLOTS, CalibrationDesign, CameraEntry, Rig,
         SpotNoise, ThermalShare, camera_of, known_points_covariance, load_rig, read_rig,
+        tracker_rig,
     )  # fmt: skip
     from ocmm_core.camera._tracker import (
-        REACH_MM, MarkerModel, TrackerDocument, TrackerNoise, load_tracker,
+        REACH_MM, MarkerModel, TrackerDocument, TrackerNoise, load_tracker, place_shape, sights_of,
     )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
@@ -41,6 +42,7 @@ __all__ = [
     "MarkerModel", "Rig", "SpotBlock", "SpotFinder", "SpotNoise", "SpotOptions", "SpotStatus",
     "ThermalShare", "TrackerDocument", "TrackerNoise", "Vector3", "Window", "camera_of", "centroid",
     "compiled", "distort", "distortion_jacobian", "from_pixels", "ideal_from_pixels",
-    "known_points_covariance", "load_rig", "load_tracker", "on_sensor", "project",
-    "projection_jacobians", "read_rig", "search", "to_pixels", "windows",
+    "known_points_covariance", "load_rig", "load_tracker", "on_sensor", "place_shape", "project",
+    "projection_jacobians", "read_rig", "search", "sights_of", "to_pixels", "tracker_rig",
+    "windows",
 ]  # fmt: skip

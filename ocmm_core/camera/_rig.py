@@ -192,9 +192,14 @@ def read_rig(path: Path | str) -> tuple[Rig, str]:
 
 def _tracker_rig(path: Path) -> tuple[Rig, str]:
     document, text = load_with_text(path, tracker.TrackerDocument, tracker.TRACKER_SCHEMA)
+    return tracker_rig(document, text_digest(text), path), text
+
+
+def tracker_rig(document: tracker.TrackerDocument, identity: str, path: Path | str = "") -> Rig:
+    """Return the rig that is equivalent to a tracker; InputError for an implausible value."""
     tracker.check_tracker(path, document)
     virtual = tracker.virtual_cameras(path, document)
-    rig = Rig(
+    return Rig(
         name=document.name,
         cameras=virtual.cameras,
         aliases=tuple(range(1, len(virtual.cameras) + 1)),
@@ -206,10 +211,9 @@ def _tracker_rig(path: Path) -> tuple[Rig, str]:
         ),
         volume_world=np.array([document.volume_min, document.volume_max]),
         parameter_covariance=virtual.parameter_covariance,
-        identity=text_digest(text),
+        identity=identity,
         markers=virtual.model,
     )
-    return rig, text
 
 
 _MOST_NOISE_PX = 10.0

@@ -59,6 +59,8 @@ class TrackerNoise(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """Correlation of consecutive frames of a resting marker, by filters of the device."""
     rounding: float
     """Step of the reported coordinates; 0: none."""
+    scale: float = 1.0
+    """Factor from reported to true coordinates, by a calibrated length."""
 
 
 class TrackerDocument(Document, frozen=True, kw_only=True):
@@ -88,8 +90,7 @@ class TrackerDocument(Document, frozen=True, kw_only=True):
 class MarkerModel:
     """Properties of a rig of equivalent cameras."""
 
-    correlation: float
-    """As in `TrackerNoise`."""
+    document: TrackerDocument
     most_tip_sigma: float
     """Largest standard deviation of a tip in one frame, mm, in place of that of cameras."""
 
@@ -127,6 +128,7 @@ def check_tracker(path: Path | str, document: TrackerDocument) -> None:
         ("noise.correlation", noise.correlation, 0.0, _MOST_CORRELATION),
         # Noise of half a step makes the mean of rounded values unbiased, to 0.3 % of a step.
         ("noise.rounding", noise.rounding, 0.0, 2.0 * noise.sigma_across),
+        ("noise.scale", noise.scale, 0.98, 1.02),
     ):
         if not low <= value <= high:
             raise InputError(
@@ -174,7 +176,7 @@ def virtual_cameras(path: Path | str, document: TrackerDocument) -> VirtualCamer
         target, distance = head + noise.distance * sight, noise.distance / cosine
     else:
         target, distance = centre, _FAR * float(np.linalg.norm(np.diff(reached, axis=0)))
-    focal_px = WHITE_PX * distance / (across * np.sqrt(3.0 - 1.5 * sine**2))
+    focal_px = float(WHITE_PX * distance / (across * np.sqrt(3.0 - 1.5 * sine**2)))
     first, second = perpendicular_pair(sight)
     cameras, scales = [], np.zeros((_VIEWS, N_PARAMETERS))
     for view in range(_VIEWS):
@@ -206,5 +208,28 @@ def virtual_cameras(path: Path | str, document: TrackerDocument) -> VirtualCamer
     return VirtualCameras(
         tuple(cameras), WHITE_PX * noise.place_sigma / across,
         float(noise.place_length * focal_px / distance), np.outer(by_scale, by_scale),
-        MarkerModel(noise.correlation, _AMPLIFIED * along),
+        MarkerModel(document, _AMPLIFIED * along),
     )  # fmt: skip
+
+
+def sights_of(places: Float, document: TrackerDocument) -> Float:
+    """Return the lines of sight (..., 3), unit vectors, of places (..., 3), mm."""
+    rays = places - np.array(document.head)
+    if document.noise.growth == "none":
+        middle = np.mean([document.volume_min, document.volume_max], axis=0)
+        rays = np.broadcast_to(middle - np.array(document.head), places.shape)
+    found: Float = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+    return found
+
+
+def place_shape(places: Float, document: TrackerDocument) -> Float:
+    """Return matrices (L, 3, 3): errors at places (L, 3) of an error of one across, everywhere."""
+    noise, sight = document.noise, sights_of(places, document)
+    ratio, grown = noise.sigma_along / noise.sigma_across, np.ones(len(places))
+    if noise.growth == "distance":
+        grown = np.linalg.norm(places - np.array(document.head), axis=1) / noise.distance
+        ratio = ratio * grown
+    more = np.broadcast_to(ratio - 1.0, grown.shape)
+    along = sight[:, :, None] * sight[:, None]
+    found: Float = (np.eye(3) + more[:, None, None] * along) * grown[:, None, None]
+    return found

@@ -344,7 +344,7 @@ def _independent_share(tips: Float, covariances: Float, rig: Rig) -> float:
     found = float(np.sum(plain[:, 1:] * plain[:, :-1]) / np.sum(plain**2))
     # Bias of few frames (Marriott and Pope, Biometrika 41 (1954) 390).
     found = min(found + (1.0 + 4.0 * found) / len(tips), 0.99)
-    stated = rig.markers.correlation
+    stated = rig.markers.document.noise.correlation
     doubt = np.sqrt((1.0 - stated**2) / plain.size)
     correlation = found if found > stated + _CLEARLY * doubt else stated
     return (1.0 - correlation) / (1.0 + correlation)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock, SourceDescription
-from ocmm_core.camera import Rig, load_rig
+from ocmm_core.camera import Rig, TrackerDocument, load_rig
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody, load_probe
 from ocmm_sim.calibration_scenes import _motions as motions
@@ -29,6 +29,7 @@ from ocmm_sim.calibration_scenes._scenes import (
     ShowBar,
     SweepProbe,
     TargetScene,
+    TouchSeats,
     TouchWithTip,
     hidden_bits,
     move_cameras,
@@ -107,9 +108,16 @@ class CalibrationScenesRig:
             uv=np.stack([uv for _, uv in seen], axis=1),
         )
 
-    def _see(
-        self, camera: int, shown: _Shown, first: int, count: int
-    ) -> tuple[NDArray[np.uint64], Float]:
+    def leds(self, frame: int) -> tuple[Float, Float]:
+        """Return the places (L, 3), mm, and directions (L, 3) of the LEDs, as at the last frame."""
+        shown = next(
+            one for one in reversed(self._shown) if one.first <= min(frame, self.n_frames - 1)
+        )
+        (turn,), (tip,) = self._moved(shown, min(frame, self.n_frames - 1), 1)
+        return (shown.leds - shown.origin) @ turn.T + tip, shown.directions @ turn.T
+
+    def _moved(self, shown: _Shown, first: int, count: int) -> tuple[Float, Float]:
+        """Return rotations (n, 3, 3) and places (n, 3), mm, of the origin of a shown body."""
         rotation, tip = np.empty((count, 3, 3)), np.empty((count, 3))
         unused = np.empty((2, count), dtype=np.bool_)
         frames = np.arange(count, dtype=np.float64) + (first - shown.first)
@@ -117,6 +125,12 @@ class CalibrationScenesRig:
         kernels.move(times, shown.segments, shown.tremor, rotation, tip, unused[0], unused[1])
         if shown.seat is not None:
             tip += shown.seat.shifts(rotation)
+        return rotation, tip
+
+    def _see(
+        self, camera: int, shown: _Shown, first: int, count: int
+    ) -> tuple[NDArray[np.uint64], Float]:
+        rotation, tip = self._moved(shown, first, count)
         white = np.zeros((count, len(shown.leds), 2))
         if self.options.white_noise:
             white = white_noise(self.seed, camera, len(shown.leds), first, count)
@@ -177,6 +191,8 @@ class CalibrationScenesRig:
             origin = origin + scene.fault.shift_probe
         else:
             segments = motions.touches(scene, world, body, self.rig)
+            if isinstance(scene, TouchSeats) and scene.clamped_s:
+                shaking = np.zeros_like(shaking)
         duration = float(segments[-1, kernels.T1])
         return _Shown(
             leds, directions, cos_emission, origin, segments, shaking, first,
@@ -194,6 +210,8 @@ class CalibratingScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     options: WorldOptions = WorldOptions()
     moved: FrameMove | None = None
     """`seed`, `options`, `moved`: see `CalibrationScenesRig`."""
+    tracker: TrackerDocument | None = None
+    """By which a tracker is read; None: by the document of the rig."""
 
     def to_json(self) -> str:
         return msgspec.json.encode(self).decode("utf-8")

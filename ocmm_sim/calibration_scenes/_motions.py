@@ -91,7 +91,8 @@ def touches(
         normals = [unit(np.array(normal)) for normal in scene.normals]
         places = [(np.array(scene.centre) + reach * normal, normal) for normal in normals]
     turns = [best_seen(tip, normal, world, body, rig.volume_world, rng) for tip, normal in places]
-    return visits([tip for tip, _ in places], turns, rest_s(SEATED_S, rig))
+    clamped_s = scene.clamped_s if isinstance(scene, scenes.TouchSeats) else 0.0
+    return visits([tip for tip, _ in places], turns, clamped_s or rest_s(SEATED_S, rig))
 
 
 def touches_with_tip(scene: scenes.TouchWithTip, world: World, body: ProbeBody, rig: Rig) -> Float:

@@ -229,6 +229,8 @@ class TouchSeats(msgspec.Struct, frozen=True, kw_only=True, tag=True):
 
     tips: tuple[Vector3, ...]
     seed: int
+    clamped_s: float = 0.0
+    """Rest of a clamped probe; 0: a hand holds it."""
 
 
 class TouchSphere(msgspec.Struct, frozen=True, kw_only=True, tag=True):

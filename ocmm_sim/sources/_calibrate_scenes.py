@@ -13,10 +13,15 @@ import numpy as np
 
 from ocmm_core.acceptance import AcceptanceProcedure, AcceptanceView, Stage, UsedArtefact
 from ocmm_core.calibration.cameras import KnownPoints
-from ocmm_core.calibration.guided import KnownPointsView, RelocationView, VerificationView
+from ocmm_core.calibration.guided import (
+    KnownPointsView,
+    RelocationView,
+    TrackerView,
+    VerificationView,
+)
 from ocmm_core.calibration.records import LengthBar, Sphere
 from ocmm_core.calibration.tip import POLE, QUALIFICATION_RINGS, TouchView, frame_about
-from ocmm_core.camera import CameraModel, Rig, Vector3, project
+from ocmm_core.camera import CameraModel, Rig, TrackerDocument, Vector3, project
 from ocmm_core.composition import Feed, StationRequest, require_scenes, source_of
 from ocmm_core.composition.hands import VirtualHand
 from ocmm_core.errors import OcmmError
@@ -37,7 +42,8 @@ from ocmm_sim.calibration_scenes import (
     stand_of,
 )
 
-_LIST_ERROR, _BAR_ERROR, _PLACES = range(40, 43)
+_LIST_ERROR, _BAR_ERROR, _PLACES, _SPREAD = range(40, 44)
+_CLAMPED_S = 62.0
 _SECONDS_OF_WAVING = 60
 _SET_POINTS = ((-150.0, -50.0, -120.0), (150.0, -50.0, -120.0), (-150.0, 50.0, -120.0))
 
@@ -58,6 +64,8 @@ class VirtualSite:
     seed: int
     move: int | None
     """Seed of the displacement of the camera frame since calibration; None: not displaced."""
+    tracker: TrackerDocument | None = None
+    """As in `CalibratingScript`."""
 
     def script(self, scenes: tuple[Scene, ...]) -> CalibratingScript:
         """Return the script of the rig with scenes."""
@@ -67,6 +75,7 @@ class VirtualSite:
             probe=str(self.probe.absolute()),
             seed=self.seed,
             moved=None if self.move is None else FrameMove(seed=self.move),
+            tracker=self.tracker,
         )
 
 
@@ -78,6 +87,22 @@ def scenes_of_known_points(
     true = points.positions_world + points.sigma * error
     left = [i for i, point in enumerate(view.points) if point.views is None]
     return (TargetScene(positions=_vectors(true[left])),) if left else ()
+
+
+def scenes_of_tracker(site: VirtualSite, rig: Rig, view: TrackerView) -> tuple[Scene, ...]:
+    """Return the minute at rest, if not recorded, and the remaining places."""
+    low, high = rig.volume_world
+    rest, spread = view.base.steps[1:3]
+    scenes: list[Scene] = []
+    if not rest.done:
+        middle = _vectors(0.5 * (low + high)[None])
+        scenes.append(TouchSeats(tips=middle, seed=site.seed, clamped_s=_CLAMPED_S))
+    # Places in one order, so that a resumed session takes others than it has.
+    shares = np.random.default_rng([site.seed, _SPREAD]).permuted(
+        np.linspace(0.05, 0.95, spread.wanted)[:, None].repeat(3, axis=1), axis=0
+    )
+    left = (low + shares * (high - low))[spread.done :]
+    return (*scenes, TouchSeats(tips=_vectors(left), seed=site.seed + 50 + spread.done))
 
 
 def scenes_of_relocation(
@@ -196,6 +221,9 @@ def _placements(volume_world: Float, length: float, count: int, rng: np.random.G
 
 def _motion(rig: Rig, true: tuple[CameraModel, ...]) -> RigidTransform:
     """Return the motion from the world of a calibration to that of the true cameras."""
+    if rig.markers is not None:
+        # Its views follow from its noise; the world is that of the device.
+        return RigidTransform(np.eye(3), np.zeros(3))
     low, high = rig.volume_world
     corners = np.array([[(low, high)[bit][axis] for axis, bit in enumerate(bits)]
                         for bits in np.ndindex(2, 2, 2)])  # fmt: skip

@@ -18,7 +18,7 @@ import platformdirs
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing
-from ocmm_core.camera import USUAL_SLOTS, Rig, Vector3, load_rig
+from ocmm_core.camera import USUAL_SLOTS, Rig, Vector3, load_rig, load_tracker, tracker_rig
 from ocmm_core.composition import (
     DEMO_PART,
     VIRTUAL_WIRE,
@@ -314,6 +314,13 @@ def tracker_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> 
     name = f"{spec.recorded_as} ({rig.name}, seed {request.seed})"
     protocol = spec.prefix.partition(":")[0]
     return _played(virtual_tracker_feed(protocol, script, rig, name), script.build())
+
+
+def tracker_scenes_feed(protocol: str, script: CalibratingScript, _speed: float) -> Feed:
+    """Return the virtual rig with the scenes of a calibration, by a software tracker."""
+    document = script.tracker or load_tracker(script.rig)
+    name = f"{protocol}:virtual ({document.name}, seed {script.seed})"
+    return virtual_tracker_feed(protocol, script, tracker_rig(document, ""), name)
 
 
 def _played(feed: Feed, virtual: scene.VirtualRig) -> Feed:

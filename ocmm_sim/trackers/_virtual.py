@@ -21,6 +21,7 @@ from ocmm_core.composition import Feed
 from ocmm_core.fieldbus.wire import set_link
 from ocmm_core.geometry import Float
 from ocmm_sim.bus import VirtualWire, paced, run_both, run_inside
+from ocmm_sim.calibration_scenes import CalibratingScript, CalibrationScenesRig
 from ocmm_sim.scene import RigScript, VirtualRig
 from ocmm_sim.trackers._encoder import MarkerEncoder, TrackerServer
 from ocmm_sim.trackers._ndi import NdiEncoder
@@ -101,22 +102,36 @@ class MarkerErrors:
 class SoftwareTracker:
     """A tracker that observes the probe of a virtual rig; frames in increasing order."""
 
-    def __init__(self, rig: VirtualRig, document: TrackerDocument, seed: int) -> None:
+    def __init__(
+        self, rig: VirtualRig | CalibrationScenesRig, document: TrackerDocument, seed: int
+    ) -> None:
         self._rig, self._head = rig, np.array(document.head)
         self._errors = MarkerErrors(document, seed)
-        self._leds, self._tip = rig.truth.leds_probe, rig.truth.tip_probe
         self._cosine = np.cos(rig.body.emission_half_angle)
 
     def markers(self, frame: int) -> Float:
         """Return the reported markers (L, 3), mm, NaN if hidden."""
-        motion = self._rig.motion(frame, 1)
-        turn = motion.rotation_world_from_probe[0]
-        places = self._leds @ turn.T + motion.origin_world(self._tip)[0]
+        places, lights = self._lit(frame)
         rays = self._head - places
-        lights = self._rig.body.led_directions_probe @ turn.T
         seen = np.sum(lights * rays, axis=1) >= self._cosine * np.linalg.norm(rays, axis=1)
         found: Float = np.where(seen[:, None], self._errors.reported(places), np.nan)
         return found
+
+    def pressed(self, frame: int) -> bool:
+        """Return whether the button is held."""
+        rig = self._rig
+        if isinstance(rig, CalibrationScenesRig):
+            return False
+        return bool(rig.flags(rig.motion(frame, 1), frame)[0] & FrameFlag.BUTTON)
+
+    def _lit(self, frame: int) -> tuple[Float, Float]:
+        rig = self._rig
+        if isinstance(rig, CalibrationScenesRig):
+            return rig.leds(frame)
+        motion = rig.motion(frame, 1)
+        turn = motion.rotation_world_from_probe[0]
+        places = rig.truth.leds_probe @ turn.T + motion.origin_world(rig.truth.tip_probe)[0]
+        return places, rig.body.led_directions_probe @ turn.T
 
 
 _MODULE = "ocmm_sim.trackers._virtual"
@@ -127,12 +142,12 @@ _ENCODERS: dict[str, Callable[[TrackerDocument], MarkerEncoder]] = {
 _CONNECT_S = 60.0
 
 
-def virtual_tracker_feed(protocol: str, script: RigScript, rig: Rig, name: str) -> Feed:
+def virtual_tracker_feed(
+    protocol: str, script: RigScript | CalibratingScript, rig: Rig, name: str
+) -> Feed:
     """Return the tracker of a script and its reader, ready to start."""
     address = f"127.0.0.1:{PROTOCOLS[protocol].port}"
-    config, ring = tracker_config(
-        protocol, Path(script.rig), Path(script.probe), rig, address, name
-    )
+    config, ring = tracker_config(protocol, Path(script.probe), rig, address, name)
     config = msgspec.structs.replace(config, stretched=True, connect_s=_CONNECT_S)
     # For the server and for the reader.
     lines = script.to_json().encode() + b"\n" + config.to_json() * 2
@@ -146,10 +161,16 @@ def main() -> None:
 
 def _run() -> int:
     descriptor = sys.stdin.fileno()
-    rig = msgspec.json.decode(read_first_line(descriptor), type=RigScript).build()
+    line = read_first_line(descriptor)
+    script: CalibratingScript | RigScript
+    if b'"calibrating":' in line:
+        script = msgspec.json.decode(line, type=CalibratingScript)
+    else:
+        script = msgspec.json.decode(line, type=RigScript)
+    rig = script.build()
     config = msgspec.json.decode(read_first_line(descriptor), type=TrackerConfig)
     ring = FrameRing.attach(config.ring_path)
-    document = load_tracker(config.rig)
+    document = load_tracker(script.rig)
     set_link("lo", up=True)
     tracker = SoftwareTracker(rig, document, rig.seed)
     tracker.markers(0)
@@ -158,7 +179,7 @@ def _run() -> int:
 
     def serve(ended: Callable[[], bool]) -> None:
         for frame in paced(ring, ended, server.accepted):
-            pressed = bool(rig.flags(rig.motion(frame, 1), frame)[0] & FrameFlag.BUTTON)
+            pressed = tracker.pressed(frame)
             time_ns = _FIRST_NS + frame * rig.frame_period_ns
             if not server.send(encoder.frame(tracker.markers(frame), time_ns, pressed=pressed)):
                 # The reader has ended, or is about to.

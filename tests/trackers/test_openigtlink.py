@@ -307,15 +307,15 @@ def test_the_end_of_the_server_is_a_sentence() -> None:
 def test_cameras_flat_probes_and_addresses_are_refused(tmp_path: Path) -> None:
     cameras = TRACKER.parent / "recommended.toml"
     with pytest.raises(InputError, match="one of cameras"):
-        tracker_config("igtl", cameras, PROBE, load_rig(cameras), "host:1", "test")
+        tracker_config("igtl", PROBE, load_rig(cameras), "host:1", "test")
     text = PROBE.read_text("utf-8").replace(", -30.0, ", ", 0.0, ").replace(", 30.0, ", ", 0.1, ")
     flat = tmp_path / "flat.toml"
     flat.write_text(text, "utf-8")
     with pytest.raises(InputError, match="of a plane"):
-        tracker_config("igtl", TRACKER, flat, load_rig(TRACKER), "host:1", "test")
+        tracker_config("igtl", flat, load_rig(TRACKER), "host:1", "test")
     for wrong in ("host:", "host:99999", ":18944"):
         with pytest.raises(InputError, match="no host with a port"):
-            tracker_config("igtl", TRACKER, PROBE, load_rig(TRACKER), wrong, "test")
+            tracker_config("igtl", PROBE, load_rig(TRACKER), wrong, "test")
 
 
 @pytest.mark.parametrize("kind", ["TRANSFORM", "POINT"])

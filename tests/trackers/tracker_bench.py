@@ -53,7 +53,7 @@ def source_to(
 ) -> tuple[TrackerSource, FrameRing]:
     """Return a source of a server, not opened."""
     address = f"127.0.0.1:{server.port}"
-    config, ring = tracker_config(protocol, path, PROBE, load_rig(path), address, "test")
+    config, ring = tracker_config(protocol, PROBE, load_rig(path), address, "test")
     document = load_tracker(path)
     source = TrackerSource(
         tracker_description(config), PROTOCOLS[protocol](document), (config.host, config.port),

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.calibration.guided._procedure_views import (
         CalibrationComparison, CalibrationOutcome, CameraChange, CameraResiduals, KnownPoint,
-        KnownPointsView, LinePlan, RelocationView, Tilt, VerificationOutcome, VerificationView,
-        VolumeCoverage, coverage, viewer_axes,
+        KnownPointsView, LinePlan, RelocationView, Tilt, TrackerView, VerificationOutcome,
+        VerificationView, VolumeCoverage, coverage, viewer_axes,
     )  # fmt: skip
     from ocmm_core.calibration.guided._repeats import (
         SEATS, SEAT_MM, JudgedRepeat, Repeat, RestingPosition, SeatVisited, again_gate,
@@ -62,10 +62,10 @@ __all__ = [
     "Procedure", "ProcedureDecision", "ProcedureKind", "ProcedureView", "RelocationView", "Repeat",
     "Rest", "RestingPosition", "RestingTouch", "SeatVisited", "SessionChange", "SessionEvent",
     "SessionFormat", "SessionHeader", "SessionLine", "SessionLog", "ShockDetector", "Shot", "Spots",
-    "StaticSpotAverager", "Step", "Tilt", "TimeCourse", "VerificationOutcome", "VerificationView",
-    "VolumeCoverage", "again_gate", "again_instruction", "articulate", "build_outcome",
-    "change_findings", "coverage", "first_gate", "first_instruction", "from_spots", "handle_axis",
-    "hash_of", "is_ended", "joint_covariance", "judge_first_visit", "judge_repeats",
+    "StaticSpotAverager", "Step", "Tilt", "TimeCourse", "TrackerView", "VerificationOutcome",
+    "VerificationView", "VolumeCoverage", "again_gate", "again_instruction", "articulate",
+    "build_outcome", "change_findings", "coverage", "first_gate", "first_instruction", "from_spots",
+    "handle_axis", "hash_of", "is_ended", "joint_covariance", "judge_first_visit", "judge_repeats",
     "judge_visit_again", "length_sigma", "load_shots", "location_gains", "place_of_ball",
     "random_lines", "range_limit", "record_shock", "repeat_finding", "require_fresh_temperature",
     "require_no_doubt_since", "require_probe", "rest_of", "session_changes", "sessions",

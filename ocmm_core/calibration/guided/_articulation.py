@@ -78,14 +78,26 @@ def touch_of(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> RestingTo
     """Return the touch of averaged spots (C, L, 2), px; TrackingError without a pose."""
     found = tip_sensitivity(uv, rig, body)
     by_spots = found.by_spots.reshape(3, -1)
+    noise = sigma_px**2 * by_spots @ by_spots.T
+    if rig.markers is not None:
+        noise += _of_near_markers(uv, found.by_spots, rig)
     return RestingTouch(
         tip_world=found.tip_world,
         # The true tip moves against the estimated one as the probe is turned.
         rotation_world_from_probe=-found.by_geometry[:, -3:],
-        noise=sigma_px**2 * by_spots @ by_spots.T,
+        noise=noise,
         by_cameras=found.by_cameras,
         by_geometry=found.by_geometry,
     )
+
+
+def _of_near_markers(uv: Float, by_spots: Float, rig: Rig) -> Float:
+    """Return the covariance (3, 3), mm^2, that near markers add by errors they have in common."""
+    apart = np.sum((uv[:, :, None] - uv[:, None]) ** 2, axis=3) / rig.noise.pattern_length_px**2
+    alike = np.nan_to_num(np.exp(-0.5 * apart)) * (1.0 - np.eye(uv.shape[1]))
+    moved = np.nan_to_num(by_spots).reshape(3, *uv.shape)
+    added: Float = np.einsum("icla,clm,jcma->ij", moved, alike, moved, optimize=True)
+    return rig.noise.pattern_px**2 * added
 
 
 def tips_of(touches: Sequence[RestingTouch]) -> Points3:

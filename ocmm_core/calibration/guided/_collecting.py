@@ -60,7 +60,9 @@ class Average:
 
 def sigma_of_mean(rig: Rig, frames: int) -> float:
     """Return the standard deviation of the mean of resting spots, px per axis."""
-    return float(np.hypot(rig.noise.white_px / np.sqrt(frames), rig.noise.pattern_px))
+    filtered = 0.0 if rig.markers is None else rig.markers.document.noise.correlation
+    independent = frames * (1.0 - filtered) / (1.0 + filtered)
+    return float(np.hypot(rig.noise.white_px / np.sqrt(independent), rig.noise.pattern_px))
 
 
 @dataclass(slots=True)
@@ -239,10 +241,14 @@ class ProbeSpotAverager:
         self._before = pose.rotation_world_from_probe[0], pose.tip_world[0]
 
     def average(self) -> Average:
-        """Return the mean of the window by LED, (C, L, 2)."""
-        assert self._slot_of_led is not None  # noqa: S101 - only asked for when ready
-        spots = ordered_spots(self._window.uv[-self._frames :], self._slot_of_led)
+        """Return the mean of the last frames by LED, (C, L, 2)."""
+        spots = self.spots()[-self._frames :]
         return Average(spots.mean(axis=0), sigma_of_mean(self._rig, self._frames))
+
+    def spots(self) -> Pixels:
+        """Return the spots of the window by LED, (n, C, L, 2), px; NaN if not seen."""
+        assert self._slot_of_led is not None  # noqa: S101 - only asked for when ready
+        return ordered_spots(self._window.uv, self._slot_of_led)
 
     def live(self) -> Live:
         """Return the current view and whether it can be recorded."""

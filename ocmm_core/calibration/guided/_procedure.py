@@ -12,6 +12,7 @@ The procedures, each with ``start`` and ``resume`` (see their modules):
   ``result``
 - `verification.VerificationProcedure`: ``prepare``, ``seats``, ``lines``, ``spheres``, ``again``,
   ``result``
+- `cameras.TrackerProcedure`: ``prepare``, ``rest``, ``places``, ``result``
 - `sweeping.PivotProcedure`: ``prepare``, ``first``, ``second``, ``again``, ``result``
 
 ``start`` writes what is fixed for the session (rig, artefacts, people, temperature). `compute` may
@@ -50,6 +51,7 @@ class ProcedureKind(StrEnum):
     PIVOT = "pivot"
     QUALIFICATION = "qualification"
     TIP_CHECK = "tip-check"
+    TRACKER = "tracker"
 
 
 class ProcedureDecision(StrEnum):

@@ -81,6 +81,15 @@ class CalibrationOutcome:
 
 
 @dataclass(frozen=True, slots=True)
+class TrackerView:
+    """Snapshot of the calibration of a tracker."""
+
+    base: ProcedureView
+    outcome: CalibrationOutcome | None
+    """Result of `compute`, or None."""
+
+
+@dataclass(frozen=True, slots=True)
 class VerificationOutcome:
     """A verdict awaiting storage."""
 

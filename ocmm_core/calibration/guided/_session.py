@@ -52,22 +52,31 @@ class GuidedProcedure(procedure.Procedure, Generic[E, O]):
     """Base of all calibrations.
 
     ``chain`` has at least its first line, ``begun``; ``store`` gets the accepted result.
-    CalibrationError if the session was started with another rig, or the rig is a tracker.
+    CalibrationError if the session was started with another rig, or with a tracker and the
+    procedure is `for_cameras` only, or the reverse.
     """
 
     kind: procedure.ProcedureKind
+    for_cameras = True
+    for_trackers = False
     _outcome: O | None
     step_names: tuple[str, ...]
 
     def __init__(
         self, chain: ChainFile[SessionLine[E]], begun: SessionHeader, rig: Rig, store: Store
     ) -> None:
-        if rig.markers is not None:
+        if rig.markers is not None and not self.for_trackers:
             raise CalibrationError(
                 "session.tracker",
                 f"'{rig.name}' is a tracker: this procedure is for cameras and does not apply.",
                 "Give the rig of the cameras. How to measure with a tracker: manual, Optical "
                 "trackers.",
+            )
+        if rig.markers is None and not self.for_cameras:
+            raise CalibrationError(
+                "session.cameras",
+                f"'{rig.name}' is a rig of cameras: this procedure is for trackers.",
+                "Give the document of the tracker (schema ocmm.tracker/1) as the rig.",
             )
         if begun.rig_identity != rig.identity:
             raise CalibrationError(

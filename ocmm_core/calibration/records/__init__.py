@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.records._record_store import RecordStore, State
     from ocmm_core.calibration.records._records import (
         SCHEMA, VERIFICATION_SCHEMA, ArtefactUse, CameraRecord, Check, Corner, ErrorInterval,
-        Method, Objection, RepeatedSeat, ResidualMap, ThermalTerm, VerificationRecord, entry_of,
-        rig_from_record,
+        Method, Objection, RepeatedSeat, ResidualMap, ScaleError, ThermalTerm, VerificationRecord,
+        entry_of, rig_from_record,
     )  # fmt: skip
     from ocmm_core.calibration.records._sealed import (
         SignedRecord, canonical, load, load_named, load_signed, record_hash, save, seal,
@@ -62,7 +62,7 @@ __all__ = [
     "CalibrationStore", "CalibrationView", "CameraRecord", "Check", "Corner", "Course",
     "ErrorInterval", "Event", "EventKind", "Finding", "LengthBar", "MadeRecord", "Method",
     "Objection", "PivotCheck", "ProbeInUse", "ProbeOverview", "ProbeRecord", "ProbeStore",
-    "ProbeText", "ProbeView", "RecordStore", "RepeatedSeat", "ResidualMap", "Sample",
+    "ProbeText", "ProbeView", "RecordStore", "RepeatedSeat", "ResidualMap", "Sample", "ScaleError",
     "SignedRecord", "Sphere", "State", "ThermalTerm", "TipCheckRecord", "TipEvent", "TipEventKind",
     "TipRecord", "TipRecords", "TipState", "VerificationRecord", "artefact_of", "canonical",
     "check_camera_temperature", "compare_with_cameras", "default_folder", "default_probe_folder",

@@ -122,13 +122,6 @@ def open_calibration(
     document, or the name of the rig, cannot be used.
     """
     design = open_design(document, uncalibrated=uncalibrated)
-    if design.rig.markers is not None:
-        unproven = usable.Blocker(
-            f"Nothing on this computer proves the stated noise and scale of tracker "
-            f"'{design.rig.name}'.",
-            "Measure with 'uncalibrated': such results prove nothing.",
-        )
-        return design.refused(unproven, usable.CalibrationStatus.NONE)
     place = store_folder(folder, design.rig.name)
 
     def with_store(design: CalibrationInUse, store: CalibrationStore) -> CalibrationInUse:
@@ -137,6 +130,12 @@ def open_calibration(
             never = usable.Blocker(
                 f"The cameras of rig '{name}' were never calibrated.", "Calibrate them."
             )
+            if design.rig.markers is not None:
+                never = usable.Blocker(
+                    f"Nothing on this computer proves the stated noise and scale of tracker "
+                    f"'{name}'.",
+                    "Measure its noise, then verify it: ocmm calibrate tracker and verify.",
+                )
             return design.refused(never, usable.CalibrationStatus.NONE)
         rig = rig_in_force(record, design.rig)
         if record.rig != name:
@@ -148,14 +147,19 @@ def open_calibration(
                     "an empty folder.",
                 )
             )
-        if _cameras(rig) != _cameras(design.rig):
-            return design.refused(
-                usable.Blocker(
-                    f"The active calibration belongs to {_names(rig)}, but {document.name} names "
-                    f"{_names(design.rig)}.",
-                    "Give the rig document of the calibrated cameras, or calibrate these.",
-                )
+        if not _is_same_device(rig, design.rig):
+            other = usable.Blocker(
+                f"The active calibration belongs to {_names(rig)}, but {document.name} names "
+                f"{_names(design.rig)}.",
+                "Give the rig document of the calibrated cameras, or calibrate these.",
             )
+            if design.rig.markers is not None:
+                other = usable.Blocker(
+                    f"Serial number, unit, axes, volume or markers in {document.name} are not "
+                    f"those of the calibrated tracker '{name}'.",
+                    "Give the document it was calibrated with, or calibrate it again.",
+                )
+            return design.refused(other)
         return replace(design, rig=rig, rig_text=canonical(record).decode("utf-8"), record=record)
 
     return design.opened(lambda: CalibrationStore(place), with_store)
@@ -188,6 +192,15 @@ def require_record(in_use: CalibrationInUse) -> CameraRecord:
             "Choose the folder of camera records (Settings, Instrument).",
         )
     return in_use.record
+
+
+def _is_same_device(rig: Rig, design: Rig) -> bool:
+    """Return whether a record is of the cameras or the tracker of a document."""
+    if rig.markers is None or design.markers is None:
+        return rig.markers is design.markers and _cameras(rig) == _cameras(design)
+    # The noise of the document is only what was stated before.
+    stated = design.markers.document.noise
+    return msgspec.structs.replace(rig.markers.document, noise=stated) == design.markers.document
 
 
 def _cameras(rig: Rig) -> list[tuple[str, int, int, int, int]]:

@@ -16,13 +16,15 @@ from ocmm_core.camera import (
     Rig,
     SpotNoise,
     ThermalShare,
+    TrackerDocument,
     Vector3,
     camera_of,
+    tracker_rig,
 )
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 
-Method = Literal["known points", "relocation", "boards"]
+Method = Literal["known points", "relocation", "boards", "tracker"]
 
 
 class ResidualMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -101,6 +103,8 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """Hash of the previous record; empty for the first."""
     thermal: ThermalTerm | msgspec.UnsetType = msgspec.UNSET
     """Unset without a stated temperature and in earlier versions, to keep their hash."""
+    tracker: TrackerDocument | msgspec.UnsetType = msgspec.UNSET
+    """With measured noise; the cameras are then those that stand for it."""
 
 
 SCHEMA = "ocmm.camera-calibration/1"
@@ -183,6 +187,13 @@ class ErrorInterval(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         )
 
 
+class ScaleError(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Relative error of all lengths of a tracker, and its standard uncertainty."""
+
+    relative: float
+    sigma: float
+
+
 class VerificationRecord(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
 ):
@@ -215,10 +226,14 @@ class VerificationRecord(
     """Guideline advice that could not be followed, and why."""
     arose: ErrorInterval | None = None
     """None if no error was found, and in earlier versions."""
+    scale: ScaleError | None = None
+    """Of a tracker; None for cameras."""
 
 
 def rig_from_record(record: CameraRecord) -> Rig:
     """Return the rig of a record; CalibrationError if its covariance is invalid."""
+    if not isinstance(record.tracker, msgspec.UnsetType):
+        return tracker_rig(record.tracker, record_hash(record), f"record of {record.rig}")
     size = N_PARAMETERS * len(record.cameras)
     rows = [list(row) for row in record.covariance]
     if len(rows) != size or any(len(row) != size for row in rows):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -36,6 +37,10 @@ class Limits:
     def passes(self, check: Check) -> bool:
         guard = check.expanded_mm if self.rule == "guarded" else 0.0
         return abs(check.error_mm) + guard <= check.limit_mm
+
+    def failing(self, checks: Sequence[Check]) -> tuple[int, ...]:
+        """Return the indices of the checks that do not pass."""
+        return tuple(i for i, check in enumerate(checks) if not self.passes(check))
 
     def describe(self) -> str:
         """Return the rule in words, for records and reports."""

@@ -18,6 +18,7 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration import guided
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, let_pass
+from ocmm_core.calibration.verification import _verification as judging
 from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import CORNER_NAMES, plan_lines
 from ocmm_core.calibration.verification._state import (
@@ -33,7 +34,6 @@ from ocmm_core.calibration.verification._state import (
     VerificationState,
 )
 from ocmm_core.calibration.verification._verdict import judge_artefacts, verdict
-from ocmm_core.calibration.verification._verification import SPHERE_POINTS, judge_nest, worst
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
@@ -53,6 +53,7 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
     """See `procedure`; made by `start` and `resume`."""
 
     kind = guided.ProcedureKind.VERIFICATION
+    for_trackers = True
     step_names = (PREPARE, SEATS_FIRST, LINES, SPHERES, SEATS_AGAIN, RESULT)
 
     def __init__(
@@ -101,7 +102,7 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
                 f"Rig '{rig.name}' does not use the active calibration.",
                 "Calibrate the cameras first; a rig document cannot be verified.",
             )
-        chosen = limits or Limits()
+        chosen = judging.limits_of(rig, body) if limits in (None, Limits()) else limits
         findings = judge_artefacts(bar, spheres, chosen, now, temperature, store.active())
         let_pass(findings, force=False)
         # Refuse an unsuitable bar before there is a session.
@@ -157,7 +158,7 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
                 lines=lines,
                 current_line=state.current_line(),
                 spheres=touched,
-                sphere_points=SPHERE_POINTS,
+                sphere_points=judging.SPHERE_POINTS,
                 outcome=self._outcome,
                 places=self._begun.places,
                 seats_world=tuple(state.taken[one[0]].tip for one in visits if one),
@@ -229,7 +230,9 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
         pose = solve(average.uv[None], state.rig, state.body, average.sigma_px)
         tip, line = pose.tip_world[0], state.current_line()
         if self._step == LINES and line is not None:
-            hint = judge_nest(state.plans[line], tip, state.line_tips(line), self._begun.bar)
+            hint = judging.judge_nest(
+                state.plans[line], tip, state.line_tips(line), self._begun.bar
+            )
         else:
             hint = state.judge_seat(tip, again=self._step == SEATS_AGAIN)
         return replace(live, ready=False, hint=hint) if hint else live
@@ -361,7 +364,7 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
                 on_spheres,
                 state.spheres_gate(),
                 touched,
-                len(self._begun.spheres) * SPHERE_POINTS,
+                len(self._begun.spheres) * judging.SPHERE_POINTS,
             ),
             guided.Step(
                 SEATS_AGAIN,
@@ -384,9 +387,9 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
         store, active = self._store, self._store.active()
         due = "" if active is None else active.valid_until_utc
         record = verdict(self._state, active, store.last_good_utc)
-        passes = self._state.begun.limits.passes
-        failed = tuple(i for i, check in enumerate(record.checks) if not passes(check))
-        return lambda: guided.VerificationOutcome(record, worst(record.checks), failed, (), due)
+        failed = self._state.begun.limits.failing(record.checks)
+        largest = judging.worst(record.checks)
+        return lambda: guided.VerificationOutcome(record, largest, failed, (), due)
 
     def _put(self, outcome: guided.VerificationOutcome, decided: guided.Decided) -> None:
         now = datetime.fromisoformat(decided.utc)

@@ -19,6 +19,7 @@ from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import CORNER_SHARE
 from ocmm_core.calibration.verification._state import SphereTouched, Taken, VerificationState
+from ocmm_core.calibration.verification._tracker_lines import SCALE, TrackerLines
 from ocmm_core.calibration.verification._verification import sphere_checks
 from ocmm_core.errors import CalibrationError
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS, doubts_by_name
@@ -106,7 +107,7 @@ def culprits(state: VerificationState) -> list[records.Finding]:
     if abs(scale[0]) > _SIGMAS * sigma and left < (1.0 - _SHARE) * alone and not found:
         found.append(
             records.Finding(
-                "verification.scale",
+                SCALE,
                 f"All lengths are wrong by the same {1e6 * scale[0]:+.0f} um/m.",
                 "Check that bar, length and temperature match the bar document. If they do, the "
                 "scale of the calibration is wrong: calibrate again.",
@@ -180,9 +181,15 @@ def verdict(
         )  # fmt: skip
     conform = all(begun.limits.passes(check) for check in checks)
     corners, repeats = state.corners(), _repeats(state)
-    explained = [] if conform else culprits(state)
+    tracker = None if state.rig.markers is None else TrackerLines(state)
+    explained = [] if tracker is None else tracker.findings()
+    if not conform and tracker is None:
+        explained = culprits(state)
     tip_is_known = TIP not in {one.code for one in explained}
     moved, seen = _moved(state, repeats, tip_is_known=tip_is_known, failed=not conform)
+    if tracker is not None and SCALE in {one.code for one in explained}:
+        # It shows in the probe and in repeated seats as well.
+        moved = []
     uses = _uses_of(state)
     reused = judge_independence(uses, calibration)
     found = [*reused, *_unreached(corners), *explained, *moved]
@@ -211,6 +218,7 @@ def verdict(
             f"{UNPROVEN_CAMERAS}: {one}" for one in doubts_by_name(state.rig.device)
         )),
         arose=None if conform and not moved else arose,
+        scale=None if tracker is None else tracker.scale,
     )  # fmt: skip
 
 

@@ -9,15 +9,19 @@ replace an acceptance test according to the guideline.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from ocmm_core.calibration.guided import STILL_FRAMES, sigma_of_mean, touch_of
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Check, Corner, LengthBar, Sphere
 from ocmm_core.calibration.verification import _line_planning as line_planning
 from ocmm_core.calibration.verification._limits import Limits
+from ocmm_core.camera import Rig, project
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3
+from ocmm_core.tracking import ProbeBody
 
 SPHERE_POINTS = 25
 
@@ -27,6 +31,28 @@ _OFF_NEST_MM = 10.0
 _NEST_MM = 1.0
 """Largest calibration error for which nests are distinguishable."""
 _SPHERE_STEPS = 20
+_PREDICTED = 4.0
+"""Standard deviations that the largest of some thirty lengths stays within."""
+
+
+def limits_of(rig: Rig, body: ProbeBody) -> Limits:
+    """Return the usual limits; for a tracker four standard deviations of what its noise predicts.
+
+    Of a resting ball in the middle of the volume, in its worst direction.
+    """
+    if rig.markers is None:
+        return Limits()
+    origin = rig.volume_world.mean(axis=0) - body.leds_probe.mean(axis=0)
+    uv = np.array([project(camera, body.leds_probe + origin) for camera in rig.cameras])
+    noise = touch_of(uv, sigma_of_mean(rig, STILL_FRAMES), rig, body).noise
+    length = _PREDICTED * float(np.sqrt(2.0 * np.linalg.eigvalsh(noise)[-1]))
+    usual, scale = Limits(), rig.markers.document.noise.scale_sigma
+    constant = max(length, usual.constant)
+    per_length = max(_PREDICTED * scale, usual.per_length)
+    return replace(
+        usual, constant=constant, per_length=per_length,
+        largest=max(2.0 * constant, usual.largest), diameter=constant, form=2.0 * constant,
+    )  # fmt: skip
 
 
 def judge_placement(

@@ -1,0 +1,260 @@
+"""Whole sessions with optical trackers: noise measured, scale verified and corrected.
+
+    python -m benchmarks.trackers [--n SESSIONS] [--seed FIRST]
+
+Each session draws a tracker (place errors, noise, bar) whose document states noise that is wrong by
+a factor of 0.5 to 2, measures it (`ocmm calibrate tracker`), verifies it with the length bar, and
+measures lengths at other places. Half of the trackers have a scale that is wrong by 300 um/m; that
+is corrected by the failed verification, and verified again with another bar. Ends with 1 if more
+than 5 % of the scale errors are missed, more than 2 % of the honest trackers are refused for their
+scale, or fewer than 93 % of the squared errors of points are within the 95 % limit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from scipy.stats import chi2
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.cameras import TrackerProcedure, correct_scale
+from ocmm_core.calibration.guided import Procedure
+from ocmm_core.calibration.records import CalibrationStore, LengthBar, load_bar, open_calibration
+from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.camera import Rig, TrackerDocument, load_tracker, project
+from ocmm_core.composition import STANDARD_PROBE
+from ocmm_core.documents import resource
+from ocmm_core.geometry import Float, rotation_from_vector
+from ocmm_core.measuring import PointOptions, StablePoint, average, systematic_covariance
+from ocmm_core.settings import toml_text
+from ocmm_core.tracking import TrackingPipeline, load_probe, tip_sensitivity
+from ocmm_sim.calibration_scenes import CalibrationScenesRig, Scene
+from ocmm_sim.sources import VirtualSite, scenes_of_tracker, scenes_of_verification
+from ocmm_sim.trackers import MarkerErrors
+
+SCALE_ERROR = 3e-4
+START = datetime(2026, 3, 2, 8, 0, tzinfo=UTC)
+_BLOCK, _POINTS, _AVERAGED, _ATTEMPTS = 50, 40, 25, 4
+
+
+class TrackerSite:
+    """A tracker with its errors, and the document that states other noise."""
+
+    def __init__(self, folder: Path, true: TrackerDocument, stated: TrackerDocument, seed: int,
+                 scale: float = 0.0) -> None:  # fmt: skip
+        self.folder, self.seed, self.scale = folder, seed, scale
+        self.true_file, self.file = folder / "true.toml", folder / "tracker.toml"
+        for path, document in ((self.true_file, true), (self.file, stated)):
+            path.write_text(toml_text(msgspec.to_builtins(document)))
+        self.body = load_probe(STANDARD_PROBE)
+        self.errors, self.head = MarkerErrors(true, seed), np.array(true.head)
+        self.store = CalibrationStore(folder / true.name)
+        self.now = START
+
+    @property
+    def rig(self) -> Rig:
+        """Return the rig in force."""
+        return open_calibration(self.file, self.folder).rig
+
+    def reported(self, leds: Float, document: TrackerDocument) -> Float:
+        """Return the markers of a frame, mm, corrected as the reader does."""
+        wrong = self.head + (1.0 + self.scale) * (leds - self.head)
+        return self.errors.reported(wrong) * document.noise.scale
+
+    def frames(self, rig: Rig, shown: CalibrationScenesRig, first: int, count: int) -> FrameBlock:
+        """Return frames as the reader of the tracker pushes them."""
+        assert rig.markers is not None
+        document, half = rig.markers.document, np.cos(self.body.emission_half_angle)
+        places = np.full((count, self.body.n_leds, 3), np.nan)
+        for frame in range(count):
+            leds, lights = shown.leds(first + frame)
+            rays = self.head - leds
+            seen = np.sum(lights * rays, axis=1) >= half * np.linalg.norm(rays, axis=1)
+            places[frame, seen] = self.reported(leds, document)[seen]
+        return self.block(rig, places, first)
+
+    def resting(self, rig: Rig, leds: Float) -> FrameBlock:
+        """Return frames of LEDs at rest, all of which are seen."""
+        assert rig.markers is not None
+        document = rig.markers.document
+        return self.block(rig, np.array([self.reported(leds, document) for _ in range(_AVERAGED)]))
+
+    def block(self, rig: Rig, places: Float, first: int = 0) -> FrameBlock:
+        """Return frames of markers (n, L, 3), mm, NaN if not seen."""
+        count = len(places)
+        uv = np.full((count, len(rig.cameras), 8, 2), np.nan)
+        for index, camera in enumerate(rig.cameras):
+            uv[:, index, : self.body.n_leds] = project(camera, places)
+        bits = (np.uint64(1) << np.arange(8, dtype=np.uint64)) * np.isfinite(uv[:, 0, :, 0])
+        counter = np.arange(first, first + count, dtype=np.int64)
+        return FrameBlock(
+            counter=counter, time_ns=counter * round(1e9 / rig.frame_rate_hz),
+            flags=np.zeros(count, np.uint32),
+            valid=np.repeat(bits.sum(axis=1, dtype=np.uint64)[:, None], len(rig.cameras), axis=1),
+            uv=uv,
+        )  # fmt: skip
+
+    def play(
+        self, procedure: Procedure, rig: Rig, scenes: Callable[[VirtualSite], tuple[Scene, ...]]
+    ) -> None:
+        """Show scenes to a procedure until it has all that it needs."""
+        procedure.advance(self.now)
+        for attempt in range(_ATTEMPTS):
+            if procedure.base.current < len(procedure.base.steps) - 1:
+                # Another seed holds the probe in other attitudes.
+                seed = self.seed + 1000 * attempt
+                site = VirtualSite(self.true_file, STANDARD_PROBE, seed, None)
+                self._show(procedure, rig, site.script(scenes(site)).build())
+
+    def _show(self, procedure: Procedure, rig: Rig, shown: CalibrationScenesRig) -> None:
+        for first in range(0, shown.n_frames, _BLOCK):
+            procedure.watch(self.frames(rig, shown, first, min(_BLOCK, shown.n_frames - first)))
+            self.now += timedelta(seconds=_BLOCK / rig.frame_rate_hz)
+            if procedure.base.live.ready:
+                procedure.take(self.now)
+                if isinstance(procedure, VerificationProcedure):
+                    for line, plan in enumerate(procedure.view.lines):
+                        if plan.hint:
+                            procedure.repeat_line(line, self.now)
+            while procedure.base.current < len(procedure.base.steps) - 1:
+                if not procedure.base.step.gate.open:
+                    break
+                procedure.advance(self.now)
+
+    def calibrate(self) -> None:
+        """Measure the noise and accept it; CalibrationError if refused."""
+        rig = self.rig
+        procedure = TrackerProcedure.start(
+            self.folder / "sessions", rig, self.body, self.store, self.now, who="benchmark"
+        )
+        self.play(procedure, rig, lambda site: scenes_of_tracker(site, rig, procedure.view))
+        procedure.compute()
+        procedure.accept(self.now, "measured")
+
+    def verify(self, bar: LengthBar) -> tuple[str, ...]:
+        """Store a verification, and return the codes of its objections; empty if passed."""
+        rig = self.rig
+        procedure = VerificationProcedure.start(
+            self.folder / "sessions", rig, self.body, self.store, bar, self.now, who="benchmark"
+        )
+        self.play(
+            procedure, rig,
+            lambda site: scenes_of_verification(site, rig, procedure.view, bar, ()),
+        )  # fmt: skip
+        procedure.compute()
+        outcome = procedure.view.outcome
+        assert outcome is not None
+        procedure.accept(self.now, "verified")
+        record = outcome.record
+        return () if record.passed else tuple(one.code for one in record.objections) or ("lengths",)
+
+    def squares(self, count: int) -> Float:
+        """Return the normalised squares (n,) of tip errors at new places; NaN if refused."""
+        rig, rng = self.rig, np.random.default_rng([self.seed, 46])
+        exact = replace(self.body, geometry_covariance=np.zeros_like(self.body.geometry_covariance))
+        low, high = rig.volume_world
+        found = np.full(count, np.nan)
+        assert rig.markers is not None
+        for index in range(count):
+            tip = low + rng.random(3) * (high - low)
+            turn = rotation_from_vector(rng.normal(0.0, 0.15, 3))
+            self.errors.restart()
+            leds = tip + (self.body.leds_probe - self.body.tip_probe) @ turn.T
+            track = TrackingPipeline(rig, exact).process(self.resting(rig, leds))
+            point = average(track, _AVERAGED, rig, PointOptions())
+            if isinstance(point, StablePoint):
+                systematic = systematic_covariance(
+                    [tip_sensitivity(point.spots, rig, exact)], rig, exact
+                )
+                covariance = point.random_covariance - point.motion_covariance + systematic
+                # The scale is corrected about the origin, not about the head.
+                moved = (rig.markers.document.noise.scale - 1.0) * self.head
+                error = point.tip_world - moved - tip
+                found[index] = error @ np.linalg.solve(covariance, error)
+        return found
+
+
+def drawn(seed: int) -> tuple[TrackerDocument, TrackerDocument]:
+    """Return a tracker and its document, whose stated noise is wrong by up to a factor of two."""
+    rng = np.random.default_rng([seed, 47])
+    true = load_tracker(resource("rigs", "tracker.toml"))
+    kind = rng.integers(3)
+    noise = msgspec.structs.replace(
+        true.noise, scale_sigma=0.0, rounding=(0.001, 0.01, 0.001)[kind],
+        correlation=(0.0, 0.0, 0.5)[kind], growth=("distance", "distance", "none")[kind],
+        place_sigma=float(rng.uniform(0.003, 0.015)), place_length=100.0,
+    )  # fmt: skip
+    lie = rng.uniform(0.5, 2.0, 2).tolist()
+    stated = msgspec.structs.replace(
+        noise, sigma_across=noise.sigma_across * lie[0], sigma_along=noise.sigma_along * lie[0],
+        place_sigma=noise.place_sigma * lie[1], correlation=0.0, rounding=0.0, scale_sigma=5e-6,
+    )  # fmt: skip
+    return msgspec.structs.replace(true, noise=noise), msgspec.structs.replace(true, noise=stated)
+
+
+@dataclass(slots=True)
+class Result:
+    """One session."""
+
+    first: tuple[str, ...] = ()
+    """Objections of the first verification."""
+    second: tuple[str, ...] = ()
+    """After the correction of the scale."""
+    squares: Float | None = None
+    scale: float = 0.0
+    """Error of the estimated scale, in its standard uncertainties."""
+
+
+def session(seed: int, scale: float) -> Result:
+    """Calibrate, verify and measure with one tracker; correct its scale if that is wrong."""
+    bar = load_bar(resource("artefacts", "verification_bar.toml"))
+    other = load_bar(resource("artefacts", "bar.toml"))
+    with tempfile.TemporaryDirectory() as folder:
+        site = TrackerSite(Path(folder), *drawn(seed), seed, scale)
+        site.calibrate()
+        result = Result(site.verify(bar))
+        judged = site.store.verifications()[-1].scale
+        assert judged is not None
+        result.scale = (judged.relative - scale) / judged.sigma
+        if "verification.scale" in result.first:
+            correct_scale(site.store, "benchmark", "as verified", site.now)
+            result.second = site.verify(other)
+        result.squares = site.squares(_POINTS)
+    return result
+
+
+def main() -> int:
+    """Print what was found, and return 1 if a limit is broken."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--n", type=int, default=100, help="Sessions of each kind.")
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    counts = {}
+    for name, scale in (("honest", 0.0), ("scale 300 um/m off", SCALE_ERROR)):
+        results = [session(options.seed + i, scale) for i in range(options.n)]
+        accused = sum("verification.scale" in one.first for one in results)
+        passed = sum(not one.first or ("verification.scale" in one.first and not one.second)
+                     for one in results)  # fmt: skip
+        squares = np.concatenate([one.squares for one in results if one.squares is not None])
+        inside = float(np.mean(squares[np.isfinite(squares)] <= chi2.ppf(0.95, 3)))
+        others = [code for one in results for code in (*one.first, *one.second)]
+        print(f"{name}: scale named {accused} of {options.n}, valid at the end {passed}, points in "
+              f"the 95 % ellipsoid {100.0 * inside:.1f} % of {np.isfinite(squares).sum()}; "
+              f"objections {sorted(set(others))}; error of the scale "
+              f"{np.std([one.scale for one in results]):.2f} u")  # fmt: skip
+        counts[name] = accused, inside
+    honest, wrong = counts.values()
+    broken = wrong[0] < 0.95 * options.n or honest[0] > 0.02 * options.n
+    return int(broken or min(honest[1], wrong[1]) < 0.93)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

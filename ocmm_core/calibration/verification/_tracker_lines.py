@@ -1,0 +1,138 @@
+"""Scale and noise of a tracker by the lines of a verification.
+
+All lines are adjusted together: their places and directions, the scale of the markers, and the
+errors of LEDs and ball with the prior of the probe. Errors of near markers are correlated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import chi2
+
+from ocmm_core.calibration import guided, records
+from ocmm_core.calibration.verification._state import Taken, VerificationState
+from ocmm_core.camera import place_shape, project, projection_jacobians
+from ocmm_core.geometry import Float, perpendicular_pair, unit
+from ocmm_core.tracking import solve, tip_sensitivity, triangulate
+
+SCALE = "verification.scale"
+_CHANCE = 0.999
+"""Of scatter by the noise alone."""
+_SIGMAS = 3.3
+_STEP = 1e-3
+
+
+class TrackerLines:
+    """The adjusted lines of a tracker."""
+
+    def __init__(self, state: VerificationState) -> None:
+        self._state = state
+        rows, values = _rows_of(state)
+        step, *_ = np.linalg.lstsq(rows, values)
+        left = float(np.sum((values - rows @ step) ** 2))
+        free = len(values) - int(np.linalg.matrix_rank(rows))
+        factor = max(1.0, left / free)
+        variance = np.linalg.pinv(rows.T @ rows)[-1, -1] * factor
+        certificate = max(
+            check.expanded_mm / check.certified_mm / 2.0
+            for line in range(len(state.plans)) for check in state.lengths(line)[-1:]
+        )  # fmt: skip
+        self.scale = records.ScaleError(
+            relative=float(step[-1]), sigma=float(np.hypot(np.sqrt(variance), certificate))
+        )
+        self._times = np.sqrt(left / free)
+        self._scattered = left > chi2.ppf(_CHANCE, free)
+
+    def findings(self) -> list[records.Finding]:
+        """Return the objections to the scale, and to places that scatter too much."""
+        markers, scale = self._state.rig.markers, self.scale
+        assert markers is not None  # noqa: S101 - only of trackers
+        found = []
+        stated = markers.document.noise.scale_sigma
+        if abs(scale.relative) > _SIGMAS * np.hypot(scale.sigma, stated):
+            found.append(
+                records.Finding(
+                    SCALE,
+                    f"All lengths are wrong by the same {1e6 * scale.relative:+.0f} um/m, with a "
+                    f"standard uncertainty of {1e6 * scale.sigma:.0f} um/m.",
+                    "Check that bar, length and temperature match the bar document. If they do, "
+                    "correct the scale (ocmm calibrate scale), and verify with another bar.",
+                    refuses=True,
+                )
+            )
+        if self._scattered:
+            found.append(
+                records.Finding(
+                    "verification.noise",
+                    f"The places of the ball scatter {self._times:.1f} times as much as the noise "
+                    "of the tracker explains: U of its points would be too small.",
+                    "Calibrate the tracker again, all over its volume; then verify.",
+                    refuses=True,
+                )
+            )
+        return found
+
+
+def _rows_of(state: VerificationState) -> tuple[Float, Float]:
+    """Return rows (of lines, probe, then the scale) and values, in sigmas; the prior at the end."""
+    lines = [state.line_taken(line) for line in range(len(state.plans))]
+    nests, geometry = state.begun.bar.nests, state.body.geometry_covariance
+    spread = np.linalg.cholesky(geometry + 1e-12 * np.eye(len(geometry)))
+    n_own, rows, values = 5 * len(lines), [], []
+    for line, taken in enumerate(lines):
+        tips = [one.tip for one in taken]
+        along, first = unit(tips[-1] - tips[0]), taken[0]
+        for nest, one in enumerate(taken):
+            place = state.begun.bar.artefact.at(nests[nest] - nests[0], state.begun.temperature)[0]
+            row = np.zeros((3, n_own))
+            row[:, 5 * line : 5 * line + 3] = np.eye(3)
+            row[:, 5 * line + 3 : 5 * line + 5] = place * np.column_stack(perpendicular_pair(along))
+            by_probe = one.rest.touch.by_geometry - first.rest.touch.by_geometry
+            by_scale = _by_scale(one, state) - _by_scale(first, state)
+            rows.append(np.hstack([row, by_probe @ spread, by_scale[:, None]]))
+            values.append(one.tip - tips[0] - place * along)
+    white = np.linalg.inv(np.linalg.cholesky(_covariance([one for t in lines for one in t], state)))
+    design = white @ np.concatenate(rows)
+    prior = np.eye(design.shape[1])[n_own:-1]
+    return np.vstack([design, prior]), np.pad(white @ np.concatenate(values), (0, len(prior)))
+
+
+def _covariance(taken: Sequence[Taken], state: VerificationState) -> Float:
+    """Return the covariance (3 n, 3 n), mm^2, of tips: near markers have errors in common."""
+    rig, body = state.rig, state.body
+    assert rig.markers is not None  # noqa: S101 - only of trackers
+    document = rig.markers.document
+    found = np.zeros((3 * len(taken), 3 * len(taken)))
+    places, moved = [], []
+    for number, one in enumerate(taken):
+        uv = guided.from_spots(one.event.uv)
+        by_spots = tip_sensitivity(uv, rig, body).by_spots.reshape(3, *uv.shape)
+        seen = np.flatnonzero(np.isfinite(uv).all(axis=(0, 2)))
+        at, by_spots = triangulate(rig, uv[:, seen]), by_spots[:, :, seen]
+        by_place = np.array([projection_jacobians(camera, at)[0] for camera in rig.cameras])
+        moves = np.einsum("iclx,clxy->liy", by_spots, by_place) @ place_shape(at, document)
+        white = one.event.sigma_px**2 - rig.noise.pattern_px**2
+        by_spots = by_spots.reshape(3, -1)
+        part = slice(3 * number, 3 * number + 3)
+        found[part, part] = white * by_spots @ by_spots.T
+        whole = np.zeros((len(seen), len(found), 3))
+        whole[:, part] = moves
+        places.append(at)
+        moved.append(whole)
+    where, by_field = np.concatenate(places), np.concatenate(moved)
+    apart = np.sum((where[:, None] - where) ** 2, axis=2) / document.noise.place_length**2
+    shared = np.tensordot(np.exp(-0.5 * apart), by_field, axes=1)
+    found += document.noise.place_sigma**2 * np.einsum("liy,ljy->ij", by_field, shared)
+    return found
+
+
+def _by_scale(one: Taken, state: VerificationState) -> Float:
+    """Return the derivative (3,), mm, of a tip by the scale of the markers, about the origin."""
+    uv, rig = guided.from_spots(one.event.uv), state.rig
+    places = (1.0 + _STEP) * triangulate(rig, uv)
+    scaled = np.array([project(camera, places) for camera in rig.cameras])
+    tip: Float = solve(scaled[None], rig, state.body, one.event.sigma_px).tip_world[0]
+    moved: Float = (tip - one.tip) / _STEP
+    return moved
