@@ -12,7 +12,13 @@ from ocmm_core.tracking.kernels import _grow_kernel as grow_kernel
 from ocmm_core.tracking.kernels import _kernel as kernel
 from ocmm_core.tracking.kernels import _meeting_kernel as meeting_kernel
 from ocmm_core.tracking.kernels import _small_algebra as small_algebra
-from ocmm_core.tracking.kernels._grow_kernel import extend_hypothesis
+from ocmm_core.tracking.kernels._grow_kernel import (
+    Cameras,
+    FrameRays,
+    Gates,
+    LitBody,
+    extend_hypothesis,
+)
 from ocmm_core.tracking.kernels._meeting_kernel import undistort_rays
 
 _NEEDS = (decide_kernel, doubt_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
@@ -48,8 +54,9 @@ def extend_tracked(
     # -1: any slot may be any LED. The strobe code is no longer needed once labels exist.
     usable = np.full(n_cameras * n_slots, -1)
     chi2 = extend_hypothesis(
-        ideal, jacobian, there, usable, cams, centres, leds, directions, least_cosine, sigma,
-        rival_px, limits, labels, np.empty((3, 3)), np.empty(3), worth,
+        FrameRays(ideal, jacobian, there, usable), Cameras(cams, centres),
+        LitBody(leds, directions, least_cosine), Gates(sigma, rival_px, limits), labels,
+        np.empty((3, 3)), np.empty(3), worth,
     )  # fmt: skip
     # The caller compares with `_decide_kernel.MAX_DOUBT`; infinity is always above it.
     return worth[0] if chi2 >= 0.0 else np.inf
