@@ -132,7 +132,7 @@ ocmm_sim.scene._exposure
     run i f3 f1 U U f1 w2 f2 i1 i2 b f1 i w1 b1 u2 f3 f3
 ocmm_sim.scene._kernels
     move f1 f2 f4 f3 f2 b1 b1
-    see f3 f2 f2 f2 f f1 f f i1 f3 f f3 U1 U1 f3
+    see f3 f2 f2 f2 f f1 i1 f3 f3 U1 U1 f3
 ocmm_sim.hand._kernel
     distance f1 f2 f2 f1
     drive f1 f1 f f f f2 f2 f2 f1 b1
