@@ -7,7 +7,7 @@ Start with `_texts` (translation), `_language`, `_numbers` (numbers, lengths, da
 (three themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome,
 painted widgets), `_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons),
 `_sheet` (pages closed by Esc), `_parts` (also layouts), `_narrow` (fitted texts), `_panels`
-(non-modal questions), `_recent` (plans, jobs, folders). `_notify` shows errors, `_sound` plays
+(non-modal questions, recent plans, jobs and folders). `_notify` shows errors, `_sound` plays
 sounds. The package `work` runs lengthy work.
 First package of the window: it must not import screens or the station.
 """
@@ -40,13 +40,13 @@ if TYPE_CHECKING:
         time_words, to_mm, typed_value, unit_word, use_numbers,
     )  # fmt: skip
     from ocmm_gui.kit._panels import (
-        AnswerPanel, OwnKeysField, PathPanel, ReasonPanel, dropped_file, list_step,
+        AnswerPanel, OwnKeysField, PathPanel, ReasonPanel, RecentPlaces, dropped_file, is_shipped,
+        list_step,
     )  # fmt: skip
     from ocmm_gui.kit._parts import (
         ColouredRow, DataTable, NumberTable, dressed, fill, hbox, panel, scrolled, sentence_label,
         stacked, value_label, vbox,
     )  # fmt: skip
-    from ocmm_gui.kit._recent import RecentPlaces, is_shipped
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, LateParts, Sheet, caption, form_field
     from ocmm_gui.kit._shortcuts import (
         DEBOUNCE_S, SHORT, DebouncedCommand, bind_actions, conflict_of, key_words, large_button,

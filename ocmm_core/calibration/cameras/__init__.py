@@ -3,7 +3,7 @@
 In: a list of known points, and the averaged spots of each camera there.
 Out: cameras with full covariance, findings, and a record to accept.
 
-Read `_reference_points` (the files), `_dlt` (start values), `_least_squares` with `_kernel`,
+Read `_reference_points` (the files), `_dlt` (start values), `_least_squares`,
 `_model_fit` (one camera), `_network` (all of them). `_guards` with `_lens` judges them, also
 whether the lens model suffices. `_procedure_known_points` is the guided procedure. The package is
 independent of bundles, relocation and probe calibration.
@@ -12,14 +12,13 @@ independent of bundles, relocation and probe calibration.
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.calibration.cameras import _kernel as kernel
+    from ocmm_core.calibration.cameras import _lens as lens
     from ocmm_core.calibration.cameras._dlt import cloud_of
     from ocmm_core.calibration.cameras._guards import (
         CHI2_DEVIATION, FLAT_REFUSED, FLAT_WARNED, FOCAL_SIGMA, OUTLIERS_REFUSED, RMS_FORCED,
         RMS_REFUSED, lens_effect,
     )  # fmt: skip
-    from ocmm_core.calibration.cameras._kernel import empty_rows, spot_rows
-    from ocmm_core.calibration.cameras._lens import LensCamera
+    from ocmm_core.calibration.cameras._lens import LensCamera, empty_rows, spot_rows
     from ocmm_core.calibration.cameras._model_fit import OUTLIER_PROBABILITY, fit_camera
     from ocmm_core.calibration.cameras._network import calibrate_rig
     from ocmm_core.calibration.cameras._procedure_known_points import KnownPointsProcedure
@@ -32,6 +31,6 @@ else:
 __all__ = [
     "CHI2_DEVIATION", "FLAT_REFUSED", "FLAT_WARNED", "FOCAL_SIGMA", "OUTLIERS_REFUSED",
     "OUTLIER_PROBABILITY", "RMS_FORCED", "RMS_REFUSED", "KnownPoints", "KnownPointsProcedure",
-    "LensCamera", "SpotTable", "calibrate_rig", "cloud_of", "empty_rows", "fit_camera", "kernel",
+    "LensCamera", "SpotTable", "calibrate_rig", "cloud_of", "empty_rows", "fit_camera", "lens",
     "lens_effect", "load_spots", "read_reference_points", "spot_rows",
 ]  # fmt: skip

@@ -13,12 +13,10 @@ import numpy as np
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import _decide_kernel as decide_kernel
-from ocmm_core.tracking.kernels import _doubt_kernel as doubt_kernel
 from ocmm_core.tracking.kernels import _kernel as kernel
 from ocmm_core.tracking.kernels import _meeting_kernel as meeting_kernel
 from ocmm_core.tracking.kernels import _small_algebra as small_algebra
-from ocmm_core.tracking.kernels._decide_kernel import clear
-from ocmm_core.tracking.kernels._doubt_kernel import ambiguity_score
+from ocmm_core.tracking.kernels._decide_kernel import ambiguity_score, clear
 from ocmm_core.tracking.kernels._kernel import Bool, fit_leds, normal_equations, triangulate_leds
 from ocmm_core.tracking.kernels._meeting_kernel import view
 from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward, turn
@@ -36,7 +34,7 @@ of the miss over the variance of a spot, which itself contributes two) are added
 hardly changes, and a round for every spot would take too long.
 """
 
-_NEEDS = (decide_kernel, doubt_kernel, kernel, meeting_kernel, small_algebra)
+_NEEDS = (decide_kernel, kernel, meeting_kernel, small_algebra)
 
 
 class FrameRays(NamedTuple):
@@ -84,7 +82,7 @@ def extend_hypothesis(
     are indistinguishable there, and images of such close lights disturb each other.
 
     ``labels`` (C, L): slots, -1 if none, changed in place. Outputs: ``rotation`` (3, 3) and
-    ``origin`` (3,), mm, pose in the world; ``worth`` (1,), see `doubt_kernel.ambiguity_score`.
+    ``origin`` (3,), mm, pose in the world; ``worth`` (1,), see `ambiguity_score`.
     Returns chi-square, or -1 if the labelling fails.
     """
     ideal, jacobian, there, usable = rays

@@ -9,7 +9,6 @@ import numpy as np
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import _decide_kernel as decide_kernel
-from ocmm_core.tracking.kernels import _doubt_kernel as doubt_kernel
 from ocmm_core.tracking.kernels import _grow_kernel as grow_kernel
 from ocmm_core.tracking.kernels import _kernel as kernel
 from ocmm_core.tracking.kernels import _meeting_kernel as meeting_kernel
@@ -44,7 +43,7 @@ USUAL_SPOTS = 32
 RULE_MARGIN = 0.17
 """Sine of 10 degrees: margin around a rule's limit in which compliance is uncertain."""
 
-_NEEDS = (decide_kernel, doubt_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
+_NEEDS = (decide_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
 
 
 class BodySearch(NamedTuple):
