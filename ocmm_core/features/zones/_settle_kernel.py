@@ -210,52 +210,29 @@ def settle_zone(
         )  # fmt: skip
         reach = np.abs(newton).max()
         width = upper - least
+        top, bottom = upper, least
+        if touched:
+            _full_step(free, steps, newton, full)
+            move_zone(frame, origin, sizes, full, to_frame, to_origin, to_sizes)
+            top, bottom = zone_about(
+                kind, sign, lower, even, points, to_frame, to_origin, to_sizes, local, found,
+                jacobian,
+            )  # fmt: skip
         if gain <= SETTLED * scale:
             # If curvature pins the element, its position converges later than its width.
             if not touched or polishes == POLISHES or reach > CLOSE * scale:
                 return upper, least, True
-            _full_step(free, steps, newton, full)
-            move_zone(frame, origin, sizes, full, to_frame, to_origin, to_sizes)
-            top, bottom = zone_about(
-                kind,
-                sign,
-                lower,
-                even,
-                points,
-                to_frame,
-                to_origin,
-                to_sizes,
-                local,
-                found,
-                jacobian,
-            )
             if top - bottom > width + 4.0 * SETTLED * scale:
                 return upper, least, True
             polishes += 1
             upper, least = top, bottom
             frame[:], origin[:], sizes[:] = to_frame, to_origin, to_sizes
             continue
-        if touched:
-            _full_step(free, steps, newton, full)
-            move_zone(frame, origin, sizes, full, to_frame, to_origin, to_sizes)
-            top, bottom = zone_about(
-                kind,
-                sign,
-                lower,
-                even,
-                points,
-                to_frame,
-                to_origin,
-                to_sizes,
-                local,
-                found,
-                jacobian,
-            )
-            if width - (top - bottom) > 0.25 * gain:
-                upper, least = top, bottom
-                frame[:], origin[:], sizes[:] = to_frame, to_origin, to_sizes
-                radius = min(max(radius, 2.0 * reach), greatest)
-                continue
+        if touched and width - (top - bottom) > 0.25 * gain:
+            upper, least = top, bottom
+            frame[:], origin[:], sizes[:] = to_frame, to_origin, to_sizes
+            radius = min(max(radius, 2.0 * reach), greatest)
+            continue
         _full_step(free, steps, solution[:k], full)
         move_zone(frame, origin, sizes, full, to_frame, to_origin, to_sizes)
         top, bottom = zone_about(
