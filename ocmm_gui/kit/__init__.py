@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, LateParts, Sheet, caption, form_field
     from ocmm_gui.kit._shortcuts import (
         DEBOUNCE_S, SHORT, DebouncedCommand, bind_actions, conflict_of, key_words, large_button,
-        make_actions, make_button, shortcuts_of, show_mode, usable_keys, use_shortcuts,
+        make_action, make_actions, make_button, shortcuts_of, show_mode, usable_keys, use_shortcuts,
     )  # fmt: skip
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._table_import import TableImport
@@ -81,14 +81,14 @@ __all__ = [
     "hbox", "header_words", "ink", "is_ambiguous", "is_held", "is_longer", "is_shipped",
     "key_words", "kind_value", "language_file", "language_in_use", "large_button", "later",
     "led_name", "length_number", "length_of_field", "length_words", "limit_words", "list_step",
-    "literal", "localised", "make_actions", "make_button", "mark_colour", "millimetres",
-    "mode_words", "named_quantity", "next_step", "numbers_in_use", "outlier_count", "outlier_words",
-    "paint_mark", "panel", "plain_number", "progress_word", "quantity", "read_number",
-    "reference_led_name", "reference_words", "said", "said_word", "scrolled", "seen_cameras",
-    "seen_targets", "sentence_label", "shape_word", "shortcuts_of", "show_mode", "slot_names",
-    "split_unit", "stacked", "status_colour", "status_mark", "step_text", "style_of", "text_font",
-    "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value", "unit_word", "usable_keys",
-    "use_language", "use_numbers", "use_role", "use_shortcuts", "value_label", "vbox",
-    "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
+    "literal", "localised", "make_action", "make_actions", "make_button", "mark_colour",
+    "millimetres", "mode_words", "named_quantity", "next_step", "numbers_in_use", "outlier_count",
+    "outlier_words", "paint_mark", "panel", "plain_number", "progress_word", "quantity",
+    "read_number", "reference_led_name", "reference_words", "said", "said_word", "scrolled",
+    "seen_cameras", "seen_targets", "sentence_label", "shape_word", "shortcuts_of", "show_mode",
+    "slot_names", "split_unit", "stacked", "status_colour", "status_mark", "step_text", "style_of",
+    "text_font", "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value", "unit_word",
+    "usable_keys", "use_language", "use_numbers", "use_role", "use_shortcuts", "value_label",
+    "vbox", "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
     "wrapped_pixels",
 ]  # fmt: skip
