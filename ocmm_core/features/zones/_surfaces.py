@@ -52,8 +52,6 @@ _CODES = {kind: code for code, kind in enumerate(DistanceKind)}
 
 @dataclass(frozen=True, slots=True)
 class ElementFamily:
-    """A family of elements."""
-
     kind: DistanceKind
     free: tuple[int, ...]
     """Free entries of a step: indices of u, v, w, a, b, the two sizes and the turn."""
