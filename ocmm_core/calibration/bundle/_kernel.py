@@ -62,7 +62,7 @@ def eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
     return True
 
 
-class SpotRows(NamedTuple):
+class WeightedRows(NamedTuple):
     """Weighted derivatives of a spot, u and v, and its weighted miss (2,)."""
 
     u_row: Float
@@ -77,7 +77,7 @@ class SpotRows(NamedTuple):
 @compiled(camera_kernel)
 def add_spot(
     packed: Float, x: float, y: float, z: float, seen: Float, weight: float, first: int,
-    u: Float, b: Float, rows: SpotRows,
+    u: Float, b: Float, rows: WeightedRows,
 ) -> float:  # fmt: skip
     """Add a spot to U and b; return its weighted square, infinite behind the camera."""
     u_row, v_row, u_point, v_point, miss = rows
@@ -147,7 +147,7 @@ def schur_reduce_poses(
     u_pose, v_pose = np.empty(6), np.empty(6)
     u_point, v_point = np.empty(3), np.empty(3)
     u_led, v_led, miss = np.empty(3), np.empty(3), np.empty(2)
-    rows = SpotRows(u_row, v_row, u_point, v_point, miss)
+    rows = WeightedRows(u_row, v_row, u_point, v_point, miss)
     row, common, columns = np.empty(6), np.empty(9), np.empty(9, np.int64)
     for n in range(n_frames):
         rotation, v, w, g = rotations[n], factors[n], y[n], z[n]

@@ -47,7 +47,7 @@ class FrameRays(NamedTuple):
     """(C S,): LED of a slot by its strobe code, -1 for any, -2 for none."""
 
 
-class Cameras(NamedTuple):
+class PackedCameras(NamedTuple):
     packed: Float
     """(C, 21)."""
     centres: Float
@@ -72,8 +72,8 @@ class Gates(NamedTuple):
 
 @compiled(*_NEEDS)
 def extend_hypothesis(
-    rays: FrameRays, cameras: Cameras, body: LitBody, gates: Gates, labels: Int, rotation: Float,
-    origin: Float, worth: Float,
+    rays: FrameRays, cameras: PackedCameras, body: LitBody, gates: Gates, labels: Int,
+    rotation: Float, origin: Float, worth: Float,
 ) -> float:  # fmt: skip
     """Complete a labelling of three LEDs with all spots explained by its pose.
 
@@ -302,7 +302,7 @@ def _taken(labels: Int, c: int, slot: int) -> bool:
 
 @compiled(meeting_kernel)
 def _drop_rivals(
-    rays: FrameRays, cameras: Cameras, body: LitBody, rival_px: float, labels: Int,
+    rays: FrameRays, cameras: PackedCameras, body: LitBody, rival_px: float, labels: Int,
     rotation: Float, origin: Float, place: Float, rows: Float,
 ) -> bool:  # fmt: skip
     """Remove labels with an equally close second spot or LED; return whether any was."""

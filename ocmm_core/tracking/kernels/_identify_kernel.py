@@ -34,10 +34,10 @@ from ocmm_core.tracking.kernels._decide_kernel import (
     spots_of,
 )
 from ocmm_core.tracking.kernels._grow_kernel import (
-    Cameras,
     FrameRays,
     Gates,
     LitBody,
+    PackedCameras,
     extend_hypothesis,
 )
 from ocmm_core.tracking.kernels._kernel import Bool
@@ -98,7 +98,7 @@ def identify_frames(
     certain = np.empty(MAX_POSES, np.bool_)
     doubt = np.empty(MAX_POSES)
     weak = np.empty((n_bodies, 1), np.int64)
-    cameras, gates = Cameras(cams, centres), Gates(sigma, rival_px, limits)
+    cameras, gates = PackedCameras(cams, centres), Gates(sigma, rival_px, limits)
     for frame in range(n):
         undistort_rays(spots[frame], cams, ideal, jacobian, there)
         # A constant would be one more type to compile for.
@@ -131,7 +131,7 @@ def identify_frames(
 
 @compiled(*_NEEDS)
 def _search(
-    spots: Float, rays: FrameRays, cameras: Cameras, bounds: Float, pairs: Int, body: LitBody,
+    spots: Float, rays: FrameRays, cameras: PackedCameras, bounds: Float, pairs: Int, body: LitBody,
     search: BodySearch, gates: Gates, kept: HeldPoses,
 ) -> tuple[int, int]:  # fmt: skip
     """Add the possible poses of this body to ``kept``; return outcome and number held."""
@@ -174,7 +174,7 @@ def _search(
 
 @compiled(*_NEEDS)
 def _search_seeds(
-    rays: FrameRays, seeds: Bool, alone: Bool, cameras: Cameras, bounds: Float, pairs: Int,
+    rays: FrameRays, seeds: Bool, alone: Bool, cameras: PackedCameras, bounds: Float, pairs: Int,
     body: LitBody, search: BodySearch, gates: Gates, kept: HeldPoses, held: int, left: Int,
 ) -> tuple[int, int]:  # fmt: skip
     """Search with some spots of the first camera of every pair, and those of the second.
@@ -280,7 +280,7 @@ def extend_tracked(
     # -1: any slot may be any LED. The strobe code is no longer needed once labels exist.
     usable = np.full(n_cameras * n_slots, -1)
     chi2 = extend_hypothesis(
-        FrameRays(ideal, jacobian, there, usable), Cameras(cams, centres),
+        FrameRays(ideal, jacobian, there, usable), PackedCameras(cams, centres),
         LitBody(leds, directions, least_cosine), Gates(sigma, rival_px, limits), labels,
         np.empty((3, 3)), np.empty(3), worth,
     )  # fmt: skip

@@ -24,10 +24,10 @@ from ocmm_core.tracking.kernels._decide_kernel import (
     spots_of,
 )
 from ocmm_core.tracking.kernels._grow_kernel import (
-    Cameras,
     FrameRays,
     Gates,
     LitBody,
+    PackedCameras,
     extend_hypothesis,
 )
 from ocmm_core.tracking.kernels._kernel import Bool
@@ -70,7 +70,7 @@ class HeldPoses(NamedTuple):
 
 @compiled(*_NEEDS)
 def match_body(
-    positions: Float, covariances: Float, lights: Int, rays: FrameRays, cameras: Cameras,
+    positions: Float, covariances: Float, lights: Int, rays: FrameRays, cameras: PackedCameras,
     body: LitBody, search: BodySearch, gates: Gates, kept: HeldPoses, held: int, left: Int,
 ) -> tuple[int, int]:  # fmt: skip
     """Try all triples of LEDs at all triples of intersection points with equal distances.
