@@ -54,7 +54,7 @@ from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.inspection.plan import plan_release, release_plan
 from ocmm_core.seals import Signed, release_file
 from ocmm_core.settings import SettingsFile
-from ocmm_shop.studies import load_part_study, make_part_study, save_part_study
+from ocmm_shop.studies import CalibratedPart, load_part_study, make_part_study, save_part_study
 
 TRIALS = 5_000
 NOW = datetime(2026, 11, 28, 8, 0, tzinfo=UTC)
@@ -87,8 +87,8 @@ def make_site(folder: Path, test: str = "SPHERE-25") -> tuple[Kind, ...]:
     study = save_part_study(
         folder,
         make_part_study(
-            (25.0 + 0.001 * np.sin(np.arange(20.0))).tolist(), task, characteristic="BORE",
-            certificate="P-1", certified=25.0, expanded_cal=0.0016, made_by="Ada", now=NOW,
+            (25.0 + 0.001 * np.sin(np.arange(20.0))).tolist(), task,
+            CalibratedPart("P-1", 25.0, 0.0016), characteristic="BORE", made_by="Ada", now=NOW,
             simulated=True,
         ),
     )  # fmt: skip

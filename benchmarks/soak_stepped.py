@@ -1,7 +1,7 @@
 """The soak in lock-step: the virtual wire waits for the computer, so every cycle is exercised.
 
 As `ethercat:virtual` runs it: master and cameras share a time that goes on from cycle to cycle and
-stands still in between (`ocmm_core.acquisition.bus_process._stepped_time`). A computer that stalls
+stands still in between (`ocmm_core.acquisition.bus_process._process`). A computer that stalls
 makes the bus slower and loses nothing, so whatever is lost, doubled or old here was lost by the
 program: master, books, judge, queues, ring, reconstruction and window are those of a real bus.
 What it cannot show is the latency of a real computer; the soak in real time is for that.

@@ -5,18 +5,17 @@ Out: cameras with full covariance, findings, and a camera record.
 
 Read `_board` (the board and the covariance of its shape), `_corners` (tables of corners),
 `_detection` (corners in pictures, by OpenCV), then `_solution` (one bundle of cameras, poses and
-board shape) with `_guards` (first values before it, criteria after it). `_command` is `ocmm
-calibrate boards`, an entry point of `ocmm.commands`; nothing imports this package.
+board shape) with `_guards` (first values before it, criteria after it). `_command` has `ocmm
+calibrate boards` and `pictures`, entry points of `ocmm.commands`; nothing imports this package.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_boards._board import Board, load_board
-    from ocmm_boards._command import calibrate_boards
+    from ocmm_boards._command import calibrate_boards, take_pictures
     from ocmm_boards._corners import BoardViews, read_corners
     from ocmm_boards._detection import detect_corners
-    from ocmm_boards._pictures import take_pictures
     from ocmm_boards._solution import BoardCalibration, calibrate_with_board
 else:
     __getattr__ = lazy_exports(__name__)

@@ -45,8 +45,6 @@ Pattern = Literal["chessboard", "charuco"]
 
 
 class BoardDocument(ArtefactHead, frozen=True, kw_only=True):
-    """A board."""
-
     pattern: Pattern
     columns: int
     rows: int

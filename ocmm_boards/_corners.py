@@ -64,7 +64,6 @@ class BoardViews:
         return enough
 
     def chosen(self, indices: Int) -> BoardViews:
-        """Return the views with these indices."""
         names = tuple(self.names[index] for index in indices)
         return BoardViews(names, self.uv[indices], self.levels[indices], self.left_out)
 

@@ -64,7 +64,6 @@ ocmm_core.features.search._starts_kernel
     flanks f2 f2
     quadric_feet f2 f2 f2
     tubes f2 f2
-ocmm_core.features.search._tube_kernel
     narrowest_tube f2 f2
 ocmm_core.features.zones._settle_kernel
     settle_zone i f b b i1 f2 f2 f1 f1 f2 f f i
@@ -72,7 +71,6 @@ ocmm_core.features.zones._settle_kernel
 ocmm_core.features.zones._distance_kernel
     zone_distances i f f2 f1 f1 f1 f2
     zone_distances i f c2 f1 c1 c1 c2
-ocmm_core.features.zones._place_kernel
     possible_sizes i f1
     move_zone f2 f1 f1 f1 f2 f1 f1
 ocmm_core.features.zones._kernel
@@ -105,10 +103,9 @@ ocmm_cad.step.brep._surface_kernel
 
 ocmm_core.tracking._reference_body
     _follow b1 f3 f2 f3 f f1 f2 f1 f1 f3 f2 f1
-ocmm_core.tracking.kernels._follow_kernel
+ocmm_core.tracking.kernels._identify_kernel
     extend_tracked f3 f2 f2 f2 f2 f f f f1 i2
     without_rivals f4 f
-ocmm_core.tracking.kernels._identify_kernel
     identify_frames f4 f2 f2 f2 i2 i1 i1 f3 f3 f1 f3 f3 i1 i2 b1 f f f1 u2 i4
 ocmm_core.tracking.kernels._sensitivity_kernel
     answer_of_poses f4 f2 f2 u1 i1 i1 f3 f2 f3 f3 f3
@@ -132,7 +129,7 @@ ocmm_sim.scene._exposure
     run i f3 f1 U U f1 w2 f2 i1 i2 b f1 i w1 b1 u2 f3 f3
 ocmm_sim.scene._kernels
     move f1 f2 f4 f3 f2 b1 b1
-    see f3 f2 f2 f2 f f1 f f i1 f3 f f3 U1 U1 f3
+    see f3 f2 f2 f2 f f1 i1 f3 f3 U1 U1 f3
 ocmm_sim.hand._kernel
     distance f1 f2 f2 f1
     drive f1 f1 f f f f2 f2 f2 f1 b1
@@ -145,7 +142,7 @@ ocmm_core.calibration.bundle._kernel
     miss_frames f2 f2 f4 f3 f2 f4
     retract_poses f3 f2 f2
     schur_reduce_poses f2 f2 f1 f2 f i i f4 f3 i1 f3 f2 f f2 f1 f3 f3 f2 f2 f2
-ocmm_core.calibration.cameras._kernel
+ocmm_core.calibration.cameras._lens
     project_points_with_jacobian f1 f2 f2 f2 f2 f3
     project_points_with_jacobian f1 f2 f2 f2T f2 f3
 ocmm_core.calibration.pivot._kernel

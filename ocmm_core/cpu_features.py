@@ -151,7 +151,12 @@ class _KeptCode:
 
     def load(self, key: object) -> Any:
         """Return the code for a key; None if it must be compiled."""
-        found = self._file.load(key)
+        try:
+            found = self._file.load(key)
+        except (AttributeError, ImportError):
+            # The index names a class of arguments that an older source had.
+            self.flush()
+            return None
         if found is None or tuple(found[:3]) != self._named(key):
             return None
         return found[3]

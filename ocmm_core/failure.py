@@ -19,7 +19,6 @@ import unicodedata
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from types import TracebackType
 from typing import NoReturn, TextIO
 
 from ocmm_core import __version__
@@ -176,12 +175,7 @@ class ThreadNet:
         threading.excepthook = self._on_error
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         threading.excepthook = self._previous
 
     def _on_error(self, args: threading.ExceptHookArgs) -> None:

@@ -278,8 +278,6 @@ class Bench:
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A rule."""
-
     code: str
     """Identifier in reports; never reused."""
     section: str

@@ -231,8 +231,6 @@ _MOST_ITEMS = 20_000
 
 @dataclass(frozen=True, slots=True)
 class FaceText:
-    """A face in the text."""
-
     number: int
     shape: str
     """Word of its surface, as of a `Shape` if it can be probed."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_cad.reach import _tree_kernel as tree
-from ocmm_cad.reach._tree_kernel import FREE, first_near
+from ocmm_cad.reach._tree_kernel import FREE, PartMesh, first_near
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 
@@ -24,7 +24,7 @@ N_LIMITS = 7
 @compiled(tree)
 def _ball_way(
     point: Float, normal: Float, radius: float, ways: Float, limits: Float, ball: Float,
-    triangles: Float, faces: Int, surfaces: Int, own: int, boxes: Float, links: Int, order: Int,
+    mesh: PartMesh, own: int,
 ) -> tuple[float, int]:  # fmt: skip
     """Return the longest free of decreasing ways (w,), mm, along the normal; 0 and the face hit."""
     face = FREE
@@ -34,10 +34,7 @@ def _ball_way(
         for a in range(3):
             ball[tree.START + a] = point[a] + radius * normal[a]
             ball[tree.END + a] = point[a] + (radius + ways[k]) * normal[a]
-        face = first_near(
-            ball, limits[BALL_GAP], limits[OWN_GAP], triangles, faces, surfaces, own, boxes, links,
-            order,
-        )  # fmt: skip
+        face = first_near(ball, limits[BALL_GAP], limits[OWN_GAP], mesh, own)
         if face == FREE:
             return ways[k], FREE
     return 0.0, face
@@ -46,7 +43,7 @@ def _ball_way(
 @compiled(tree)
 def _hit(
     part: int, bodies: Float, turn: Float, centre: Float, normal: Float, way: float, limits: Float,
-    body: Float, triangles: Float, faces: Int, surfaces: Int, boxes: Float, links: Int, order: Int,
+    body: Float, mesh: PartMesh,
 ) -> int:  # fmt: skip
     """Return a face that a part of the probe touches on the way of the ball, or FREE.
 
@@ -68,9 +65,7 @@ def _hit(
                     across += turn[a, b] * bodies[row, tree.ACROSS + b]
                 body[tree.START + a], body[tree.END + a] = start, end
                 body[tree.ACROSS + a] = across
-            face = first_near(
-                body, gap, gap, triangles, faces, surfaces, NOBODY, boxes, links, order
-            )
+            face = first_near(body, gap, gap, mesh, NOBODY)
             if face != FREE:
                 return face
     return FREE
@@ -79,8 +74,7 @@ def _hit(
 @compiled(tree)
 def leds_seen(
     turn: Float, centre: Float, leds: Float, directions: Float, cameras: Float, sensors: Float,
-    limits: Float, ray: Float, triangles: Float, faces: Int, surfaces: Int, boxes: Float,
-    links: Int, order: Int, through: bool,
+    limits: Float, ray: Float, mesh: PartMesh, through: bool,
 ) -> int:  # fmt: skip
     """Return the number of LEDs seen by two or more cameras, ignoring the part if ``through``.
 
@@ -121,13 +115,7 @@ def leds_seen(
                 continue
             for a in range(3):
                 ray[tree.START + a], ray[tree.END + a] = p[a], eye[a]
-            if (
-                through
-                or first_near(
-                    ray, 0.0, 0.0, triangles, faces, surfaces, NOBODY, boxes, links, order
-                )
-                == FREE
-            ):
+            if through or first_near(ray, 0.0, 0.0, mesh, NOBODY) == FREE:
                 cameras_of_it += 1
         if cameras_of_it >= 2:
             by_two += 1
@@ -163,6 +151,7 @@ def search(
     (n, 5): stage, face against it, direction, turn, LEDs seen by two cameras; ``way_of`` (n,), mm,
     free along the normal. Without cameras (0, 21) sight is not checked.
     """
+    mesh = PartMesh(triangles, faces, surfaces, boxes, links, order)
     body = np.empty(tree.N_COLUMNS)
     centre = np.empty(3)
     facing = np.zeros(turns.shape[1], dtype=np.int64)
@@ -171,10 +160,7 @@ def search(
         found[i, 0], found[i, 1], found[i, 2], found[i, 3], found[i, 4] = BALL, FREE, -1, -1, 0
         if i > 0 and own[i] != own[i - 1]:
             last = -1
-        way, face = _ball_way(
-            points[i], normals[i], radius, ways, limits, body, triangles, faces, surfaces, own[i],
-            boxes, links, order,
-        )  # fmt: skip
+        way, face = _ball_way(points[i], normals[i], radius, ways, limits, body, mesh, own[i])
         way_of[i] = way
         if face != FREE:
             found[i, 1] = face
@@ -201,7 +187,7 @@ def search(
                 for y in range(turns.shape[1]):
                     count = leds_seen(
                         turns[d, y], centre, leds, directions, cameras, sensors, limits, body,
-                        triangles, faces, surfaces, boxes, links, order, True,
+                        mesh, True,
                     )  # fmt: skip
                     facing[y] = count
                     most = max(most, count)
@@ -210,18 +196,12 @@ def search(
                     continue
                 turned_away = False
             # Stylus and core of the body are round: rotations about their axis do not matter.
-            face = _hit(
-                0, bodies, turns[d, 0], centre, normals[i], way, limits, body, triangles, faces,
-                surfaces, boxes, links, order,
-            )  # fmt: skip
+            face = _hit(0, bodies, turns[d, 0], centre, normals[i], way, limits, body, mesh)
             if face != FREE:
                 if found[i, 0] < STYLUS:
                     found[i, 0], found[i, 1] = STYLUS, face
                 continue
-            face = _hit(
-                2, bodies, turns[d, 0], centre, normals[i], way, limits, body, triangles, faces,
-                surfaces, boxes, links, order,
-            )  # fmt: skip
+            face = _hit(2, bodies, turns[d, 0], centre, normals[i], way, limits, body, mesh)
             if face != FREE:
                 if found[i, 0] < BODY:
                     found[i, 0], found[i, 1] = BODY, face
@@ -233,16 +213,13 @@ def search(
                         continue
                     count = leds_seen(
                         turns[d, y], centre, leds, directions, cameras, sensors, limits, body,
-                        triangles, faces, surfaces, boxes, links, order, False,
+                        mesh, False,
                     )  # fmt: skip
                     if count < limits[LEAST_LEDS]:
                         if found[i, 0] < SIGHT or count > found[i, 4]:
                             found[i, 0], found[i, 1], found[i, 4] = SIGHT, FREE, count
                         continue
-                face = _hit(
-                    1, bodies, turns[d, y], centre, normals[i], way, limits, body, triangles,
-                    faces, surfaces, boxes, links, order,
-                )  # fmt: skip
+                face = _hit(1, bodies, turns[d, y], centre, normals[i], way, limits, body, mesh)
                 if face != FREE:
                     if found[i, 0] < BODY:
                         found[i, 0], found[i, 1] = BODY, face

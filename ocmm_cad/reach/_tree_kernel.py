@@ -5,6 +5,8 @@ Bodies are rows of `N_COLUMNS` numbers: a round bar is the hull of two balls, a 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ocmm_core.camera import compiled
@@ -24,6 +26,19 @@ _CLOSE = 0.004
 """Share of a bar over which the slope of the distance at its start is evaluated."""
 _STEPS = 22
 """Of the golden section: 0.618^22 is 2.5e-5 of the length of a bar, 1 um of a stylus."""
+
+
+class PartMesh(NamedTuple):
+    """Triangles of a part, and the tree of boxes over them as of `_search_kernel.grow`."""
+
+    triangles: Float
+    faces: Int
+    """(n,): of each triangle."""
+    surfaces: Int
+    """(f,): of each face."""
+    boxes: Float
+    links: Int
+    order: Int
 
 
 @compiled()
@@ -185,15 +200,12 @@ def _is_beside(t: Float, low: Float, high: Float) -> bool:
 
 
 @compiled()
-def first_near(
-    body: Float, gap: float, own_gap: float, triangles: Float, faces: Int, surfaces: Int, own: int,
-    boxes: Float, links: Int, order: Int,
-) -> int:  # fmt: skip
+def first_near(body: Float, gap: float, own_gap: float, mesh: PartMesh, own: int) -> int:
     """Return a face that comes nearer to a body than ``gap``, mm; FREE if none does.
 
-    ``surfaces`` (f,): of each face; for ``own`` the ``own_gap``, no greater, holds. ``faces`` (n,):
-    of each triangle. The others as of `_search_kernel.grow`.
+    For the surface ``own`` the ``own_gap``, no greater, holds.
     """
+    triangles, faces, surfaces, boxes, links, order = mesh
     corners = np.empty((8, 3))
     start, way, across, thick = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     size2 = 1e-18

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
+
+if TYPE_CHECKING:
+    from ocmm_core.acceptance import ArtefactEntry
 
 artefact_app = typer.Typer(
     no_args_is_help=True,
@@ -15,41 +20,53 @@ artefact_app = typer.Typer(
 )
 
 
-@artefact_app.command()
-def add(
-    *, file: Path | None, name: str, kind: str, title: str, maker: str, serial: str,
-    laboratory: str, certificate: str, certificate_file: Path | None, due: str,
-    size: list[float] | None, u: float, u_per_length: float, form: float, expansion: float,
-    expansion_u: float, supports: str, replace: bool, who: str, folder: Path | None,
-) -> None:  # fmt: skip
-    """Add an artefact from a document, or as it is typed."""
-    from ocmm_core.acceptance import (
-        ARTEFACT_KINDS,
-        ARTEFACT_SCHEMA,
-        ArtefactEntry,
-        ArtefactRegister,
-        load_artefact,
-    )
-    from ocmm_core.documents import digest
-    from ocmm_core.errors import InputError
+@dataclass(frozen=True, slots=True)
+class TypedArtefact:
+    """Options of an `ArtefactEntry`."""
 
-    if file is not None:
-        entry = load_artefact(file)
-    else:
-        if kind not in ARTEFACT_KINDS:
+    id: str
+    kind: str
+    name: str
+    maker: str
+    serial: str
+    laboratory: str
+    certificate: str
+    certificate_file: Path | None
+    due_utc: str
+    sizes: list[float] | None
+    expanded: float
+    expanded_per_length: float
+    form: float
+    expansion: float
+    expansion_sigma: float
+    supports: str
+
+    def entry(self) -> ArtefactEntry:
+        from ocmm_core.acceptance import ARTEFACT_KINDS, ARTEFACT_SCHEMA, ArtefactEntry
+        from ocmm_core.documents import digest
+        from ocmm_core.errors import InputError
+
+        if self.kind not in ARTEFACT_KINDS:
             raise InputError(
                 "artefact.kind",
-                f"--kind is {kind!r}.",
+                f"--kind is {self.kind!r}.",
                 f"Give one of: {', '.join(ARTEFACT_KINDS)}.",
             )
-        entry = ArtefactEntry(
-            schema=ARTEFACT_SCHEMA, unit="mm", id=name, kind=kind,
-            name=title or name, maker=maker, serial=serial, laboratory=laboratory,
-            certificate=certificate,
-            certificate_sha256="" if certificate_file is None else digest(certificate_file),
-            due_utc=due, sizes=tuple(size or ()), expanded=u, expanded_per_length=u_per_length,
-            form=form, expansion=expansion, expansion_sigma=expansion_u, supports=supports,
-        )  # fmt: skip
+        named = asdict(self)
+        file = named.pop("certificate_file")
+        named.update(name=self.name or self.id, sizes=tuple(self.sizes or ()))
+        sha256 = "" if file is None else digest(file)
+        return ArtefactEntry(schema=ARTEFACT_SCHEMA, unit="mm", certificate_sha256=sha256, **named)
+
+
+@artefact_app.command()
+def add(
+    *, file: Path | None, typed: TypedArtefact, replace: bool, who: str, folder: Path | None
+) -> None:
+    """Add an artefact from a document, or as it is typed."""
+    from ocmm_core.acceptance import ArtefactRegister, load_artefact
+
+    entry = typed.entry() if file is None else load_artefact(file)
     ArtefactRegister(folder, restarts=replace).add(entry, who, datetime.now(UTC), replace=replace)
     make_console().print(
         say(f"Added    {entry.id}: {entry.name}, serial {entry.serial}"), highlight=True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,11 +71,22 @@ def linearity(
         raise typer.Exit(1)
 
 
+@dataclass(frozen=True, slots=True)
+class CertifiedValue:
+    """Certified value of a part, mm, and the temperatures of its use, degrees Celsius."""
+
+    certified: float
+    u_cal: float
+    u_workpiece: float
+    temperature: float | None
+    temperature_u: str
+    temperatures: tuple[float, float] | None
+    u_expansion: float
+
+
 def part(
-    *, jobs: Path, name: str, certified: float, u_cal: float, u_workpiece: float,
-    temperature: float | None, temperature_u: str, temperatures: tuple[float, float] | None,
-    u_expansion: float, procedure: str, task: Path | None, out: Path | None, certificate: str,
-    who: str, calibrations: Path | None, probes: Path | None,
+    *, jobs: Path, name: str, given: CertifiedValue, procedure: str, task: Path | None,
+    out: Path | None, certificate: str, who: str, calibrations: Path | None, probes: Path | None,
 ) -> None:  # fmt: skip
     """Uncertainty of a measuring task from a calibrated part (modelled on ISO 15530-3), and E_n.
 
@@ -86,7 +98,13 @@ def part(
     import numpy as np
 
     from ocmm_core.acceptance import part_uncertainty
-    from ocmm_shop.studies import load_task, make_part_study, part_procedure, save_part_study
+    from ocmm_shop.studies import (
+        CalibratedPart,
+        load_task,
+        make_part_study,
+        part_procedure,
+        save_part_study,
+    )
 
     if (task is None) != (out is None):
         raise InputError("msa.task", "--task and --out belong together.", "Give both, or none.")
@@ -97,10 +115,10 @@ def part(
     own = [one.uncertainty for one in trend.parts if one.uncertainty is not None]
     stated = float(np.median(own)) if own else None
     results = trend.values.tolist()
-    celsius, farthest = _of_use(temperature, temperature_u)
+    celsius, farthest = _of_use(given.temperature, given.temperature_u)
     found = part_uncertainty(
-        results, certified, u_cal, u_workpiece=u_workpiece, temperature_c=farthest,
-        u_expansion=u_expansion, expanded_model=stated,
+        results, given.certified, given.u_cal, u_workpiece=given.u_workpiece,
+        temperature_c=farthest, u_expansion=given.u_expansion, expanded_model=stated,
     )  # fmt: skip
     _say_simulated(console, simulated)
     console.print(f"{say_word(rule.title)}, {say(rule.wording)}")
@@ -128,11 +146,13 @@ def part(
             highlight=True,
         )
     if wanted is not None and out is not None:
+        calibrated = CalibratedPart(
+            certificate, given.certified, given.u_cal, given.u_workpiece, celsius,
+            given.temperatures, given.u_expansion, stated,
+        )  # fmt: skip
         study = make_part_study(
-            results, wanted, procedure=procedure, characteristic=name, certificate=certificate,
-            certified=certified, expanded_cal=u_cal, u_workpiece=u_workpiece,
-            temperature_c=celsius, temperatures=temperatures, u_expansion=u_expansion,
-            expanded_model=stated, made_by=who, now=datetime.now(UTC), simulated=simulated,
+            results, wanted, calibrated, procedure=procedure, characteristic=name, made_by=who,
+            now=datetime.now(UTC), simulated=simulated,
         )  # fmt: skip
         path = save_part_study(out, study)
         console.print(f"{lead('Study    ')}{path}")

@@ -4,17 +4,18 @@ In: a plan and a source, or job files. Out: job files, reports, tables, an exit 
 
 Read `_measuring` (`ocmm measure` and `ocmm demo`), `_headless` (a whole job without a window, parts
 of a batch), `_plan` (check, new, import) with `_offers` (also of a planned rig), `_align` (also
-ambient conditions), `_report`, `_compare`, `_recall`, `_certificate` (certificates of the machine),
-and `_recording` (raw frames).
+ambient conditions, and comparison), `_report`, `_recall`, `_certificate` (certificates of the
+machine), and `_recording` (raw frames).
 It computes nothing: jobs are run by `station` and opened by `inspection.archive`.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
-    from ocmm_cli.measure._align import align_command, align_plan_command, environment_command
+    from ocmm_cli.measure._align import (
+        align_command, align_plan_command, compare_command, environment_command,
+    )  # fmt: skip
     from ocmm_cli.measure._certificate import certificate_app
-    from ocmm_cli.measure._compare import compare_command
     from ocmm_cli.measure._headless import (
         await_part, exit_code, missing_sentences, print_explanations, print_states, print_table,
         print_verdict, run_job,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,25 +30,28 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.decisions import RequirementCount
 
 
-def request_by(
-    probe: Path | None,
-    rig: Path | None,
-    ball: float | None,
-    stands: tuple[str, float],
-    *,
-    reach: bool,
-    sight: bool,
-) -> StepRequest:
-    """Return the request for targets; `stands`: upward axis of the part, rotation in degrees."""
-    from ocmm_cad.step import up_of, usual_request
+@dataclass(frozen=True, slots=True)
+class TargetOptions:
+    """Ball, probe and cameras that the targets of a model are for, and the pose of the part."""
 
-    up, turn = stands
-    request = msgspec.structs.replace(
-        usual_request(probe, rig, ball_mm=ball), up=up_of(up), turn_deg=turn
-    )
-    if not reach:
-        return msgspec.structs.replace(request, probe="", rig="")
-    return request if sight else msgspec.structs.replace(request, rig="")
+    ball: float | None
+    probe: Path | None
+    rig: Path | None
+    up: str
+    turn: float
+    reach: bool
+    sight: bool
+
+    def request(self) -> StepRequest:
+        from ocmm_cad.step import up_of, usual_request
+
+        request = msgspec.structs.replace(
+            usual_request(self.probe, self.rig, ball_mm=self.ball), up=up_of(self.up),
+            turn_deg=self.turn,
+        )  # fmt: skip
+        if not self.reach:
+            return msgspec.structs.replace(request, probe="", rig="")
+        return request if self.sight else msgspec.structs.replace(request, rig="")
 
 
 def print_offers(offers: Sequence[Offer], model: StepModel, console: PlainConsole) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,12 +21,31 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan import Plan
 
 
+@dataclass(frozen=True, slots=True)
+class PlanDestination:
+    """The plan document that an import writes."""
+
+    output: Path | None
+    name: str | None
+    part: str | None
+    overwrite: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceFilter:
+    """Surfaces of a model to import; sizes in mm."""
+
+    only: list[str] | None
+    without: list[str] | None
+    kind: list[str] | None
+    least: float
+    most: float
+
+
 def import_command(
-    file: Path, output: Path | None, name: str | None, part: str | None, overwrite: bool,
-    ball: float | None, probe: Path | None, rig: Path | None, up: str, turn: float, reach: bool,
-    sight: bool, only: list[str] | None, without: list[str] | None, kind: list[str] | None,
-    least: float, most: float, profile: float | None, as_list: bool, whole: bool, tolerances: bool,
-    general: str, keep_model: bool, as_json: bool, layout: TableOptions,
+    file: Path, into: PlanDestination, targets: offers.TargetOptions, surfaces: SurfaceFilter,
+    profile: float | None, as_list: bool, whole: bool, tolerances: bool, general: str,
+    keep_model: bool, as_json: bool, layout: TableOptions,
 ) -> None:  # fmt: skip
     """Make a plan of the features of a table or of the surfaces of a model.
 
@@ -54,6 +74,7 @@ def import_command(
     )
     from ocmm_core.part_model import STEP_ENDINGS
 
+    output, overwrite = into.output, into.overwrite
     if output is None and not as_list:
         raise InputError(
             "plan.output", "No plan document to write is named.", "Give --output, or --list."
@@ -61,7 +82,9 @@ def import_command(
     if file.suffix.lower() == ".qif":
         if output is None:
             raise InputError("plan.output", "A QIF document is not listed.", "Give --output.")
-        _import_qif(file, empty_plan(output, name, part), output, as_json, overwrite=overwrite)
+        _import_qif(
+            file, empty_plan(output, into.name, into.part), output, as_json, overwrite=overwrite
+        )
         return
     if file.suffix.lower() not in STEP_ENDINGS:
         if output is None:
@@ -71,7 +94,7 @@ def import_command(
         table = feature_table(file, layout)
         if not as_json:
             print_table_account(table.account)
-        plan = table.added_to(empty_plan(output, name, part))
+        plan = table.added_to(empty_plan(output, into.name, into.part))
         errors = write_plan(plan, output, overwrite=overwrite, silent=as_json)
         if as_json:
             _echo({**_summary(plan, output), "table": table.account.as_json()})
@@ -81,12 +104,11 @@ def import_command(
     general_of(general)
     if output is not None and not as_list:
         require_free(output, overwrite=overwrite)
-    request = offers.request_by(probe, rig, ball, (up, turn), reach=reach, sight=sight)
-    model = read_model(file, request=request, with_part=keep_model and not as_list)
-    everything = whole or (as_list and not only)
+    model = read_model(file, request=targets.request(), with_part=keep_model and not as_list)
+    everything = whole or (as_list and not surfaces.only)
     choice = Choice(
-        tuple(only or ()), tuple(without or ()), tuple(kind or ()), least, most, everything,
-        profiles=profile is not None or as_list,
+        tuple(surfaces.only or ()), tuple(surfaces.without or ()), tuple(surfaces.kind or ()),
+        surfaces.least, surfaces.most, everything, profiles=profile is not None or as_list,
     )  # fmt: skip
     taken = chosen(offers_of(model), choice)
     if output is None or as_list:
@@ -106,8 +128,8 @@ def import_command(
     faces = faces_account(model, asked.taken, asked.refused)
     taken = asked.taken
     free_forms = [one.free_form for one in taken if one.free_form is not None]
-    surfaces = tuple(one.feature for one in taken if one.free_form is None)
-    bare = empty_plan(output, name, part, surfaces)
+    features = tuple(one.feature for one in taken if one.free_form is None)
+    bare = empty_plan(output, into.name, into.part, features)
     plan, account = plan_with_tolerances(bare, model, general)
     reason = "" if tolerances else NOT_IMPORTED
     plan = with_account(plan if tolerances else bare, model, account, file, reason)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -16,15 +16,41 @@ from ocmm_core.processes import processes_for, side_by_side
 
 if TYPE_CHECKING:
     from ocmm_core.export.report import ReportData
+    from ocmm_core.export.template import Particulars
+
+
+@dataclass(frozen=True, slots=True)
+class ReportFacts:
+    """`Particulars` as options."""
+
+    number: str
+    customer: str
+    customer_address: str
+    order: str
+    drawing: str
+    revision: str
+    machine: str
+    place: str
+    received: str
+    room: str
+    humidity: str
+    pressure: str
+    deviation: list[str] | None
+    remark: list[str] | None
+
+    def particulars(self) -> Particulars:
+        from ocmm_core.export.template import Particulars
+
+        named = asdict(self)
+        deviations, remarks = (tuple(named.pop(name) or ()) for name in ("deviation", "remark"))
+        return Particulars(**named, deviations=deviations, remarks=remarks)
 
 
 def report_command(
     *, jobs: Annotated[list[Path], typer.Argument(readable=False)], formats: list[str] | None,
     profile: Path | None, out: Path | None, preview_only: bool, probes: Path | None,
-    calibrations: Path | None, incomplete: bool, template: Path | None, remember: bool, number: str,
-    customer: str, customer_address: str, order: str, drawing: str, revision: str, machine: str,
-    place: str, received: str, room: str, humidity: str, pressure: str, deviation: list[str] | None,
-    remark: list[str] | None,
+    calibrations: Path | None, incomplete: bool, template: Path | None, remember: bool,
+    facts: ReportFacts,
 ) -> None:  # fmt: skip
     """Report jobs from their own files, read-only.
 
@@ -46,12 +72,7 @@ def report_command(
         template_in_use,
     )
 
-    given = Particulars(
-        number=number, customer=customer, customer_address=customer_address, order=order,
-        drawing=drawing, revision=revision, machine=machine, place=place, received=received,
-        room=room, humidity=humidity, pressure=pressure,
-        deviations=tuple(deviation or ()), remarks=tuple(remark or ()),
-    )  # fmt: skip
+    given = facts.particulars()
     ambient_conditions(given)
     # Reject an unusable template before the jobs are computed.
     load_paper(template or template_in_use())

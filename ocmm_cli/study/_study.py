@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -31,11 +32,49 @@ def _study() -> None:
     pass
 
 
+@dataclass(frozen=True, slots=True)
+class CalibrationSetup:
+    """The simulated calibrations: angles in degrees, noise in um and px."""
+
+    poses: int
+    estimator: Literal["thesis", "common", "bundle"]
+    ranges: tuple[float, float, float]
+    sigma: tuple[float, float, float]
+    probe: Path
+    rig: Path
+    spot_sigma: float
+    leds: bool
+
+    def study(self) -> ProbeStudy:
+        import numpy as np
+
+        from ocmm_core.camera import load_rig
+        from ocmm_core.tracking import load_probe
+        from ocmm_sim.scene import ProbeStudy
+
+        body, ranges, sigma = load_probe(self.probe), self.ranges, self.sigma
+        if not max(ranges) > 0.0 or max(map(abs, ranges)) > 180.0 or min(*ranges, *sigma) < 0.0:
+            raise InputError(
+                "study.range",
+                f"The ranges {ranges} or the noise {sigma} are not valid.",
+                "Give angles from 0 to 180 degrees, one of them above 0, and noise of 0 or more.",
+            )
+        return ProbeStudy(
+            leds=body.leds_probe - body.tip_probe,
+            ranges=np.radians(ranges),
+            sigma=1e-3 * np.array(sigma),
+            poses=self.poses,
+            estimator=self.estimator,
+            with_leds=self.leds or self.estimator == "bundle",
+            rig=load_rig(self.rig) if self.estimator == "bundle" else None,
+            spot_sigma_px=self.spot_sigma,
+        )
+
+
 @study_app.command()
 def probe_calibration(
-    *, runs: int, poses: int, estimator: Literal["thesis", "common", "bundle"],
-    ranges: tuple[float, float, float], sigma: tuple[float, float, float], probe: Path, rig: Path,
-    spot_sigma: float, leds: bool, seed: int, processes: int | None, site: ComputingSite, out: Path,
+    *, runs: int, setup: CalibrationSetup, seed: int, processes: int | None, site: ComputingSite,
+    out: Path,
 ) -> None:  # fmt: skip
     """Repeat the simulation of the probe calibration of the thesis (3.2.1).
 
@@ -45,27 +84,9 @@ def probe_calibration(
     """
     import numpy as np
 
-    from ocmm_core.camera import load_rig
-    from ocmm_core.tracking import load_probe
-    from ocmm_sim.scene import ProbeStudy, run_study
+    from ocmm_sim.scene import run_study
 
-    body = load_probe(probe)
-    if not max(ranges) > 0.0 or max(map(abs, ranges)) > 180.0 or min(*ranges, *sigma) < 0.0:
-        raise InputError(
-            "study.range",
-            f"The ranges {ranges} or the noise {sigma} are not valid.",
-            "Give angles from 0 to 180 degrees, one of them above 0, and noise of 0 or more.",
-        )
-    study = ProbeStudy(
-        leds=body.leds_probe - body.tip_probe,
-        ranges=np.radians(ranges),
-        sigma=1e-3 * np.array(sigma),
-        poses=poses,
-        estimator=estimator,
-        with_leds=leds or estimator == "bundle",
-        rig=load_rig(rig) if estimator == "bundle" else None,
-        spot_sigma_px=spot_sigma,
-    )
+    study = setup.study()
     console = make_console()
     began = time.monotonic()
     columns = (
@@ -83,7 +104,7 @@ def probe_calibration(
     written = _write(study, result, seed, out)
     d = 1e3 * result.distances
     console.say(
-        f"{runs} calibrations of {poses} poses, estimator '{estimator}': error of the "
+        f"{runs} calibrations of {study.poses} poses, estimator '{study.estimator}': error of the "
         f"tip "
         f"RMS {np.sqrt(np.mean(d**2)):.3f} um, mean {d.mean():.3f}, largest {d.max():.2f}.",
         highlight=True,
@@ -97,7 +118,7 @@ def probe_calibration(
             highlight=True,
         )
     console.say(
-        f"{elapsed:.1f} s; {runs * poses / result.cpu_s / 1e6:.2f} million poses per second "
+        f"{elapsed:.1f} s; {runs * study.poses / result.cpu_s / 1e6:.2f} million poses per second "
         f"per "
         "processor.",
         highlight=True,

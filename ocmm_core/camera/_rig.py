@@ -260,7 +260,6 @@ def known_points_covariance(
 
 
 def camera_of(entry: CameraEntry) -> model.CameraModel:
-    """Return the camera of an entry."""
     rotation = rotation_from_vector(np.array(entry.rotation_vector))
     return model.CameraModel(
         name=entry.name,

@@ -20,8 +20,6 @@ LIMITS = "/etc/security/limits.d/90-ocmm.conf"
 
 
 class ChangeKind(StrEnum):
-    """Kind of a change."""
-
     KERNEL_FILE = "kernel file"
     """A value below /sys or /proc; lost at the next boot."""
     NEW_FILE = "new file"

@@ -82,8 +82,6 @@ class SealWord(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SealState:
-    """State of a signature."""
-
     word: SealWord
     station: str = ""
     """Name of the signer in the ring of keys; empty if unknown."""

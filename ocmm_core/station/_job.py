@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ocmm_core.errors import MeasuringError, OcmmError, StorageError
 from ocmm_core.export import DEFAULT_FORMAT, write_report
-from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
+from ocmm_core.export.report import Instrument, Profile, ReportData, reported_features
 from ocmm_core.export.template import paper_of
 from ocmm_core.failure import contained
 from ocmm_core.inspection.archive import SUFFIX, require_new_serial
@@ -190,11 +190,13 @@ class Reports:
         calibration, probe = instruments.calibration(), instruments.probe()
         reference = instruments.reference
         back = tuple(job.file.annulled())
-        return report_data(
+        frame, plan = job.session.frame.T_part_from_world, job.use.plan
+        return ReportData(
             view,
             job.file.head,
-            job.use.plan,
-            T_part_from_world=job.session.frame.T_part_from_world,
+            plan,
+            frame,
+            reported_features(view, plan, frame),
             calibration=Instrument(
                 calibration.label, f"{calibration.word.value} {calibration.identity}"
             ),
@@ -208,7 +210,7 @@ class Reports:
             annulled=tuple(point.number for point, _ in back),
             taken_utc=job.file.taken_utc(),
             taken_back=back,
-            explained=job.session.explanations(),
+            explanations=job.session.explanations(),
             seal=job.file.seal(),
             release=job.release,
         )

@@ -94,8 +94,6 @@ _GIVE_ROWS = "Give one row with x, y and z for every point."
 
 @dataclass(frozen=True, slots=True)
 class PointsFile:
-    """Points of a file."""
-
     points: Points3
     """(n, 3), mm."""
     account: TableAccount

@@ -236,7 +236,6 @@ class AcceptanceVerdictPage(ResultFrame):
             self._show_source(self._seen)
 
     def judge(self, outcome: object) -> ResultVerdict:
-        """Return the verdict."""
         if not isinstance(outcome, acceptance.AcceptanceOutcome):
             return ResultVerdict("", kit.Mark.OPEN, "")
         return ResultVerdict(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
 
 from ocmm_gui import kit
@@ -180,16 +180,8 @@ class StartPage(QWidget):
         self.state_words = []
 
     def _button(self, info: kit.ActionInfo, call: Callable[[], None]) -> QPushButton:
-        action = QAction(tr(info.text), self)
-        action.setObjectName(info.key)
-        action.setToolTip(
-            kit.literal(f"{tr(info.tip)} ({', '.join(map(kit.key_words, info.shortcuts))})")
-        )
-        action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
-        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        action.setAutoRepeat(False)
+        action = kit.make_action(info, self)
         action.triggered.connect(lambda _checked: call())
-        self.addAction(action)
         self.keys[info.key] = action
         button = kit.make_button(action, primary=info.key == "new")
         button.setObjectName(f"button_{info.key}")

@@ -7,7 +7,7 @@ Start with `_texts` (translation), `_language`, `_numbers` (numbers, lengths, da
 (three themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome,
 painted widgets), `_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons),
 `_sheet` (pages closed by Esc), `_parts` (also layouts), `_narrow` (fitted texts), `_panels`
-(non-modal questions), `_recent` (plans, jobs, folders). `_notify` shows errors, `_sound` plays
+(non-modal questions, recent plans, jobs and folders). `_notify` shows errors, `_sound` plays
 sounds. The package `work` runs lengthy work.
 First package of the window: it must not import screens or the station.
 """
@@ -40,17 +40,17 @@ if TYPE_CHECKING:
         time_words, to_mm, typed_value, unit_word, use_numbers,
     )  # fmt: skip
     from ocmm_gui.kit._panels import (
-        AnswerPanel, OwnKeysField, PathPanel, ReasonPanel, dropped_file, list_step,
+        AnswerPanel, OwnKeysField, PathPanel, ReasonPanel, RecentPlaces, dropped_file, is_shipped,
+        list_step,
     )  # fmt: skip
     from ocmm_gui.kit._parts import (
         ColouredRow, DataTable, NumberTable, dressed, fill, hbox, panel, scrolled, sentence_label,
         stacked, value_label, vbox,
     )  # fmt: skip
-    from ocmm_gui.kit._recent import RecentPlaces, is_shipped
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, LateParts, Sheet, caption, form_field
     from ocmm_gui.kit._shortcuts import (
         DEBOUNCE_S, SHORT, DebouncedCommand, bind_actions, conflict_of, key_words, large_button,
-        make_actions, make_button, shortcuts_of, show_mode, usable_keys, use_shortcuts,
+        make_action, make_actions, make_button, shortcuts_of, show_mode, usable_keys, use_shortcuts,
     )  # fmt: skip
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._table_import import TableImport
@@ -81,14 +81,14 @@ __all__ = [
     "hbox", "header_words", "ink", "is_ambiguous", "is_held", "is_longer", "is_shipped",
     "key_words", "kind_value", "language_file", "language_in_use", "large_button", "later",
     "led_name", "length_number", "length_of_field", "length_words", "limit_words", "list_step",
-    "literal", "localised", "make_actions", "make_button", "mark_colour", "millimetres",
-    "mode_words", "named_quantity", "next_step", "numbers_in_use", "outlier_count", "outlier_words",
-    "paint_mark", "panel", "plain_number", "progress_word", "quantity", "read_number",
-    "reference_led_name", "reference_words", "said", "said_word", "scrolled", "seen_cameras",
-    "seen_targets", "sentence_label", "shape_word", "shortcuts_of", "show_mode", "slot_names",
-    "split_unit", "stacked", "status_colour", "status_mark", "step_text", "style_of", "text_font",
-    "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value", "unit_word", "usable_keys",
-    "use_language", "use_numbers", "use_role", "use_shortcuts", "value_label", "vbox",
-    "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
+    "literal", "localised", "make_action", "make_actions", "make_button", "mark_colour",
+    "millimetres", "mode_words", "named_quantity", "next_step", "numbers_in_use", "outlier_count",
+    "outlier_words", "paint_mark", "panel", "plain_number", "progress_word", "quantity",
+    "read_number", "reference_led_name", "reference_words", "said", "said_word", "scrolled",
+    "seen_cameras", "seen_targets", "sentence_label", "shape_word", "shortcuts_of", "show_mode",
+    "slot_names", "split_unit", "stacked", "status_colour", "status_mark", "step_text", "style_of",
+    "text_font", "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value", "unit_word",
+    "usable_keys", "use_language", "use_numbers", "use_role", "use_shortcuts", "value_label",
+    "vbox", "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
     "wrapped_pixels",
 ]  # fmt: skip

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QPolygonF
+from PySide6.QtGui import QAction, QColor, QKeyEvent, QPainter, QPaintEvent, QPolygonF
 from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidget
 
 from ocmm_core.errors import OcmmError
@@ -14,7 +14,7 @@ from ocmm_gui.kit._actions import ActionInfo
 from ocmm_gui.kit._marks import ink
 from ocmm_gui.kit._panels import OwnKeysField
 from ocmm_gui.kit._parts import dressed, hbox, sentence_label, vbox
-from ocmm_gui.kit._shortcuts import key_words, make_button
+from ocmm_gui.kit._shortcuts import make_action, make_button
 from ocmm_gui.kit._texts import PlainLabel, later, literal, tr
 from ocmm_gui.kit._theme import Theme, Themed, text_font, use_role
 
@@ -87,17 +87,9 @@ class Sheet(QWidget):
         shown, shift = [info for info in self._infos if info.key != aside], tr("Shift")
         in_row = -(-len(shown) // -(-len(shown) // _MOST_IN_ROW))
         for info in self._infos:
-            action = QAction(tr(info.text), self)
-            action.setObjectName(info.key)
-            action.setToolTip(
-                literal(f"{tr(info.tip)} ({', '.join(map(key_words, info.shortcuts))})")
-            )
-            action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
-            action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-            action.setAutoRepeat(False)
+            action = make_action(info, self)
             call = self.left.emit if info is LEAVE else calls[info.key]
             action.triggered.connect(lambda _checked, call=call: call())
-            self.addAction(action)
             self.keys[info.key] = action
             if info.key == aside:
                 continue

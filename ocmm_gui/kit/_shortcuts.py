@@ -118,6 +118,18 @@ def use_shortcuts(actions: Mapping[str, QAction], changed: Mapping[str, Sequence
         action.setShortcuts([QKeySequence(key) for key in keys])
 
 
+def make_action(info: ActionInfo, owner: QWidget) -> QAction:
+    """Return an action of a widget, not connected; its shortcuts work while this has the focus."""
+    action = QAction(tr(info.text), owner)
+    action.setObjectName(info.key)
+    action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(map(key_words, info.shortcuts))})"))
+    action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
+    action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+    action.setAutoRepeat(False)
+    owner.addAction(action)
+    return action
+
+
 def make_actions(window: QWidget) -> dict[str, QAction]:
     """Return the actions by key, with shortcuts in ``window``, not connected yet."""
     actions: dict[str, QAction] = {}

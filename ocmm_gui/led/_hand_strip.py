@@ -122,8 +122,6 @@ _MOVED_MM = 40.0
 
 @dataclass(frozen=True, slots=True)
 class TourInputs:
-    """Inputs of the tour."""
-
     taken: bool
     points: int
     tip_world: Float | None

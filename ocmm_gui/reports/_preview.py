@@ -15,7 +15,7 @@ from ocmm_core.documents import read_text, resource
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export import EXPORTERS, PDF, preview, preview_text, write_report, write_together
 from ocmm_core.export.certificate import Certificate, certificate_of_folder, signed_certificates
-from ocmm_core.export.report import Instrument, ReportData, report_data
+from ocmm_core.export.report import Instrument, ReportData, reported_features
 from ocmm_core.export.template import Particulars, headed_paper, load_paper, template_in_use
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
 from ocmm_core.inspection.plan import load_plan
@@ -189,9 +189,9 @@ def _specimen_report() -> ReportData:
         requirements=None,
         simulated=True,
     )  # fmt: skip
-    return report_data(
-        view, head, plan, T_part_from_world=None, calibration=Instrument(""), probe=Instrument(""),
-        reference=Instrument(""), climate=Climate(),
+    return ReportData(
+        view, head, plan, None, reported_features(view, plan, None), calibration=Instrument(""),
+        probe=Instrument(""), reference=Instrument(""), climate=Climate(),
     )  # fmt: skip
 
 

@@ -45,8 +45,6 @@ class ProbeWizardSite:
 
 @dataclass(frozen=True, slots=True)
 class WizardSite:
-    """Site of wizards."""
-
     rig: Rig
     body: ProbeBody
     store: Path | None
@@ -153,8 +151,6 @@ def _probe_site(bridge: StationBridge) -> ProbeWizardSite:
 
 @dataclass(frozen=True, slots=True)
 class UnfinishedSession:
-    """An unfinished session."""
-
     path: Path
     title: str
     """Start time, user, and status."""

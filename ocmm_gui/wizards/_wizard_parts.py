@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QKeySequence, QPaintEvent, QPen
+from PySide6.QtGui import QAction, QColor, QPaintEvent, QPen
 from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
@@ -295,19 +295,11 @@ def make_wizard_actions(
     """Return the actions by key; shortcuts work while ``wizard`` has the focus."""
     actions: dict[str, QAction] = {}
     for info in WIZARD_ACTIONS:
-        action = QAction(tr(info.text), wizard)
-        action.setObjectName(info.key)
-        action.setToolTip(
-            kit.literal(f"{tr(info.tip)} ({', '.join(map(kit.key_words, info.shortcuts))})")
-        )
-        action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
-        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        action.setAutoRepeat(False)
+        action = kit.make_action(info, wizard)
         action.setEnabled(False)
         call = calls[info.key]
         command = kit.DebouncedCommand(call) if info.is_trigger else call
         action.triggered.connect(lambda _checked, command=command: command())
-        wizard.addAction(action)
         actions[info.key] = action
     return actions
 

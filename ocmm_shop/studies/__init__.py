@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_shop.studies._gauge_rr import AIAG_LEVEL, GaugeStudy, SourceRow, gauge_study
     from ocmm_shop.studies._part_study import (
-        AUDITED, PartStudy, load_part_study, load_task, make_part_study, part_procedure,
-        save_part_study, uncertainty_for,
+        AUDITED, CalibratedPart, PartStudy, load_part_study, load_task, make_part_study,
+        part_procedure, save_part_study, uncertainty_for,
     )  # fmt: skip
     from ocmm_shop.studies._single import (
         LinearityStudy, StatedScatter, Suitability, Type1Study, compare_stated, linearity_study,
@@ -30,11 +30,11 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "AIAG_LEVEL", "AUDITED", "STUDY_SCHEMA", "CharacteristicStudy", "GaugeStudy", "LinearityReport",
-    "LinearityStudy", "PartStudy", "SourceRow", "StatedScatter", "StudyPlan", "StudyReport",
-    "StudyRun", "Suitability", "Type1Study", "compare_stated", "gauge_study", "linearity_of",
-    "linearity_study", "load_part_study", "load_study", "load_task", "make_part_study", "open_runs",
-    "part_procedure", "plan_study", "plan_text", "process_uncertainty", "require_balanced",
-    "save_part_study", "store_plan", "study_jobs", "study_of", "suitability", "system_uncertainty",
-    "type1_study", "uncertainty_for",
+    "AIAG_LEVEL", "AUDITED", "STUDY_SCHEMA", "CalibratedPart", "CharacteristicStudy", "GaugeStudy",
+    "LinearityReport", "LinearityStudy", "PartStudy", "SourceRow", "StatedScatter", "StudyPlan",
+    "StudyReport", "StudyRun", "Suitability", "Type1Study", "compare_stated", "gauge_study",
+    "linearity_of", "linearity_study", "load_part_study", "load_study", "load_task",
+    "make_part_study", "open_runs", "part_procedure", "plan_study", "plan_text",
+    "process_uncertainty", "require_balanced", "save_part_study", "store_plan", "study_jobs",
+    "study_of", "suitability", "system_uncertainty", "type1_study", "uncertainty_for",
 ]  # fmt: skip

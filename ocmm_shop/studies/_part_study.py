@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
@@ -123,20 +124,27 @@ def part_procedure(name: str = "PART-U") -> tuple[ProcedureDocument, PartTest, s
     return procedure, procedure.test, digest
 
 
+@dataclass(frozen=True, slots=True)
+class CalibratedPart:
+    """Certificate and conditions of a calibrated part; see `PartStudy`."""
+
+    certificate: str
+    certified: float
+    expanded_cal: float
+    u_workpiece: float = 0.0
+    temperature_c: float = 20.0
+    temperatures: tuple[float, float] | None = None
+    u_expansion: float = 0.0
+    expanded_model: float | None = None
+
+
 def make_part_study(
     results: Sequence[float],
     task: PartTask,
+    part: CalibratedPart,
     *,
     procedure: str = "PART-U",
     characteristic: str,
-    certificate: str,
-    certified: float,
-    expanded_cal: float,
-    u_workpiece: float = 0.0,
-    temperature_c: float = 20.0,
-    temperatures: tuple[float, float] | None = None,
-    u_expansion: float = 0.0,
-    expanded_model: float | None = None,
     made_by: str,
     now: datetime,
     simulated: bool,
@@ -155,7 +163,8 @@ def make_part_study(
             f"{numbers.results} results in {numbers.cycles} cycles.",
             "Take the part out, clamp it again and measure it, until there are enough.",
         )
-    low, high = temperatures or (temperature_c - _KELVIN, temperature_c + _KELVIN)
+    temperature_c = part.temperature_c
+    low, high = part.temperatures or (temperature_c - _KELVIN, temperature_c + _KELVIN)
     climate = rule.climate
     if not climate.low <= low <= temperature_c <= high <= climate.high:
         raise InputError(
@@ -164,22 +173,21 @@ def make_part_study(
             f"{climate.low:g} to {climate.high:g} °C.",
             "Give the temperatures at which the part was measured.",
         )
-    if not (expanded_cal > 0.0 and u_workpiece >= 0.0 and u_expansion >= 0.0):
+    if not (part.expanded_cal > 0.0 and part.u_workpiece >= 0.0 and part.u_expansion >= 0.0):
         raise InputError(
             "msa.part_u",
             "U of the certificate must be above zero, and the other uncertainties not below.",
             "Take them from the certificate of the part.",
         )
     found = part_uncertainty(
-        results, certified, expanded_cal, u_workpiece=u_workpiece, temperature_c=temperature_c,
-        u_expansion=u_expansion, expanded_model=expanded_model,
+        results, part.certified, part.expanded_cal, u_workpiece=part.u_workpiece,
+        temperature_c=temperature_c, u_expansion=part.u_expansion,
+        expanded_model=part.expanded_model,
     )  # fmt: skip
     return PartStudy(
-        schema=PART_STUDY_SCHEMA, procedure=rule, procedure_sha256=digest,
-        characteristic=characteristic, task=task, certificate=certificate, certified=certified,
-        expanded_cal=expanded_cal, results=tuple(float(one) for one in results),
-        temperature_c=temperature_c, temperatures=(low, high), u_workpiece=u_workpiece,
-        u_expansion=u_expansion, expanded_model=expanded_model, expanded=found.expanded,
+        **asdict(replace(part, temperatures=(low, high))), schema=PART_STUDY_SCHEMA,
+        procedure=rule, procedure_sha256=digest, characteristic=characteristic, task=task,
+        results=tuple(float(one) for one in results), expanded=found.expanded,
         expanded_uncorrected=found.expanded_uncorrected, bias=found.bias,
         made_utc=now.isoformat(), made_by=made_by, software=build_version(), simulated=simulated,
     )  # fmt: skip

@@ -99,8 +99,6 @@ class LineDirection(StrEnum):
 
 
 class FrameKind(StrEnum):
-    """Kind of a frame."""
-
     PROCESS = "process"
     """Process data: the first datagram is logical."""
     SERVICE = "service"

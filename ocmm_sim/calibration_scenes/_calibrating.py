@@ -73,7 +73,7 @@ class CalibrationScenesRig:
         if moved is not None:
             cameras = move_cameras(self.world.cameras, moved)
             self.world = replace(self.world, cameras=cameras)
-        self._packed = [camera.packed() for camera in self.world.cameras]
+        self._packed = [self.world.packed(*one) for one in enumerate(self.world.cameras)]
         self._shown: list[_Shown] = []
         first = 0
         for scene in scenes:
@@ -137,7 +137,6 @@ class CalibrationScenesRig:
             white = white * self.rig.noise.white_px
         valid = np.empty(count, dtype=np.uint64)
         uv = np.empty((count, self.world.n_slots, 2))
-        model, pattern = self.world.cameras[camera], self.world.patterns[camera]
         kernels.see(
             rotation,
             tip - rotation @ shown.origin,
@@ -145,11 +144,8 @@ class CalibrationScenesRig:
             shown.directions,
             shown.cos_emission,
             self._packed[camera],
-            float(model.width),
-            float(model.height),
             self.world.slots[camera],
-            pattern.nodes,
-            pattern.step_px,
+            self.world.patterns[camera].nodes,
             white,
             np.full(count, shown.hidden, dtype=np.uint64),
             valid,

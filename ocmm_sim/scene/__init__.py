@@ -3,8 +3,8 @@
 In: documents of a rig, a probe and a part, a seed. Out: frames as a source, optionally from
 rendered pixels, and the true poses of camera, probe and ball.
 
-Start with `_world` (truth) and `_rig` (virtual rig); then `_operator` with `_hand`, `_touches`,
-`_slides` and `_script_writer`, `_surfaces` and `_artefacts`, `_source`. Pixels: `_sensor`,
+Start with `_world` (truth) and `_rig` (virtual rig); then `_operator` with `_hand`, `_touches`
+and `_script_writer`, `_surfaces` and `_artefacts`, `_source`. Pixels: `_sensor`,
 `_exposure`, `_pixel_frames`. `_kernels` holds the compiled loops; `_probe_study` is the simulation
 of the thesis. Truth and documents are separate: the product receives the documents only.
 """

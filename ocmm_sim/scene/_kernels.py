@@ -121,32 +121,21 @@ def move(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def see(
-    rotation: Float,
-    origin: Float,
-    leds: Float,
-    directions: Float,
-    cos_emission: float,
-    camera: Float,
-    width: float,
-    height: float,
-    slots: Int,
-    nodes: Float,
-    step: float,
-    white: Float,
-    hidden: NDArray[np.uint64],
-    valid: NDArray[np.uint64],
-    uv: Float,
-) -> None:
+    rotation: Float, origin: Float, leds: Float, directions: Float, cos_emission: float,
+    camera: Float, slots: Int, nodes: Float, white: Float, hidden: NDArray[np.uint64],
+    valid: NDArray[np.uint64], uv: Float,
+) -> None:  # fmt: skip
     """Fill in one camera's spots of the probe in each frame.
 
     ``rotation`` (n, 3, 3) and ``origin`` (n, 3): world from probe. ``leds`` and ``directions``
-    (L, 3), probe frame. ``camera`` (21,): `CameraModel.packed`. ``slots`` (L,). ``nodes``
-    (2, rows, columns) and ``step``: fixed pattern, px. ``white`` (n, L, 2), px. ``hidden`` (n,):
-    bit l for a hidden LED l. ``valid`` (n,) and ``uv`` (n, S, 2) are outputs.
+    (L, 3), probe frame. ``camera`` (24,): `World.packed`. ``slots`` (L,). ``nodes`` (2, rows,
+    columns): fixed pattern, px. ``white`` (n, L, 2), px. ``hidden`` (n,): bit l for a hidden LED l.
+    ``valid`` (n,) and ``uv`` (n, S, 2) are outputs.
     """
     r, f = camera[0:9], camera[12]
     sx, sy, u0, v0 = camera[13], camera[14], camera[15], camera[16]
     k1, k2, p1, p2 = camera[17], camera[18], camera[19], camera[20]
+    width, height, step = camera[21], camera[22], camera[23]
     centre = np.empty(3)
     for a in range(3):
         # C = -R't, mm, world.

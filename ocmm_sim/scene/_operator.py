@@ -21,7 +21,6 @@ from ocmm_sim.scene import _kernels as kernels
 from ocmm_sim.scene._artefacts import Part
 from ocmm_sim.scene._hand import attitude_at
 from ocmm_sim.scene._script_writer import ScriptedTouch, ScriptWriter, segment_of
-from ocmm_sim.scene._slides import hops, pace, slide
 from ocmm_sim.scene._surfaces import (
     HOLES,
     Artefact,
@@ -32,7 +31,7 @@ from ocmm_sim.scene._surfaces import (
     TouchedEntry,
     free_width,
 )
-from ocmm_sim.scene._touches import Contacts, farthest, sample
+from ocmm_sim.scene._touches import Contacts, farthest, hops, pace, sample, slide
 
 Touches = Sequence[tuple[str, int]]
 """Feature names and number of touches of each, in order."""

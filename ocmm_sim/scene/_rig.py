@@ -288,7 +288,6 @@ class VirtualRig:
         """Return valid slots (n,) and spots (n, S, 2) of one body in a camera."""
         count = len(origin)
         valid, uv = np.empty(count, dtype=np.uint64), np.empty((count, self.n_slots, 2))
-        model, pattern = self._world.cameras[camera], self._world.patterns[camera]
         white = np.ascontiguousarray(white)
         if lights.body.code is not None:
             hidden = hidden | dark_bits(lights.body.code, np.arange(first, first + count))
@@ -305,11 +304,8 @@ class VirtualRig:
                 lights.body.led_directions_body,
                 float(np.cos(lights.body.emission_half_angle)),
                 packed,
-                float(model.width),
-                float(model.height),
                 lights.slots,
-                pattern.nodes,
-                pattern.step_px,
+                self._world.patterns[camera].nodes,
                 white[part],
                 hidden[part],
                 valid[part],
@@ -320,11 +316,11 @@ class VirtualRig:
     def _places_of(self, camera: int) -> list[tuple[int, Float]]:
         """Return the poses of a camera for the kernel with their first frames."""
         model = self._world.cameras[camera]
-        places = [(0, model.packed())]
+        places = [(0, self._world.packed(camera, model))]
         for bump in self.options.bumps:
             if bump.camera == camera:
                 model = bumped(model, bump)
-                places.append((bump.first_frame, model.packed()))
+                places.append((bump.first_frame, self._world.packed(camera, model)))
         return places
 
     def _times(self, first: int, count: int) -> Float:

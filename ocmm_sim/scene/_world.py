@@ -174,6 +174,11 @@ class World:
     reference_slots: Int
     """(C, R) int64: slot of each LED of the reference body in each camera."""
 
+    def packed(self, camera: int, model: CameraModel) -> Float:
+        """Return a camera at its pose in ``model`` with its sensor, (24,), for `kernels.see`."""
+        sensor = (model.width, model.height, self.patterns[camera].step_px)
+        return np.concatenate([model.packed(), sensor])
+
 
 def draw_world(
     rig: Rig,

@@ -203,10 +203,8 @@ PLAIN = _plain(kernel)
 def met(body: Float, part: Obstacle, gap: float, own: int = -1, own_gap: float = 0.0) -> int:
     """Return the face that a body comes nearer to than a gap; `own_gap` holds for one of them."""
     surfaces = np.arange(part.n_faces)
-    return int(PLAIN["first_near"](
-        body, gap, own_gap, part.triangles, part.faces, surfaces, own, part.boxes, part.links,
-        part.order,
-    ))  # fmt: skip
+    mesh = kernel.PartMesh(part.triangles, part.faces, surfaces, part.boxes, part.links, part.order)
+    return int(PLAIN["first_near"](body, gap, own_gap, mesh, own))
 
 
 def test_a_bar_comes_as_near_to_a_triangle_as_the_nearest_of_many_balls_along_it() -> None:

@@ -82,14 +82,7 @@ def test_code_that_another_process_kept_for_other_types_is_not_run(
     kept = tmp_path / "__pycache__"
 
     def process() -> ModuleType:
-        spec = importlib.util.spec_from_file_location("halves", source)
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        # The place in which numba searches for the owner of the code.
-        monkeypatch.setitem(sys.modules, "halves", module)
-        spec.loader.exec_module(module)
-        return module
+        return _module_of(source, monkeypatch)
 
     assert process().half(7) == 3
     (index,) = kept.glob("*.nbi")
@@ -106,3 +99,35 @@ def test_code_that_another_process_kept_for_other_types_is_not_run(
     fourth = process()
     assert fourth.half(7) == 3
     assert sum(fourth.half.stats.cache_hits.values()) == 1
+
+
+def test_code_kept_for_a_class_that_was_renamed_is_compiled_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = tmp_path / "pairs.py"
+    for name in ("Pair", "Couple"):
+        source.write_text(
+            "from typing import NamedTuple\n"
+            "from ocmm_core.cpu_features import njit\n"
+            f"class {name}(NamedTuple):\n"
+            "    one: int\n"
+            "    other: int\n"
+            "@njit(cache=True)\n"
+            "def total(pair):\n"
+            "    return pair.one + pair.other\n"
+            "@njit(cache=True)\n"
+            "def of_two(one, other):\n"
+            f"    return total({name}(one, other))\n"
+        )
+        assert _module_of(source, monkeypatch).of_two(3, 4) == 7
+
+
+def _module_of(source: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(source.stem, source)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    # The place in which numba searches for the owner of the code.
+    monkeypatch.setitem(sys.modules, source.stem, module)
+    spec.loader.exec_module(module)
+    return module

@@ -107,7 +107,7 @@ PLACES = (
     Place("ocmm_core.station.stream._client.StreamClient.write", KeyError, BESIDE, STREAM),
     Place(f"{__name__}.listen", ValueError, BESIDE),
     # Export, and the command itself.
-    Place("ocmm_core.station._job.report_data", ValueError, COMMAND),
+    Place("ocmm_core.station._job.reported_features", ValueError, COMMAND),
     Place("ocmm_core.export.report._polyworks._points", ZeroDivisionError, COMMAND),
     Place("ocmm_core.export._registry.write_together", RuntimeError, COMMAND),
     Place("ocmm_cli.measure.print_table", EOFError, COMMAND),

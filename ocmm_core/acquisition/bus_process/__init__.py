@@ -5,7 +5,7 @@ Out: frames in the shared ring, the bus report, replies, and the reason for stop
 
 In the process: `_start` (single thread, least rights), `_process` (the program ``ocmm-acq``),
 `_ethercat` (one read per bus cycle), `_commands`, `_rights`; `_errands` is another program, for
-short tasks (`run_errand`); `_stepped_time` for a virtual bus that waits for a slow computer.
+short tasks (`run_errand`).
 
 In the application: `_launch`, `_client` (as a child, or as a service), `_remote_objects`.
 
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._launch import (
         RECIPE, BusConfig, ProcessConfig, WireErrand, bus_command, read_config,
     )  # fmt: skip
+    from ocmm_core.acquisition.bus_process._process import SteppedTime
     from ocmm_core.acquisition.bus_process._remote_objects import RemoteObjects
     from ocmm_core.acquisition.bus_process._rights import (
         BUS_PRIORITY, CAMERA_PRIORITY, NEEDED, Capability, ProcessRights, allow_locked_memory,
         give_up_all_but, granted_by, hold_nothing, lock_memory, rights_of, take_priority,
     )  # fmt: skip
-    from ocmm_core.acquisition.bus_process._stepped_time import SteppedTime
 else:
     __getattr__ = lazy_exports(__name__)
 

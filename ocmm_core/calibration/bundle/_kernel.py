@@ -8,10 +8,12 @@ Y'Y`` (Schur complement; Triggs et al. 2000, section 6.1).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ocmm_core.calibration.cameras import empty_rows, spot_rows
-from ocmm_core.calibration.cameras import kernel as camera_kernel
+from ocmm_core.calibration.cameras import lens as camera_kernel
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import backward, turn
@@ -60,16 +62,25 @@ def eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
     return True
 
 
+class WeightedRows(NamedTuple):
+    """Weighted derivatives of a spot, u and v, and its weighted miss (2,)."""
+
+    u_row: Float
+    v_row: Float
+    """`u_row`, `v_row`: by the camera, (14,)."""
+    u_point: Float
+    v_point: Float
+    """`u_point`, `v_point`: by the point, (3,), world."""
+    miss: Float
+
+
 @compiled(camera_kernel)
 def add_spot(
     packed: Float, x: float, y: float, z: float, seen: Float, weight: float, first: int,
-    u: Float, b: Float, u_row: Float, v_row: Float, u_point: Float, v_point: Float,
-    miss: Float,
+    u: Float, b: Float, rows: WeightedRows,
 ) -> float:  # fmt: skip
-    """Add a spot to U and b; return its weighted square, infinite behind the camera.
-
-    Outputs the weighted miss (2,), d(miss) by the camera (14,) and by the point (3,), world.
-    """
+    """Add a spot to U and b; return its weighted square, infinite behind the camera."""
+    u_row, v_row, u_point, v_point, miss = rows
     depth, predicted_u, predicted_v = spot_rows(packed, x, y, z, u_row, v_row)
     if not depth > 0.0:
         return np.inf
@@ -136,6 +147,7 @@ def schur_reduce_poses(
     u_pose, v_pose = np.empty(6), np.empty(6)
     u_point, v_point = np.empty(3), np.empty(3)
     u_led, v_led, miss = np.empty(3), np.empty(3), np.empty(2)
+    rows = WeightedRows(u_row, v_row, u_point, v_point, miss)
     row, common, columns = np.empty(6), np.empty(9), np.empty(9, np.int64)
     for n in range(n_frames):
         rotation, v, w, g = rotations[n], factors[n], y[n], z[n]
@@ -158,8 +170,7 @@ def schur_reduce_poses(
                 first = N_CAMERA * c
                 square = add_spot(
                     cameras[c], qx + origins[n, 0], qy + origins[n, 1], qz + origins[n, 2],
-                    uv[n, c, led], weight, first, u, b, u_row, v_row, u_point, v_point,
-                    miss,
+                    uv[n, c, led], weight, first, u, b, rows,
                 )  # fmt: skip
                 if square == np.inf:
                     return np.inf

@@ -283,7 +283,6 @@ def split(points: KnownPoints, calibration: int, rng: np.random.Generator) -> tu
 
 
 def subset(points: KnownPoints, spots: SpotTable, indices: Int) -> tuple[KnownPoints, SpotTable]:
-    """Return the points with these indices and their spots."""
     names = tuple(points.names[index] for index in indices)
     return (
         replace(points, names=names, positions_world=points.positions_world[indices]),

@@ -103,8 +103,6 @@ class PivotOptions:
 
 @dataclass(frozen=True, slots=True)
 class ExcludedFrame:
-    """An excluded frame."""
-
     frame: int
     """Index into the sweep."""
     reason: Reason

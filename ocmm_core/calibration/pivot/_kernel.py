@@ -11,7 +11,7 @@ import numpy as np
 from ocmm_core.calibration.bundle import N_CAMERA, eliminate
 from ocmm_core.calibration.bundle import kernel as bundle_kernel
 from ocmm_core.calibration.cameras import empty_rows, spot_rows
-from ocmm_core.calibration.cameras import kernel as camera_kernel
+from ocmm_core.calibration.cameras import lens as camera_kernel
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import best_turn, turn

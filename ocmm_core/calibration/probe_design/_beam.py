@@ -95,8 +95,6 @@ class Beam:
 
 @dataclass(frozen=True, slots=True)
 class Deflection:
-    """Deflection of a beam."""
-
     x_mm: Float
     """(n,): places."""
     moment: Float

@@ -85,8 +85,6 @@ U_WARNED, U_REFUSED = 1.0 / 5.0, 1.0 / 3.0
 
 
 class ArtefactCertificate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Certificate of an artefact."""
-
     number: str
     sha256: str
     """SHA-256 of its file; empty without a file."""
@@ -128,8 +126,6 @@ class BarDocument(ArtefactDocument, frozen=True, kw_only=True):
 
 
 class SphereDocument(ArtefactDocument, frozen=True, kw_only=True):
-    """A sphere."""
-
     diameter: float
     """At 20 degrees, mm."""
 
@@ -207,8 +203,6 @@ class Artefact:
 
 @dataclass(frozen=True, slots=True)
 class LengthBar:
-    """A bar."""
-
     artefact: Artefact
     nests: tuple[float, ...]
     leds: tuple[float, ...]
@@ -217,8 +211,6 @@ class LengthBar:
 
 @dataclass(frozen=True, slots=True)
 class Sphere:
-    """A sphere."""
-
     artefact: Artefact
     diameter: float
     """mm at 20 degrees."""

@@ -24,8 +24,6 @@ from ocmm_core.calibration.records._sealed import record_hash
 
 
 class EventKind(StrEnum):
-    """Kinds of calibration events."""
-
     ACCEPTED = "accepted"
     PASSED = "verification passed"
     FAILED = "verification failed"
@@ -49,8 +47,6 @@ class Event(StoredEvent, frozen=True, kw_only=True):
 
 
 class TipEventKind(StrEnum):
-    """Kinds of tip events."""
-
     CALIBRATED = "probe calibrated"
     QUALIFIED = "tip qualified"
     NOT_QUALIFIED = "qualification failed"

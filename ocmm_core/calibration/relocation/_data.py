@@ -75,8 +75,6 @@ class TouchedBar:
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """All observations of a relocation."""
-
     frames: ProbeFrames
     """The probe, waved and seated."""
     shown_bars: tuple[ShownBar, ...] = ()

@@ -87,8 +87,6 @@ _SHAPE_POSES = 100
 
 @dataclass(frozen=True, slots=True)
 class SweepProgress:
-    """Progress of a sweep."""
-
     poses: int
     coverage: pivot.SweepCoverage | None
     """None with fewer than ten of them."""

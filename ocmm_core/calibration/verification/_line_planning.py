@@ -55,8 +55,6 @@ class PlannedLine:
 
 @dataclass(frozen=True, slots=True)
 class LinePlanning:
-    """All lines of a verification."""
-
     lines: tuple[PlannedLine, ...]
     """In recording order."""
     notes: tuple[str, ...]

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.export.report._polyworks import POLYWORKS
     from ocmm_core.export.report._report_data import (
-        Element, Instrument, ReportData, ReportedFeature, ReportedResult, report_data,
-        report_of_job,
+        Element, Instrument, ReportData, ReportedFeature, ReportedResult, report_of_job,
+        reported_features,
     )  # fmt: skip
     from ocmm_core.export.report._tables import (
         Cell, Number, ReportTable, Units, features_table, head_table, points_table, report_table,
@@ -44,6 +44,6 @@ __all__ = [
     "ReportTable", "ReportedFeature", "ReportedResult", "Units", "account_file", "check_file_stem",
     "check_name", "clean_text", "features_table", "head_table", "last_moment", "load_profile",
     "one_line", "open_clauses", "paper_facts", "plan_deviations", "points_table",
-    "polyworks_profile", "read_report", "report_data", "report_number", "report_of_job",
-    "report_table", "same_number", "spreadsheet_text", "statements", "write_account",
+    "polyworks_profile", "read_report", "report_number", "report_of_job", "report_table",
+    "reported_features", "same_number", "spreadsheet_text", "statements", "write_account",
 ]  # fmt: skip

@@ -157,17 +157,17 @@ class ReportData:
     """Alignment; without it (None) measured values are in the world frame."""
     features: tuple[ReportedFeature, ...]
     """In the order of the plan, then constructions."""
-    observations: tuple[MeasuredPoint, ...]
-    """Points as stored, without compensation; may be empty."""
-    annulled: tuple[int, ...]
-    """Numbers of the undone points."""
-    taken_utc: dict[int, str]
-    """ISO 8601 text by number of the point."""
     calibration: Instrument
     probe: Instrument
     reference: Instrument
     """`calibration`, `probe`, `reference`: states, hashes; no label without a reference body."""
     climate: Climate
+    observations: tuple[MeasuredPoint, ...] = ()
+    """Points as stored, without compensation; may be empty."""
+    annulled: tuple[int, ...] = ()
+    """Numbers of the undone points."""
+    taken_utc: dict[int, str] = field(default_factory=dict)
+    """ISO 8601 text by number of the point."""
     notes: tuple[str, ...] = ()
     """Sentences about suspect parts of the file."""
     taken_back: tuple[tuple[MeasuredPoint, str], ...] = ()
@@ -256,26 +256,10 @@ class ReportData:
         return rule_words(rule_id(self.plan.rule))
 
 
-def report_data(
-    view: JobView,
-    head: JobHead,
-    plan: Plan,
-    *,
-    T_part_from_world: RigidTransform | None,
-    calibration: Instrument,
-    probe: Instrument,
-    reference: Instrument,
-    climate: Climate,
-    observations: tuple[MeasuredPoint, ...] = (),
-    annulled: tuple[int, ...] = (),
-    taken_utc: dict[int, str] | None = None,
-    notes: tuple[str, ...] = (),
-    taken_back: tuple[tuple[MeasuredPoint, str], ...] = (),
-    explained: tuple[Explanation, ...] = (),
-    seal: JobSeal | None = None,
-    release: ReleaseState = NO_RELEASE,
-    identity: FileIdentity | None = None,
-) -> ReportData:
+def reported_features(
+    view: JobView, plan: Plan, T_part_from_world: RigidTransform | None
+) -> tuple[ReportedFeature, ...]:
+    """Return features and constructions with their elements in the frame of the report."""
     frame = T_part_from_world or RigidTransform.identity()
     T_part_from_nominal = _part_from_nominal(plan)
     nominals = {nominal.name: nominal for nominal in plan.features}
@@ -294,26 +278,7 @@ def report_data(
                 actual_element=None if seen.fit is None else element_of_fit(seen.fit, frame),
             )
         )
-    return ReportData(
-        view=view,
-        head=head,
-        plan=plan,
-        T_part_from_world=T_part_from_world,
-        features=tuple(features),
-        observations=observations,
-        annulled=annulled,
-        taken_utc=taken_utc or {},
-        calibration=calibration,
-        probe=probe,
-        reference=reference,
-        climate=climate,
-        notes=notes,
-        taken_back=taken_back,
-        explanations=explained,
-        seal=seal,
-        release=release,
-        identity=identity,
-    )
+    return tuple(features)
 
 
 def _part_from_nominal(plan: Plan) -> RigidTransform | None:
@@ -335,11 +300,12 @@ def report_of_job(job: ReopenedJob) -> ReportData:
     reference = (
         Instrument("") if body is None else Instrument(body.label, f"{body.name} {body.identity}")
     )
-    return report_data(
+    return ReportData(
         job.view,
         job.head,
         job.plan,
-        T_part_from_world=job.T_part_from_world,
+        job.T_part_from_world,
+        reported_features(job.view, job.plan, job.T_part_from_world),
         calibration=_instrument(calibration, uncalibrated="uncalibrated" in last),
         probe=_instrument(probe, uncalibrated="uncalibrated" in last),
         reference=reference,
@@ -352,7 +318,7 @@ def report_of_job(job: ReopenedJob) -> ReportData:
         seal=job.seal,
         release=release_in_job(job.head, job.events),
         identity=job.identity,
-        explained=explanations(
+        explanations=explanations(
             job.plan, job.view, job.points, job.sensitivities, job.rig, job.body, job.options
         ),
     )

@@ -237,7 +237,6 @@ def gauge_point(cone: Float, radius: float) -> Float:
 
 
 def gauge_circle(cone: Float, diameter: float) -> Float:
-    """Return the circle of a cone at a diameter."""
     return element(gauge_point(cone, 0.5 * diameter), unit(cone[DIRECTION]), 0.5 * diameter)
 
 

@@ -6,7 +6,7 @@ Out: the best minimum, and its rivals.
 Read `_common` (checked points, centring, starts), `_solver` and `_newton_kernel` (guarded steps,
 rivals that the points cannot exclude), `_search` (many starts, the best minimum, equal ends).
 `_lanes_kernel` runs many starts in parallel, `_starts_kernel` finds them about trial axes. The
-distances are in `_axis_kernel`, `_flat_kernel`, `_ellipse_kernel`, `_tube_kernel` and
+distances are in `_axis_kernel`, `_flat_kernel`, `_ellipse_kernel` and
 `_point_kernel`. The package is independent of specific fits, which are in `elements`.
 """
 
@@ -36,9 +36,8 @@ if TYPE_CHECKING:
         sensitivity, sizes_in_words, unambiguous, undecided, with_rival,
     )  # fmt: skip
     from ocmm_core.features.search._starts_kernel import (
-        STRAIGHT, circles, flanks, quadric_feet, tubes,
+        STRAIGHT, circles, flanks, narrowest_tube, quadric_feet, tubes,
     )  # fmt: skip
-    from ocmm_core.features.search._tube_kernel import narrowest_tube
 else:
     __getattr__ = lazy_exports(__name__)
 

@@ -4,8 +4,8 @@ In: points and the least-squares fit to start from.
 Out: the minimum zone or the bounding element, with contact points and balanced forces.
 
 Read `_zone` (entry points), `_elements` (from a fit to a zone element), `_solver` with
-`_settle_kernel`, `_place_kernel` and `_kernel` (a dual simplex step), `_surfaces`,
-`_distance_kernel` and `_steps` (distances), `_levels`, then `_certificate`, `_settled` and
+`_settle_kernel` and `_kernel` (a dual simplex step), `_surfaces`,
+`_distance_kernel` (distances, poses, steps), `_levels`, then `_certificate`, `_settled` and
 `_rescue` (proof, and fallbacks). An unproven zone is refused. The package is independent of
 tolerances and datums.
 """

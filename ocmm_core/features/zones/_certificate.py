@@ -129,8 +129,6 @@ class Balance:
 
 @dataclass(frozen=True, slots=True)
 class ZoneProof:
-    """Proof for a zone."""
-
     certified: bool
     """It is a minimum zone, or the largest inscribed element."""
     sentence: str

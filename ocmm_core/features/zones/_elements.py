@@ -9,7 +9,13 @@ import numpy as np
 from ocmm_core.features import shapes
 from ocmm_core.features.search import centred
 from ocmm_core.features.zones import _surfaces as surfaces
-from ocmm_core.features.zones._steps import FIRST_SIZE, SECOND_SIZE, STEP_SIZE, TURN, Values
+from ocmm_core.features.zones._distance_kernel import (
+    FIRST_SIZE,
+    SECOND_SIZE,
+    STEP_SIZE,
+    TURN,
+    Values,
+)
 from ocmm_core.geometry import Float, Points3, perpendicular_pair
 
 ZONES = {

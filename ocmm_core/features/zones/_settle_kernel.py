@@ -7,17 +7,16 @@ import numpy as np
 from ocmm_core.camera import compiled
 from ocmm_core.features.zones import _distance_kernel as distance_kernel
 from ocmm_core.features.zones import _kernel as kernel
-from ocmm_core.features.zones import _place_kernel as place_kernel
-from ocmm_core.features.zones._distance_kernel import zone_distances
-from ocmm_core.features.zones._kernel import narrowest_zone
-from ocmm_core.features.zones._place_kernel import (
+from ocmm_core.features.zones._distance_kernel import (
+    STEP_SIZE,
     bounds_of,
     move_zone,
     possible_sizes,
     to_local,
     zone_about,
+    zone_distances,
 )
-from ocmm_core.features.zones._steps import STEP_SIZE
+from ocmm_core.features.zones._kernel import narrowest_zone
 from ocmm_core.geometry import Float, Int
 
 SETTLED = 4e-16
@@ -152,7 +151,7 @@ def _full_step(free: Int, steps: Float, step: Float, full: Float) -> None:
         full[free[i]] = total
 
 
-@compiled(distance_kernel, kernel, place_kernel)
+@compiled(distance_kernel, kernel)
 def settle_zone(
     kind: int, sign: float, lower: bool, even: bool, free: Int, points: Float, frame: Float,
     origin: Float, sizes: Float, steps: Float, radius: float, greatest: float, most: int,
@@ -211,52 +210,29 @@ def settle_zone(
         )  # fmt: skip
         reach = np.abs(newton).max()
         width = upper - least
+        top, bottom = upper, least
+        if touched:
+            _full_step(free, steps, newton, full)
+            move_zone(frame, origin, sizes, full, to_frame, to_origin, to_sizes)
+            top, bottom = zone_about(
+                kind, sign, lower, even, points, to_frame, to_origin, to_sizes, local, found,
+                jacobian,
+            )  # fmt: skip
         if gain <= SETTLED * scale:
             # If curvature pins the element, its position converges later than its width.
             if not touched or polishes == POLISHES or reach > CLOSE * scale:
                 return upper, least, True
-            _full_step(free, steps, newton, full)
-            move_zone(frame, origin, sizes, full, to_frame, to_origin, to_sizes)
-            top, bottom = zone_about(
-                kind,
-                sign,
-                lower,
-                even,
-                points,
-                to_frame,
-                to_origin,
-                to_sizes,
-                local,
-                found,
-                jacobian,
-            )
             if top - bottom > width + 4.0 * SETTLED * scale:
                 return upper, least, True
             polishes += 1
             upper, least = top, bottom
             frame[:], origin[:], sizes[:] = to_frame, to_origin, to_sizes
             continue
-        if touched:
-            _full_step(free, steps, newton, full)
-            move_zone(frame, origin, sizes, full, to_frame, to_origin, to_sizes)
-            top, bottom = zone_about(
-                kind,
-                sign,
-                lower,
-                even,
-                points,
-                to_frame,
-                to_origin,
-                to_sizes,
-                local,
-                found,
-                jacobian,
-            )
-            if width - (top - bottom) > 0.25 * gain:
-                upper, least = top, bottom
-                frame[:], origin[:], sizes[:] = to_frame, to_origin, to_sizes
-                radius = min(max(radius, 2.0 * reach), greatest)
-                continue
+        if touched and width - (top - bottom) > 0.25 * gain:
+            upper, least = top, bottom
+            frame[:], origin[:], sizes[:] = to_frame, to_origin, to_sizes
+            radius = min(max(radius, 2.0 * reach), greatest)
+            continue
         _full_step(free, steps, solution[:k], full)
         move_zone(frame, origin, sizes, full, to_frame, to_origin, to_sizes)
         top, bottom = zone_about(

@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ocmm_core.features.zones._distance_kernel import FIRST_SIZE, TURN
 from ocmm_core.features.zones._settle_kernel import CLOSE, SETTLED, newton_step, settle_zone
-from ocmm_core.features.zones._steps import FIRST_SIZE, TURN
 from ocmm_core.features.zones._surfaces import (
     ANGLES,
     DistanceKind,

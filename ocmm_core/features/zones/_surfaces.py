@@ -16,9 +16,16 @@ from enum import Enum
 import numpy as np
 
 from ocmm_core.features.zones._distance_kernel import ELLIPSE as ELLIPSE_CODE
-from ocmm_core.features.zones._distance_kernel import zone_distances
-from ocmm_core.features.zones._place_kernel import move_zone, possible_sizes
-from ocmm_core.features.zones._steps import FIRST_SIZE, SECOND_SIZE, STEP_SIZE, TURN, Values
+from ocmm_core.features.zones._distance_kernel import (
+    FIRST_SIZE,
+    SECOND_SIZE,
+    STEP_SIZE,
+    TURN,
+    Values,
+    move_zone,
+    possible_sizes,
+    zone_distances,
+)
 from ocmm_core.geometry import Float, Int
 
 TINY = 1e-30
@@ -45,8 +52,6 @@ _CODES = {kind: code for code, kind in enumerate(DistanceKind)}
 
 @dataclass(frozen=True, slots=True)
 class ElementFamily:
-    """A family of elements."""
-
     kind: DistanceKind
     free: tuple[int, ...]
     """Free entries of a step: indices of u, v, w, a, b, the two sizes and the turn."""

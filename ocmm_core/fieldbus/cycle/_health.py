@@ -100,8 +100,6 @@ class Trouble(Enum):
 
 @dataclass(frozen=True, slots=True)
 class CycleFault:
-    """Fault of a cycle."""
-
     trouble: Trouble
     alarm: Alarm
     reason: str

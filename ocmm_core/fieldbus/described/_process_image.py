@@ -35,8 +35,6 @@ _OF_SLOTS = (*_SPOT, Role.VALID)
 
 @dataclass(frozen=True, slots=True)
 class PlacedEntry:
-    """A placed entry."""
-
     index: int
     sub: int
     type: TypeName

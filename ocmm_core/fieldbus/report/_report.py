@@ -52,8 +52,6 @@ class CameraReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class BusEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A bus event."""
-
     number: int
     """1, 2, 3 ... since the start of the process."""
     utc_ns: int

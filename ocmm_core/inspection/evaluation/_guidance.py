@@ -212,8 +212,6 @@ _SMALLEST_RING = 0.06
 
 @dataclass(frozen=True, slots=True)
 class Cue:
-    """Guidance cue."""
-
     ring_px_fraction: float
     """Radius of the ring, relative to its largest one."""
     tone_hz: float

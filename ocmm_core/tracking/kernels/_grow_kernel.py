@@ -6,17 +6,17 @@ all their checks and messages, which takes longer than all the rest.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import _decide_kernel as decide_kernel
-from ocmm_core.tracking.kernels import _doubt_kernel as doubt_kernel
 from ocmm_core.tracking.kernels import _kernel as kernel
 from ocmm_core.tracking.kernels import _meeting_kernel as meeting_kernel
 from ocmm_core.tracking.kernels import _small_algebra as small_algebra
-from ocmm_core.tracking.kernels._decide_kernel import clear
-from ocmm_core.tracking.kernels._doubt_kernel import ambiguity_score
+from ocmm_core.tracking.kernels._decide_kernel import ambiguity_score, clear
 from ocmm_core.tracking.kernels._kernel import Bool, fit_leds, normal_equations, triangulate_leds
 from ocmm_core.tracking.kernels._meeting_kernel import view
 from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward, turn
@@ -34,14 +34,46 @@ of the miss over the variance of a spot, which itself contributes two) are added
 hardly changes, and a round for every spot would take too long.
 """
 
-_NEEDS = (decide_kernel, doubt_kernel, kernel, meeting_kernel, small_algebra)
+_NEEDS = (decide_kernel, kernel, meeting_kernel, small_algebra)
+
+
+class FrameRays(NamedTuple):
+    """Spots of a frame by camera and slot, see `meeting_kernel.undistort_rays`."""
+
+    ideal: Float
+    jacobian: Float
+    there: Bool
+    usable: Int
+    """(C S,): LED of a slot by its strobe code, -1 for any, -2 for none."""
+
+
+class PackedCameras(NamedTuple):
+    packed: Float
+    """(C, 21)."""
+    centres: Float
+    """(C, 3), mm."""
+
+
+class LitBody(NamedTuple):
+    """The LEDs of a body."""
+
+    leds: Float
+    directions: Float
+    least_cosine: float
+    """Of the widest angle under which an LED can be seen."""
+
+
+class Gates(NamedTuple):
+    sigma: float
+    rival_px: float
+    limits: Float
+    """Chi-square by degrees of freedom."""
 
 
 @compiled(*_NEEDS)
 def extend_hypothesis(
-    ideal: Float, jacobian: Float, there: Bool, usable: Int, cams: Float, centres: Float,
-    leds: Float, directions: Float, least_cosine: float, sigma: float, rival_px: float,
-    limits: Float, labels: Int, rotation: Float, origin: Float, worth: Float,
+    rays: FrameRays, cameras: PackedCameras, body: LitBody, gates: Gates, labels: Int,
+    rotation: Float, origin: Float, worth: Float,
 ) -> float:  # fmt: skip
     """Complete a labelling of three LEDs with all spots explained by its pose.
 
@@ -49,14 +81,14 @@ def extend_hypothesis(
     spots are removed that have another spot or the place of another LED within ``rival_px``: they
     are indistinguishable there, and images of such close lights disturb each other.
 
-    ``ideal``, ``jacobian``, ``there``: spots by slot, see `meeting_kernel.undistort_rays`;
-    ``usable`` (C S,): LED of a slot by its strobe code, -1 for any, -2 for none; ``cams`` (C, 21),
-    ``centres`` (C, 3), mm; ``leds``, ``directions`` and ``least_cosine`` of the widest angle under
-    which an LED can be seen: the body; ``limits``: chi-square by degrees of freedom; ``labels`` (C,
-    L): slots, -1 if none, changed in place. Outputs: ``rotation`` (3, 3) and ``origin`` (3,), mm,
-    pose in the world; ``worth`` (1,), see `doubt_kernel.ambiguity_score`. Returns chi-square, or -1
-    if the labelling fails.
+    ``labels`` (C, L): slots, -1 if none, changed in place. Outputs: ``rotation`` (3, 3) and
+    ``origin`` (3,), mm, pose in the world; ``worth`` (1,), see `ambiguity_score`.
+    Returns chi-square, or -1 if the labelling fails.
     """
+    ideal, jacobian, there, usable = rays
+    cams, centres = cameras
+    leds, directions, least_cosine = body
+    sigma, rival_px, limits = gates
     n_cameras, n_leds = labels.shape
     led_ideal = np.empty((n_cameras, n_leds, 2))
     led_jacobian = np.empty((n_cameras, n_leds, 4))
@@ -137,10 +169,7 @@ def extend_hypothesis(
         if many:
             _add_sure(sure, labels)
         spots = _gather(ideal, jacobian, labels, led_ideal, led_jacobian, seen)
-    if _drop_rivals(
-        ideal, jacobian, there, cams, centres, leds, directions, least_cosine, rival_px, labels,
-        rotation, origin, place, rows,
-    ):  # fmt: skip
+    if _drop_rivals(rays, cameras, body, rival_px, labels, rotation, origin, place, rows):
         _gather(ideal, jacobian, labels, led_ideal, led_jacobian, seen)
         # The spots remaining after removal of rivals must still determine a pose.
         if triangulate_leds(led_ideal, seen, cams, points, located) < 3:
@@ -273,11 +302,13 @@ def _taken(labels: Int, c: int, slot: int) -> bool:
 
 @compiled(meeting_kernel)
 def _drop_rivals(
-    ideal: Float, jacobian: Float, there: Bool, cams: Float, centres: Float, leds: Float,
-    directions: Float, least_cosine: float, rival_px: float, labels: Int,
+    rays: FrameRays, cameras: PackedCameras, body: LitBody, rival_px: float, labels: Int,
     rotation: Float, origin: Float, place: Float, rows: Float,
 ) -> bool:  # fmt: skip
     """Remove labels with an equally close second spot or LED; return whether any was."""
+    ideal, jacobian, there, _ = rays
+    cams, centres = cameras
+    leds, directions, least_cosine = body
     n_cameras, n_leds = labels.shape
     # near[led, slot]: the spot of the slot is within rival_px of the place of the LED.
     near = np.zeros((n_leds, there.shape[1]), np.bool_)

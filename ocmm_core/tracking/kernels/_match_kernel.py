@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import _decide_kernel as decide_kernel
-from ocmm_core.tracking.kernels import _doubt_kernel as doubt_kernel
 from ocmm_core.tracking.kernels import _grow_kernel as grow_kernel
 from ocmm_core.tracking.kernels import _kernel as kernel
 from ocmm_core.tracking.kernels import _meeting_kernel as meeting_kernel
@@ -22,7 +23,13 @@ from ocmm_core.tracking.kernels._decide_kernel import (
     merge,
     spots_of,
 )
-from ocmm_core.tracking.kernels._grow_kernel import extend_hypothesis
+from ocmm_core.tracking.kernels._grow_kernel import (
+    FrameRays,
+    Gates,
+    LitBody,
+    PackedCameras,
+    extend_hypothesis,
+)
 from ocmm_core.tracking.kernels._kernel import Bool
 from ocmm_core.tracking.kernels._meeting_kernel import measure
 
@@ -36,22 +43,42 @@ USUAL_SPOTS = 32
 RULE_MARGIN = 0.17
 """Sine of 10 degrees: margin around a rule's limit in which compliance is uncertain."""
 
-_NEEDS = (decide_kernel, doubt_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
+_NEEDS = (decide_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
+
+
+class BodySearch(NamedTuple):
+    """Requirements on the poses of a body."""
+
+    number: int
+    least: int
+    """Poses that label fewer LEDs are not kept."""
+    weak: Int
+    """(1,): largest number of spots explained by one of those."""
+    axes: Float
+    rule_worlds: Float
+
+
+class HeldPoses(NamedTuple):
+    """Poses of all bodies; those of the body searched begin at ``start``."""
+
+    poses: Int
+    owner: Int
+    certain: Bool
+    doubt: Float
+    start: int
 
 
 @compiled(*_NEEDS)
 def match_body(
-    positions: Float, covariances: Float, lights: Int, ideal: Float, jacobian: Float, there: Bool,
-    usable: Int, cams: Float, centres: Float, leds: Float, directions: Float, least_cosine: float,
-    axes: Float, rule_worlds: Float, sigma: float, rival_px: float, limits: Float, body: int,
-    poses: Int, owner: Int, certain: Bool, doubt: Float, start: int, held: int, least: int,
-    weak: Int, left: Int,
+    positions: Float, covariances: Float, lights: Int, rays: FrameRays, cameras: PackedCameras,
+    body: LitBody, search: BodySearch, gates: Gates, kept: HeldPoses, held: int, left: Int,
 ) -> tuple[int, int]:  # fmt: skip
     """Try all triples of LEDs at all triples of intersection points with equal distances.
 
-    Poses that label fewer LEDs than ``least`` are not kept; ``weak`` (1,) is the largest number of
-    spots explained by one of them. ``left`` (2,): remaining triples and comparisons for this frame.
+    ``left`` (2,): remaining triples and comparisons for this frame.
     """
+    there, usable, leds, weak = rays.there, rays.usable, body.leds, search.weak
+    poses, owner, certain, doubt, start = kept
     count, n_leds, n_slots = len(positions), len(leds), there.shape[1]
     # Three points are the minimum to determine a pose and to match distances.
     if count < 3:
@@ -120,22 +147,20 @@ def match_body(
                             if attempts > most or left[0] < 0 or held == len(poses):
                                 return CONFUSED, held
                             chi2 = extend_hypothesis(
-                                ideal, jacobian, there, usable, cams, centres, leds, directions,
-                                least_cosine, sigma, rival_px, limits, labels, rotation, origin,
-                                worth,
-                            )  # fmt: skip
+                                rays, cameras, body, gates, labels, rotation, origin, worth
+                            )
                             # A rule requires a positive component of a body axis along a world
                             # direction. Below -RULE_MARGIN the pose is forbidden; within it the
                             # pose is kept, but not certain.
-                            kept = _promise(axes, rule_worlds, rotation)
-                            if chi2 < 0.0 or kept < -RULE_MARGIN:
+                            margin = _promise(search.axes, search.rule_worlds, rotation)
+                            if chi2 < 0.0 or margin < -RULE_MARGIN:
                                 continue
-                            if least > 0 and in_sight(labels) < least:
+                            if search.least > 0 and in_sight(labels) < search.least:
                                 weak[0] = max(weak[0], spots_of(labels))
                                 continue
                             clear(poses[held])
                             copy_labels(labels, poses[held])
-                            owner[held], certain[held] = body, kept > RULE_MARGIN
+                            owner[held], certain[held] = search.number, margin > RULE_MARGIN
                             # Written behind the last pose held; `merge` decides whether it stays.
                             doubt[held] = worth[0]
                             held = merge(poses, start, held, certain, doubt)

@@ -24,15 +24,15 @@ from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import _kernel as kernel
 from ocmm_core.tracking.kernels import _lane_algebra as lane_algebra
 from ocmm_core.tracking.kernels import _lane_equations as lane_equations
-from ocmm_core.tracking.kernels import _lane_start as lane_start
 from ocmm_core.tracking.kernels import _lanes as lanes
 from ocmm_core.tracking.kernels._kernel import LOST, OK
 from ocmm_core.tracking.kernels._lane_algebra import product, rotation_of_vector
-from ocmm_core.tracking.kernels._lane_equations import eliminate, pose_equations
-from ocmm_core.tracking.kernels._lane_start import (
+from ocmm_core.tracking.kernels._lane_equations import (
     POINT_ROWS,
     SPOT_ROWS,
+    eliminate,
     fit_lanes,
+    pose_equations,
     straighten_spots,
     triangulate_lanes,
 )
@@ -43,7 +43,7 @@ _RESULT = 24
 _LEAST = 2
 """Fewer frames are solved one by one."""
 
-_NEEDS = (kernel, lane_algebra, lane_equations, lane_start, lanes)
+_NEEDS = (kernel, lane_algebra, lane_equations, lanes)
 
 
 @compiled(*_NEEDS)

@@ -200,8 +200,6 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 @dataclass(frozen=True, slots=True)
 class BannerMessage:
-    """Message of the banner."""
-
     word: str = ""
     """One to three words in capitals."""
     note: str = ""

@@ -68,8 +68,6 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class ConnectionState:
-    """State of the connection."""
-
     code: str = ""
     said: str = ""
     """`code`, `said`: Error of the last try; empty if it succeeded."""

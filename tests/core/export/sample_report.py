@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.export import write_report
-from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
+from ocmm_core.export.report import Instrument, Profile, ReportData, reported_features
 from ocmm_core.features.shapes import NominalFeature, Shape, element, make_fit
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
@@ -169,11 +169,13 @@ def sample_report(
 ) -> ReportData:
     view = view if view is not None else sample_view()
     points = tuple(point for item in view.features for point in item.points)
-    return report_data(
+    plan = plan_of(view, NOMINALS if nominals is None else nominals)
+    return ReportData(
         view,
         head,
-        plan_of(view, NOMINALS if nominals is None else nominals),
-        T_part_from_world=frame,
+        plan,
+        frame,
+        reported_features(view, plan, frame),
         calibration=Instrument(STATE, f"{STATE}{'0' * 52}"),
         probe=Instrument(TIP),
         reference=Instrument(PLATE),

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core.documents import resource
-from ocmm_core.export.report import Instrument, ReportData, read_report, report_data
+from ocmm_core.export.report import Instrument, ReportData, read_report, reported_features
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.measuring import Climate
@@ -25,11 +25,13 @@ def report_by(plan: Plan) -> ReportData:
         FeatureView(item.name, item.shape, item.points, FeatureState.PENDING, (), None, "")
         for item in plan.features
     )
-    return report_data(
-        replace(sample_view(), features=features, characteristics=()),
+    view = replace(sample_view(), features=features, characteristics=())
+    return ReportData(
+        view,
         HEAD,
         plan,
-        T_part_from_world=PART_FROM_WORLD,
+        PART_FROM_WORLD,
+        reported_features(view, plan, PART_FROM_WORLD),
         calibration=Instrument("VALID"),
         probe=Instrument("VALID"),
         reference=Instrument(""),

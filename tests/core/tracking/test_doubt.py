@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.geometry import Float
-from ocmm_core.tracking.kernels._doubt_kernel import ambiguity_score
+from ocmm_core.tracking.kernels._decide_kernel import ambiguity_score
 from ocmm_core.tracking.kernels._kernel import normal_equations
 from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward
 

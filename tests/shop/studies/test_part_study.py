@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from ocmm_core.acceptance import PartTask
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_shop.studies import (
+    CalibratedPart,
     PartStudy,
     load_part_study,
     load_task,
@@ -49,7 +51,10 @@ def study(**changes: object) -> PartStudy:
         "now": NOW, "simulated": False, "expanded_model": 0.010, "results": RESULTS, "task": TASK,
     }  # fmt: skip
     given.update(changes)
-    return make_part_study(given.pop("results"), given.pop("task"), **given)  # type: ignore[arg-type]
+    part = {one.name: given.pop(one.name) for one in fields(CalibratedPart) if one.name in given}
+    return make_part_study(
+        given.pop("results"), given.pop("task"), CalibratedPart(**part), **given  # type: ignore[arg-type]
+    )  # fmt: skip
 
 
 def test_the_numbers_are_those_of_the_facts_and_survive_the_file(tmp_path: Path) -> None:
