@@ -50,7 +50,7 @@ class TrackerSite:
 
     def __init__(self, folder: Path, true: TrackerDocument, stated: TrackerDocument, seed: int,
                  scale: float = 0.0) -> None:  # fmt: skip
-        self.folder, self.seed, self.scale = folder, seed, scale
+        self.folder, self.true, self.seed, self.scale = folder, true, seed, scale
         self.true_file, self.file = folder / "true.toml", folder / "tracker.toml"
         for path, document in ((self.true_file, true), (self.file, stated)):
             path.write_text(toml_text(msgspec.to_builtins(document)))
@@ -58,6 +58,10 @@ class TrackerSite:
         self.errors, self.head = MarkerErrors(true, seed), np.array(true.head)
         self.store = CalibrationStore(folder / true.name)
         self.now = START
+
+    def virtual(self, more: int = 0) -> VirtualSite:
+        """Return the site of the true tracker, with a larger seed."""
+        return VirtualSite(self.true_file, STANDARD_PROBE, self.seed + more, None)
 
     @property
     def rig(self) -> Rig:
@@ -110,8 +114,7 @@ class TrackerSite:
         for attempt in range(_ATTEMPTS):
             if procedure.base.current < len(procedure.base.steps) - 1:
                 # Another seed holds the probe in other attitudes.
-                seed = self.seed + 1000 * attempt
-                site = VirtualSite(self.true_file, STANDARD_PROBE, seed, None)
+                site = self.virtual(1000 * attempt)
                 self._show(procedure, rig, site.script(scenes(site)).build())
 
     def _show(self, procedure: Procedure, rig: Rig, shown: CalibrationScenesRig) -> None:

@@ -99,7 +99,10 @@ def virtual_feed(script: CalibratingScript, source: str, speed: float) -> compos
     """Return the virtual rig, here or on a virtual wire; InputError if a source plays no scenes."""
     scenes = composition.source_of(source).spec.scenes
     if scenes is None:
-        possible = [spec for spec in composition.sources() if spec.scenes is not None]
+        possible = [
+            spec for spec in composition.sources()
+            if spec.scenes is not None and bool(spec.rig) is (script.tracker is not None)
+        ]  # fmt: skip
         raise InputError(
             "calibrate.source",
             f"--source is {source!r}, which has no calibration scenes.",

@@ -52,7 +52,7 @@ def tracker(*, valid_days: int, choice: ProbeChoice, setup: CameraSetup) -> None
         _print_noise(site.rig.markers.document.noise, outcome.record)
         for warning in outcome.warnings:
             console.print(told(warning), style="yellow", highlight=True)
-    code = steps.decided_code(procedure, setup.decision, "noise measured", console)
+    code = steps.decided_code(procedure, setup.decision, "measured", console)
     print_status(console, site.document, site.calibrations, run.now())
     if code:
         raise typer.Exit(code)
@@ -77,12 +77,10 @@ def scale(*, rig: Path, calibrations: Path | None, who: str, reason: str) -> Non
 
 def _print_noise(before: TrackerNoise, record: CameraRecord) -> None:
     """Print each value of the noise before and after."""
+    from ocmm_core.camera import noise_pairs
+
     if isinstance(record.tracker, msgspec.UnsetType):
         return
-    after = msgspec.structs.asdict(record.tracker.noise)
-    rows = [
-        (name, *(f"{one:.6g}" if isinstance(one, float) else one for one in (value, after[name])))
-        for name, value in msgspec.structs.asdict(before).items()
-    ]
+    rows = noise_pairs(before, record.tracker.noise)
     title = say(f"Noise of tracker {record.rig}")
     print_grid(make_console(), heads("Field", "Stated before", "Now"), rows, title)

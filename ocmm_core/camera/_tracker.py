@@ -212,6 +212,19 @@ def virtual_cameras(path: Path | str, document: TrackerDocument) -> VirtualCamer
     )  # fmt: skip
 
 
+def noise_pairs(before: TrackerNoise, after: TrackerNoise) -> list[tuple[str, str, str]]:
+    """Return each field with both values, to compare."""
+
+    def text(value: float | str) -> str:
+        return f"{value:.5g}" if isinstance(value, float) else value
+
+    later = msgspec.structs.asdict(after)
+    return [
+        (name, text(value), text(later[name]))
+        for name, value in msgspec.structs.asdict(before).items()
+    ]
+
+
 def sights_of(places: Float, document: TrackerDocument) -> Float:
     """Return the lines of sight (..., 3), unit vectors, of places (..., 3), mm."""
     rays = places - np.array(document.head)

@@ -76,11 +76,14 @@ class NamedSource:
         return self.spec.prefix + self.value
 
 
-def late(module: str, maker: str) -> Callable[..., Any]:
-    """Return a function of a module that is imported when it is called, for fast help."""
+def late(module: str, maker: str, *first: object) -> Callable[..., Any]:
+    """Return a function of a module that is imported when it is called, for fast help.
+
+    ``first``: its first arguments.
+    """
 
     def make(*given: object) -> object:
-        made: object = getattr(import_module(module), maker)(*given)
+        made: object = getattr(import_module(module), maker)(*first, *given)
         return made
 
     make.__name__, make.__module__ = maker, module

@@ -129,6 +129,10 @@ ACTIONS = (
         mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
+        "tracker", later("Calibrate tracker"), later("Measure the noise of an optical tracker"),
+        ("Shift+K",), mode=Mode.MAINTAIN, opens_wizard=True,
+    ),
+    ActionInfo(
         "verify", later("Verify"), later("Verify the calibration with independent artefacts"),
         ("Y",), mode=Mode.MAINTAIN, opens_wizard=True,
     ),

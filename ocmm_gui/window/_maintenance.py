@@ -107,8 +107,12 @@ class Maintenance(LateParts):
         from ocmm_gui.maintain import MaintainView, Page
         from ocmm_gui.wizards import WIZARDS, Subject
 
+        rig = self._bridge.station.instruments.rig
+
         def wizards(subject: Subject) -> tuple[str, ...]:
-            return tuple(wizard.action for wizard in WIZARDS if wizard.subject is subject)
+            return tuple(
+                one.action for one in WIZARDS if one.subject is subject and one.applies(rig)
+            )
 
         pages = (
             Page(tr("Bus"), tr("The cameras on their wire"), self.bus, ("bus_text",)),

@@ -10,6 +10,7 @@ from ocmm_core.calibration.guided import Procedure, ProcedureKind, RelocationVie
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TouchView
+from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
 from ocmm_gui.kit import later, localised, tr
 from ocmm_gui.wizards import _sessions as sessions
@@ -34,6 +35,8 @@ from ocmm_gui.wizards.pages import (
     SweepPage,
     TipCheckResultPage,
     TipResultPage,
+    TrackerPage,
+    TrackerResultPage,
     VerdictPage,
     WavePage,
     WizardTexts,
@@ -71,6 +74,11 @@ class WizardSpec(Generic[P]):
     """Predicts the quality of the result so far; None if unsupported."""
     commands: Mapping[str, Callable[[P], Command]] = field(default_factory=dict)
     """Commands of the keys ``skip``, ``repeat`` and ``anew`` of `WIZARD_ACTIONS`, if available."""
+
+    def applies(self, rig: Rig) -> bool:
+        """Return whether a rig, of cameras or a tracker, can use it."""
+        of_cameras = {ProcedureKind.KNOWN_POINTS, ProcedureKind.RELOCATION}
+        return self.kind not in ({ProcedureKind.TRACKER} if rig.markers is None else of_cameras)
 
 
 def wizard_of(kind: ProcedureKind) -> WizardSpec[Any]:
@@ -143,6 +151,31 @@ _RELOCATION = WizardSpec(
     },
     is_slow=True,
     predict=RelocationProcedure.predict,
+)
+
+_TRACKER = WizardSpec(
+    kind=ProcedureKind.TRACKER,
+    subject=Subject.CAMERAS,
+    action="tracker",
+    texts=WizardTexts(
+        title=later("Calibrate tracker"),
+        purpose=later(
+            "Measures the noise of an optical tracker: the clamped probe rests for a minute, then "
+            "at places all over the volume. Scale and noise are proven by the verification."
+        ),
+        ends=CALIBRATION_ENDS,
+        accepted=_VERIFY,
+    ),
+    fields=sessions.tracker_fields,
+    begin=sessions.begin_tracker,
+    resume=sessions.resume_tracker,
+    pages=lambda place, _procedure: {
+        "prepare": PreparePage(place.rig),
+        "rest": TrackerPage(place.rig),
+        "places": TrackerPage(place.rig),
+        "result": TrackerResultPage(place.rig),
+    },
+    is_slow=False,
 )
 
 _VERIFICATION = WizardSpec(
@@ -269,6 +302,6 @@ _TIP_CHECK = WizardSpec(
 )
 
 WIZARDS: tuple[WizardSpec[Any], ...] = (
-    _KNOWN_POINTS, _RELOCATION, _VERIFICATION, _TIP_CHECK, _QUALIFICATION, _PIVOT,
+    _KNOWN_POINTS, _RELOCATION, _TRACKER, _VERIFICATION, _TIP_CHECK, _QUALIFICATION, _PIVOT,
 )  # fmt: skip
 """In the order of the pages of Maintain."""

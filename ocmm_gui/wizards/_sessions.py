@@ -8,7 +8,11 @@ from pathlib import Path
 from typing import get_args
 
 from ocmm_core.calibration import records
-from ocmm_core.calibration.cameras import KnownPointsProcedure, read_reference_points
+from ocmm_core.calibration.cameras import (
+    KnownPointsProcedure,
+    TrackerProcedure,
+    read_reference_points,
+)
 from ocmm_core.calibration.relocation import (
     GeometryMode,
     LensMode,
@@ -133,6 +137,25 @@ def begin_relocation(
 def resume_relocation(place: SessionPlace, path: Path) -> RelocationProcedure:
     store = records.CalibrationStore(place.folder)
     return RelocationProcedure.resume(path, place.rig, place.body, store)
+
+
+def tracker_fields(_site: WizardSite) -> tuple[Field, ...]:
+    return (WHO, TEMPERATURE, THERMOMETER)
+
+
+def begin_tracker(
+    place: SessionPlace, values: Mapping[str, str], now: datetime
+) -> TrackerProcedure:
+    """Start the calibration of a tracker; raise OcmmError if impossible."""
+    return TrackerProcedure.start(
+        place.sessions, place.rig, place.body, records.CalibrationStore(place.folder), now,
+        who=named(values), temperature=temperature(values, now),
+    )  # fmt: skip
+
+
+def resume_tracker(place: SessionPlace, path: Path) -> TrackerProcedure:
+    store = records.CalibrationStore(place.folder)
+    return TrackerProcedure.resume(path, place.rig, place.body, store)
 
 
 def verification_fields(_site: WizardSite) -> tuple[Field, ...]:

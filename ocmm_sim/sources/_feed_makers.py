@@ -316,10 +316,12 @@ def tracker_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> 
     return _played(virtual_tracker_feed(protocol, script, rig, name), script.build())
 
 
-def tracker_scenes_feed(protocol: str, script: CalibratingScript, _speed: float) -> Feed:
+def tracker_scenes_feed(
+    protocol: str, recorded_as: str, script: CalibratingScript, _speed: float
+) -> Feed:
     """Return the virtual rig with the scenes of a calibration, by a software tracker."""
     document = script.tracker or load_tracker(script.rig)
-    name = f"{protocol}:virtual ({document.name}, seed {script.seed})"
+    name = f"{recorded_as} ({document.name}, seed {script.seed})"
     return virtual_tracker_feed(protocol, script, tracker_rig(document, ""), name)
 
 

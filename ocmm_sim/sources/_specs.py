@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from ocmm_core.composition import IN_PROCESS, VIRTUAL_WIRE, Origin, SourceSpec, late
 
 _MAKERS = "ocmm_sim.sources._feed_makers"
@@ -83,7 +81,7 @@ def _virtual_tracker(protocol: str, recorded_as: str, words: str, rig: str) -> S
         live=True,
         recorded_as=recorded_as,
         make=late(_MAKERS, "tracker_feed"),
-        scenes=partial(late(_MAKERS, "tracker_scenes_feed"), protocol),
+        scenes=late(_MAKERS, "tracker_scenes_feed", protocol, recorded_as),
         rig=rig,
     )
 

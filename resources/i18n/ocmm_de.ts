@@ -2289,6 +2289,14 @@ Startet: {source}</translation>
         <translation>Kameras vor Ort neu kalibrieren, mit Taster und Längenmaßstab</translation>
     </message>
     <message>
+        <source>Calibrate tracker</source>
+        <translation>Tracker kalibrieren</translation>
+    </message>
+    <message>
+        <source>Measure the noise of an optical tracker</source>
+        <translation>Das Rauschen eines optischen Trackers messen</translation>
+    </message>
+    <message>
         <source>Verify</source>
         <translation>Verifizieren</translation>
     </message>
@@ -7144,6 +7152,10 @@ Startet: {source}</translation>
         <translation>Restabweichungen von Maßstab und Kontrollpunkten</translation>
     </message>
     <message>
+        <source>Measures the noise of an optical tracker: the clamped probe rests for a minute, then at places all over the volume. Scale and noise are proven by the verification.</source>
+        <translation>Misst das Rauschen eines optischen Trackers: Der eingespannte Taster ruht eine Minute, dann an Stellen im ganzen Volumen. Maßstab und Rauschen beweist die Verifikation.</translation>
+    </message>
+    <message>
         <source>An independent check: visit two seats, put the ball into the nests of a certified length bar along seven lines, touch a certified sphere, and visit the seats again. Only a calibration that passes can be used.</source>
         <translation>Eine unabhängige Prüfung: zwei Plätze besuchen, die Kugel an sieben Linien in die Aufnahmen eines zertifizierten Längenmaßstabs setzen, eine zertifizierte Kugel antasten und die Plätze nochmals besuchen. Nur eine Kalibrierung, die besteht, kann genutzt werden.</translation>
     </message>
@@ -7570,6 +7582,34 @@ Startet: {source}</translation>
     <message>
         <source>The calibration can be used, but with reservations; see below.</source>
         <translation>Die Kalibrierung ist nutzbar, aber mit Vorbehalten; siehe unten.</translation>
+    </message>
+    <message>
+        <source>Noise</source>
+        <translation>Rauschen</translation>
+    </message>
+    <message>
+        <source>field of the document of the tracker</source>
+        <translation>Feld im Dokument des Trackers</translation>
+    </message>
+    <message>
+        <source>in force until now, or of the document</source>
+        <translation>bisher gültig, oder aus dem Dokument</translation>
+    </message>
+    <message>
+        <source>in force after accepting</source>
+        <translation>gültig nach dem Übernehmen</translation>
+    </message>
+    <message>
+        <source>Noise of the tracker</source>
+        <translation>Rauschen des Trackers</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n places</source>
+        <comment>1 place</comment>
+        <translation>
+            <numerusform>%n Stelle</numerusform>
+            <numerusform>%n Stellen</numerusform>
+        </translation>
     </message>
     <message>
         <source>Both sweeps give the same tip. After accepting, qualify the tip on the sphere.</source>
@@ -8310,6 +8350,17 @@ Startet: {source}</translation>
     <message>
         <source>both seats visited</source>
         <translation>beide Plätze besucht</translation>
+    </message>
+    <message>
+        <source>Recorded</source>
+        <translation>Aufgenommen</translation>
+    </message>
+    <message numerus="yes">
+        <source>Recorded places: %n</source>
+        <translation>
+            <numerusform>Aufgenommene Stellen: %n</numerusform>
+            <numerusform>Aufgenommene Stellen: %n</numerusform>
+        </translation>
     </message>
     <message>
         <source>seat {number}</source>

@@ -12,6 +12,8 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.guided import ProcedureKind
+from ocmm_core.camera import load_rig
+from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_gui.kit import ACTIONS, Mode
 from ocmm_gui.wizards import _registry as registry
@@ -46,8 +48,17 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[WizardBench]:
     made.wizard.deleteLater()
 
 
+def _of_kind(bench: WizardBench, spec: WizardSpec[Any]) -> None:
+    """Put a tracker on the bench if the wizard is for trackers."""
+    if not spec.applies(bench.site.rig):
+        rig = load_rig(resource("rigs", "tracker.toml"))
+        bench.site = dataclasses.replace(bench.site, rig=rig, store=bench.bench.folder / "tracker")
+        assert spec.applies(rig)
+
+
 def _begun(bench: WizardBench, spec: WizardSpec[Any]) -> OpenSession:
     """Return a session started with the proposed fields."""
+    _of_kind(bench, spec)
     values = {
         one.key: one.choices[0][0] if one.choices else one.proposal
         for one in _sessions.fields(bench.site, spec)
@@ -89,6 +100,7 @@ def test_an_entry_lacks_nothing(spec: WizardSpec[Any]) -> None:
 def test_a_session_begins_goes_on_and_has_its_pages(
     bench: WizardBench, spec: WizardSpec[Any]
 ) -> None:
+    _of_kind(bench, spec)
     asked = _sessions.fields(bench.site, spec)
     assert next(one for one in asked if one.key == WHO.key).proposal == bench.site.who
     assert all(one.label and one.tip for one in asked)

@@ -86,6 +86,7 @@ class TrackerProcedure(guided.CameraProcedure[TrackerEvent, guided.CalibrationOu
         self._begun, self._body = begun, body
         self._rested: list[TrackerRested] = []
         self._taken: list[TrackerPlaceTaken] = []
+        self._tips: list[Float] = []
         frames = round(_REST_S * rig.frame_rate_hz)
         self._still, self._probe = (
             guided.ProbeSpotAverager(
@@ -125,7 +126,8 @@ class TrackerProcedure(guided.CameraProcedure[TrackerEvent, guided.CalibrationOu
     @property
     def view(self) -> guided.TrackerView:
         with self._lock:
-            return guided.TrackerView(self.base, self._outcome)
+            tips = np.array(self._tips).reshape(-1, 3)
+            return guided.TrackerView(self.base, tips, self._outcome)
 
     def watch(self, block: FrameBlock) -> None:
         with self._lock:
@@ -149,13 +151,23 @@ class TrackerProcedure(guided.CameraProcedure[TrackerEvent, guided.CalibrationOu
             self._rested.append(event)
         elif isinstance(event, TrackerPlaceTaken):
             self._taken.append(event)
-            self._probe.taken(guided.Average(guided.from_spots(event.uv), event.sigma_px))
+            uv = guided.from_spots(event.uv)
+            pose = solve(uv[None], self.rig, self._body, event.sigma_px)
+            self._tips.append(pose.tip_world[0])
+            self._probe.taken(guided.Average(uv, event.sigma_px))
 
     def _has_observation(self, step: str) -> bool:
         return bool(self._rested if step == REST else self._taken if step == SPREAD else ())
 
     def _undo(self, step: str) -> None:
-        (self._rested if step == REST else self._taken).pop()
+        if step == REST:
+            self._rested.pop()
+        else:
+            self._taken.pop()
+            self._tips.pop()
+
+    def _steps_rest_on(self) -> object:
+        return ()
 
     @property
     def _document(self) -> TrackerDocument:
@@ -207,7 +219,7 @@ class TrackerProcedure(guided.CameraProcedure[TrackerEvent, guided.CalibrationOu
                 False, f"{len(self._taken)} of {PLACES} places are taken.", "Take the others."
             )
         low, high = self.rig.volume_world
-        span = np.ptp([self._tip(one) for one in self._taken], axis=0) / (high - low)
+        span = np.ptp(self._tips, axis=0) / (high - low)
         if span.min() < _SPAN:
             return guided.Gate(
                 False,
@@ -216,11 +228,6 @@ class TrackerProcedure(guided.CameraProcedure[TrackerEvent, guided.CalibrationOu
                 "Take more places at its ends.",
             )
         return guided.OPEN
-
-    def _tip(self, one: TrackerPlaceTaken) -> Float:
-        uv = guided.from_spots(one.uv)
-        tip: Float = solve(uv[None], self.rig, self._body, one.sigma_px).tip_world[0]
-        return tip
 
     def _calculation(self) -> Callable[[], guided.CalibrationOutcome]:
         rig, body, begun, stated = self.rig, self._body, self._begun, self._document

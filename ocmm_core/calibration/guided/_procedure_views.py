@@ -85,6 +85,8 @@ class TrackerView:
     """Snapshot of the calibration of a tracker."""
 
     base: ProcedureView
+    tips_world: Points3
+    """(n, 3), mm: ball at the recorded places."""
     outcome: CalibrationOutcome | None
     """Result of `compute`, or None."""
 

@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.pages._definition_page import DefinitionPage
     from ocmm_gui.wizards.pages._pages import (
         CollectPage, KnownPointsPage, LinesPage, PreparePage, ProbePreparePage, SeatsPage, StepPage,
-        StepPlan, planned_lines, planned_points,
+        StepPlan, TrackerPage, planned_lines, planned_points,
     )  # fmt: skip
     from ocmm_gui.wizards.pages._picture import BarPlace, Contents, bars
     from ocmm_gui.wizards.pages._relocation_pages import BarPage, WavePage, WorldPage
     from ocmm_gui.wizards.pages._result_frame import PlotTabs, ResultFrame, ResultVerdict
-    from ocmm_gui.wizards.pages._result_pages import PivotResultPage, ResultPage
+    from ocmm_gui.wizards.pages._result_pages import PivotResultPage, ResultPage, TrackerResultPage
     from ocmm_gui.wizards.pages._shown import (
         CALIBRATION_ENDS, TEMPERATURE, THERMOMETER, VERDICT_ENDS, WHO, Calculation, Field,
         ProcessCalculation, StepSnapshot, Tap, TemperatureReadings, WizardTexts, gate_words,
@@ -40,7 +40,8 @@ __all__ = [
     "FirstConePage", "KnownPointsPage", "LinesPage", "PivotResultPage", "PlotTabs", "PreparePage",
     "ProbePreparePage", "ProcessCalculation", "ResultFrame", "ResultPage", "ResultVerdict",
     "SeatsPage", "SpherePage", "SpheresPage", "StepPage", "StepPlan", "StepSnapshot", "SweepPage",
-    "Tap", "TemperatureReadings", "TipCheckResultPage", "TipResultPage", "VerdictPage", "WavePage",
-    "WizardTexts", "WorldPage", "bars", "gate_words", "is_unstored", "planned_lines",
-    "planned_points", "practice_title", "repeat_worst",
+    "Tap", "TemperatureReadings", "TipCheckResultPage", "TipResultPage", "TrackerPage",
+    "TrackerResultPage", "VerdictPage", "WavePage", "WizardTexts", "WorldPage", "bars",
+    "gate_words", "is_unstored", "planned_lines", "planned_points", "practice_title",
+    "repeat_worst",
 ]  # fmt: skip

@@ -15,6 +15,7 @@ from ocmm_core.calibration.guided import (
     KnownPointsView,
     Live,
     ProcedureView,
+    TrackerView,
     VerificationView,
 )
 from ocmm_core.camera import Rig
@@ -226,6 +227,21 @@ def _states(points: Sequence[KnownPoint]) -> tuple[tuple[str, int | None], ...]:
 def beside(page: QWidget, first: QWidget) -> QHBoxLayout:
     """Lay out a widget on a page, with room at its side."""
     return hbox((first, 1), parent=page, spacing=8, margins=0)
+
+
+class TrackerPage(CollectPage):
+    """Places of the ball in the volume of a tracker."""
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig, tr("Recorded"))
+
+    def show_seen(self, seen: StepSnapshot) -> None:
+        super().show_seen(seen)
+        tips = seen.view_as(TrackerView).tips_world
+        points = [KnownPoint("", tip, 1) for tip in tips]
+        self.picture.show_contents(
+            reference_points(points, None), tr("Recorded places: %n", "", len(tips))
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QWidget
 from ocmm_core.calibration.guided import CalibrationComparison, CalibrationOutcome, CameraChange
 from ocmm_core.calibration.records import Finding
 from ocmm_core.calibration.sweeping import PivotChange, PivotOutcome, led_paths
-from ocmm_core.camera import N_PARAMETERS, PARAMETERS, Rig
+from ocmm_core.camera import N_PARAMETERS, PARAMETERS, Rig, noise_pairs
 from ocmm_core.geometry import Float
 from ocmm_gui import kit
 from ocmm_gui.charts import (
@@ -84,17 +84,7 @@ class ResultPage(ResultFrame):
         self.sensors, self.histogram, self.space, self.compare = views
 
     def judge(self, outcome: object) -> ResultVerdict:
-        if isinstance(outcome, CalibrationOutcome) and outcome.warnings:
-            return ResultVerdict(
-                tr("USABLE, CHECK"),
-                kit.Mark.DOUBT,
-                tr("The calibration can be used, but with reservations; see below."),
-            )
-        return ResultVerdict(
-            tr("GOOD"),
-            kit.Mark.GOOD,
-            tr("No objections to this calibration. After accepting, verify it."),
-        )
+        return _judged(outcome)
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
         if not isinstance(outcome, CalibrationOutcome):
@@ -144,6 +134,52 @@ class ResultPage(ResultFrame):
                     ),
                 )
             )
+        return facts, outcome.warnings
+
+
+def _judged(outcome: object) -> ResultVerdict:
+    if isinstance(outcome, CalibrationOutcome) and outcome.warnings:
+        return ResultVerdict(
+            tr("USABLE, CHECK"),
+            kit.Mark.DOUBT,
+            tr("The calibration can be used, but with reservations; see below."),
+        )
+    return ResultVerdict(
+        tr("GOOD"),
+        kit.Mark.GOOD,
+        tr("No objections to this calibration. After accepting, verify it."),
+    )
+
+
+class TrackerResultPage(ResultFrame):
+    """Measured noise of a tracker next to the stated one."""
+
+    def __init__(self, rig: Rig) -> None:
+        heads = (
+            (later("Noise"), later("field of the document of the tracker")),
+            (later("Before"), later("in force until now, or of the document")),
+            (later("Measured"), later("in force after accepting")),
+        )
+        self.table = kit.NumberTable(tr("Noise of the tracker"), kit.tr_all(heads), whole=False)
+        super().__init__(((tr("Noise"), self.table),))
+        self._rig = rig
+
+    def judge(self, outcome: object) -> ResultVerdict:
+        return _judged(outcome)
+
+    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+        before = self._rig.markers
+        if not isinstance(outcome, CalibrationOutcome) or before is None:
+            return (), ()
+        after = outcome.rig.markers
+        assert after is not None  # noqa: S101 - of the same tracker
+        pairs = noise_pairs(before.document.noise, after.document.noise)
+        self.table.show_rows([tuple(map(kit.localised, one)) for one in pairs])
+        record = outcome.record
+        facts = [
+            (tr("Used"), tr("%n places", "1 place", record.points)),
+            (tr("Valid until"), kit.day_words(record.valid_until_utc)),
+        ]
         return facts, outcome.warnings
 
 

@@ -118,7 +118,7 @@ def test_the_store_of_the_probe_opens_and_stands(kept: Kept) -> None:
     assert len(store.qualifications()) == len(store.checks()) == 1
 
 
-@pytest.mark.parametrize("kind", list(ProcedureKind))
+@pytest.mark.parametrize("kind", list(RESUMES))
 def test_a_session_of_each_procedure_opens(kept: Kept, kind: ProcedureKind) -> None:
     procedure = RESUMES[kind](kept, kept.session(kind))
     base = procedure.base
@@ -128,9 +128,7 @@ def test_a_session_of_each_procedure_opens(kept: Kept, kind: ProcedureKind) -> N
     assert base.decision is (ProcedureDecision.KEPT if ended else ProcedureDecision.OPEN)
 
 
-@pytest.mark.parametrize(
-    "kind", [kind for kind in ProcedureKind if kind is not ProcedureKind.PIVOT]
-)
+@pytest.mark.parametrize("kind", [kind for kind in RESUMES if kind is not ProcedureKind.PIVOT])
 def test_it_goes_on_and_opens_once_more(kept: Kept, kind: ProcedureKind) -> None:
     path = kept.session(kind)
     RESUMES[kind](kept, path).keep(LATER, "enough")

@@ -80,7 +80,9 @@ def test_an_entry_lacks_nothing(spec: SourceSpec) -> None:
     assert bool(spec.recorded_as) is (spec.origin is not Origin.RECORDING)
     assert (spec.segment is None) or spec.on_bus
     assert (spec.scenes is None) or spec.origin is Origin.VIRTUAL
-    assert (spec.hand is None) is (spec.practice is None) is (spec.scenes is None)
+    assert (spec.hand is None) is (spec.practice is None)
+    # Trackers have scenes of their calibration, and no hand for acceptance tests.
+    assert (spec.hand is None) is (spec.scenes is None or bool(spec.rig))
     assert {field.name for field in dataclasses.fields(SourceSpec)} == {
         "prefix", "forms", "takes_value", "origin", "live", "on_bus", "recorded_as", "make",
         "segment", "scenes", "hand", "practice", "rig",
@@ -119,7 +121,8 @@ def test_software_cameras_are_those_of_the_rig(spec: SourceSpec) -> None:
     "spec", [spec for spec in sources() if spec.scenes is not None], ids=lambda spec: spec.prefix
 )
 def test_scenes_come_from_the_virtual_rig(spec: SourceSpec) -> None:
-    site = VirtualSite(RECOMMENDED_RIG, STANDARD_PROBE, 3, None)
+    rig = resource("rigs", spec.rig) if spec.rig else RECOMMENDED_RIG
+    site = VirtualSite(rig, STANDARD_PROBE, 3, None)
     assert spec.scenes is not None
     feed = spec.scenes(site.script((FreeMotionScene(ways=1, seed=1),)), 0.0)
     try:
