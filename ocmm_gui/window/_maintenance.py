@@ -114,11 +114,17 @@ class Maintenance(LateParts):
                 one.action for one in WIZARDS if one.subject is subject and one.applies(rig)
             )
 
+        # A tracker has neither a bus nor cameras to write into.
+        bus: tuple[Page, ...] = ()
+        of_cameras: tuple[str, ...] = ()
+        if rig.markers is None:
+            wire = tr("The cameras on their wire")
+            bus, of_cameras = (Page(tr("Bus"), wire, self.bus, ("bus_text",)),), ("write_cameras",)
         pages = (
-            Page(tr("Bus"), tr("The cameras on their wire"), self.bus, ("bus_text",)),
+            *bus,
             Page(
                 tr("Calibration"), tr("Calibration status of the cameras"), self.calibration,
-                (*wizards(Subject.CAMERAS), "recall", "write_cameras", "certificate"),
+                (*wizards(Subject.CAMERAS), "recall", *of_cameras, "certificate"),
             ),
             Page(
                 tr("Probe"), tr("Status of probe and tip"), self.probe,
