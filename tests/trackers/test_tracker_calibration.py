@@ -22,6 +22,8 @@ from ocmm_core.camera import load_rig, load_tracker, tracker_rig
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
+from ocmm_core.export.certificate import certificate_of_folder
+from ocmm_core.export.template import load_paper, standard_template
 from ocmm_core.settings import toml_text
 from ocmm_trackers import FrameBuilder
 from tests.host import amount
@@ -202,3 +204,22 @@ def test_the_reader_applies_the_scale() -> None:
     (plain,) = FrameBuilder(document).take(Pose(elements, whole=True), 10**18)
     (found,) = FrameBuilder(scaled).take(Pose(elements, whole=True), 10**18)
     np.testing.assert_allclose(found.places, 1.0003 * plain.places, rtol=1e-12)
+
+
+def test_certificates_name_the_tracker_and_its_noise(honest: TrackerSite) -> None:
+    paper, folder = load_paper(standard_template()), honest.store.folder
+    calibration = certificate_of_folder(folder, paper, calibration=True)
+    verification = certificate_of_folder(folder, paper)
+    for one in (calibration, verification):
+        assert one.item == "Optical tracker tracker"
+        assert ("tracker no.", "40600") in one.identifications
+        assert not any(name.startswith("camera ") for name, _ in one.identifications)
+    stated = {value.name: value.value for value in calibration.values}
+    record = honest.store.active()
+    assert record is not None
+    assert isinstance(record.tracker, msgspec.Struct)
+    assert stated["noise: sigma_across"] == record.tracker.noise.sigma_across
+    (scale,) = verification.values
+    assert scale.name == "Scale error of all lines"
+    assert scale.expanded is not None
+    assert abs(scale.value) < 2.0 * scale.expanded

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from ocmm_core.calibration.records import (
@@ -100,6 +101,7 @@ _NEVER_SMALLER = 1e-12
 """Minimum step of a difference: fixed parameters have zero sigma."""
 
 _MM, _RAD, _ONE = "\\milli\\metre", "\\radian", "\\one"
+_NO_LENGTHS = ("scale_sigma", "correlation", "scale")
 _QUANTITIES = (
     ("projection centre X", _MM), ("projection centre Y", _MM), ("projection centre Z", _MM),
     ("rotation vector x", _RAD), ("rotation vector y", _RAD), ("rotation vector z", _RAD),
@@ -113,7 +115,24 @@ _METHODS = {
     "known points": "Bundle adjustment of all cameras from known points",
     "relocation": "Adjustment of the cameras' poses from a relocated artefact",
     "boards": "Bundle adjustment of all cameras from pictures of a calibration board",
+    "tracker": "Noise of markers at rest, and from a rigid body at places all over the volume",
 }
+
+
+def item_of(record: CameraRecord) -> str:
+    """Return what was calibrated."""
+    if record.method == "tracker":
+        return f"Optical tracker {record.rig}"
+    return f"Cameras of rig {record.rig}"
+
+
+def serials_of(record: CameraRecord) -> Iterator[tuple[str, str]]:
+    """Yield names and serial numbers of the cameras, or that of the tracker."""
+    if not isinstance(record.tracker, msgspec.UnsetType):
+        yield "tracker no.", str(record.tracker.serial)
+        return
+    for camera in record.cameras:
+        yield f"camera {camera.name} no.", str(camera.serial)
 
 
 def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> content.Certificate:
@@ -137,16 +156,17 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> content
     made_paper = content.Certificate(
         title="Calibration record",
         number=f"C-{own[:_NUMBER_DIGITS]}",
-        item=f"Cameras of rig {record.rig}",
+        item=item_of(record),
         identifications=(
-            *((f"camera {camera.name} no.", str(camera.serial)) for camera in record.cameras),
+            *serials_of(record),
             ("calibration", own),
             ("observations", record.data_sha256),
         ),
         method=_METHODS[record.method],
-        norms=("thesis of the method, 1.2.3 and 3.1", "verified as modelled on VDI/VDE 2634 part 1")
-        if runs
-        else ("thesis of the method, 1.2.3 and 3.1",),
+        norms=(
+            *(("thesis of the method, 1.2.3 and 3.1",) if record.method != "tracker" else ()),
+            *(("verified as modelled on VDI/VDE 2634 part 1",) if runs else ()),
+        ),
         software=record.software,
         runs=runs,
         values=(*_figures(record), *_parameters(record)),
@@ -188,10 +208,14 @@ def _volume(record: CameraRecord) -> str:
     low, high = (
         " ".join(f"{x:g}" for x in corner) for corner in (record.volume_min, record.volume_max)
     )
-    return f"Volume from ({low}) to ({high}) mm, world. Rotation from world to camera, rad."
+    volume = f"Volume from ({low}) to ({high}) mm, world."
+    return volume if record.method == "tracker" else f"{volume} Rotation from world to camera, rad."
 
 
 def _figures(record: CameraRecord) -> Iterator[content.CertificateValue]:
+    if record.method == "tracker":
+        yield content.CertificateValue("Places", float(record.points), _ONE)
+        return
     yield content.CertificateValue("RMS of the residuals, px", record.rms_px, _ONE)
     yield content.CertificateValue("Chi square per degree of freedom", record.chi2_per_dof, _ONE)
     yield content.CertificateValue("Reference positions or poses", float(record.points), _ONE)
@@ -199,6 +223,12 @@ def _figures(record: CameraRecord) -> Iterator[content.CertificateValue]:
 
 
 def _parameters(record: CameraRecord) -> Iterator[content.CertificateValue]:
+    if not isinstance(record.tracker, msgspec.UnsetType):
+        for name, value in msgspec.structs.asdict(record.tracker.noise).items():
+            if isinstance(value, float):
+                unit = _ONE if name in _NO_LENGTHS else _MM
+                yield content.CertificateValue(f"noise: {name}", value, unit)
+        return
     covariance = rig_from_record(record).parameter_covariance
     for index, entry in enumerate(record.cameras):
         own = slice(index * N_PARAMETERS, (index + 1) * N_PARAMETERS)

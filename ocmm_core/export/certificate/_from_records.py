@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -103,22 +103,16 @@ def _of_cameras(
     made_paper = content.Certificate(
         title="Verification record",
         number=f"V-{digest[:_NUMBER_DIGITS]}",
-        item=f"Cameras of rig {record.rig}",
+        item=from_calibration.item_of(record),
         identifications=(
-            *((f"camera {camera.name} no.", str(camera.serial)) for camera in record.cameras),
+            *from_calibration.serials_of(record),
             ("calibration", records.record_hash(record)),
         ),
         method="Lengths and spheres in the measuring volume, independent of the calibration",
         norms=(_VDI,),
         software=last.software,
         runs=tuple(runs),
-        values=(
-            content.CertificateValue(
-                "RMS of the residuals of the calibration, px", record.rms_px, _PX
-            ),
-            content.CertificateValue("Chi square per degree of freedom", record.chi2_per_dof, _ONE),
-            content.CertificateValue("Reference positions or poses", float(record.points), _ONE),
-        ),
+        values=tuple(_values(record, last)),
         artefacts=content.once((*record.artefacts, *last.artefacts)),
         volume=f"Volume from ({low}) to ({high}) mm, world.",
         begin_utc=min([last.made_utc, *(seat.first_utc for seat in last.repeats)]),
@@ -128,6 +122,21 @@ def _of_cameras(
         camera_doubts=doubts_by_name(record.cameras[0].device) if record.cameras else (),
     )
     return content.marked(made_paper, record.made_by, last.made_by)
+
+
+def _values(
+    record: records.CameraRecord, last: records.VerificationRecord
+) -> Iterator[content.CertificateValue]:
+    if last.scale is not None:
+        yield content.CertificateValue(
+            "Scale error of all lines", last.scale.relative, _ONE, content.K * last.scale.sigma
+        )
+        return
+    yield content.CertificateValue(
+        "RMS of the residuals of the calibration, px", record.rms_px, _PX
+    )
+    yield content.CertificateValue("Chi square per degree of freedom", record.chi2_per_dof, _ONE)
+    yield content.CertificateValue("Reference positions or poses", float(record.points), _ONE)
 
 
 def certificate_of_tip(store: records.ProbeStore, tip: str, paper: Paper) -> content.Certificate:
