@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from ocmm_core.camera import TrackerDocument
 from ocmm_core.errors import AcquisitionError
@@ -314,7 +314,7 @@ class StrayNames:
         away[:, self._hidden > _KEPT] = np.inf
         names = np.full(len(places), -1)
         cost = np.minimum(away, 2.0 * _FARTHEST_MM) ** 2
-        for marker, name in zip(*linear_sum_assignment(cost), strict=True):
+        for marker, name in zip(*scipy.optimize.linear_sum_assignment(cost), strict=True):
             names[marker] = name if away[marker, name] <= _FARTHEST_MM else -1
         known = names >= 0
         if known.any():

@@ -7,7 +7,9 @@ another processor, the check uses the requests of Python.
 
 from __future__ import annotations
 
+import os
 import sys
+from importlib import import_module
 from typing import Any
 
 from numba import types
@@ -21,6 +23,20 @@ _FOR_TESTS = {
     "ellipse_foot", "ambiguity_score", "normal_equations", "backward", "cholesky", "forward",
 }  # fmt: skip
 """Called directly by tests, but only from compiled functions in the product."""
+
+
+def load_compiled(*packages: str) -> None:
+    """Load the compiled functions of packages, for forks of this process.
+
+    numba needs a third of a second for the first function of a process, and milliseconds for each
+    more. As another processor (`tests.processor`) nothing is loaded: it may not be compiled yet.
+    """
+    if "NUMBA_CACHE_DIR" in os.environ:
+        return
+    for group in kernel_groups():
+        for module, name, called in group:
+            if module.startswith(packages):
+                getattr(import_module(module), name).compile(called)
 
 
 class CompileWatch(event.Listener):  # type: ignore[misc] # numba ships no annotations

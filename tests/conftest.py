@@ -68,6 +68,9 @@ _rings_made: set[Path] = set()
 
 def pytest_configure(config: pytest.Config) -> None:
     """Watch thread starts and ring files, and adopt orphaned grandchildren."""
+    # Collecting fifteen thousand tests makes a million objects, which each collection of Python's
+    # own threshold visits; parsing all sources takes four times as long with it.
+    gc.set_threshold(50_000, 20, 50)
     scale_sleeps()
     # 5 s are too short for a busy computer, and a longer deadline costs nothing if it is met.
     for wait in (QtBot.waitActive, QtBot.waitExposed, QtBot.waitSignal, QtBot.waitUntil):
@@ -101,14 +104,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_finish() -> None:
-    """Exclude loaded and collected objects from garbage collections, and make these rarer.
-
-    Eleven thousand tests are about a million objects, which each collection would visit. Parsing
-    all sources takes four times as long with Python's own threshold.
-    """
+    """Exclude loaded and collected objects from garbage collections."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(50_000, 20, 50)
 
 
 @pytest.hookimpl(wrapper=True)

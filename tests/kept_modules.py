@@ -8,6 +8,8 @@ from __future__ import annotations
 import gc
 from importlib import import_module
 
+from tests.compiled import load_compiled
+
 _ROOMS = (
     "ocmm_core.composition", "ocmm_core.export", "ocmm_core.inspection.archive",
     "ocmm_shop.archive.questions", "ocmm_shop.recalls", "ocmm_shop.studies",
@@ -21,5 +23,6 @@ for _room in _ROOMS:
     # A public face loads the module of a name on first access; a single module has none.
     for _name in getattr(import_module(_room), "__all__", ()):
         getattr(import_module(_room), _name)
+load_compiled("ocmm_cad.", "ocmm_core.features.", "ocmm_core.part_model.")
 # Objects excluded from the child's garbage collection stay shared.
 gc.freeze()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from ocmm_core.acceptance import _procedure as procedure
 from ocmm_core.acceptance._situation import Situation, depth_share, third_of
@@ -246,8 +246,8 @@ def _missing_places(arms: Points3, normals: Points3, match_deg: float) -> int:
     """Return the number of wanted directions without their own point nearby."""
     directions = arms / np.linalg.norm(arms, axis=1)[:, None]
     angles = np.degrees(np.arccos(np.clip(directions @ normals.T, -1.0, 1.0)))
-    far = 1e3 * match_deg**2
-    rows, columns = linear_sum_assignment(np.where(angles <= match_deg, angles**2, far))
+    costs = np.where(angles <= match_deg, angles**2, 1e3 * match_deg**2)
+    rows, columns = scipy.optimize.linear_sum_assignment(costs)
     return int(np.sum(angles[rows, columns] > match_deg))
 
 

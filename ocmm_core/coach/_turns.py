@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_core.camera import Rig, on_sensor, project
 from ocmm_core.errors import TrackingError
@@ -226,8 +226,8 @@ def upright_rotation(rig: Rig, body: ProbeBody) -> Float:
 def _hull(points: Float) -> Float:
     """Return the convex hull of points (n, 2), anticlockwise; all of them if collinear."""
     try:
-        return points[ConvexHull(points).vertices]
-    except (QhullError, ValueError):
+        return points[scipy.spatial.ConvexHull(points).vertices]
+    except (scipy.spatial.QhullError, ValueError):
         return points
 
 

@@ -15,8 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import block_diag
-from scipy.special import chdtri, ndtr, stdtrit
+import scipy
 
 from ocmm_core.camera import Rig, project, projection_jacobians
 from ocmm_core.geometry import Float, Int
@@ -134,13 +133,14 @@ def _ratio(camera: str, square: float, variance: float) -> NoiseRatio:
     """Return the ratio of a camera; ``variance`` of ``square`` holds for noise as stated."""
     degrees = 2.0 / variance
     low, high = (
-        float(np.sqrt(square * degrees / chdtri(degrees, tail)))
+        float(np.sqrt(square * degrees / scipy.special.chdtri(degrees, tail)))
         for tail in (0.5 * (1.0 - _INSIDE), 0.5 * (1.0 + _INSIDE))
     )
     ratio, chi2 = float(np.sqrt(square)), square * degrees
-    beyond = chi2 > chdtri(degrees, 1.0 - _CERTAIN) and ratio > _PLAIN
-    wider = chi2 > chdtri(degrees, 1.0 - _PROBABLE)
-    widens = 0.5 * ratio * float(stdtrit(degrees, float(ndtr(2.0)))) if wider else 1.0
+    beyond = chi2 > scipy.special.chdtri(degrees, 1.0 - _CERTAIN) and ratio > _PLAIN
+    wider = chi2 > scipy.special.chdtri(degrees, 1.0 - _PROBABLE)
+    factor = float(scipy.special.stdtrit(degrees, float(scipy.special.ndtr(2.0))))
+    widens = 0.5 * ratio * factor if wider else 1.0
     return NoiseRatio(camera, ratio, low, high, bool(beyond), widens)
 
 
@@ -216,7 +216,7 @@ def _of_cameras(touches: Sequence[_Touch], rig: Rig) -> list[Float]:
     uv = np.concatenate([one.uv for one in touches])
     apart = np.sum((uv[:, None] - uv) ** 2, axis=2)
     alike = rig.noise.pattern_px**2 * np.exp(-0.5 * apart / rig.noise.pattern_length_px**2)
-    basis = block_diag(*(one.basis for one in touches))
+    basis = scipy.linalg.block_diag(*(one.basis for one in touches))
     along = basis.reshape(len(uv), 2, -1)
     found = []
     for c in range(len(rig.cameras)):

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, find_objects, label, uniform_filter1d
 
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring._path import TICK_S, Ticks
@@ -67,7 +67,7 @@ def _hops(ticks: Ticks, normals: Float) -> NDArray[np.bool_]:
     """Return the ticks (n,) in which the ball is above a path through its neighbours."""
     sigma = np.sqrt(np.einsum("ni,nij,nj->n", normals, ticks.covariance, normals))
     high = _heights(ticks.tip_world, normals) > np.maximum(5.0 * sigma, _HOP_MM)
-    return np.asarray(binary_dilation(high, iterations=_FLANK))
+    return np.asarray(scipy.ndimage.binary_dilation(high, iterations=_FLANK))
 
 
 def _heights(path: Float, normals: Float) -> Float:
@@ -134,12 +134,13 @@ def points_along(
     ``exposure_s``: largest error of the exposure times.
     """
     normals = surface.normals
-    line = np.asarray(uniform_filter1d(ticks.tip_world, _SMOOTH, axis=0, mode="nearest"))
+    line = scipy.ndimage.uniform_filter1d(ticks.tip_world, _SMOOTH, axis=0, mode="nearest")
     lifted = _hops(ticks, normals)
     above = surface.heights - np.median(surface.heights)
     high = above > max(_LIFT_MM, _OUTLYING * float(np.median(abs(above))))
     raised = 0.0
-    for (part,) in find_objects(label(binary_dilation(high, iterations=_FLANK))[0]):
+    parts, _ = scipy.ndimage.label(scipy.ndimage.binary_dilation(high, iterations=_FLANK))
+    for (part,) in scipy.ndimage.find_objects(parts):
         first, end = part.start, part.stop
         lasted = float(ticks.time_s[end - 1] - ticks.time_s[first])
         # Pressed before the contact, or released after it; anything else may be the surface.

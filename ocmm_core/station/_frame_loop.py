@@ -121,15 +121,13 @@ class FrameLoop:
         skew: SkewMeter | None = None,
     ) -> None:
         self._ring, self._history, self._skew = ring, history, skew
-        self._gear = gear
+        self._gear, self._stop = gear, halt
         self._tracking, self._point = tracking, point
         self._step, self._faults, self._recorder = step, faults, recorder
         self._pipeline = self.pipeline_from(home)
         self._collector: TouchCollector | PathCollector | None = None
         self._exclusive = threading.RLock()
-        self._take = threading.Event()
-        self._stop = halt
-        self._drained = threading.Event()
+        self._take, self._drained = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="ocmm-reconstruction")
 
     def start(self) -> None:
@@ -173,6 +171,8 @@ class FrameLoop:
 
     def _run(self) -> None:
         try:
+            from scipy import optimize, special  # noqa: F401 - at the first touch, digits would pause
+
             while not self._stop.is_set():
                 status = frames.read_status(self._ring)
                 ended = status.state is frames.AcquisitionState.STOPPED

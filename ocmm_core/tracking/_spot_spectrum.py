@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 
 from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float, Int
@@ -77,7 +77,8 @@ class SpotSpectrum:
             # A camera without spots so far keeps the default.
             default = np.diag(np.diagonal(normal) / self.touches + 1e-12)
             root = np.linalg.cholesky(normal + default)
-            found.append(nnls(root.T, np.linalg.solve(root, right + default @ _DEFAULT))[0])
+            wanted = np.linalg.solve(root, right + default @ _DEFAULT)
+            found.append(scipy.optimize.nnls(root.T, wanted)[0])
         return np.array(found)
 
     def between(self, seen: SpotCourse) -> Float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from ocmm_core.calibration.verification import PLACES
 from ocmm_core.camera import Rig, on_sensor, project
@@ -73,7 +73,7 @@ def waves(volume_world: Float, scene: scenes.FreeMotionScene, body: ProbeBody) -
         # High up the handle points down, so that the LEDs stay in the volume.
         over = np.array([0.0, np.pi if 2 * cell[2] >= _CELLS and not body.rules else 0.0, 0.0])
         attitude = rotation_from_vector(over) @ rotation_from_vector(tilt)
-        aim_turn = Rotation.from_matrix(attitude).as_rotvec()
+        aim_turn = scipy.spatial.transform.Rotation.from_matrix(attitude).as_rotvec()
         rows.append(_segment(time, WAY_S, kernels.MOVE, place, aim, turn, aim_turn))
         place, turn, time = aim, aim_turn, time + WAY_S
     return np.array(rows)
@@ -142,7 +142,8 @@ def best_seen(
             hidden += int(np.count_nonzero(~shines | ~on_sensor(camera, project(camera, leds))))
         outside = float(np.maximum(low - leds, leds - high).max(initial=0.0))
         if 1e3 * hidden + outside < least:
-            best, least = Rotation.from_matrix(rotation).as_rotvec(), 1e3 * hidden + outside
+            best = scipy.spatial.transform.Rotation.from_matrix(rotation).as_rotvec()
+            least = 1e3 * hidden + outside
     return best
 
 

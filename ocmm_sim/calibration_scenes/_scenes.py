@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import msgspec
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from ocmm_core.camera import CameraModel, Vector3
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
@@ -120,7 +120,7 @@ def _attitude(angles_deg: Float) -> Float:
     x, y, z = np.radians(angles_deg)
     leaned = rotation_from_vector(np.array([x, y, 0.0]))
     turned = leaned @ rotation_from_vector(np.array([0.0, 0.0, z]))
-    vector: Float = Rotation.from_matrix(turned).as_rotvec()
+    vector: Float = scipy.spatial.transform.Rotation.from_matrix(turned).as_rotvec()
     return vector
 
 

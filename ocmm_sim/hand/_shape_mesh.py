@@ -3,8 +3,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import Delaunay
 
 from ocmm_core.geometry import Float, Int
 from ocmm_core.part_model import ModelFace, PartModel
@@ -117,7 +117,7 @@ def _add_slab(mesh: _Mesh, solid: Solid) -> None:
     flat = np.unique(
         np.round(np.concatenate([rim, *(one[2] for one in outlines)]), 6), axis=0
     )  # Delaunay refuses duplicate points.
-    corners = Delaunay(flat).simplices
+    corners = scipy.spatial.Delaunay(flat).simplices
     middle = flat[corners].mean(axis=1)
     inside = np.zeros(len(corners), dtype=np.bool_)
     for _, _, outline, _ in outlines:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
+import scipy
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, perpendicular_pair, unit
@@ -351,9 +351,8 @@ def hops(seconds: Float, rng: np.random.Generator) -> Float:
         heights += rng.uniform(*_HOP_MM) * 4.0 * share * (1.0 - share)
     # It starts, stops and ends in contact.
     heights[:50] = heights[-50:] = 0.0
-    return np.where(
-        minimum_filter1d(seconds, 9) < maximum_filter1d(seconds, 9) - 0.02, 0.0, heights
-    )
+    latest = scipy.ndimage.maximum_filter1d(seconds, 9) - 0.02
+    return np.where(scipy.ndimage.minimum_filter1d(seconds, 9) < latest, 0.0, heights)
 
 
 def _dense(corners: Float) -> Float:

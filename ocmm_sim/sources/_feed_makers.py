@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import platformdirs
-from scipy.spatial.transform import Rotation
+import scipy
 
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing
 from ocmm_core.camera import USUAL_SLOTS, Rig, Vector3, load_rig, load_tracker, tracker_rig
@@ -142,9 +142,8 @@ def _free(feature: NominalFeature, places: Float) -> float:
 
 
 def _pose(motion: RigidTransform) -> scene.PartPose:
-    turn, shift = _triples(
-        np.stack([Rotation.from_matrix(motion.rotation).as_rotvec(), motion.translation])
-    )
+    vector = scipy.spatial.transform.Rotation.from_matrix(motion.rotation).as_rotvec()
+    turn, shift = _triples(np.stack([vector, motion.translation]))
     return scene.PartPose(translation=shift, rotation_vector=turn)
 
 

@@ -44,6 +44,7 @@ from ocmm_core.fieldbus.wire import set_link
 from ocmm_genicam import AravisCameras, GenicamConfig, GenicamSource, genicam_command
 from ocmm_genicam._grabber import Expected
 from ocmm_sim.genicam import GigeCamera, GigeConfig, packed
+from tests.compiled import load_compiled
 
 SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
 _TURN, _RADIUS = 400, 60.0
@@ -469,6 +470,7 @@ def _serve() -> None:
     """Play each requested scenario in a fork: imports and images are most of its work."""
     for exposure in range(_TURN):
         image_of(exposure)
+    load_compiled("ocmm_core.camera.", "ocmm_genicam.")
     for line in sys.stdin:
         repeats, _, name = line.strip().partition(" ")
         sys.stdout.flush()

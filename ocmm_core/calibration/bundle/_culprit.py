@@ -16,7 +16,7 @@ from enum import Enum
 from math import log
 
 import numpy as np
-from scipy.special import chdtrc
+import scipy
 
 from ocmm_core.calibration.bundle._bundle import BundleMinimum, adjust
 from ocmm_core.calibration.bundle._culprit_history import BlockHistory, ChangeScore
@@ -245,8 +245,8 @@ def _misfit(suspects: Sequence[Suspect], cost: float, dof: int) -> float:
 
 def chance(suspect: Suspect, misfit: float) -> float:
     """Return the probability of such a score at any moment if nothing is wrong."""
-    score = suspect.score
-    return suspect.tried * float(chdtrc(score.dof, score.score / (misfit * score.scatter)))
+    dof, excess = suspect.score.dof, suspect.score.score / (misfit * suspect.score.scatter)
+    return suspect.tried * float(scipy.special.chdtrc(dof, excess))
 
 
 def fit(history: BlockHistory, suspect: Suspect) -> BundleMinimum:

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import chdtri
 
 from ocmm_core.calibration.bundle._bundle import common_covariance, linearise, residuals
 from ocmm_core.calibration.bundle._state import BundleData, BundleState, Prior
@@ -142,7 +142,7 @@ class BlockHistory:
         dofs = [one.dof for one in found if one.dof]
         if len(squares) < _LEAST_BLOCKS:
             return 1.0
-        usual = float(np.median(chdtri(np.array(dofs, dtype=np.float64), 0.5)))
+        usual = float(np.median(scipy.special.chdtri(np.array(dofs, dtype=np.float64), 0.5)))
         # Median, so that the affected block does not mask itself.
         return max(1.0, float(np.median(squares)) / usual)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.special import chdtrc
+import scipy
 
 from ocmm_core.calibration.bundle._culprit import LEAST_PX, Culprit, CulpritVerdict, Suspect
 from ocmm_core.calibration.records import Finding
@@ -39,7 +39,7 @@ def explain_points(
     return tuple(
         explained
         for explained, square, dof in _ways(names, found, listed, sigmas)
-        if dof > 0 and chdtrc(dof, square) > LEAST_CHANCE
+        if dof > 0 and scipy.special.chdtrc(dof, square) > LEAST_CHANCE
     )
 
 

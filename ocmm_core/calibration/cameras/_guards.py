@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from scipy.special import fdtrc
+import scipy
 
 from ocmm_core.calibration.cameras._dlt import cloud_of
 from ocmm_core.calibration.cameras._least_squares import covariance_of, minimise
@@ -101,7 +101,7 @@ def _tested(problem: CameraProblem, camera: LensCamera, free: tuple[int, ...]) -
     return LensTerms(
         values=full.state.extra,
         sigmas=np.sqrt(variances),
-        p_value=float(fdtrc(terms, dof, statistic)),
+        p_value=float(scipy.special.fdtrc(terms, dof, statistic)),
         effect_rms_px=float(np.sqrt(np.mean(effect**2))),
     )
 

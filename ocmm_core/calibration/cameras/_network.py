@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
+import scipy
 
 from ocmm_core.calibration.cameras import _guards as guards
 from ocmm_core.calibration.cameras._lens import by_point, project_with_jacobian
@@ -260,8 +260,8 @@ def _hull(points: KnownPoints, fits: Sequence[CameraFit], indices: Sequence[Int]
         views[seen[fit.used]] += 1
     common = points.positions_world[views >= 2]
     try:
-        return common[ConvexHull(common).vertices]
-    except (QhullError, ValueError) as error:
+        return common[scipy.spatial.ConvexHull(common).vertices]
+    except (scipy.spatial.QhullError, ValueError) as error:
         raise CalibrationError(
             "calibration.no_common_volume",
             f"Only {len(common)} points, or points in one plane, were seen by two cameras.",

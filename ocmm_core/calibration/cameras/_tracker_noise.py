@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 
 import msgspec
 import numpy as np
-from scipy.linalg import null_space
+import scipy
 
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig, TrackerDocument, ideal_from_pixels, place_shape, sights_of
@@ -140,7 +140,7 @@ def place_sigma(
     prior = np.eye(design.shape[1])[6 * len(means) + 1 :]
     square = np.sum((where[:, None] - where) ** 2, axis=2) / document.noise.place_length**2
     field = np.kron(np.exp(-0.5 * square), np.eye(3))
-    free = null_space(np.vstack([design, prior]).T)
+    free = scipy.linalg.null_space(np.vstack([design, prior]).T)
     on_data, on_prior = free[: len(residual)], free[len(residual) :]
     by_field = on_data.T @ field @ on_data
     by_noise = sigma_mean**2 * on_data.T @ on_data + on_prior.T @ on_prior

@@ -13,8 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import chdtri, ndtr
+import scipy
 
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
@@ -33,7 +32,7 @@ def square_limit(covariance: Float, probability: float) -> float:
     if third <= 0.0:
         return 0.0
     freedom = second**3 / third**2
-    deviation = (float(chdtri(freedom, probability)) - freedom) / np.sqrt(freedom)
+    deviation = (float(scipy.special.chdtri(freedom, probability)) - freedom) / np.sqrt(freedom)
     return float(first + deviation * np.sqrt(second))
 
 
@@ -53,9 +52,9 @@ def range_limit(covariance: Float, probability: float) -> float:
     sigmas = sigmas[sigmas > 1e-6 * largest] / largest
 
     def excess(limit: float) -> float:
-        return float(np.sum(2.0 * ndtr(-limit / sigmas))) - probability
+        return float(np.sum(2.0 * scipy.special.ndtr(-limit / sigmas))) - probability
 
-    return largest * float(brentq(excess, 0.1, 40.0, xtol=1e-6))
+    return largest * float(scipy.optimize.brentq(excess, 0.1, 40.0, xtol=1e-6))
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,8 +11,8 @@ from datetime import datetime, timedelta
 
 import msgspec
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from ocmm_core.calibration import records
 from ocmm_core.calibration.guided._procedure_views import (
@@ -230,7 +230,7 @@ def compare(before: Rig, after: Rig) -> CalibrationComparison:
             CameraChange(
                 name=new.name,
                 shift_mm=float(np.linalg.norm(shift)),
-                turn_rad=float(Rotation.from_matrix(turn).magnitude()),
+                turn_rad=float(scipy.spatial.transform.Rotation.from_matrix(turn).magnitude()),
                 focal_mm=new.focal - old.focal,
                 u0_px=new.u0 - old.u0,
                 v0_px=new.v0 - old.v0,
@@ -239,7 +239,7 @@ def compare(before: Rig, after: Rig) -> CalibrationComparison:
     length = min(COMPARED_LENGTH_MM, float(np.max(high - low)))
     return CalibrationComparison(
         moved_mm=float(np.linalg.norm((nodes - located).mean(axis=0))),
-        turned_rad=float(Rotation.from_matrix(rotation).magnitude()),
+        turned_rad=float(scipy.spatial.transform.Rotation.from_matrix(rotation).magnitude()),
         cameras=tuple(changes),
         nodes_world=nodes,
         differences_world=nodes - moved,

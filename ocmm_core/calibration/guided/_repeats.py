@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
-from scipy.special import chdtri
+import scipy
 
 from ocmm_core.calibration.guided._articulation import SEAT_SIGMA_MM
 from ocmm_core.calibration.guided._procedure import OPEN, Gate
@@ -83,7 +83,7 @@ def judge_repeats(
     (Bonferroni); ``seat_sigma_mm``: seating repeatability, per axis. CalibrationError if a position
     or covariance is not finite, or not a covariance.
     """
-    limit = float(chdtri(3.0, chance / max(len(repeats), 1)))
+    limit = float(scipy.special.chdtri(3.0, chance / max(len(repeats), 1)))
     judged = []
     for one in repeats:
         both = one.first.covariance + one.again.covariance

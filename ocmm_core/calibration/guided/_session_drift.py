@@ -18,8 +18,7 @@ from datetime import datetime
 from enum import Enum, auto
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, qr
-from scipy.special import chdtri
+import scipy
 
 from ocmm_core.calibration.guided._articulation import SEAT_SIGMA_MM, RestingTouch, touch_of
 from ocmm_core.calibration.guided._repeats import shown_moment
@@ -97,7 +96,7 @@ def rest_of(uv: Float, sigma_px: float, utc: str, rig: Rig, body: ProbeBody) -> 
     rotation = touch.rotation_world_from_probe
     origin = touch.tip_world - rotation @ body.tip_probe
     residuals, rows = reprojection(rig, body.leds_probe, uv, rotation, origin)
-    across = np.asarray(qr(rows)[0][:, rows.shape[1] :].T / sigma_px, dtype=np.float64)
+    across = np.asarray(scipy.linalg.qr(rows)[0][:, rows.shape[1] :].T / sigma_px, dtype=np.float64)
     by_cameras = np.zeros((len(residuals), N_PARAMETERS * len(rig.cameras)))
     by_geometry = np.zeros((len(residuals), 3 * body.n_leds + 3))
     row = 0
@@ -215,8 +214,8 @@ class _Normal:
         """Return every suspect at every moment."""
         count, values = len(rests), np.concatenate([one[1] for one in self.parts])
         shared = np.concatenate([one[2] for one in self.parts])
-        factor = cho_factor(np.eye(shared.shape[1]) + shared.T @ shared)
-        still = shared @ cho_solve(factor, shared.T @ values)
+        factor = scipy.linalg.cho_factor(np.eye(shared.shape[1]) + shared.T @ shared)
+        still = shared @ scipy.linalg.cho_solve(factor, shared.T @ values)
         at = np.array([datetime.fromisoformat(one.utc).timestamp() for one in rests])
         span = float(at[-1] - at[0])
         even = (at - at[0]) / span if span > 0.0 else np.linspace(0.0, 1.0, count)
@@ -243,7 +242,7 @@ class _Normal:
         for course, element, index, columns, profile, last in trials:
             rows = np.concatenate(self.felt(columns, profile))
             cross = rows.T @ shared
-            information = rows.T @ rows - cross @ cho_solve(factor, cross.T)
+            information = rows.T @ rows - cross @ scipy.linalg.cho_solve(factor, cross.T)
             score = rows.T @ (values - still)
             # A camera without spots since then leaves its angles undetermined.
             scale = np.sqrt(np.maximum(np.diag(rows.T @ rows), 1e-300))
@@ -255,7 +254,7 @@ class _Normal:
             found.append(
                 SessionChange(
                     course, element, index, columns, profile, last, last + 1 if jump else count - 1,
-                    amount, gain, float(chdtri(free, chance / len(trials))),
+                    amount, gain, float(scipy.special.chdtri(free, chance / len(trials))),
                     gain - (free + jump) * float(np.log(len(values))),
                 )
             )  # fmt: skip

@@ -16,10 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, gaussian_filter
-from scipy.sparse import csr_array
-from scipy.sparse.linalg import LinearOperator, cg
 
 from ocmm_core.calibration.monitor._residual_samples import (
     Belief,
@@ -85,7 +83,7 @@ class PatternFit:
     Rows: looks by cameras by LEDs by axes; unseen spots have zero weight.
     """
 
-    bells: csr_array
+    bells: scipy.sparse.csr_array
     """(K m, nodes): derivative of each residual by each height, px."""
     errors: Float
     """(K m, z): the same for the factor of the belief."""
@@ -134,8 +132,9 @@ class PatternFit:
         weighted = by_pose.reshape(len(looks), -1, 6) * weights[:, :, None]
         # Scale rotations and shifts within each look before orthonormalisation.
         weighted /= np.linalg.norm(weighted, axis=1, keepdims=True)
+        places = (rows_of, columns)
         return cls(
-            bells=csr_array((values, (rows_of, columns)), shape=(residuals.size, start)),
+            bells=scipy.sparse.csr_array((values, places), shape=(residuals.size, start)),
             errors=errors.reshape(residuals.size, -1) @ factor,
             factor=factor,
             residuals=residuals.reshape(len(looks), -1),
@@ -158,8 +157,9 @@ class PatternFit:
             return gradient(self.predicted(x)) + x
 
         size = nodes + self.errors.shape[1]
-        operator = LinearOperator((size, size), matvec=normal, dtype=np.float64)
-        x, _ = cg(operator, gradient(self.residuals), start, rtol=_TOLERANCE, maxiter=_MOST_STEPS)
+        operator = scipy.sparse.linalg.LinearOperator((size, size), matvec=normal, dtype=np.float64)
+        right = gradient(self.residuals)
+        x, _ = scipy.sparse.linalg.cg(operator, right, start, rtol=_TOLERANCE, maxiter=_MOST_STEPS)
         return np.asarray(x, dtype=np.float64)
 
     def predicted(self, x: Float) -> Float:
@@ -279,11 +279,11 @@ def _pattern_map(
     whole = noise.pattern_px**2
     left: Float = np.full(shape, whole)
     if float(cell.max()) < noise.pattern_length_px and count.any():
-        apart = np.asarray(distance_transform_edt(count == 0, sampling=cell[::-1]))
+        apart = np.asarray(scipy.ndimage.distance_transform_edt(count == 0, sampling=cell[::-1]))
         beyond = np.maximum(apart - cell.max(), 0.0) / noise.pattern_length_px
         # Spots within the pattern length contribute, near ones most.
         reach = noise.pattern_length_px / np.sqrt(2.0) / cell[::-1]
-        density = np.asarray(gaussian_filter(count.astype(np.float64), reach))
+        density = np.asarray(scipy.ndimage.gaussian_filter(count.astype(np.float64), reach))
         typical = np.median(np.repeat(density.ravel(), count.ravel()))
         fewer = np.maximum(typical / np.maximum(density, 1e-9), 1.0)
         here = np.minimum((_CAUTION * left_px) ** 2 * fewer, whole)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy.special import chdtrc
+import scipy
 
 from ocmm_core.calibration.monitor._drift_statistic import PossibleChange, Scores, score_changes
 from ocmm_core.calibration.monitor._residual_samples import (
@@ -221,7 +221,7 @@ def _changes(scores: Scores) -> tuple[PossibleChange, ...]:
 
 
 def _chance(change: PossibleChange) -> float:
-    return float(chdtrc(change.dof, change.score))
+    return float(scipy.special.chdtrc(change.dof, change.score))
 
 
 def _worth(change: PossibleChange) -> float:

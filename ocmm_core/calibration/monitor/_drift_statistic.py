@@ -14,8 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.sparse import csc_array
+import scipy
 
 from ocmm_core.calibration.monitor._residual_samples import (
     N_MOTIONS,
@@ -92,7 +91,7 @@ def score_changes(
     factor = belief.factor()
     inner = factor.T @ normal[nuisance, nuisance] @ factor + np.eye(factor.shape[1])
     outer = normal[:, nuisance] @ factor
-    marginal = normal - outer @ cho_solve(cho_factor(inner), outer.T)
+    marginal = normal - outer @ scipy.linalg.cho_solve(scipy.linalg.cho_factor(inner), outer.T)
 
     def change(first: int, columns: Float, units: Float) -> PossibleChange:
         rows = slice(first, first + len(columns))
@@ -196,8 +195,8 @@ class _System:
         own = self.normal[poses, poses] * np.outer(scale, scale)
         others = self.normal[poses, poses.stop :] * scale[:, None]
         rest = self.normal[poses.stop :, poses.stop :]
-        reduced: Float = rest - others.T @ cho_solve(cho_factor(own), others)
-        return reduced
+        of_poses = scipy.linalg.cho_solve(scipy.linalg.cho_factor(own), others)
+        return rest - others.T @ of_poses
 
 
 def _add_camera(
@@ -220,7 +219,7 @@ def _add_camera(
     dense[:, :, -1] = spots.residuals.T
     for axis in range(2):
         # Each spot has the six parameters of its pose as columns.
-        pose: csc_array = csc_array(
+        pose: scipy.sparse.csc_array = scipy.sparse.csc_array(
             (spots.by_pose[:, axis].ravel(), unknowns, ends), shape=(poses.stop, n)
         )
         weighted = weights @ dense[axis]
@@ -242,8 +241,8 @@ def _anchor_rows(
     rows[:, blocks["probe"].stop - 3 : blocks["probe"].stop] = look.rotation_world_from_probe
     rows[:, blocks["common"]] = -np.hstack([-skew(known), np.eye(3)])
     rows[:, -1] = known - tips_world([look], body)[0]
-    whitened: Float = solve_triangular(np.linalg.cholesky(covariance), rows, lower=True)
-    return whitened
+    root = np.linalg.cholesky(covariance)
+    return scipy.linalg.solve_triangular(root, rows, lower=True)
 
 
 def _change(information: Float, score: Float, units: Float) -> PossibleChange:

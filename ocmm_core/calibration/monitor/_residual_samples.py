@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotri
 
 from ocmm_core.camera import (
     N_PARAMETERS,
@@ -335,11 +335,11 @@ def spot_weights(
     covariance += np.multiply(np.equal.outer(spots.led, spots.led), floor_px**2, out=other)
     diagonal = np.arange(n)
     covariance[diagonal, diagonal] += spots.white_px**2
-    upper, failed = dpotrf(covariance.T, overwrite_a=1)
+    upper, failed = scipy.linalg.lapack.dpotrf(covariance.T, overwrite_a=1)
     if failed:
         raise np.linalg.LinAlgError(f"The covariance of {n} spots is not positive definite.")
     # Inverting from the factor takes a third of the work of solving for every column of one.
-    half, _ = dpotri(upper, overwrite_c=1)
+    half, _ = scipy.linalg.lapack.dpotri(upper, overwrite_c=1)
     half[diagonal, diagonal] *= 0.5
     weights: Float = half + half.T
     return weights

@@ -20,7 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from ocmm_core.calibration.pivot import _bundle as bundle
 from ocmm_core.calibration.pivot._data import PivotSweep, SweepCoverage
@@ -327,7 +327,7 @@ class PivotPreview:
 
 def coverage_of(rotations: Float, middle_probe: Float) -> SweepCoverage:
     """Return the coverage by rotations (n, 3, 3), world from probe; ball to LEDs' middle (3,)."""
-    turns = Rotation.from_matrix(rotations)
+    turns = scipy.spatial.transform.Rotation.from_matrix(rotations)
     vectors = (turns.mean().inv() * turns).as_rotvec()
     axes = np.linalg.svd(vectors - vectors.mean(axis=0), full_matrices=False)[2]
     along = vectors @ axes.T

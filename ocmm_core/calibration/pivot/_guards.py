@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from ocmm_core.calibration.pivot import _bundle as bundle
 from ocmm_core.calibration.pivot._covariance import LEAST_BLOCKS, random_wave
@@ -199,7 +199,7 @@ def find_jump(
         return None
     parts = np.array_split(frames, _PARTS)
     weights = np.linalg.inv(free.covariances[frames])
-    turns = Rotation.from_matrix(free.rotations[frames])
+    turns = scipy.spatial.transform.Rotation.from_matrix(free.rotations[frames])
     held: Float = (turns.mean().inv() * turns).as_rotvec()
     ends = np.cumsum([len(part) for part in parts])[:-1]
     own = np.split(np.arange(len(frames)), ends)

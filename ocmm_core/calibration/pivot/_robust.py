@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from itertools import count
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import chdtri
 
 from ocmm_core.calibration.cameras import OUTLIER_PROBABILITY
 from ocmm_core.calibration.pivot._bundle import PivotMinimum, PivotState, adjust_pivot
@@ -50,7 +50,7 @@ class FreePoses:
             return 1.0
         ratio = self.chi2[self.solved] / self.dof[self.solved]
         middle = float(np.median(self.dof[self.solved]))
-        usual = chdtri(middle, 0.5) / middle
+        usual = scipy.special.chdtri(middle, 0.5) / middle
         return max(float(np.sqrt(np.median(ratio) / usual)), 1.0)
 
 
@@ -121,7 +121,7 @@ def _judge(
     probability = OUTLIER_PROBABILITY / max(n, 1)
     scale = free.spot_scale
     with np.errstate(invalid="ignore"):
-        fits = free.chi2 <= scale**2 * chdtri(np.maximum(free.dof, 1.0), probability)
+        fits = free.chi2 <= scale**2 * scipy.special.chdtri(np.maximum(free.dof, 1.0), probability)
     off = free.tips - centre
     distances = np.full(n, np.nan)
     solved = free.solved
@@ -131,7 +131,7 @@ def _judge(
     )
     both = solved & fits
     middle = float(np.median(distances[both])) / _MEDIAN_OF_CHI2_3 if both.any() else 1.0
-    limit = max(middle, 1.0) * float(chdtri(3, probability))
+    limit = max(middle, 1.0) * float(scipy.special.chdtri(3, probability))
     good = among & both & (np.nan_to_num(distances, nan=np.inf) <= limit)
     left_out = []
     for frame in np.flatnonzero(~good):

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import chdtri
 
 from ocmm_core.calibration.cameras import OUTLIER_PROBABILITY
 from ocmm_core.calibration.pivot._bundle import PivotState
@@ -125,7 +125,7 @@ def _scale(distances: Float) -> float:
 
 def _good(distances: Float) -> NDArray[np.bool_]:
     """Return inliers: chi-square of three coordinates, shared among all poses (Bonferroni)."""
-    limit = chdtri(3, OUTLIER_PROBABILITY / len(distances))
+    limit = scipy.special.chdtri(3, OUTLIER_PROBABILITY / len(distances))
     good: NDArray[np.bool_] = distances <= _scale(distances) * np.sqrt(limit)
     return good
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtri
+import scipy
 
 from ocmm_core.calibration.pivot._data import PivotCalibration, PivotSweep
 from ocmm_core.calibration.pivot._robust import free_poses
@@ -83,7 +83,7 @@ def validate_pivot(
                 forcible=True,
             )
         )
-    if chi2 > chdtri(3, CONTRADICTION):
+    if chi2 > scipy.special.chdtri(3, CONTRADICTION):
         findings.append(
             Finding(
                 "pivot.contradiction",

@@ -6,7 +6,7 @@ from typing import Literal
 
 import msgspec
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from ocmm_core.calibration.records._sealed import record_hash
 from ocmm_core.camera import (
@@ -270,7 +270,7 @@ def _share(record: CameraRecord, size: int) -> ThermalShare | None:
 def entry_of(camera: CameraModel, alias: int, sensor: int = 0, device: str = "") -> CameraEntry:
     """Return the entry that describes a camera, its sensor and its device."""
     rotation = camera.T_camera_from_world.rotation
-    vector: Float = Rotation.from_matrix(rotation).as_rotvec()
+    vector: Float = scipy.spatial.transform.Rotation.from_matrix(rotation).as_rotvec()
     x, y, z = (float(value) for value in camera.centre_world)
     return CameraEntry(
         name=camera.name, serial=camera.serial, alias=alias, width_px=camera.width,

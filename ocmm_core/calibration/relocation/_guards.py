@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.special import chdtrc
+import scipy
 
 from ocmm_core.calibration.bundle import BundleState, Prior
 from ocmm_core.calibration.cameras import (
@@ -271,4 +271,4 @@ def _contradicts(prior: Prior, off: Float, columns: Int) -> bool:
         across = across / scale
         information = information - across @ np.linalg.solve(rest, across.T)
     square = float(off[columns] @ information @ off[columns])
-    return bool(chdtrc(known, square) < CONTRADICTION)
+    return bool(scipy.special.chdtrc(known, square) < CONTRADICTION)

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_core.calibration import bundle
 from ocmm_core.calibration.guided import location_gains
@@ -264,8 +264,8 @@ def _targets(state: bundle.BundleState, found: bundle.RobustMinimum) -> Points3:
 
 def _hull(targets: Points3) -> Points3:
     try:
-        return targets[ConvexHull(targets).vertices]
-    except (QhullError, ValueError) as error:
+        return targets[scipy.spatial.ConvexHull(targets).vertices]
+    except (scipy.spatial.QhullError, ValueError) as error:
         raise CalibrationError(
             "calibration.no_common_volume",
             f"Only {len(targets)} LEDs, or LEDs in one plane, were seen by two cameras.",

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtri, ndtri
+import scipy
 
 from ocmm_core.calibration.guided import RestingTouch, joint_covariance, range_limit, tips_of
 from ocmm_core.calibration.probe_design import Temperature
@@ -207,7 +207,7 @@ def fit_ball_on(
     chi2 = float(residuals @ weight @ residuals)
     certified, _ = sphere.artefact.at(sphere.diameter, temperature)
     # Ratio of the residuals to their expected size.
-    ratio, limit = np.sqrt(np.array([chi2, chdtri(dof, FORM_CHANCE)]) / dof)
+    ratio, limit = np.sqrt(np.array([chi2, scipy.special.chdtri(dof, FORM_CHANCE)]) / dof)
     sigmas = np.sqrt(np.diag(of_points))
     typical = float(np.sqrt(np.mean(sigmas**2)))
     errors = errors_of(touches, normals, 2.0 * gain[3])
@@ -247,7 +247,7 @@ def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tu
         known = own > 1e-9 * np.diag(weight)
         size = np.where(known, reduced @ residuals[left] / np.sqrt(np.where(known, own, 1.0)), 0.0)
         worst = int(np.argmax(np.abs(size)))
-        if abs(size[worst]) < -float(ndtri(0.5 * DOUBT / len(left))):
+        if abs(size[worst]) < -float(scipy.special.ndtri(0.5 * DOUBT / len(left))):
             break
         found.append(int(left[worst]))
         left = np.delete(left, worst)

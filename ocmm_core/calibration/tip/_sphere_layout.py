@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Int, Points3, perpendicular_pair, unit
@@ -128,8 +128,8 @@ def match_places(directions: Points3, layout: Layout, tolerance: float = TOLERAN
         return places
     angles = np.arccos(np.clip(directions @ layout.directions.T, -1.0, 1.0))
     # Pairs beyond the tolerance must cost more than any number of pairs within it.
-    far = 1e3 * tolerance**2
-    rows, columns = linear_sum_assignment(np.where(angles <= tolerance, angles**2, far))
+    costs = np.where(angles <= tolerance, angles**2, 1e3 * tolerance**2)
+    rows, columns = scipy.optimize.linear_sum_assignment(costs)
     near = angles[rows, columns] <= tolerance
     places[rows[near]] = columns[near]
     return places

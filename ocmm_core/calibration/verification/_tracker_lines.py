@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.verification._state import Taken, VerificationState
@@ -43,7 +43,7 @@ class TrackerLines:
             relative=float(step[-1]), sigma=float(np.hypot(np.sqrt(variance), certificate))
         )
         self._times = np.sqrt(left / free)
-        self._scattered = left > chi2.ppf(_CHANCE, free)
+        self._scattered = left > scipy.stats.chi2.ppf(_CHANCE, free)
 
     def findings(self) -> list[records.Finding]:
         """Return the objections to the scale, and to places that scatter too much."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.special import fdtrc
+import scipy
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.elements import distance_derivatives, nominal_distances
@@ -290,12 +290,12 @@ def suspects_of(
         loss, best = max((_loss(group, kept, residuals), group) for group in groups)
         left = freedom - size
         scatter, degrees = max((squares - loss) / left, noise), float(left)
-        if usual is not None and float(fdtrc(left, _PRIOR, scatter / usual)) > FALSE_ALARM:
+        if usual is not None and scipy.special.fdtrc(left, _PRIOR, scatter / usual) > FALSE_ALARM:
             scatter = (left * scatter + _PRIOR * usual) / (left + _PRIOR)
             degrees += _PRIOR
         more = size - len(chosen)
         ratio = max(loss - gained, 0.0) / more / scatter
-        chance = float(fdtrc(more, degrees, ratio)) * len(groups)
+        chance = float(scipy.special.fdtrc(more, degrees, ratio)) * len(groups)
         if chance < FALSE_ALARM:
             chosen, gained, probability = best, loss, min(chance, 1.0)
     if not chosen:

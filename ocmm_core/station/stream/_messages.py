@@ -39,7 +39,7 @@ from typing import Literal
 
 import msgspec
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
 from ocmm_core.errors import InputError
@@ -172,7 +172,8 @@ def pose_line(live: LiveView, *, pressed: bool) -> bytes:
     trusted = live.tip_world is not None and live.rotation_world_from_probe is not None
     quaternion = None
     if trusted:
-        turn = Rotation.from_matrix(np.asarray(live.rotation_world_from_probe))
+        matrix = np.asarray(live.rotation_world_from_probe)
+        turn = scipy.spatial.transform.Rotation.from_matrix(matrix)
         quaternion = turn.as_quat(canonical=True).tolist()
     return _line(
         "pose",

@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 
 from ocmm_core.alignment import AnyAlignment
 from ocmm_core.errors import FitError
@@ -126,7 +126,7 @@ def _shares(zone: Fit, free: Float) -> Float:
         sides, sums = [np.ones(len(rows), dtype=bool)], [2.0]
     system = np.vstack([(free[rows] * signs[:, None]).T, *sides])
     wanted = np.concatenate([np.zeros(free.shape[1]), sums])
-    found, left = nnls(system, wanted)
+    found, left = scipy.optimize.nnls(system, wanted)
     if left > _UNBALANCED:
         raise FitError(
             "characteristic.zone",

@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
+import scipy
 from numpy.linalg import norm
-from scipy.special import fdtri, ndtr, stdtr
 
 from ocmm_core.features.measured import ActualFeature, beyond_first_order
 from ocmm_core.features.shapes import DIRECTION, RADIUS, Criterion, Fit, Shape
@@ -215,7 +215,7 @@ def _both_tails(
     k, outside, doubt = student_factor(degrees), 1.0 - TWO_SIDED, 1.0
     if math.isfinite(degrees):
         # Both the scatter and its expectation are estimates: the latter is known slightly better.
-        doubt = math.sqrt(float(fdtri(degrees, degrees + 1.0, 1.0 - CHANCE)))
+        doubt = math.sqrt(float(scipy.special.fdtri(degrees, degrees + 1.0, 1.0 - CHANCE)))
     if doubt * (most if most < _LINEAR else max(most, related)) > MOST_CURVED:
         outside *= NEAR_REFUSAL
 
@@ -225,8 +225,8 @@ def _both_tails(
             return 0.0
         share = 2.0 * grown / (1.0 + math.sqrt(root))
         if math.isfinite(degrees):
-            return float(stdtr(degrees, -share * k))
-        return float(ndtr(-share * k))
+            return float(scipy.special.stdtr(degrees, -share * k))
+        return float(scipy.special.ndtr(-share * k))
 
     if tail(ahead, 1.0) + tail(behind, 1.0) <= outside:
         return 1.0

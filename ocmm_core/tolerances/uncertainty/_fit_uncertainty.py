@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import fdtri
+import scipy
 
 from ocmm_core.features import shapes
 from ocmm_core.features.elements import distance_derivatives
@@ -176,7 +176,7 @@ def _reach(variances: Float, degrees: float) -> float:
     if total <= 0.0 or not math.isfinite(degrees):
         return 0.0
     components = total**2 / float(np.sum(variances**2))
-    return math.sqrt(total * float(fdtri(components, degrees, TWO_SIDED)))
+    return math.sqrt(total * float(scipy.special.fdtri(components, degrees, TWO_SIDED)))
 
 
 def scatter_samples(fit: shapes.Fit, points: Points3) -> tuple[FormSample, ...]:

@@ -21,7 +21,7 @@ from statistics import NormalDist
 from typing import Protocol
 
 import numpy as np
-from scipy.special import ndtr
+import scipy
 
 from ocmm_core.geometry import Float
 
@@ -283,7 +283,7 @@ def within(radius: float, mean: Float, covariance: Float) -> float:
         weights = (weights[:, None] * width * _WEIGHTS * density).ravel()
         square = (square[:, None] - at**2).ravel()
     half = np.sqrt(np.maximum(square, 0.0))
-    shares = ndtr((half - centre[0]) / sigmas[0]) - ndtr((-half - centre[0]) / sigmas[0])
+    shares = np.subtract(*scipy.special.ndtr((np.stack([half, -half]) - centre[0]) / sigmas[0]))
     return min(max(float(weights @ shares), 0.0), 1.0)
 
 

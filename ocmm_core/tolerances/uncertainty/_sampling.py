@@ -27,8 +27,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.spatial.distance import pdist, squareform
-from scipy.special import stdtrit
+import scipy
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature, Touches
@@ -59,7 +58,8 @@ _COVERAGE = 2.0
 
 def student_factor(degrees: float) -> float:
     """Return k, by which u becomes U (95.45 %): 2 with infinite degrees of freedom."""
-    return float(stdtrit(degrees, 0.5 + 0.5 * TWO_SIDED)) if np.isfinite(degrees) else _COVERAGE
+    below = 0.5 + 0.5 * TWO_SIDED
+    return float(scipy.special.stdtrit(degrees, below)) if np.isfinite(degrees) else _COVERAGE
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +173,7 @@ def with_neighbours(
     """
     n = len(residuals)
     some = np.unique(np.linspace(0, n - 1, min(n, _MOST_PLACES)).astype(np.int64))
-    distances = squareform(pdist(touches.tips[some]))
+    distances = scipy.spatial.distance.squareform(scipy.spatial.distance.pdist(touches.tips[some]))
     # Weaker columns are no freedom of the element, as the length of its direction.
     free = np.linalg.svd(slopes.by_shared[some])[0][:, n - sample.degrees :]
     # Without the part by the element, which has no share in them.

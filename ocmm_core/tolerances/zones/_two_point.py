@@ -7,8 +7,8 @@ from the element are added to its size, which for opposite points is their dista
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.elements import distance_derivatives
@@ -138,7 +138,8 @@ def between_faces(
     across = _across(one.fit.geometry, other.fit.geometry)
     square = np.eye(3) - np.outer(across, across)
     sites = [surface_points(face).points @ square for face in (one, other)]
-    first, second = _pairs(cdist(sites[0], sites[1]) < _LEVEL_MM, [one, other], "face to face")
+    level = scipy.spatial.distance.cdist(sites[0], sites[1]) < _LEVEL_MM
+    first, second = _pairs(level, [one, other], "face to face")
     middles = 0.5 * (sites[0][first] + sites[1][second])
     residuals = [own_fit(face)[1].residuals for face in (one, other)]
     lean = [float(face.fit.direction @ across) for face in (one, other)]

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy
 
 from ocmm_core.errors import FitError
 from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector, skew
@@ -239,7 +239,7 @@ def _program(
     size = len(kept)
     # The solver keeps constraints to 1e-7: negligible in units of the zone.
     scale = max(float(now.max()), _LEAST_TRUST_MM)
-    answer = linprog(
+    answer = scipy.optimize.linprog(
         np.append(np.zeros(size), 1.0),
         A_ub=np.column_stack([by_step @ kept.T, -np.ones(len(now))]),
         b_ub=-now / scale,
