@@ -66,6 +66,7 @@ PLACES = {
     "Wizard known-points": "technician/calibration.md#from-known-points",
     "Wizard relocation": "technician/calibration.md#relocation",
     "Wizard verification": "technician/calibration.md#verification",
+    "Wizard tracker": "integrator/trackers.md#calibrate-and-verify-it",
     "Wizard pivot": "technician/probe_calibration.md#how-it-is-done",
     "Wizard qualification": "technician/tip.md#how-it-is-done",
     "Wizard tip-check": "technician/tip.md#how-it-is-done",

@@ -83,7 +83,8 @@ def test_no_key_measures_in_maintain(bench: BusBench) -> None:
         window.show_mode(mode)
         enabled[mode] = {info.key for info in ACTIONS if actions[info.key].isEnabled()}
     assert enabled[Mode.MAINTAIN] == {
-        "bus_text", "calibrate", "relocate", "verify", "recall", "write_cameras", "define",
+        "bus_text", "calibrate", "relocate", "tracker", "verify", "recall", "write_cameras",
+        "define",
         "mount", "check_tip", "qualify", "pivot", "theme", "log", "mode", "find", "settings",
         "start", "acceptance", "interim", "artefacts", "study", "certificate", "archive",
         "manual", "what_to_do", "support", "gloves", "zoom_in", "zoom_out", "zoom_reset",
