@@ -27,21 +27,29 @@ from scipy.stats import chi2
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.cameras import TrackerProcedure, correct_scale
 from ocmm_core.calibration.guided import Procedure
-from ocmm_core.calibration.records import CalibrationStore, LengthBar, load_bar, open_calibration
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    LengthBar,
+    ProbeStore,
+    load_bar,
+    open_calibration,
+)
+from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, TrackerDocument, load_tracker, project
 from ocmm_core.composition import STANDARD_PROBE
 from ocmm_core.documents import resource
-from ocmm_core.geometry import Float, rotation_from_vector
+from ocmm_core.geometry import Float, rigid_fit, rotation_from_vector
 from ocmm_core.measuring import PointOptions, StablePoint, average, systematic_covariance
 from ocmm_core.settings import toml_text
 from ocmm_core.tracking import TrackingPipeline, load_probe, tip_sensitivity
-from ocmm_sim.calibration_scenes import CalibrationScenesRig, Scene
+from ocmm_sim.calibration_scenes import CalibrationScenesRig, Scene, SweepProbe
 from ocmm_sim.sources import VirtualSite, scenes_of_tracker, scenes_of_verification
 from ocmm_sim.trackers import MarkerErrors
 
 SCALE_ERROR = 3e-4
 START = datetime(2026, 3, 2, 8, 0, tzinfo=UTC)
+_CONES, _SWEEP_S, _REACH = ((0.0, 0.0, -150.0), (70.0, 10.0, -130.0)), 60.0, (30.0, 30.0, 13.0)
 _BLOCK, _POINTS, _AVERAGED, _ATTEMPTS = 50, 40, 25, 4
 
 
@@ -158,6 +166,33 @@ class TrackerSite:
         procedure.accept(self.now, "verified")
         record = outcome.record
         return () if record.passed else tuple(one.code for one in record.objections) or ("lengths",)
+
+    def probe(self) -> float:
+        """Calibrate the probe by two sweeps; return the normalised square of its tip error."""
+        rig, store = self.rig, ProbeStore(self.folder / "probe")
+        procedure = PivotProcedure.start(
+            self.folder / "sweeps", rig, self.body, store, "T1", self.now, who="benchmark"
+        )
+
+        def sweeps(site: VirtualSite) -> tuple[Scene, ...]:
+            first, second = (
+                SweepProbe(cone=cone, seconds=_SWEEP_S, seed=site.seed + number, reach_deg=_REACH)
+                for number, cone in enumerate(_CONES)
+            )
+            again = msgspec.structs.replace(first, seconds=2.5, reach_deg=(0.0, 0.0, 0.0))
+            left = (first, second, again)
+            return left[procedure.base.current - 1 :]
+
+        self.play(procedure, rig, sweeps)
+        procedure.compute()
+        outcome = procedure.view.outcome
+        assert outcome is not None
+        record = outcome.record
+        world = self.virtual().script(()).build().world
+        rotation, shift = rigid_fit(world.leds_probe, self.body.leds_probe)
+        error = np.array(record.tip_mm) - (rotation @ world.tip_probe + shift)
+        covariance = np.array(record.covariance)[-3:, -3:]
+        return float(error @ np.linalg.solve(covariance, error))
 
     def squares(self, count: int) -> Float:
         """Return the normalised squares (n,) of tip errors at new places; NaN if refused."""

@@ -9,6 +9,7 @@ coordinates, but only its three are independent: each spot counts as one (`Rig.p
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -16,7 +17,7 @@ from typing import Literal
 import msgspec
 import numpy as np
 
-from ocmm_core.camera._model import N_PARAMETERS, CameraModel, Vector3
+from ocmm_core.camera._model import N_PARAMETERS, CameraModel, Vector3, ideal_from_pixels
 from ocmm_core.documents import Document, load_document
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, unit
@@ -245,4 +246,19 @@ def place_shape(places: Float, document: TrackerDocument) -> Float:
     more = np.broadcast_to(ratio - 1.0, grown.shape)
     along = sight[:, :, None] * sight[:, None]
     found: Float = (np.eye(3) + more[:, None, None] * along) * grown[:, None, None]
+    return found
+
+
+def locate_markers(cameras: Sequence[CameraModel], uv: Float) -> Float:
+    """Return the markers (..., L, 3), mm, of their images (..., C, L, 2), px, in all views."""
+    squares = np.zeros((*uv.shape[:-3], uv.shape[-2], 3, 3))
+    right = np.zeros(squares.shape[:-1])
+    for index, camera in enumerate(cameras):
+        ideal = ideal_from_pixels(camera, uv[..., index, :, :])
+        turn, shift = camera.T_camera_from_world.rotation, camera.T_camera_from_world.translation
+        rows = ideal[..., None] * turn[2] - camera.focal * turn[:2]
+        offsets = camera.focal * shift[:2] - ideal * shift[2]
+        squares = squares + np.einsum("...ki,...kj->...ij", rows, rows)
+        right = right + np.einsum("...ki,...k->...i", rows, offsets)
+    found: Float = np.linalg.solve(squares, right[..., None])[..., 0]
     return found

@@ -223,3 +223,14 @@ def test_certificates_name_the_tracker_and_its_noise(honest: TrackerSite) -> Non
     assert scale.name == "Scale error of all lines"
     assert scale.expanded is not None
     assert abs(scale.value) < 2.0 * scale.expanded
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize("seed", range(31, 31 + amount(1, 10)))
+def test_a_probe_is_calibrated_with_a_fine_tracker(seed: int, tmp_path: Path) -> None:
+    """N = 1 (10). The limit of the squared error is exceeded by one of 1,000."""
+    document = load_tracker(resource("rigs", "tracker.toml"))
+    site = TrackerSite(tmp_path, document, document, seed)
+    site.calibrate()
+    assert site.verify(load_bar(_BAR)) == ()
+    assert site.probe() < 16.3

@@ -23,7 +23,7 @@ from ocmm_core.calibration.records import (
     let_pass,
     record_hash,
 )
-from ocmm_core.camera import Rig, TrackerDocument, tracker_rig
+from ocmm_core.camera import Rig, TrackerDocument, locate_markers, tracker_rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, triple
@@ -141,7 +141,7 @@ class TrackerProcedure(guided.CameraProcedure[TrackerEvent, guided.CalibrationOu
 
     def _observation(self, utc: str) -> TrackerEvent:
         if self._step == REST:
-            places = tracker_noise.locate(self.rig, self._still.spots())
+            places = locate_markers(self.rig.cameras, self._still.spots())
             return TrackerRested(utc=utc, noise=tracker_noise.rest_noise(places, self._document))
         average = self._probe.average()
         return TrackerPlaceTaken(utc=utc, uv=guided.to_spots(average.uv), sigma_px=average.sigma_px)
@@ -238,7 +238,7 @@ class TrackerProcedure(guided.CameraProcedure[TrackerEvent, guided.CalibrationOu
             uv = np.array([guided.from_spots(one.uv) for one in taken])
             filtered = (1.0 + rest.correlation) / (1.0 - rest.correlation)
             place = tracker_noise.place_sigma(
-                list(tracker_noise.locate(rig, uv)),
+                list(locate_markers(rig.cameras, uv)),
                 np.hypot(rest.across, rest.rounding / 12**0.5)
                 * np.sqrt(filtered / guided.STILL_FRAMES),
                 body, stated,

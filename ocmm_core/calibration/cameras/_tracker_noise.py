@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from ocmm_core.calibration.records import Finding
-from ocmm_core.camera import Rig, TrackerDocument, ideal_from_pixels, place_shape, sights_of
+from ocmm_core.camera import TrackerDocument, place_shape, sights_of
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, rigid_fit, skew
 from ocmm_core.tracking import ProbeBody
@@ -47,21 +47,6 @@ class RestNoise(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Of the means of parts of one second, beyond what the noise explains."""
     shaken: float
     """Variance of the mean of all markers, over that of independent markers."""
-
-
-def locate(rig: Rig, uv: Float) -> Float:
-    """Return the markers (..., L, 3), mm, of their images (..., C, L, 2), px, in all views."""
-    squares = np.zeros((*uv.shape[:-3], uv.shape[-2], 3, 3))
-    right = np.zeros(squares.shape[:-1])
-    for index, camera in enumerate(rig.cameras):
-        ideal = ideal_from_pixels(camera, uv[..., index, :, :])
-        turn, shift = camera.T_camera_from_world.rotation, camera.T_camera_from_world.translation
-        rows = ideal[..., None] * turn[2] - camera.focal * turn[:2]
-        offsets = camera.focal * shift[:2] - ideal * shift[2]
-        squares = squares + np.einsum("...ki,...kj->...ij", rows, rows)
-        right = right + np.einsum("...ki,...k->...i", rows, offsets)
-    found: Float = np.linalg.solve(squares, right[..., None])[..., 0]
-    return found
 
 
 def rest_noise(places: Float, document: TrackerDocument) -> RestNoise:

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
         joint_covariance, place_of_ball, range_limit, shared_covariance, tips_of, touch_of,
     )  # fmt: skip
     from ocmm_core.calibration.guided._collecting import (
-        AVERAGING, PLACE_DONE, STILL_FRAMES, STRANGE, WAVED_FRAMES, Average, ProbeSpotAverager,
-        StaticSpotAverager, sigma_of_mean,
+        AVERAGING, PLACE_DONE, STILL_FRAMES, STRANGE, Average, ProbeSpotAverager,
+        StaticSpotAverager, sigma_of_mean, waved_frames,
     )  # fmt: skip
     from ocmm_core.calibration.guided._conclusion import (
         CalibrationContext, Findings, build_outcome, hash_of, length_sigma, location_gains,
@@ -55,7 +55,7 @@ else:
 
 __all__ = [
     "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM", "STILL_FRAMES",
-    "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace", "CalibrationComparison",
+    "STRANGE", "Articulation", "Average", "BallPlace", "CalibrationComparison",
     "CalibrationContext", "CalibrationOutcome", "CameraChange", "CameraLive", "CameraProcedure",
     "CameraResiduals", "CommonEvent", "Decided", "Entered", "Findings", "Gate", "JudgedRepeat",
     "KnownPoint", "KnownPointsView", "LinePlan", "Live", "ProbeProcedure", "ProbeSpotAverager",
@@ -70,5 +70,5 @@ __all__ = [
     "random_lines", "range_limit", "record_shock", "repeat_finding", "require_fresh_temperature",
     "require_no_doubt_since", "require_probe", "rest_of", "session_changes", "sessions",
     "shared_covariance", "sigma_of_mean", "tips_of", "to_spots", "touch_of", "utc_text",
-    "viewer_axes",
+    "viewer_axes", "waved_frames",
 ]  # fmt: skip

@@ -16,8 +16,8 @@ from ocmm_core.tracking import IdentifyOptions, ProbeBody, identify, ordered_spo
 STILL_FRAMES = 100
 """As many as a measured point: noise of single exposures falls to a tenth."""
 
-WAVED_FRAMES = 8
-"""One millisecond at 8 kHz: the mean of a moving spot is then its place in the middle."""
+_WAVED_FRAMES, _WAVED_S = 8, 4e-3
+"""Most frames of a waved probe, within a time in which it moves evenly."""
 
 _SAME_PX = 1.0
 _SETTLED_PX = 0.02
@@ -46,6 +46,11 @@ _INSIDE = (
     "LEDs are outside the calibrated volume: hold the probe so that its handle points into it."
 )
 _LABEL_EVERY_NS = 20_000_000
+
+
+def waved_frames(rig: Rig) -> int:
+    """Return the frames to average of a waved probe: the mean is then its place in the middle."""
+    return int(np.clip(round(_WAVED_S * rig.frame_rate_hz), 2, _WAVED_FRAMES))
 
 
 @dataclass(frozen=True, slots=True)

@@ -325,6 +325,8 @@ class CameraProcedure(GuidedProcedure[E, O]):
 class ProbeProcedure(GuidedProcedure[E, O]):
     """Base of procedures for a probe with one of its tips; see `GuidedProcedure`."""
 
+    for_trackers = True
+
     def __init__(
         self,
         chain: ChainFile[SessionLine[E]],

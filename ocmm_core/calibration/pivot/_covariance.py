@@ -24,7 +24,14 @@ import scipy
 
 from ocmm_core.calibration.pivot import _bundle as bundle
 from ocmm_core.calibration.pivot._data import PivotSweep, SweepCoverage
-from ocmm_core.camera import CameraModel, Rig, distortion_jacobian
+from ocmm_core.camera import (
+    CameraModel,
+    Rig,
+    distortion_jacobian,
+    locate_markers,
+    place_shape,
+    project,
+)
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Pixels, Points3, RigidTransform, rigid_fit, skew, unit
 from ocmm_core.tracking import ProbeBody, solve
@@ -50,6 +57,8 @@ def pattern_covariance(
     """
     rng = np.random.default_rng(seed)
     noise, cameras = rig.noise, len(rig.cameras)
+    if rig.markers is not None:
+        return _of_markers(rig, sweep, state, by_common @ inverse, slack_mm, waves, rng)
     wave = rng.standard_normal((cameras, 2, 2, waves)) / noise.pattern_length_px
     phase = rng.uniform(0.0, 2.0 * np.pi, (cameras, 2, waves))
     # Response of the result to the amplitude of each wave, by image axis and camera.
@@ -70,8 +79,36 @@ def pattern_covariance(
     return covariance
 
 
+def _of_markers(
+    rig: Rig, sweep: PivotSweep, state: bundle.PivotState, gain: Float, slack_mm: float, waves: int,
+    rng: np.random.Generator,
+) -> Float:  # fmt: skip
+    fields = [random_wave(rig, sweep.uv, rig.noise.pattern_px, rng) for _ in range(waves)]
+    moved = np.zeros((waves, len(gain)))
+    for first in range(0, len(sweep.uv), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        influences = spot_influences(rig, sweep, state, gain, slack_mm, part)
+        for number, field in enumerate(fields):
+            moved[number] += np.einsum("ncla,nclam->m", np.nan_to_num(field[part]), influences)
+    covariance: Float = moved.T @ moved / waves
+    return covariance
+
+
 def random_wave(rig: Rig, uv: Pixels, sigma_px: float, rng: np.random.Generator) -> Pixels:
-    """Return one wave of a pattern of ``sigma_px`` at spots (n, C, L, 2), px."""
+    """Return one wave of a pattern of ``sigma_px`` at spots (n, C, L, 2), px.
+
+    Of a tracker: the images of markers displaced by one wave of its place errors.
+    """
+    if rig.markers is not None:
+        document = rig.markers.document
+        places = locate_markers(rig.cameras, uv)
+        turns = places @ (rng.standard_normal((3, 3)) / document.noise.place_length)
+        field = np.sqrt(2.0) * np.cos(turns + rng.uniform(0.0, 2.0 * np.pi, 3))
+        across = np.hypot(document.noise.sigma_across, document.noise.rounding / np.sqrt(12.0))
+        size = across * sigma_px / rig.noise.white_px
+        shaped = place_shape(places.reshape(-1, 3), document).reshape(*places.shape, 3)
+        moved = places + size * (shaped @ field[..., None])[..., 0]
+        return np.stack([project(one, moved) - project(one, places) for one in rig.cameras], axis=1)
     shape = (uv.shape[1], 2)
     wave = rng.standard_normal((*shape, 2)) / rig.noise.pattern_length_px
     phase = rng.uniform(0.0, 2.0 * np.pi, shape)

@@ -145,7 +145,7 @@ def calibrate_probe(
     )  # fmt: skip
     spots = int(np.count_nonzero(kept.weights))
     # With slack, each pose has three more unknowns and three more conditions.
-    dof = max(2 * spots - 3 * len(kept.uv) - state.columns + 3, 1)
+    dof = max(rig.per_spot * spots - 3 * len(kept.uv) - state.columns + 3, 1)
     # Camera errors within their uncertainty cause residuals beyond spot noise.
     by_cameras = chi2_of_cameras(rig, kept, state, options.slack_mm, _DRAWS, options.seed).max()
     chi2 = robust.minimum.cost

@@ -77,7 +77,7 @@ class RelocationProcedure(guided.CameraProcedure[RelocationEvent, guided.Calibra
         self._length_sigma: float | None = None
         self._predicted = -1
         self._wave = guided.ProbeSpotAverager(
-            rig, body, guided.WAVED_FRAMES, resting=False, distance_mm=_POSE_APART_MM,
+            rig, body, guided.waved_frames(rig), resting=False, distance_mm=_POSE_APART_MM,
             turn_rad=_POSE_TURN_RAD, moved=True,
         )  # fmt: skip
         self._seat = guided.ProbeSpotAverager(

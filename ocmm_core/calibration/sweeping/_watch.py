@@ -1,6 +1,6 @@
 """Select poses of a sweep from frames, and detect when the ball rests in its cone.
 
-The last millisecond of each ten is averaged, as for a waved probe. A pose is recorded when the
+The last frames of each 10 ms are averaged, as for a waved probe. A pose is recorded when the
 probe has turned a little, which limits the session for a resting hand and at high frame rates. Only
 the last poses and a pending batch are kept.
 """
@@ -29,7 +29,7 @@ MOST_POSES = 4000
 COUNTDOWN_S = 1.5
 POSE_TURN = np.radians(0.4)
 
-_LOOK_FRAMES = 80
+_LOOK_S = 0.01
 _REST_S = 0.5
 _REST_TURN = np.radians(2.0)
 _REST_MM = 0.3
@@ -78,7 +78,7 @@ class SweepWatch:
         self._measured = False
         self._first = first
         self._spots = guided.ProbeSpotAverager(
-            rig, body, guided.WAVED_FRAMES, resting=False, distance_mm=-1.0
+            rig, body, guided.waved_frames(rig), resting=False, distance_mm=-1.0
         )
         self._live = guided.Live(wanted=BATCH)
         self._recent: deque[_Look] = deque(maxlen=round(2.0 * _REST_S * 100))
@@ -126,11 +126,12 @@ class SweepWatch:
     @property
     def sigma_px(self) -> float:
         """Return the standard deviation of a spot of a pose, per axis."""
-        return guided.sigma_of_mean(self._rig, guided.WAVED_FRAMES)
+        return guided.sigma_of_mean(self._rig, guided.waved_frames(self._rig))
 
     def push(self, block: FrameBlock) -> None:
-        for first in range(0, len(block), _LOOK_FRAMES):
-            part = block.part(slice(first, first + _LOOK_FRAMES))
+        frames = max(guided.waved_frames(self._rig), round(_LOOK_S * self._rig.frame_rate_hz))
+        for first in range(0, len(block), frames):
+            part = block.part(slice(first, first + frames))
             self._spots.push(part)
             self._now_ns = int(part.time_ns[-1])
             self._live = self._spots.live()

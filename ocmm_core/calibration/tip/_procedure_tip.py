@@ -64,7 +64,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, qualification.TipBegu
         not mounted or was never calibrated, or the sphere may not be used; StorageError if the
         session file cannot be written.
         """
-        chosen = limits or qualification.TipLimits()
+        chosen = limits or qualification.usual_limits(site.rig)
         return cls._start(
             folder, site, qualification.mounted_records(site.store, tip), sphere, now,
             limit_mm=chosen.nominal, who=who, temperature=temperature, cone=cone,

@@ -23,6 +23,7 @@ from ocmm_core.calibration.records import (
     rests_on,
 )
 from ocmm_core.calibration.tip._fit import BallFit
+from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 
 
@@ -39,6 +40,11 @@ class TipLimits:
     places: int = 21
     """Minimum number of places of the layout; a stem may hide some."""
     attitudes: int = 5
+
+
+def usual_limits(rig: Rig) -> TipLimits:
+    """Return the requirements: of trackers, which are coarser, a larger uncertainty suffices."""
+    return TipLimits() if rig.markers is None else TipLimits(diameter_sigma=0.010)
 
 
 def qualification_checks(

@@ -63,6 +63,18 @@ def test_the_tip_may_be_elsewhere_than_the_document_says(bench: PivotBench, unkn
     assert codes == ([] if unknown else ["pivot.tip_changed"])
 
 
+def test_slow_cameras_get_a_pose_from_every_other_frame(bench: PivotBench) -> None:
+    """Six seconds at 100 Hz; a look every 80 frames would see some eight of them."""
+    bench.rig = replace(bench.rig, frame_rate_hz=100)
+    procedure = begun(bench)
+    virtual = bench.virtual(SweepProbe(cone=CONE, seconds=TAKING, seed=5))
+    for first in range(0, virtual.n_frames, 8):
+        procedure.watch(virtual.frames(first, min(8, virtual.n_frames - first)))
+        if procedure.base.live.ready:
+            procedure.take(bench.now())
+    assert procedure.view.first.poses >= 5 * BATCH
+
+
 def test_labels_do_not_need_the_tip(bench: PivotBench) -> None:
     virtual = bench.virtual(SweepProbe(cone=CONE, seconds=2.0, seed=5))
     wrong = replace(bench.body, tip_probe=np.array([30.0, -20.0, 60.0]))
