@@ -1,6 +1,6 @@
 """Whole sessions with optical trackers: noise measured, scale verified and corrected.
 
-    python -m benchmarks.trackers [--n SESSIONS] [--seed FIRST]
+    python -m benchmarks.trackers [--n SESSIONS] [--seed FIRST] [--probes SESSIONS]
 
 Each session draws a tracker (place errors, noise, bar) whose document states noise that is wrong by
 a factor of 0.5 to 2, measures it (`ocmm calibrate tracker`), verifies it with the length bar, and
@@ -39,6 +39,7 @@ from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, TrackerDocument, load_tracker, project
 from ocmm_core.composition import STANDARD_PROBE
 from ocmm_core.documents import resource
+from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, rigid_fit, rotation_from_vector
 from ocmm_core.measuring import PointOptions, StablePoint, average, systematic_covariance
 from ocmm_core.settings import toml_text
@@ -59,6 +60,7 @@ class TrackerSite:
     def __init__(self, folder: Path, true: TrackerDocument, stated: TrackerDocument, seed: int,
                  scale: float = 0.0) -> None:  # fmt: skip
         self.folder, self.true, self.seed, self.scale = folder, true, seed, scale
+        folder.mkdir(exist_ok=True)
         self.true_file, self.file = folder / "true.toml", folder / "tracker.toml"
         for path, document in ((self.true_file, true), (self.file, stated)):
             path.write_text(toml_text(msgspec.to_builtins(document)))
@@ -269,12 +271,35 @@ def session(seed: int, scale: float) -> Result:
     return result
 
 
+def probes(first: int, count: int) -> int:
+    """Print how many probes were calibrated with the shipped tracker, and return 1 if one is wrong.
+
+    The mean normalised square of three coordinates is 3 if U is right, less if it is too large.
+    """
+    document, squares = load_tracker(resource("rigs", "tracker.toml")), []
+    for seed in range(first, first + count):
+        with tempfile.TemporaryDirectory() as folder:
+            site = TrackerSite(Path(folder), document, document, seed)
+            site.calibrate()
+            site.verify(load_bar(resource("artefacts", "verification_bar.toml")))
+            try:
+                squares.append(site.probe())
+            except CalibrationError as error:
+                print(f"seed {seed} refused: {error.code}")
+    print(f"{len(squares)} of {count} accepted; normalised squares: mean {np.mean(squares):.2f}, "
+          f"largest {np.max(squares):.2f}")  # fmt: skip
+    return int(np.max(squares) > chi2.ppf(0.999, 3))
+
+
 def main() -> int:
     """Print what was found, and return 1 if a limit is broken."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--n", type=int, default=100, help="Sessions of each kind.")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--probes", type=int, default=0, help="Only that many swept probes.")
     options = parser.parse_args()
+    if options.probes:
+        return probes(options.seed, options.probes)
     counts = {}
     for name, scale in (("honest", 0.0), ("scale 300 um/m off", SCALE_ERROR)):
         results = [session(options.seed + i, scale) for i in range(options.n)]

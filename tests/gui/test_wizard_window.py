@@ -44,7 +44,7 @@ PATIENCE_MS = HANG_MS
 _SHORTCUTS = {info.key: info.shortcuts[0] for info in ACTIONS}
 _KINDS = [kind for kind in ProcedureKind if kind is not ProcedureKind.TRACKER]
 """Those of a rig of cameras."""
-_KEYS = {
+_KEYS: dict[ProcedureKind, Qt.Key] = {
     wizard.kind: Qt.Key[f"Key_{_SHORTCUTS[wizard.action]}"]
     for wizard in WIZARDS if wizard.kind in _KINDS
 }  # fmt: skip

@@ -13,11 +13,14 @@ from ocmm_core.calibration.cameras import TrackerProcedure, correct_scale
 from ocmm_core.calibration.records import (
     CalibrationStatus,
     CalibrationStore,
+    ProbeStore,
     judge,
     load_bar,
     open_calibration,
     rig_from_record,
 )
+from ocmm_core.calibration.sweeping import PivotProcedure
+from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
 from ocmm_core.camera import load_rig, load_tracker, tracker_rig
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.documents import resource
@@ -225,12 +228,11 @@ def test_certificates_name_the_tracker_and_its_noise(honest: TrackerSite) -> Non
     assert abs(scale.value) < 2.0 * scale.expanded
 
 
-@pytest.mark.statistics
-@pytest.mark.parametrize("seed", range(31, 31 + amount(1, 10)))
-def test_a_probe_is_calibrated_with_a_fine_tracker(seed: int, tmp_path: Path) -> None:
-    """N = 1 (10). The limit of the squared error is exceeded by one of 1,000."""
-    document = load_tracker(resource("rigs", "tracker.toml"))
-    site = TrackerSite(tmp_path, document, document, seed)
-    site.calibrate()
-    assert site.verify(load_bar(_BAR)) == ()
-    assert site.probe() < 16.3
+def test_probes_and_tips_are_calibrated_with_trackers(honest: TrackerSite) -> None:
+    store = ProbeStore(honest.folder / "probe")
+    procedure = PivotProcedure.start(
+        honest.folder / "sweeps", honest.rig, honest.body, store, "T1", honest.now, who="Ada"
+    )
+    assert procedure.base.step.name == "prepare"
+    assert TipQualificationProcedure.for_trackers
+    assert TipCheckProcedure.for_trackers

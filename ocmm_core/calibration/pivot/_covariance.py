@@ -41,15 +41,9 @@ _CHUNK = 500
 
 
 def pattern_covariance(
-    rig: Rig,
-    sweep: PivotSweep,
-    state: bundle.PivotState,
-    by_common: Float,
-    inverse: Float,
-    slack_mm: float,
-    waves: int,
-    seed: int,
-) -> Float:
+    rig: Rig, sweep: PivotSweep, state: bundle.PivotState, by_common: Float, inverse: Float,
+    slack_mm: float, waves: int, seed: int,
+) -> Float:  # fmt: skip
     """Return the covariance (m, m), mm^2, of a result due to the sensor pattern.
 
     ``by_common`` (m, k): derivatives by centre and arms; ``inverse`` (k, k): their covariance, see
