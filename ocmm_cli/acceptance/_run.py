@@ -16,7 +16,6 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration import guided
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.camera import load_rig
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
 
@@ -216,7 +215,7 @@ class _Source:
             self._shown += 1
             more = f"-{self._shown}" if self._shown > 1 else ""
             path = self._record.with_name(f"{self._record.stem}{more}{self._record.suffix}")
-            self._recorder = FrameRecorder(path, feed.description, load_rig(self._site.rig))
+            self._recorder = FrameRecorder(path, feed.description, self._site.cameras.rig)
         feed.acquisition.start()
 
     def _keep(self, block: FrameBlock) -> None:
@@ -236,5 +235,6 @@ def _recorded(site: composition.AcceptanceSite, force: bool) -> composition.Feed
     return composition.recorded_feed(
         composition.StationRequest(
             plan=composition.DEMO_PLAN, out=Path(), rig=site.rig, source=site.source, force=force
-        )
+        ),
+        site.cameras.rig,
     )

@@ -232,7 +232,7 @@ def sensors(
             VirtualSite(rig, choice.probe, seed, move).script(scenes), source, speed
         )
     else:
-        feed = real_feed(rig, site.design, source, force=force)
+        feed = real_feed(rig, site.read_by, source, force=force)
     _learn(site, body, _wave(site, body, feed, seconds, console), calibration, console)
 
 

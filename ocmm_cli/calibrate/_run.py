@@ -52,6 +52,11 @@ class TerminalSite:
     store: records.CalibrationStore
     sessions: Path
 
+    @property
+    def read_by(self) -> Rig:
+        """Return the rig of the frames; the views of a tracker follow from the one in force."""
+        return self.design if self.rig.markers is None else self.rig
+
 
 def open_site(rig: Path, calibrations: Path | None) -> TerminalSite:
     """Return the rig and its calibrations; InputError if the document is wrong."""

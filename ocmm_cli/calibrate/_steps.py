@@ -145,7 +145,7 @@ def collect_from(
         frames = script.build().n_frames
         feed = run.virtual_feed(script, setup.source, setup.speed)
     else:
-        feed = run.real_feed(site.document, site.rig, setup.source, force=setup.force)
+        feed = run.real_feed(site.document, site.read_by, setup.source, force=setup.force)
     if cameras is not None:
         try:
             require_cameras(checked_for_replay(cameras, feed.recorded), console)
@@ -153,7 +153,7 @@ def collect_from(
             feed.ring.close()
             raise
     run.collect(
-        procedure, feed, frames, console, run.make_recorder(feed, setup.record, site.design)
+        procedure, feed, frames, console, run.make_recorder(feed, setup.record, site.read_by)
     )
 
 

@@ -210,8 +210,9 @@ class AcceptanceBench:
         """Return the hand of a virtual rig or recording; None for real cameras."""
         one = self.request
         if origin_of(one.source) is Origin.RECORDING:
+            rig = self.cameras().rig
             return RecordedHand(
-                lambda: (acceptance_site.recorded_feed(one), np.inf), procedure, failed
+                lambda: (acceptance_site.recorded_feed(one, rig), np.inf), procedure, failed
             )
         make = source_of(one.source).spec.hand
         return None if make is None else make(one, procedure, failed)

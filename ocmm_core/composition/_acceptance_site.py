@@ -14,7 +14,7 @@ import platformdirs
 from ocmm_core import acceptance
 from ocmm_core.build import build_version
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse, judge, load_bar, load_sphere
-from ocmm_core.camera import load_rig
+from ocmm_core.camera import Rig
 from ocmm_core.composition import _calibration_choice as calibration_choice
 from ocmm_core.composition._defaults import DEMO_PLAN
 from ocmm_core.composition._feeds import Feed, StationRequest
@@ -205,6 +205,6 @@ def require_scenes(source: str) -> None:
         )
 
 
-def recorded_feed(request: StationRequest) -> Feed:
-    """Return cameras or a recording as the source of a test, not started."""
-    return make_feed(request, load_plan(DEMO_PLAN), load_rig(request.rig))
+def recorded_feed(request: StationRequest, rig: Rig) -> Feed:
+    """Return cameras or a recording as the source of a test, not started; ``rig``: in force."""
+    return make_feed(request, load_plan(DEMO_PLAN), rig)

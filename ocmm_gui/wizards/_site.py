@@ -236,7 +236,10 @@ def store_of(site: WizardSite, subject: Subject) -> Path | None:
 def running_rig(site: WizardSite) -> Rig:
     """Return the rig with the calibration in force, or the one in use before."""
     record = None if site.store is None else CalibrationStore(site.store).active()
-    return site.rig if record is None else rig_in_force(record, site.rig)
+    # The frames of a tracker come by the calibration at the start of the program.
+    if record is None or site.rig.markers is not None:
+        return site.rig
+    return rig_in_force(record, site.rig)
 
 
 def named(values: Mapping[str, str]) -> str:

@@ -16,6 +16,7 @@ from ocmm_core.calibration.cameras import TrackerProcedure
 from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
 from ocmm_core.calibration.records import CalibrationStatus, judge, open_calibration
 from ocmm_gui.wizards import Wizard, WizardSite
+from ocmm_gui.wizards._site import running_rig
 from ocmm_gui.wizards.pages import TrackerPage, TrackerResultPage
 from ocmm_sim.sources import VirtualSite, scenes_of_tracker
 from tests.gui.wizard_bench import WizardBench
@@ -88,3 +89,6 @@ def test_a_tracker_is_calibrated_in_the_window(bench: TrackerBench) -> None:
     assert bench.seen.view.base.decision is ProcedureDecision.ACCEPTED
     in_use = open_calibration(bench.tracker.file, bench.tracker.folder)
     assert judge(in_use, bench.bench.now()).word is CalibrationStatus.SUSPECT
+    # The frames still come by the calibration at the start of the program.
+    assert running_rig(bench.site).identity == bench.site.rig.identity
+    assert running_rig(bench.site).identity != bench.tracker.store.active_hash

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.trackers import SCALE_ERROR, TrackerSite, drawn
+from ocmm_core.acquisition.frames import SourceDescription
+from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration.cameras import TrackerProcedure, correct_scale
 from ocmm_core.calibration.records import (
     CalibrationStatus,
@@ -22,11 +24,13 @@ from ocmm_core.calibration.records import (
 from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
 from ocmm_core.camera import load_rig, load_tracker, tracker_rig
-from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_core.composition import RECOMMENDED_RIG, StationRequest, make_feed
 from ocmm_core.documents import resource
-from ocmm_core.errors import CalibrationError
+from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.export.certificate import certificate_of_folder
 from ocmm_core.export.template import load_paper, standard_template
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.options import DEMO_PLAN
 from ocmm_core.settings import toml_text
 from ocmm_trackers import FrameBuilder
 from tests.host import amount
@@ -236,3 +240,26 @@ def test_probes_and_tips_are_calibrated_with_trackers(honest: TrackerSite) -> No
     assert procedure.base.step.name == "prepare"
     assert TipQualificationProcedure.for_trackers
     assert TipCheckProcedure.for_trackers
+
+
+def test_a_recording_is_replayed_by_its_own_calibration_only(
+    honest: TrackerSite, tmp_path: Path
+) -> None:
+    """The views follow from the noise: by others all distances would be wrong."""
+    rig, path = honest.rig, tmp_path / "frames.ocmmframes"
+    period = round(1e9 / rig.frame_rate_hz)
+    description = SourceDescription(
+        name="OpenIGTLink test", camera_serials=tuple(one.serial for one in rig.cameras),
+        frame_period_ns=period, cycle_period_ns=period, live=True,
+        simulated=False,
+    )  # fmt: skip
+    leds = rig.volume_world.mean(axis=0) + honest.body.leds_probe
+    with FrameRecorder(path, description, rig) as recorder:
+        recorder.append(honest.resting(rig, leds))
+    request = StationRequest(plan=DEMO_PLAN, out=tmp_path, rig=honest.file, source=f"replay:{path}")
+    make_feed(request, load_plan(DEMO_PLAN), rig).end()
+    stated = load_rig(honest.file)
+    assert [one.serial for one in stated.cameras] == [one.serial for one in rig.cameras]
+    with pytest.raises(InputError) as other:
+        make_feed(request, load_plan(DEMO_PLAN), stated)
+    assert other.value.code == "recording.tracker"

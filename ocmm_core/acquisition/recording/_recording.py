@@ -137,8 +137,16 @@ class Recording:
     def check_rig(self, rig: Rig) -> None:
         """Raise InputError unless the recorded cameras are those of `rig`, in order.
 
-        A newer calibration of the same cameras is allowed: that is the purpose of recordings.
+        A newer calibration of the same cameras is allowed: that is the purpose of recordings. The
+        views of a tracker follow from its calibration, which must be the same.
         """
+        if rig.markers is not None and rig.identity != self.head.rig_identity:
+            raise InputError(
+                "recording.tracker",
+                f"{self.path}: the frames were read by another calibration or document of tracker "
+                f"'{self.head.rig_name}' than the present one.",
+                "Give the document and the records that it was recorded with, or record again.",
+            )
         serials = self.head.camera_serials
         if len(serials) != len(rig.cameras):
             raise InputError(

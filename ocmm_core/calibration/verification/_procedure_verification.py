@@ -100,7 +100,7 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
             raise CalibrationError(
                 "verification.other",
                 f"Rig '{rig.name}' does not use the active calibration.",
-                "Calibrate the cameras first; a rig document cannot be verified.",
+                "Calibrate first; after the calibration of a tracker, start OCMM again.",
             )
         chosen = judging.limits_of(rig, body) if limits in (None, Limits()) else limits
         findings = judge_artefacts(bar, spheres, chosen, now, temperature, store.active())

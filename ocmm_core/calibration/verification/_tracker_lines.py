@@ -82,7 +82,7 @@ def _rows_of(state: VerificationState) -> tuple[Float, Float]:
     spread = np.linalg.cholesky(geometry + 1e-12 * np.eye(len(geometry)))
     n_own, rows, values = 5 * len(lines), [], []
     for line, taken in enumerate(lines):
-        tips = [one.tip for one in taken]
+        tips, by_scale = [one.tip for one in taken], [_by_scale(one, state) for one in taken]
         along, first = unit(tips[-1] - tips[0]), taken[0]
         for nest, one in enumerate(taken):
             place = state.begun.bar.artefact.at(nests[nest] - nests[0], state.begun.temperature)[0]
@@ -90,8 +90,8 @@ def _rows_of(state: VerificationState) -> tuple[Float, Float]:
             row[:, 5 * line : 5 * line + 3] = np.eye(3)
             row[:, 5 * line + 3 : 5 * line + 5] = place * np.column_stack(perpendicular_pair(along))
             by_probe = one.rest.touch.by_geometry - first.rest.touch.by_geometry
-            by_scale = _by_scale(one, state) - _by_scale(first, state)
-            rows.append(np.hstack([row, by_probe @ spread, by_scale[:, None]]))
+            slope = by_scale[nest] - by_scale[0]
+            rows.append(np.hstack([row, by_probe @ spread, slope[:, None]]))
             values.append(one.tip - tips[0] - place * along)
     white = np.linalg.inv(np.linalg.cholesky(_covariance([one for t in lines for one in t], state)))
     design = white @ np.concatenate(rows)
