@@ -31,8 +31,8 @@ if TYPE_CHECKING:
         tracker_rig,
     )  # fmt: skip
     from ocmm_core.camera._tracker import (
-        REACH_MM, MarkerModel, TrackerDocument, TrackerNoise, load_tracker, locate_markers,
-        noise_pairs, place_shape, sights_of,
+        REACH_MM, MarkerModel, TrackerDocument, TrackerNoise, independent_share, load_tracker,
+        locate_markers, noise_pairs, place_shape, sights_of,
     )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
@@ -43,7 +43,7 @@ __all__ = [
     "MarkerModel", "Rig", "SpotBlock", "SpotFinder", "SpotNoise", "SpotOptions", "SpotStatus",
     "ThermalShare", "TrackerDocument", "TrackerNoise", "Vector3", "Window", "camera_of", "centroid",
     "compiled", "distort", "distortion_jacobian", "from_pixels", "ideal_from_pixels",
-    "known_points_covariance", "load_rig", "load_tracker", "locate_markers", "noise_pairs",
-    "on_sensor", "place_shape", "project", "projection_jacobians", "read_rig", "search",
-    "sights_of", "to_pixels", "tracker_rig", "windows",
+    "independent_share", "known_points_covariance", "load_rig", "load_tracker", "locate_markers",
+    "noise_pairs", "on_sensor", "place_shape", "project", "projection_jacobians", "read_rig",
+    "search", "sights_of", "to_pixels", "tracker_rig", "windows",
 ]  # fmt: skip

@@ -63,6 +63,12 @@ class TrackerNoise(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     scale: float = 1.0
     """Factor from reported to true coordinates, by a calibrated length."""
 
+    @property
+    def reported(self) -> tuple[float, float]:
+        """Return the standard deviations across and along of a frame as reported, rounded, mm."""
+        step = self.rounding / np.sqrt(12.0)
+        return float(np.hypot(self.sigma_across, step)), float(np.hypot(self.sigma_along, step))
+
 
 class TrackerDocument(Document, frozen=True, kw_only=True):
     """Document of a tracker; world: the axes of the device, right-handed, mm."""
@@ -166,10 +172,7 @@ def virtual_cameras(path: Path | str, document: TrackerDocument) -> VirtualCamer
             f"{path}: field 'head' is the middle of the volume, so that no line of sight is known.",
             "Give the middle between the cameras of the tracker.",
         )
-    across, along = (
-        float(np.hypot(sigma, noise.rounding / np.sqrt(12.0)))
-        for sigma in (noise.sigma_across, noise.sigma_along)
-    )
+    across, along = noise.reported
     sight = (centre - head) / away
     sine = np.sqrt(2.0 / (2.0 * (along / across) ** 2 + 1.0))
     cosine = np.sqrt(1.0 - sine**2)
@@ -234,6 +237,11 @@ def sights_of(places: Float, document: TrackerDocument) -> Float:
         rays = np.broadcast_to(middle - np.array(document.head), places.shape)
     found: Float = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
     return found
+
+
+def independent_share(correlation: float) -> float:
+    """Return the share of independent frames, by the correlation of consecutive ones."""
+    return (1.0 - correlation) / (1.0 + correlation)
 
 
 def place_shape(places: Float, document: TrackerDocument) -> Float:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core import tracking
-from ocmm_core.camera import Rig
+from ocmm_core.camera import Rig, independent_share
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring._point import Refusal, RefusalCode
 
@@ -347,7 +347,7 @@ def _independent_share(tips: Float, covariances: Float, rig: Rig) -> float:
     stated = rig.markers.document.noise.correlation
     doubt = np.sqrt((1.0 - stated**2) / plain.size)
     correlation = found if found > stated + _CLEARLY * doubt else stated
-    return (1.0 - correlation) / (1.0 + correlation)
+    return independent_share(correlation)
 
 
 def _covariance_of_mean(tips: Float, covariances: Float) -> Float:

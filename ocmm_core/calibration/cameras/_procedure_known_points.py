@@ -269,11 +269,7 @@ class KnownPointsProcedure(guided.CameraProcedure[KnownPointsEvent, guided.Calib
                 "Result",
                 "Review the residuals and the changes, then accept the new calibration or keep "
                 "the old one.",
-                guided.Gate(
-                    False,
-                    "This is the last step.",
-                    "Accept the new calibration, or keep the old one.",
-                ),
+                guided.LAST_OF_CALIBRATION,
             ),
         )
 

@@ -198,11 +198,7 @@ class TrackerProcedure(guided.CameraProcedure[TrackerEvent, guided.CalibrationOu
                 "Result",
                 "Compare the measured noise with the stated one, then accept it or keep the old "
                 "one.",
-                guided.Gate(
-                    False,
-                    "This is the last step.",
-                    "Accept the new calibration, or keep the old one.",
-                ),
+                guided.LAST_OF_CALIBRATION,
             ),
         )  # fmt: skip
 
@@ -236,14 +232,8 @@ class TrackerProcedure(guided.CameraProcedure[TrackerEvent, guided.CalibrationOu
         def calculate() -> guided.CalibrationOutcome:
             let_pass(tracker_noise.rest_findings(rest), force=False)
             uv = np.array([guided.from_spots(one.uv) for one in taken])
-            filtered = (1.0 + rest.correlation) / (1.0 - rest.correlation)
-            place = tracker_noise.place_sigma(
-                list(locate_markers(rig.cameras, uv)),
-                np.hypot(rest.across, rest.rounding / 12**0.5)
-                * np.sqrt(filtered / guided.STILL_FRAMES),
-                body, stated,
-            )  # fmt: skip
-            document = tracker_noise.measured_document(stated, rest, place)
+            places = locate_markers(rig.cameras, uv)
+            document = tracker_noise.measured_document(stated, rest, places, body)
             record = tracker_record(
                 document, datetime.fromisoformat(taken[-1].utc), begun.valid_days, begun.who,
                 begun.software, begun.temperature_c, guided.hash_of(uv), (), begun.running,

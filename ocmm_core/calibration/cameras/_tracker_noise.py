@@ -9,14 +9,15 @@ restricted likelihood (Patterson and Thompson, Biometrika 58 (1971) 545).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import msgspec
 import numpy as np
 import scipy
 
+from ocmm_core.calibration.guided import STILL_FRAMES
 from ocmm_core.calibration.records import Finding
-from ocmm_core.camera import TrackerDocument, place_shape, sights_of
+from ocmm_core.camera import TrackerDocument, independent_share, place_shape, sights_of
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, rigid_fit, skew
 from ocmm_core.tracking import ProbeBody
@@ -66,15 +67,13 @@ def rest_noise(places: Float, document: TrackerDocument) -> RestNoise:
             "Fix the probe so that the tracker sees it well, and do not step between them.",
         )
     step = _rounding(places / document.noise.scale)
-    plain = (
-        np.linalg.inv(place_shape(places.mean(axis=0), document))
-        @ (places - places.mean(axis=0))[..., None]
-    )
+    middle = places.mean(axis=0)
+    plain = np.linalg.inv(place_shape(middle, document)) @ (places - middle)[..., None]
     blocks = plain[: parts * part, ..., 0].reshape(parts, part, n_markers, 3)
     means = blocks.mean(axis=1)
     inner = blocks - means[:, None]
     free = parts * (part - 1)
-    sight = sights_of(places.mean(axis=0), document)
+    sight = sights_of(middle, document)
     # Whitened by the stated ratio, so that `along` is the measured over the stated ratio.
     along = np.einsum("pkmi,mi->pkm", inner, sight)
     across2 = float((np.sum(inner**2) - np.sum(along**2)) / (2.0 * free * n_markers))
@@ -82,7 +81,7 @@ def rest_noise(places: Float, document: TrackerDocument) -> RestNoise:
     lag = float(np.sum(inner[:, 1:] * inner[:, :-1]) / np.sum(inner**2))
     # Bias of short parts, as of touches (Marriott and Pope, Biometrika 41 (1954) 390).
     lag = float(np.clip(lag + (1.0 + 4.0 * lag) / part, 0.0, 0.99))
-    of_mean = (1.0 + lag) / (1.0 - lag) / part * np.array([across2, across2, along2]).mean()
+    of_mean = (2.0 * across2 + along2) / (3.0 * part * independent_share(lag))
     drift2 = float(means.var(axis=0, ddof=1).mean()) - of_mean
     together = inner.mean(axis=2)
     shaken = np.sum(together**2) * n_markers**2 / np.sum(inner**2)
@@ -97,11 +96,11 @@ def rest_noise(places: Float, document: TrackerDocument) -> RestNoise:
 
 
 def place_sigma(
-    means: Sequence[Float], sigma_mean: float, body: ProbeBody, document: TrackerDocument
+    means: Float, sigma_mean: float, body: ProbeBody, document: TrackerDocument
 ) -> float:
     """Return the standard deviation of the place error, mm, across, at its upper 84 % limit.
 
-    ``means``: of each pose, (L, 3), mm, NaN if hidden; ``sigma_mean``: of their noise, across.
+    ``means`` (n, L, 3), mm, NaN if hidden: of each pose; ``sigma_mean``: of their noise, across.
     """
     leds, size = body.leds_probe, body.leds_probe.size
     # White coordinates of the LEDs, by their own covariance.
@@ -143,13 +142,20 @@ def place_sigma(
     return float(np.exp(grid[losses <= losses.min() + 0.5].max()))
 
 
-def measured_document(document: TrackerDocument, rest: RestNoise, place: float) -> TrackerDocument:
-    """Return the document with the measured noise in place of the stated one."""
+def measured_document(
+    document: TrackerDocument, rest: RestNoise, means: Float, body: ProbeBody
+) -> TrackerDocument:
+    """Return the document with the measured noise in place of the stated one.
+
+    ``means`` (n, L, 3), mm: markers at each place, from `STILL_FRAMES`; NaN if hidden.
+    """
     noise = msgspec.structs.replace(
         document.noise, sigma_across=rest.across, sigma_along=max(rest.along, rest.across),
-        place_sigma=float(np.hypot(place, rest.drift)), correlation=rest.correlation,
-        rounding=rest.rounding,
+        correlation=rest.correlation, rounding=rest.rounding,
     )  # fmt: skip
+    independent = STILL_FRAMES * independent_share(rest.correlation)
+    place = place_sigma(means, noise.reported[0] / np.sqrt(independent), body, document)
+    noise = msgspec.structs.replace(noise, place_sigma=float(np.hypot(place, rest.drift)))
     return msgspec.structs.replace(document, noise=noise)
 
 

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
         random_lines,
     )  # fmt: skip
     from ocmm_core.calibration.guided._procedure import (
-        OPEN, CameraLive, Gate, Live, Procedure, ProcedureDecision, ProcedureKind, ProcedureView,
-        SessionLog, Step, require_fresh_temperature,
+        LAST_OF_CALIBRATION, OPEN, CameraLive, Gate, Live, Procedure, ProcedureDecision,
+        ProcedureKind, ProcedureView, SessionLog, Step, require_fresh_temperature,
     )  # fmt: skip
     from ocmm_core.calibration.guided._procedure_views import (
         CalibrationComparison, CalibrationOutcome, CameraChange, CameraResiduals, KnownPoint,
@@ -54,21 +54,21 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM", "STILL_FRAMES",
-    "STRANGE", "Articulation", "Average", "BallPlace", "CalibrationComparison",
-    "CalibrationContext", "CalibrationOutcome", "CameraChange", "CameraLive", "CameraProcedure",
-    "CameraResiduals", "CommonEvent", "Decided", "Entered", "Findings", "Gate", "JudgedRepeat",
-    "KnownPoint", "KnownPointsView", "LinePlan", "Live", "ProbeProcedure", "ProbeSpotAverager",
-    "Procedure", "ProcedureDecision", "ProcedureKind", "ProcedureView", "RelocationView", "Repeat",
-    "Rest", "RestingPosition", "RestingTouch", "SeatVisited", "SessionChange", "SessionEvent",
-    "SessionFormat", "SessionHeader", "SessionLine", "SessionLog", "ShockDetector", "Shot", "Spots",
-    "StaticSpotAverager", "Step", "Tilt", "TimeCourse", "TrackerView", "VerificationOutcome",
-    "VerificationView", "VolumeCoverage", "again_gate", "again_instruction", "articulate",
-    "build_outcome", "change_findings", "coverage", "first_gate", "first_instruction", "from_spots",
-    "handle_axis", "hash_of", "is_ended", "joint_covariance", "judge_first_visit", "judge_repeats",
-    "judge_visit_again", "length_sigma", "load_shots", "location_gains", "place_of_ball",
-    "random_lines", "range_limit", "record_shock", "repeat_finding", "require_fresh_temperature",
-    "require_no_doubt_since", "require_probe", "rest_of", "session_changes", "sessions",
-    "shared_covariance", "sigma_of_mean", "tips_of", "to_spots", "touch_of", "utc_text",
-    "viewer_axes", "waved_frames",
+    "ARTICULATION_CHANCE", "AVERAGING", "LAST_OF_CALIBRATION", "OPEN", "PLACE_DONE", "SEATS",
+    "SEAT_MM", "STILL_FRAMES", "STRANGE", "Articulation", "Average", "BallPlace",
+    "CalibrationComparison", "CalibrationContext", "CalibrationOutcome", "CameraChange",
+    "CameraLive", "CameraProcedure", "CameraResiduals", "CommonEvent", "Decided", "Entered",
+    "Findings", "Gate", "JudgedRepeat", "KnownPoint", "KnownPointsView", "LinePlan", "Live",
+    "ProbeProcedure", "ProbeSpotAverager", "Procedure", "ProcedureDecision", "ProcedureKind",
+    "ProcedureView", "RelocationView", "Repeat", "Rest", "RestingPosition", "RestingTouch",
+    "SeatVisited", "SessionChange", "SessionEvent", "SessionFormat", "SessionHeader", "SessionLine",
+    "SessionLog", "ShockDetector", "Shot", "Spots", "StaticSpotAverager", "Step", "Tilt",
+    "TimeCourse", "TrackerView", "VerificationOutcome", "VerificationView", "VolumeCoverage",
+    "again_gate", "again_instruction", "articulate", "build_outcome", "change_findings", "coverage",
+    "first_gate", "first_instruction", "from_spots", "handle_axis", "hash_of", "is_ended",
+    "joint_covariance", "judge_first_visit", "judge_repeats", "judge_visit_again", "length_sigma",
+    "load_shots", "location_gains", "place_of_ball", "random_lines", "range_limit", "record_shock",
+    "repeat_finding", "require_fresh_temperature", "require_no_doubt_since", "require_probe",
+    "rest_of", "session_changes", "sessions", "shared_covariance", "sigma_of_mean", "tips_of",
+    "to_spots", "touch_of", "utc_text", "viewer_axes", "waved_frames",
 ]  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided._procedure import CameraLive, Live
 from ocmm_core.calibration.guided._shot_table import label_roughly
-from ocmm_core.camera import USUAL_SLOTS, Rig
+from ocmm_core.camera import USUAL_SLOTS, Rig, independent_share
 from ocmm_core.geometry import Float, Int, Pixels
 from ocmm_core.tracking import IdentifyOptions, ProbeBody, identify, ordered_spots, solve
 
@@ -66,7 +66,7 @@ class Average:
 def sigma_of_mean(rig: Rig, frames: int) -> float:
     """Return the standard deviation of the mean of resting spots, px per axis."""
     filtered = 0.0 if rig.markers is None else rig.markers.document.noise.correlation
-    independent = frames * (1.0 - filtered) / (1.0 + filtered)
+    independent = frames * independent_share(filtered)
     return float(np.hypot(rig.noise.white_px / np.sqrt(independent), rig.noise.pattern_px))
 
 

@@ -73,6 +73,9 @@ class Gate:
 
 
 OPEN = Gate(True)
+LAST_OF_CALIBRATION = Gate(
+    False, "This is the last step.", "Accept the new calibration, or keep the old one."
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -98,8 +98,7 @@ def random_wave(rig: Rig, uv: Pixels, sigma_px: float, rng: np.random.Generator)
         places = locate_markers(rig.cameras, uv)
         turns = places @ (rng.standard_normal((3, 3)) / document.noise.place_length)
         field = np.sqrt(2.0) * np.cos(turns + rng.uniform(0.0, 2.0 * np.pi, 3))
-        across = np.hypot(document.noise.sigma_across, document.noise.rounding / np.sqrt(12.0))
-        size = across * sigma_px / rig.noise.white_px
+        size = document.noise.reported[0] * sigma_px / rig.noise.white_px
         shaped = place_shape(places.reshape(-1, 3), document).reshape(*places.shape, 3)
         moved = places + size * (shaped @ field[..., None])[..., 0]
         return np.stack([project(one, moved) - project(one, places) for one in rig.cameras], axis=1)

@@ -95,9 +95,7 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[gui
             "Result",
             "Review the residuals and the changes, then accept the new calibration or keep the "
             "old one.",
-            guided.Gate(
-                False, "This is the last step.", "Accept the new calibration, or keep the old one."
-            ),
+            guided.LAST_OF_CALIBRATION,
         ),
     )
 

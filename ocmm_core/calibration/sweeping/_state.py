@@ -8,6 +8,7 @@ from datetime import datetime
 
 import numpy as np
 
+from ocmm_core.calibration import guided
 from ocmm_core.calibration.guided import OPEN, SEAT_MM, STILL_FRAMES, Gate, ProbeSpotAverager, Step
 from ocmm_core.calibration.pivot import OTHER_ATTITUDE, OTHER_PLACE_MM, attitude_between
 from ocmm_core.calibration.records import ProbeRecord
@@ -78,9 +79,7 @@ def steps_of(
             "Result",
             "Review the tip, the changes and the second sweep, then accept the new calibration "
             "or keep the old one.",
-            Gate(
-                False, "This is the last step.", "Accept the new calibration, or keep the old one."
-            ),
+            guided.LAST_OF_CALIBRATION,
         ),
     )
 
