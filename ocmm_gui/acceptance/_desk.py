@@ -20,7 +20,7 @@ from ocmm_gui.acceptance._measure_pages import AcceptanceVerdictPage, MeasurePag
 from ocmm_gui.acceptance._start_page import AcceptanceStart, limits_text
 from ocmm_gui.acceptance._touch_picture import position_contents
 from ocmm_gui.kit import later, localised, said, tr
-from ocmm_gui.wizards import DirectCalculation, GuidedStack, Runner, WizardDriver, temperature
+from ocmm_gui.wizards import GuidedStack, Runner, WizardDriver, temperature
 from ocmm_gui.wizards.pages import (
     VERDICT_ENDS,
     PreparePage,
@@ -242,9 +242,7 @@ class AcceptanceDesk(GuidedStack):
         self._lists.do(make, done, failed)
 
     def _run(self, procedure: acceptance.AcceptanceProcedure) -> None:
-        driver = WizardDriver(
-            procedure, self._tap_of(procedure), DirectCalculation(procedure), clock=self._clock
-        )
+        driver = WizardDriver(procedure, self._tap_of(procedure), clock=self._clock)
         runner = Runner(
             driver, _TEXTS, self._pages(procedure),
             {"repeat": lambda: driver.do(procedure.retest)},

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards._registry import WIZARDS
     from ocmm_gui.wizards._runner import GuidedStack, Runner
     from ocmm_gui.wizards._site import (
-        SESSIONS, DirectCalculation, PracticeRoom, ProbeWizardSite, Subject, WizardSite,
+        SESSIONS, PracticeRoom, ProbeWizardSite, Subject, WizardSite,
         practice_site, site_of, temperature,
     )  # fmt: skip
     from ocmm_gui.wizards._wizard import Wizard
@@ -24,7 +24,7 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "SESSIONS", "WIZARDS", "DirectCalculation", "GuidedStack", "PracticeRoom", "ProbeWizardSite",
+    "SESSIONS", "WIZARDS", "GuidedStack", "PracticeRoom", "ProbeWizardSite",
     "Runner", "Subject", "Wizard", "WizardDriver", "WizardSite", "practice_site", "site_of",
     "temperature",
 ]  # fmt: skip

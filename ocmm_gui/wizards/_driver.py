@@ -1,7 +1,8 @@
 """Non-blocking link between a guided procedure and the window.
 
 Every observation is on disk before `Procedure.take` returns, and a calculation takes seconds. Both
-run on their own threads; the window pulls the latest snapshot with a timer.
+run on their own threads; the window pulls the latest snapshot with a timer. A dense solution holds
+the GIL for more than a second: another process resumes the session from its file and calculates.
 """
 
 from __future__ import annotations
@@ -13,14 +14,16 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from datetime import UTC, datetime
+from functools import partial
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import Procedure, ProcedureDecision
-from ocmm_core.errors import InternalError, OcmmError
+from ocmm_core.errors import CalibrationError, InternalError, OcmmError
 from ocmm_core.failure import contained
-from ocmm_gui.wizards.pages import Calculation, StepSnapshot, Tap, TemperatureReadings
+from ocmm_core.processes import Tell, run_elsewhere
+from ocmm_gui.wizards.pages import StepSnapshot, Tap, TemperatureReadings
 
 LOOK_S = 0.02
 """Interval of automatic takes."""
@@ -62,7 +65,7 @@ class WizardDriver(QObject):
         self,
         procedure: Procedure,
         tap: Tap,
-        calculation: Calculation,
+        again: Callable[[], Procedure] | None = None,
         predict: Callable[[], None] | None = None,
         temperature_state: TemperatureReadings = tuple,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
@@ -71,7 +74,7 @@ class WizardDriver(QObject):
         super().__init__(parent)
         self.procedure = procedure
         self._tap = tap
-        self._calculation = calculation
+        self._again = again
         self._predict = predict
         self._warmth = temperature_state
         self._warmth_at = self._named_at = -float("inf")
@@ -83,7 +86,7 @@ class WizardDriver(QObject):
         self._commands: queue.SimpleQueue[Callable[[], object] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="ocmm-wizard")
         self._worker: threading.Thread | None = None
-        self._stop = threading.Event()
+        self._stop, self._given_up = threading.Event(), threading.Event()
         # A prediction takes seconds, changes one number only, and cannot be interrupted: do not
         # wait for it.
         self._predictor = threading.Thread(
@@ -113,7 +116,7 @@ class WizardDriver(QObject):
         self._closed = True
         self._timer.stop()
         self._tap(None)
-        self._calculation.cancel()
+        self.cancel()
         self._stop.set()
         self._commands.put(None)
         ended = True
@@ -164,11 +167,13 @@ class WizardDriver(QObject):
         if self._closed or (self._worker is not None and self._worker.is_alive()):
             return
         self._begun_at = time.monotonic()
+        # Cleared here, not by the thread: it may start after it was given up.
+        self._given_up.clear()
         self._worker = threading.Thread(target=self._calculate, name="ocmm-wizard-calculation")
         self._worker.start()
 
     def cancel(self) -> None:
-        self._calculation.cancel()
+        self._given_up.set()
 
     def _run(self) -> None:
         while True:
@@ -240,7 +245,8 @@ class WizardDriver(QObject):
 
     def _calculate(self) -> None:
         try:
-            self._calculation.run()
+            again = self._again
+            self.procedure.compute(None if again is None else partial(self._elsewhere, again))
         except Exception as error:
             # Expected errors are in the snapshot and stay there.
             if isinstance(error, InternalError) or not isinstance(error, OcmmError):
@@ -248,5 +254,31 @@ class WizardDriver(QObject):
         # The result must be visible together with the end of the calculation.
         self._view = self.procedure.view
 
+    def _elsewhere(self, again: Callable[[], Procedure]) -> object:
+        return run_elsewhere(
+            partial(_calculate, again),
+            "The calculation",
+            self._given_up.is_set,
+            CalibrationError(
+                "calculation.given_up", "Calculation cancelled.", "Recalculate when you are ready."
+            ),
+            CalibrationError(
+                "calculation.died",
+                "The calculation ended unexpectedly; the computer may be out of memory.",
+                "Close other programs and recalculate.",
+            ),
+        )
+
     def _pull(self) -> None:
         self.seen.emit(self.now)
+
+
+def _calculate(resume: Callable[[], Procedure], _tell: Tell) -> object:
+    procedure = resume()
+    procedure.compute()
+    outcome = procedure.view.outcome
+    if outcome is None:
+        raise CalibrationError(
+            "calculation.nothing", "The calculation gave no result.", "Recalculate."
+        )
+    return outcome

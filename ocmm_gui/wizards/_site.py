@@ -21,7 +21,7 @@ from ocmm_core.tracking import ProbeBody
 from ocmm_core.typed_numbers import TEMPERATURE
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import read_number, tr
-from ocmm_gui.wizards.pages import Calculation, Tap, TemperatureReadings
+from ocmm_gui.wizards.pages import Tap, TemperatureReadings
 
 C = TypeVar("C", bound=str)
 
@@ -164,7 +164,8 @@ class OpenSession:
 
     procedure: Procedure
     place: SessionPlace
-    calculation: Calculation
+    again: Callable[[], Procedure] | None = None
+    """Resumes the session in a process that calculates; None: in a thread."""
     predict: Callable[[], None] | None = None
     """Predicts the quality of the result so far; None if unsupported."""
 
@@ -192,19 +193,6 @@ class SessionPlace:
     @property
     def sessions(self) -> Path:
         return self.folder / SESSIONS
-
-
-class DirectCalculation:
-    """A synchronous calculation."""
-
-    def __init__(self, procedure: Procedure) -> None:
-        self._procedure = procedure
-
-    def run(self) -> None:
-        self._procedure.compute()
-
-    def cancel(self) -> None:
-        """Do nothing: it is synchronous."""
 
 
 def place_of(site: WizardSite, subject: Subject) -> SessionPlace:

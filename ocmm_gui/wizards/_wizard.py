@@ -18,7 +18,6 @@ from ocmm_gui.wizards._registry import WIZARDS, WizardSpec, wizard_of
 from ocmm_gui.wizards._runner import GuidedStack, Runner
 from ocmm_gui.wizards._site import (
     SESSIONS,
-    DirectCalculation,
     OpenSession,
     SessionPlace,
     UnfinishedSession,
@@ -31,7 +30,7 @@ from ocmm_gui.wizards._site import (
     temperature,
 )
 from ocmm_gui.wizards._wizard_parts import WizardStart
-from ocmm_gui.wizards.pages import WHO, Field, ProcessCalculation
+from ocmm_gui.wizards.pages import WHO, Field
 
 _PAST = ("session.rig", "session.empty")
 """Sessions not offered: of a replaced calibration, or empty."""
@@ -95,10 +94,8 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[UnfinishedSession, 
 
 def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: Procedure) -> OpenSession:
     predict = None if spec.predict is None else partial(spec.predict, procedure)
-    if not spec.is_slow:
-        return OpenSession(procedure, place, DirectCalculation(procedure), predict)
-    again = partial(spec.resume, place, procedure.base.session)
-    return OpenSession(procedure, place, ProcessCalculation(procedure, again), predict)
+    again = partial(spec.resume, place, procedure.base.session) if spec.is_slow else None
+    return OpenSession(procedure, place, again, predict)
 
 
 class Wizard(GuidedStack):
@@ -217,7 +214,7 @@ class Wizard(GuidedStack):
             return
         driver = WizardDriver(
             opened.procedure, self._site.tap_for(opened.procedure, self.failed.emit),
-            opened.calculation, opened.predict,
+            opened.again, opened.predict,
             self._site.temperature_state, self._clock,
         )  # fmt: skip
         spec = self._spec

@@ -235,6 +235,11 @@ def test_a_calculation_is_given_up_and_done_again(bench: WizardBench) -> None:
     QTest.qWait(200)
     assert bench.seen.calculating_s is None
     bench.key(Qt.Key.Key_R)
+    # At once: before its thread has run.
+    bench.runner.driver.cancel()
+    bench.until(lambda: bench.seen.calculating_s is None)
+    assert "cancelled" in page.sentence.text()
+    bench.key(Qt.Key.Key_R)
     bench.until(lambda: bench.seen.calculating_s is not None)
 
 

@@ -100,7 +100,10 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
             raise CalibrationError(
                 "verification.other",
                 f"Rig '{rig.name}' does not use the active calibration.",
-                "Calibrate first; after the calibration of a tracker, start OCMM again.",
+                "Calibrate the cameras first; a rig document cannot be verified."
+                if rig.markers is None
+                else "Calibrate the tracker, then close the job and open it: only then its markers "
+                "are read by the new calibration.",
             )
         chosen = judging.limits_of(rig, body) if limits in (None, Limits()) else limits
         findings = judge_artefacts(bar, spheres, chosen, now, temperature, store.active())

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.pages._result_frame import PlotTabs, ResultFrame, ResultVerdict
     from ocmm_gui.wizards.pages._result_pages import PivotResultPage, ResultPage, TrackerResultPage
     from ocmm_gui.wizards.pages._shown import (
-        CALIBRATION_ENDS, TEMPERATURE, THERMOMETER, VERDICT_ENDS, WHO, Calculation, Field,
-        ProcessCalculation, StepSnapshot, Tap, TemperatureReadings, WizardTexts, gate_words,
+        CALIBRATION_ENDS, TEMPERATURE, THERMOMETER, VERDICT_ENDS, WHO, Field,
+        StepSnapshot, Tap, TemperatureReadings, WizardTexts, gate_words,
         is_unstored, practice_title,
     )  # fmt: skip
     from ocmm_gui.wizards.pages._sweep_page import FirstConePage, SpheresPage, SweepPage
@@ -36,9 +36,9 @@ else:
 
 __all__ = [
     "CALIBRATION_ENDS", "TEMPERATURE", "THERMOMETER", "VERDICT_ENDS", "WHO", "BarPage", "BarPlace",
-    "Calculation", "CollectPage", "ConePage", "Contents", "DefinitionPage", "Field",
+    "CollectPage", "ConePage", "Contents", "DefinitionPage", "Field",
     "FirstConePage", "KnownPointsPage", "LinesPage", "PivotResultPage", "PlotTabs", "PreparePage",
-    "ProbePreparePage", "ProcessCalculation", "ResultFrame", "ResultPage", "ResultVerdict",
+    "ProbePreparePage", "ResultFrame", "ResultPage", "ResultVerdict",
     "SeatsPage", "SpherePage", "SpheresPage", "StepPage", "StepPlan", "StepSnapshot", "SweepPage",
     "Tap", "TemperatureReadings", "TipCheckResultPage", "TipResultPage", "TrackerPage",
     "TrackerResultPage", "VerdictPage", "WavePage", "WizardTexts", "WorldPage", "bars",

@@ -1,24 +1,16 @@
-"""Types, facts, fields and texts shared by the parts of a wizard, and its calculation.
-
-A separate process resumes the session from its file, calculates, and returns the result. A dense
-solution holds the GIL for more than a second; in a thread it would block the window.
-"""
+"""Types, facts, fields and texts shared by the parts of a wizard."""
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Protocol, TypeAlias, TypeVar
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import Procedure, ProcedureDecision, ProcedureView
-from ocmm_core.errors import CalibrationError
-from ocmm_core.processes import Tell, run_elsewhere
+from ocmm_core.calibration.guided import ProcedureDecision, ProcedureView
 from ocmm_core.tables import TableReader
 from ocmm_gui import kit
 from ocmm_gui.kit import Mark, PlainLabel, later, said, sentence_label, text_font, tr
@@ -42,18 +34,6 @@ class StepView(Protocol):
     @property
     def outcome(self) -> object | None:
         """Return the result; None before calculation."""
-        ...
-
-
-class Calculation(Protocol):
-    """Runs `Procedure.compute` of one procedure; see `calculation`."""
-
-    def run(self) -> None:
-        """Calculate; return when the result is in the snapshot, or raise OcmmError."""
-        ...
-
-    def cancel(self) -> None:
-        """Make `run` return early; thread-safe."""
         ...
 
 
@@ -224,47 +204,3 @@ class WizardTexts:
 
 def practice_title(title: str) -> str:
     return tr("PRACTICE: {title}").format(title=title)
-
-
-class ProcessCalculation:
-    """Repeatable calculation of a procedure; module-level ``resume`` remakes it elsewhere."""
-
-    def __init__(self, procedure: Procedure, resume: Callable[[], Procedure]) -> None:
-        self._procedure = procedure
-        self._resume = resume
-        self._given_up = threading.Event()
-
-    def run(self) -> None:
-        """Calculate; raise OcmmError on failure or cancellation."""
-        self._given_up.clear()
-        self._procedure.compute(self._elsewhere)
-
-    def cancel(self) -> None:
-        """Make `run` end early; thread-safe."""
-        self._given_up.set()
-
-    def _elsewhere(self) -> object:
-        return run_elsewhere(
-            partial(_calculate, self._resume),
-            "The calculation",
-            self._given_up.is_set,
-            CalibrationError(
-                "calculation.given_up", "Calculation cancelled.", "Recalculate when you are ready."
-            ),
-            CalibrationError(
-                "calculation.died",
-                "The calculation ended unexpectedly; the computer may be out of memory.",
-                "Close other programs and recalculate.",
-            ),
-        )
-
-
-def _calculate(resume: Callable[[], Procedure], _tell: Tell) -> object:
-    procedure = resume()
-    procedure.compute()
-    outcome = procedure.view.outcome
-    if outcome is None:
-        raise CalibrationError(
-            "calculation.nothing", "The calculation gave no result.", "Recalculate."
-        )
-    return outcome
