@@ -354,20 +354,12 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
                 SEATS_FIRST, "Seats first", on_first, state.seats_gate(), first, guided.SEATS
             ),
             guided.Step(
-                LINES,
-                "Lengths",
-                on_lines,
-                state.lines_gate(),
-                nests,
-                len(state.plans) * len(bar.nests),
+                LINES, "Lengths", on_lines, state.lines_gate(),
+                nests, len(state.plans) * len(bar.nests),
             ),
             guided.Step(
-                SPHERES,
-                "Spheres",
-                on_spheres,
-                state.spheres_gate(),
-                touched,
-                len(self._begun.spheres) * judging.SPHERE_POINTS,
+                SPHERES, "Spheres", on_spheres, state.spheres_gate(),
+                touched, len(self._begun.spheres) * judging.SPHERE_POINTS,
             ),
             guided.Step(
                 SEATS_AGAIN,
@@ -383,7 +375,7 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
                 "Review the errors against their limits, and store the verdict.",
                 guided.Gate(False, "This is the last step.", "Store the verdict."),
             ),
-        )
+        )  # fmt: skip
 
     def _calculation(self) -> Callable[[], guided.VerificationOutcome]:
         # Fast enough to run within the state's lock.
