@@ -25,8 +25,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.cameras import TrackerProcedure, correct_scale
-from ocmm_core.calibration.guided import Procedure
+from ocmm_core.calibration.cameras import TrackerProcedure, TrackerSetup, correct_scale
+from ocmm_core.calibration.guided import Procedure, SessionSite
 from ocmm_core.calibration.records import (
     CalibrationStore,
     LengthBar,
@@ -34,8 +34,8 @@ from ocmm_core.calibration.records import (
     load_bar,
     open_calibration,
 )
-from ocmm_core.calibration.sweeping import PivotProcedure
-from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.calibration.sweeping import PivotProcedure, PivotSetup
+from ocmm_core.calibration.verification import VerificationProcedure, VerificationSetup
 from ocmm_core.camera import Rig, TrackerDocument, load_tracker, project
 from ocmm_core.composition import STANDARD_PROBE
 from ocmm_core.documents import resource
@@ -146,7 +146,9 @@ class TrackerSite:
         """Measure the noise and accept it; CalibrationError if refused."""
         rig = self.rig
         procedure = TrackerProcedure.start(
-            self.folder / "sessions", rig, self.body, self.store, self.now, who="benchmark"
+            SessionSite(self.folder / "sessions", rig, self.body, self.store.folder),
+            TrackerSetup(who="benchmark"),
+            self.now,
         )
         self.play(procedure, rig, lambda site: scenes_of_tracker(site, rig, procedure.view))
         procedure.compute()
@@ -156,7 +158,9 @@ class TrackerSite:
         """Store a verification, and return the codes of its objections; empty if passed."""
         rig = self.rig
         procedure = VerificationProcedure.start(
-            self.folder / "sessions", rig, self.body, self.store, bar, self.now, who="benchmark"
+            SessionSite(self.folder / "sessions", rig, self.body, self.store.folder),
+            VerificationSetup(who="benchmark", bar=bar),
+            self.now,
         )
         self.play(
             procedure, rig,
@@ -173,7 +177,9 @@ class TrackerSite:
         """Calibrate the probe by two sweeps; return the normalised square of its tip error."""
         rig, store = self.rig, ProbeStore(self.folder / "probe")
         procedure = PivotProcedure.start(
-            self.folder / "sweeps", rig, self.body, store, "T1", self.now, who="benchmark"
+            SessionSite(self.folder / "sweeps", rig, self.body, store.folder),
+            PivotSetup(who="benchmark", tip="T1"),
+            self.now,
         )
 
         def sweeps(site: VirtualSite) -> tuple[Scene, ...]:

@@ -21,6 +21,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from ocmm_core.calibration.guided import SessionSite
 from ocmm_core.calibration.records import (
     SCHEMA,
     CalibrationStore,
@@ -32,7 +33,7 @@ from ocmm_core.calibration.records import (
     load_sphere,
     rig_from_record,
 )
-from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.calibration.verification import VerificationProcedure, VerificationSetup
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
@@ -103,9 +104,10 @@ class Site:
         """Return the record, the camera that was nudged, and when."""
         begin = BEGIN + timedelta(days=1, hours=number)
         procedure = VerificationProcedure.start(
-            self.folder / scene.name[:12], self.rig, self.body, self.store, self.bar, begin,
-            who="benchmark", spheres=(self.sphere,),
-        )  # fmt: skip
+            SessionSite(self.folder / scene.name[:12], self.rig, self.body, self.store.folder),
+            VerificationSetup(who="benchmark", spheres=(self.sphere,), bar=self.bar),
+            begin,
+        )
         rng = np.random.default_rng([number, 77])
         spots = VirtualRests(self.design, self.body, number, FRAMES, self.holds)
         direction = rng.standard_normal(3)

@@ -14,6 +14,10 @@ from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
 
+from ocmm_core.calibration.cameras import KnownPointsSetup
+from ocmm_core.calibration.guided import SessionSite
+from ocmm_core.calibration.verification import VerificationSetup
+
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import numpy as np
@@ -107,9 +111,10 @@ class Stage:
         uv = np.stack([project(camera, places) for camera in self.virtual().world.cameras])
         uv += 0.0105 * rng.standard_normal(uv.shape)
         procedure = KnownPointsProcedure.start(
-            self.store / SESSIONS, self.running(), CalibrationStore(self.store),
-            KnownPoints(names, places, 0.0, "CMM"), now, who="technician",
-        )  # fmt: skip
+            SessionSite(self.store / SESSIONS, self.running(), self.body, self.store),
+            KnownPointsSetup(who="technician", points=KnownPoints(names, places, 0.0, "CMM")),
+            now,
+        )
         serials = tuple(camera.serial for camera in self.rig.cameras)
         procedure.take_table(SpotTable(serials, uv, 0.0105), now)
         procedure.advance(now)
@@ -162,9 +167,10 @@ def _verdict(stage: Stage) -> None:
     spheres = (load_sphere(resource("artefacts", "sphere.toml")),)
     store, now = CalibrationStore(stage.store), datetime.now(UTC)
     procedure = VerificationProcedure.start(
-        stage.store / SESSIONS, stage.running(), stage.body, store, bar, now, who="technician",
-        spheres=spheres,
-    )  # fmt: skip
+        SessionSite(stage.store / SESSIONS, stage.running(), stage.body, store.folder),
+        VerificationSetup(who="technician", spheres=spheres, bar=bar),
+        now,
+    )
     site = VirtualSite(RECOMMENDED_RIG, STANDARD_PROBE, SEED, None)
     scenes = scenes_of_verification(site, procedure.rig, procedure.view, bar, spheres)
     virtual = stage.virtual(*scenes)

@@ -60,22 +60,19 @@ def cameras(
     from ocmm_cli.calibrate import _steps as steps
     from ocmm_core.calibration.cameras import (
         KnownPointsProcedure,
+        KnownPointsSetup,
         load_spots,
         read_reference_points,
     )
+    from ocmm_core.tracking import load_probe
 
     console, site = make_console(), run.open_site(setup.rig, setup.calibrations)
     read = read_reference_points(points, layout)
     print_table_account(read.account)
     listed = read.points
-    procedure = run.opened(
-        site, setup, console, KnownPointsProcedure.kind,
-        lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
-        lambda warm, now: KnownPointsProcedure.start(
-            site.sessions, site.design, site.store, listed, now,
-            who=setup.who, temperature=warm, evaluation=evaluation,
-        ),
-    )  # fmt: skip
+    stated = KnownPointsSetup(who=setup.who, points=listed, evaluation=evaluation)
+    place = site.of_cameras(site.design, load_probe(STANDARD_PROBE))
+    procedure = run.opened(KnownPointsProcedure, place, stated, setup, console)
     _require_same_list(procedure, listed)
     if spots is not None:
         table = load_spots(spots, listed, spot)
@@ -109,7 +106,7 @@ def relocate(
     from ocmm_core.calibration.cameras import read_reference_points
     from ocmm_core.calibration.guided import load_shots
     from ocmm_core.calibration.records import load_bar
-    from ocmm_core.calibration.relocation import RelocationProcedure
+    from ocmm_core.calibration.relocation import RelocationProcedure, RelocationSetup
 
     console, site = make_console(), run.open_site(setup.rig, setup.calibrations)
     body, artefact = steps.body_in_use_of(setup.source, choice), load_bar(bar)
@@ -123,16 +120,12 @@ def relocate(
         table = load_shots(shots, site.rig, body.n_leds, spot)
         print_table_account(table.account)
         recorded = table.shots
-    procedure = run.opened(
-        site, setup, console, RelocationProcedure.kind,
-        lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
-        lambda warm, now: RelocationProcedure.start(
-            site.sessions, site.rig, body, site.store, artefact, now,
-            who=setup.who, temperature=warm, control=known, request=replace(
-                request, seats=_has_seats(setup.source, recorded, seats=request.seats)
-            ),
-        ),
-    )  # fmt: skip
+    seats = _has_seats(setup.source, recorded, seats=request.seats)
+    stated = RelocationSetup(
+        who=setup.who, bar=artefact, control=known, request=replace(request, seats=seats)
+    )
+    place = site.of_cameras(site.rig, body)
+    procedure = run.opened(RelocationProcedure, place, stated, setup, console)
     if shots is not None:
         run.take_relocation_shots(procedure, recorded)
         steps.require_end(procedure)
@@ -164,19 +157,16 @@ def verify(
     from ocmm_cli.calibrate._report import print_status, print_verification
     from ocmm_core.calibration.guided import load_shots
     from ocmm_core.calibration.records import load_bar, load_sphere
-    from ocmm_core.calibration.verification import VerificationProcedure
+    from ocmm_core.calibration.verification import VerificationProcedure, VerificationSetup
 
     console, site = make_console(), run.open_site(setup.rig, setup.calibrations)
     body, artefact = steps.body_in_use_of(setup.source, choice), load_bar(bar)
-    spheres = tuple(load_sphere(path) for path in sphere or ())
-    procedure = run.opened(
-        site, setup, console, VerificationProcedure.kind,
-        lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
-        lambda warm, now: VerificationProcedure.start(
-            site.sessions, site.rig, body, site.store, artefact, now,
-            who=setup.who, temperature=warm, spheres=spheres, two_places=two_places, limits=limits,
-        ),
+    stated = VerificationSetup(
+        who=setup.who, bar=artefact, spheres=tuple(load_sphere(path) for path in sphere or ()),
+        two_places=two_places, limits=limits,
     )  # fmt: skip
+    place = site.of_cameras(site.rig, body)
+    procedure = run.opened(VerificationProcedure, place, stated, setup, console)
     for one in excuse or ():
         corner, _, reason = one.partition(":")
         procedure.excuse_corner(corner, reason, run.now())

@@ -63,21 +63,14 @@ def probe_command(
     from ocmm_cli.calibrate._tip_report import print_probe, print_tip_status
     from ocmm_core.calibration.guided import ProcedureDecision
     from ocmm_core.calibration.pivot import load_sweeps
-    from ocmm_core.calibration.sweeping import PivotProcedure
+    from ocmm_core.calibration.sweeping import PivotProcedure, PivotSetup
 
     console = make_console()
     place = steps.open_probe_site(setup, console)
     site, body, store = place.site, place.body, place.store
-    procedure = run.opened(
-        site, setup, console, PivotProcedure.kind,
-        lambda path: steps.about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
-        lambda warm, now: PivotProcedure.start(
-            site.sessions, site.rig, body, store, tip, now,
-            who=setup.who, temperature=warm, request=dataclasses.replace(
-                request, again=_has_again(setup.source, sweeps, again=request.again)
-            ),
-        ),
-    )  # fmt: skip
+    again = _has_again(setup.source, sweeps, again=request.again)
+    stated = PivotSetup(who=setup.who, tip=tip, request=dataclasses.replace(request, again=again))
+    procedure = run.opened(PivotProcedure, place.of_probe, stated, setup, console)
     if anew and procedure.base.decision is ProcedureDecision.OPEN:
         procedure.sweep_anew(run.now())
     if overrule and procedure.base.decision is ProcedureDecision.OPEN:
@@ -94,6 +87,7 @@ def probe_command(
         print_probe(console, outcome)
     made = run.decide(procedure, setup.decision, because, console)
     if made is ProcedureDecision.ACCEPTED:
+        store.refresh()
         console.print(f"{lead('Record   ')}{store.folder}: {store.active_hash(tip)}")
     print_tip_status(console, store, tip, run.now())
     if made is not ProcedureDecision.ACCEPTED:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -20,13 +20,13 @@ from ocmm_core.acquisition.frames import AcquisitionState, FrameBlock, StopReaso
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.guided import sessions
-from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.relocation import BAR, RelocationProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.errors import AcquisitionError, CalibrationError, InputError, StorageError
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan
+from ocmm_core.tracking import ProbeBody
 
 if TYPE_CHECKING:
     from ocmm_sim.calibration_scenes import CalibratingScript
@@ -36,7 +36,7 @@ _IDLE_S = 0.002
 _WARMTH_S = 2.0
 SESSIONS = "sessions"
 
-P = TypeVar("P", bound=guided.Procedure)
+P = TypeVar("P", bound=guided.GuidedProcedure[Any, Any, Any, Any])
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +57,10 @@ class TerminalSite:
         """Return the rig of the frames; the views of a tracker follow from the one in force."""
         return self.design if self.rig.markers is None else self.rig
 
+    def of_cameras(self, rig: Rig, body: ProbeBody) -> guided.SessionSite:
+        """Return the site of a procedure for the cameras."""
+        return guided.SessionSite(self.sessions, rig, body, self.store.folder)
+
 
 def open_site(rig: Path, calibrations: Path | None) -> TerminalSite:
     """Return the rig and its calibrations; InputError if the document is wrong."""
@@ -69,18 +73,19 @@ def open_site(rig: Path, calibrations: Path | None) -> TerminalSite:
 
 
 def opened(
-    site: TerminalSite,
+    kind: type[P],
+    site: guided.SessionSite,
+    stated: guided.SessionSetup,
     setup: Setup,
     console: PlainConsole,
-    kind: guided.ProcedureKind,
-    resume: Callable[[Path], P],
-    begin: Callable[[Temperature | None, datetime], P],
 ) -> P:
-    """Return the newest resumable session of a kind, else a new one from a temperature."""
+    """Return the newest resumable session of a kind, else a new one as ``stated``."""
     warm = read_temperature(setup.temperature, setup.temperature_u, now())
-    for path in () if setup.new else sessions(site.sessions, kind):
+    for path in () if setup.new else sessions(site.sessions, kind.kind):
         try:
-            procedure = resume(path)
+            procedure = kind.resume(site, path)
+            if isinstance(procedure, guided.ProbeProcedure) and isinstance(stated, guided.TipSetup):
+                _require_tip(procedure.tip, stated.tip)
         except (CalibrationError, InputError, StorageError) as error:
             # Started with another calibration, probe or version, or at an implausible temperature:
             # its observations are useless.
@@ -97,7 +102,16 @@ def opened(
             if warm is not None:
                 procedure.note_temperature(now(), warm)
             return procedure
-    return begin(warm, now())
+    return kind.start(site, replace(stated, temperature=warm), now())
+
+
+def _require_tip(tip: str, asked: str) -> None:
+    if tip != asked:
+        raise CalibrationError(
+            "calibrate.tip",
+            f"The session is for tip '{tip}'.",
+            "Give that tip, or start a new session with --new.",
+        )
 
 
 def virtual_feed(script: CalibratingScript, source: str, speed: float) -> composition.Feed:

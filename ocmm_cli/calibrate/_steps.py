@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -16,7 +16,7 @@ from ocmm_cli.calibrate._write_cameras import write_accepted
 from ocmm_cli.terminal import PlainConsole, lead, make_console, say, say_word, told
 from ocmm_core.calibration import records
 from ocmm_core.calibration.cameras import KnownPointsProcedure
-from ocmm_core.calibration.guided import Procedure, ProcedureDecision
+from ocmm_core.calibration.guided import Procedure, ProcedureDecision, SessionSite
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import (
@@ -34,13 +34,6 @@ if TYPE_CHECKING:
     from ocmm_sim.sources import VirtualSite
 
 
-class AboutTip(Protocol):
-    tip: str
-
-
-P = TypeVar("P", bound=AboutTip)
-
-
 @dataclass(frozen=True, slots=True)
 class TerminalProbeSite:
     """Resources of a session about a probe."""
@@ -51,6 +44,13 @@ class TerminalProbeSite:
     """State of their calibration."""
     body: ProbeBody
     store: records.ProbeStore
+
+    @property
+    def of_probe(self) -> SessionSite:
+        """Return the site of a procedure for the probe."""
+        return SessionSite(
+            self.site.sessions, self.site.rig, self.body, self.store.folder, self.site.store.folder
+        )
 
 
 def open_probe_site(setup: ProbeSetup, console: PlainConsole) -> TerminalProbeSite:
@@ -70,17 +70,6 @@ def open_probe_site(setup: ProbeSetup, console: PlainConsole) -> TerminalProbeSi
     sessions = store.folder / run.SESSIONS
     site = run.TerminalSite(design, cameras.rig, setup.rig, root, of_cameras, sessions)
     return TerminalProbeSite(site, cameras, body, store)
-
-
-def about_tip(procedure: P, tip: str) -> P:
-    """Return a resumed procedure; CalibrationError if it is about another tip."""
-    if procedure.tip != tip:
-        raise CalibrationError(
-            "calibrate.tip",
-            f"The session is for tip '{procedure.tip}'.",
-            "Give that tip, or start a new session with --new.",
-        )
-    return procedure
 
 
 def own_folder(source: str) -> Path:
@@ -187,6 +176,7 @@ def conclude(
     print_status(console, site.document, site.calibrations, run.now())
     if code:
         raise typer.Exit(code)
+    site.store.refresh()
     record = site.store.active()
     if record is not None and origin_of(setup.source) is Origin.CAMERAS:
         write_accepted(record, setup.source, setup.rig, console, force=setup.force)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ocmm_cli.calibrate._steps import TerminalProbeSite
     from ocmm_core.calibration.guided import Shot
     from ocmm_core.calibration.records import ArtefactUse
-    from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
+    from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure, TouchSetup
     from ocmm_sim.calibration_scenes import Scene
     from ocmm_sim.sources import VirtualSite
 
@@ -43,11 +43,11 @@ def tip_command(
     left out; points that do not fit are named.
     """
     from ocmm_cli.calibrate._tip_report import print_qualification
-    from ocmm_core.calibration.tip import TipQualificationProcedure
+    from ocmm_core.calibration.tip import QualificationSetup, TipQualificationProcedure
 
-    begin = partial(TipQualificationProcedure.start, nominal_mm=diameter, valid_days=valid_days)
+    stated = partial(QualificationSetup, nominal_mm=diameter, valid_days=valid_days)
     procedure, place, console = _touched(
-        TipQualificationProcedure, begin, tip, sphere, cone, shots, spot, setup
+        TipQualificationProcedure, stated, tip, sphere, cone, shots, spot, setup
     )
     outcome = procedure.view.outcome
     if outcome is not None:
@@ -66,10 +66,10 @@ def check_tip_command(
     check asks for more of them; an uncertain check never passes.
     """
     from ocmm_cli.calibrate._tip_report import print_check
-    from ocmm_core.calibration.tip import TipCheckProcedure
+    from ocmm_core.calibration.tip import TipCheckProcedure, TouchSetup
 
     procedure, place, console = _touched(
-        TipCheckProcedure, TipCheckProcedure.start, tip, sphere, cone, shots, spot, setup
+        TipCheckProcedure, TouchSetup, tip, sphere, cone, shots, spot, setup
     )
     outcome = procedure.view.outcome
     if outcome is not None:
@@ -80,7 +80,7 @@ def check_tip_command(
 
 def _touched(
     kind: type[T],
-    begin: Callable[..., T],
+    stated: Callable[..., TouchSetup],
     tip: str | None,
     sphere: Path,
     cone: str,
@@ -90,23 +90,14 @@ def _touched(
 ) -> tuple[T, TerminalProbeSite, PlainConsole]:
     """Return a calculated session about the mounted tip, with its place; resumed if possible."""
     from ocmm_cli.calibrate._run import opened
-    from ocmm_cli.calibrate._steps import about_tip, open_probe_site
+    from ocmm_cli.calibrate._steps import open_probe_site
     from ocmm_core.calibration.records import load_sphere
-    from ocmm_core.calibration.tip import TipSite
 
     console = make_console()
     place = open_probe_site(setup, console)
-    site = place.site
-    about = TipSite(site.rig, place.body, place.store, site.store)
     name = _mounted(place, tip, setup.who, console)
-    procedure = opened(
-        site, setup, console, kind.kind,
-        lambda path: about_tip(kind.resume(path, about), name),
-        lambda warm, now: begin(
-            site.sessions, about, name, load_sphere(sphere), now,
-            who=setup.who, temperature=warm, cone=_cone(cone),
-        ),
-    )  # fmt: skip
+    asked = stated(who=setup.who, tip=name, sphere=load_sphere(sphere), cone=_cone(cone))
+    procedure = opened(kind, place.of_probe, asked, setup, console)
     _take(procedure, place, shots, spot, setup, console)
     return procedure, place, console
 

@@ -151,6 +151,7 @@ def print_probe(console: PlainConsole, outcome: PivotOutcome) -> None:
 
 def print_tip_status(console: PlainConsole, store: ProbeStore, tip: str, now: datetime) -> None:
     """Print the state of a tip if it was ever calibrated."""
+    store.refresh()
     if tip not in store.tips:
         return
     status = store.status(tip, now)

@@ -26,18 +26,13 @@ def tracker(*, valid_days: int, choice: ProbeChoice, setup: CameraSetup) -> None
     from ocmm_cli.calibrate import _run as run
     from ocmm_cli.calibrate import _steps as steps
     from ocmm_cli.calibrate._report import print_status
-    from ocmm_core.calibration.cameras import TrackerProcedure
+    from ocmm_core.calibration.cameras import TrackerProcedure, TrackerSetup
 
     console, site = make_console(), run.open_site(setup.rig, setup.calibrations)
     body = steps.body_in_use_of(setup.source, choice)
-    procedure = run.opened(
-        site, setup, console, TrackerProcedure.kind,
-        lambda path: TrackerProcedure.resume(path, site.rig, body, site.store),
-        lambda warm, now: TrackerProcedure.start(
-            site.sessions, site.rig, body, site.store, now,
-            who=setup.who, temperature=warm, valid_days=valid_days,
-        ),
-    )  # fmt: skip
+    stated = TrackerSetup(who=setup.who, valid_days=valid_days)
+    place = site.of_cameras(site.rig, body)
+    procedure = run.opened(TrackerProcedure, place, stated, setup, console)
     if steps.is_lacking(procedure):
 
         def scenes(virtual: VirtualSite) -> tuple[Scene, ...]:

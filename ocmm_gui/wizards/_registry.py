@@ -3,18 +3,27 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from ocmm_core.calibration.guided import Procedure, ProcedureKind, RelocationView, VerificationView
+from ocmm_core.calibration.cameras import KnownPointsProcedure, TrackerProcedure
+from ocmm_core.calibration.guided import (
+    GuidedProcedure,
+    ProbeProcedure,
+    ProcedureKind,
+    RelocationView,
+    SessionSetup,
+    SessionSite,
+    VerificationView,
+)
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.calibration.sweeping import PivotProcedure
-from ocmm_core.calibration.tip import TouchView
+from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure, TouchView
+from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
 from ocmm_gui.kit import later, localised, tr
 from ocmm_gui.wizards import _sessions as sessions
-from ocmm_gui.wizards._site import SessionPlace, Subject, WizardSite
+from ocmm_gui.wizards._site import Subject, WizardSite
 from ocmm_gui.wizards.pages import (
     CALIBRATION_ENDS,
     VERDICT_ENDS,
@@ -46,7 +55,7 @@ from ocmm_gui.wizards.pages import (
     repeat_worst,
 )
 
-P = TypeVar("P", bound=Procedure)
+P = TypeVar("P", bound=GuidedProcedure[Any, Any, Any, Any])
 Command = Callable[[datetime], None]
 
 
@@ -54,19 +63,14 @@ Command = Callable[[datetime], None]
 class WizardSpec(Generic[P]):
     """Wizard over a procedure of the core; pages hold sounds, far reading and painting."""
 
-    kind: ProcedureKind
-    """Procedure kind; prefix of its session files."""
-    subject: Subject
-    """Determines its records and its page of Maintain."""
+    procedure: type[P]
     action: str
     """Key of the window action that opens it, in `kit.ACTIONS`."""
     texts: WizardTexts
     fields: Callable[[WizardSite], tuple[Field, ...]]
-    begin: Callable[[SessionPlace, Mapping[str, str], datetime], P]
-    resume: Callable[[SessionPlace, Path], P]
-    """`begin`, `resume`: make the procedure from fields or a session file. Module-level functions:
-    the calculation process calls `resume`."""
-    pages: Callable[[SessionPlace, P], dict[str, StepPage]]
+    setup: Callable[[Mapping[str, str], datetime], SessionSetup]
+    """Makes the setup of a session from the values of the fields."""
+    pages: Callable[[SessionSite, P], dict[str, StepPage]]
     """Pages by step name; the last one shows the result."""
     is_slow: bool
     """Calculate the result in a separate process, so that the window never freezes."""
@@ -75,10 +79,19 @@ class WizardSpec(Generic[P]):
     commands: Mapping[str, Callable[[P], Command]] = field(default_factory=dict)
     """Commands of the keys ``skip``, ``repeat`` and ``anew`` of `WIZARD_ACTIONS`, if available."""
 
+    @property
+    def kind(self) -> ProcedureKind:
+        return self.procedure.kind
+
+    @property
+    def subject(self) -> Subject:
+        """Determines its records and its page of Maintain."""
+        return Subject.PROBE if issubclass(self.procedure, ProbeProcedure) else Subject.CAMERAS
+
     def applies(self, rig: Rig) -> bool:
         """Return whether a rig, of cameras or a tracker, can use it."""
-        of_cameras = {ProcedureKind.KNOWN_POINTS, ProcedureKind.RELOCATION}
-        return self.kind not in ({ProcedureKind.TRACKER} if rig.markers is None else of_cameras)
+        of = self.procedure
+        return of.for_cameras if rig.markers is None else of.for_trackers
 
 
 def wizard_of(kind: ProcedureKind) -> WizardSpec[Any]:
@@ -98,8 +111,7 @@ _VERIFY = later(
 )
 
 _KNOWN_POINTS = WizardSpec(
-    kind=ProcedureKind.KNOWN_POINTS,
-    subject=Subject.CAMERAS,
+    procedure=KnownPointsProcedure,
     action="calibrate",
     texts=WizardTexts(
         title=later("Calibrate cameras"),
@@ -112,8 +124,7 @@ _KNOWN_POINTS = WizardSpec(
         accepted=_VERIFY,
     ),
     fields=sessions.known_points_fields,
-    begin=sessions.begin_known_points,
-    resume=sessions.resume_known_points,
+    setup=sessions.known_points_setup,
     pages=lambda place, procedure: {
         "prepare": PreparePage(place.rig, planned_points),
         "collect": KnownPointsPage(place.rig, procedure),
@@ -124,8 +135,7 @@ _KNOWN_POINTS = WizardSpec(
 )
 
 _RELOCATION = WizardSpec(
-    kind=ProcedureKind.RELOCATION,
-    subject=Subject.CAMERAS,
+    procedure=RelocationProcedure,
     action="relocate",
     texts=WizardTexts(
         title=later("Relocate"),
@@ -138,8 +148,7 @@ _RELOCATION = WizardSpec(
         accepted=_VERIFY,
     ),
     fields=sessions.relocation_fields,
-    begin=sessions.begin_relocation,
-    resume=sessions.resume_relocation,
+    setup=sessions.relocation_setup,
     pages=lambda place, _procedure: {
         "prepare": PreparePage(place.rig),
         "seats": SeatsPage(place.rig, RelocationView, again=False),
@@ -154,8 +163,7 @@ _RELOCATION = WizardSpec(
 )
 
 _TRACKER = WizardSpec(
-    kind=ProcedureKind.TRACKER,
-    subject=Subject.CAMERAS,
+    procedure=TrackerProcedure,
     action="tracker",
     texts=WizardTexts(
         title=later("Calibrate tracker"),
@@ -167,8 +175,7 @@ _TRACKER = WizardSpec(
         accepted=_VERIFY,
     ),
     fields=sessions.tracker_fields,
-    begin=sessions.begin_tracker,
-    resume=sessions.resume_tracker,
+    setup=sessions.tracker_setup,
     pages=lambda place, _procedure: {
         "prepare": PreparePage(place.rig),
         "rest": TrackerPage(place.rig),
@@ -179,8 +186,7 @@ _TRACKER = WizardSpec(
 )
 
 _VERIFICATION = WizardSpec(
-    kind=ProcedureKind.VERIFICATION,
-    subject=Subject.CAMERAS,
+    procedure=VerificationProcedure,
     action="verify",
     texts=WizardTexts(
         title=later("Verify"),
@@ -193,8 +199,7 @@ _VERIFICATION = WizardSpec(
         accepted=later("Verdict stored."),
     ),
     fields=sessions.verification_fields,
-    begin=sessions.begin_verification,
-    resume=sessions.resume_verification,
+    setup=sessions.verification_setup,
     pages=lambda place, _procedure: {
         "prepare": PreparePage(place.rig, planned_lines),
         "seats": SeatsPage(place.rig, VerificationView, again=False),
@@ -208,7 +213,7 @@ _VERIFICATION = WizardSpec(
 )
 
 
-def _pivot_pages(place: SessionPlace, procedure: PivotProcedure) -> dict[str, StepPage]:
+def _pivot_pages(place: SessionSite, procedure: PivotProcedure) -> dict[str, StepPage]:
     view = procedure.view
     return {
         "prepare": ProbePreparePage(place.body, ((tr("Probe"), view.probe), (tr("Tip"), view.tip))),
@@ -220,8 +225,7 @@ def _pivot_pages(place: SessionPlace, procedure: PivotProcedure) -> dict[str, St
 
 
 _PIVOT = WizardSpec(
-    kind=ProcedureKind.PIVOT,
-    subject=Subject.PROBE,
+    procedure=PivotProcedure,
     action="pivot",
     texts=WizardTexts(
         title=later("Calibrate probe"),
@@ -237,15 +241,14 @@ _PIVOT = WizardSpec(
         ),
     ),
     fields=sessions.pivot_fields,
-    begin=sessions.begin_pivot,
-    resume=sessions.resume_pivot,
+    setup=sessions.pivot_setup,
     pages=_pivot_pages,
     is_slow=True,
     commands={"anew": lambda procedure: procedure.sweep_anew},
 )
 
 
-def _touch_pages(place: SessionPlace, view: TouchView, result: StepPage) -> dict[str, StepPage]:
+def _touch_pages(place: SessionSite, view: TouchView, result: StepPage) -> dict[str, StepPage]:
     """Return the pages of qualification and check, which differ in their result."""
     sphere = localised(
         f"{view.sphere_diameter_mm:.4f} mm, U {1e3 * view.sphere_expanded_mm:.1f} µm"
@@ -264,8 +267,7 @@ def _touch_pages(place: SessionPlace, view: TouchView, result: StepPage) -> dict
 
 
 _QUALIFICATION = WizardSpec(
-    kind=ProcedureKind.QUALIFICATION,
-    subject=Subject.PROBE,
+    procedure=TipQualificationProcedure,
     action="qualify",
     texts=WizardTexts(
         title=later("Qualify tip"),
@@ -278,15 +280,13 @@ _QUALIFICATION = WizardSpec(
         accepted=later("Tip verdict stored."),
     ),
     fields=sessions.qualification_fields,
-    begin=sessions.begin_qualification,
-    resume=sessions.resume_qualification,
+    setup=sessions.qualification_setup,
     pages=lambda place, procedure: _touch_pages(place, procedure.view, TipResultPage(place.rig)),
     is_slow=False,
 )
 
 _TIP_CHECK = WizardSpec(
-    kind=ProcedureKind.TIP_CHECK,
-    subject=Subject.PROBE,
+    procedure=TipCheckProcedure,
     action="check_tip",
     texts=WizardTexts(
         title=later("Check tip"),
@@ -295,8 +295,7 @@ _TIP_CHECK = WizardSpec(
         accepted=later("Tip verdict stored."),
     ),
     fields=sessions.tip_check_fields,
-    begin=sessions.begin_tip_check,
-    resume=sessions.resume_tip_check,
+    setup=sessions.tip_check_setup,
     pages=lambda place, procedure: _touch_pages(place, procedure.view, TipCheckResultPage()),
     is_slow=False,
 )

@@ -1,40 +1,29 @@
-"""Fields, start and resume of each wizard's session."""
+"""Fields of each wizard, and the setup of its session from them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
-from typing import get_args
+from typing import TypedDict, get_args
 
 from ocmm_core.calibration import records
-from ocmm_core.calibration.cameras import (
-    KnownPointsProcedure,
-    TrackerProcedure,
-    read_reference_points,
-)
+from ocmm_core.calibration.cameras import KnownPointsSetup, TrackerSetup, read_reference_points
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.relocation import (
     GeometryMode,
     LensMode,
-    RelocationProcedure,
     RelocationRequest,
+    RelocationSetup,
     World,
 )
-from ocmm_core.calibration.sweeping import PivotProcedure, PivotRequest
-from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure, TipSite
-from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.calibration.sweeping import PivotRequest, PivotSetup
+from ocmm_core.calibration.tip import QualificationSetup, TouchSetup
+from ocmm_core.calibration.verification import VerificationSetup
 from ocmm_core.documents import resource
 from ocmm_core.typed_numbers import BALL
 from ocmm_gui.kit import later, localised, read_number
-from ocmm_gui.wizards._site import (
-    SessionPlace,
-    WizardSite,
-    chosen,
-    given,
-    named,
-    table_options,
-    temperature,
-)
+from ocmm_gui.wizards._site import WizardSite, chosen, given, named, table_options, temperature
 from ocmm_gui.wizards.pages import TEMPERATURE, THERMOMETER, WHO, Field
 
 _BAR = "Length bar document"
@@ -55,21 +44,12 @@ def known_points_fields(site: WizardSite) -> tuple[Field, ...]:
     )
 
 
-def begin_known_points(
-    place: SessionPlace, values: Mapping[str, str], now: datetime
-) -> KnownPointsProcedure:
-    """Start a camera calibration; raise OcmmError if impossible."""
+def known_points_setup(values: Mapping[str, str], now: datetime) -> KnownPointsSetup:
+    """Return the setup of a camera calibration; raise OcmmError if a field is wrong."""
     who, warm = named(values), temperature(values, now)
     path = given(values, "points", "the list of reference points")
     points = read_reference_points(path, table_options(values, "points")).points
-    store = records.CalibrationStore(place.folder)
-    return KnownPointsProcedure.start(
-        place.sessions, place.rig, store, points, now, who=who, temperature=warm
-    )
-
-
-def resume_known_points(place: SessionPlace, path: Path) -> KnownPointsProcedure:
-    return KnownPointsProcedure.resume(path, place.rig, records.CalibrationStore(place.folder))
+    return KnownPointsSetup(who=who, temperature=warm, points=points)
 
 
 def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
@@ -113,19 +93,16 @@ def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
     )  # fmt: skip
 
 
-def begin_relocation(
-    place: SessionPlace, values: Mapping[str, str], now: datetime
-) -> RelocationProcedure:
-    """Start a relocation; raise OcmmError if impossible."""
+def relocation_setup(values: Mapping[str, str], now: datetime) -> RelocationSetup:
+    """Return the setup of a relocation; errors as `known_points_setup`."""
     who, warm = named(values), temperature(values, now)
     bar = records.load_bar(given(values, "bar", _BAR))
     control = None
     if values["world"] == "points":
         path = given(values, "control", "the control points")
         control = read_reference_points(path, table_options(values, "control")).points
-    return RelocationProcedure.start(
-        place.sessions, place.rig, place.body, records.CalibrationStore(place.folder), bar, now,
-        who=who, temperature=warm, control=control,
+    return RelocationSetup(
+        who=who, temperature=warm, bar=bar, control=control,
         request=RelocationRequest(
             world=chosen(values["world"], get_args(World)),
             lens=chosen(values["lens"], get_args(LensMode)),
@@ -134,28 +111,13 @@ def begin_relocation(
     )  # fmt: skip
 
 
-def resume_relocation(place: SessionPlace, path: Path) -> RelocationProcedure:
-    store = records.CalibrationStore(place.folder)
-    return RelocationProcedure.resume(path, place.rig, place.body, store)
-
-
 def tracker_fields(_site: WizardSite) -> tuple[Field, ...]:
     return (WHO, TEMPERATURE, THERMOMETER)
 
 
-def begin_tracker(
-    place: SessionPlace, values: Mapping[str, str], now: datetime
-) -> TrackerProcedure:
-    """Start the calibration of a tracker; raise OcmmError if impossible."""
-    return TrackerProcedure.start(
-        place.sessions, place.rig, place.body, records.CalibrationStore(place.folder), now,
-        who=named(values), temperature=temperature(values, now),
-    )  # fmt: skip
-
-
-def resume_tracker(place: SessionPlace, path: Path) -> TrackerProcedure:
-    store = records.CalibrationStore(place.folder)
-    return TrackerProcedure.resume(path, place.rig, place.body, store)
+def tracker_setup(values: Mapping[str, str], now: datetime) -> TrackerSetup:
+    """Return the setup of a tracker's calibration; errors as `known_points_setup`."""
+    return TrackerSetup(who=named(values), temperature=temperature(values, now))
 
 
 def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
@@ -178,23 +140,16 @@ def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
     )  # fmt: skip
 
 
-def begin_verification(
-    place: SessionPlace, values: Mapping[str, str], now: datetime
-) -> VerificationProcedure:
-    """Start a verification; raise OcmmError if impossible."""
+def verification_setup(values: Mapping[str, str], now: datetime) -> VerificationSetup:
+    """Return the setup of a verification; errors as `known_points_setup`."""
     who, warm = named(values), temperature(values, now)
     bar = records.load_bar(given(values, "bar", _BAR))
     sphere = values["sphere"].strip()
-    return VerificationProcedure.start(
-        place.sessions, place.rig, place.body, records.CalibrationStore(place.folder), bar, now,
-        who=who, temperature=warm, spheres=(records.load_sphere(Path(sphere)),) if sphere else (),
+    return VerificationSetup(
+        who=who, temperature=warm, bar=bar,
+        spheres=(records.load_sphere(Path(sphere)),) if sphere else (),
         two_places=values["places"] == "two",
     )  # fmt: skip
-
-
-def resume_verification(place: SessionPlace, path: Path) -> VerificationProcedure:
-    store = records.CalibrationStore(place.folder)
-    return VerificationProcedure.resume(path, place.rig, place.body, store)
 
 
 _CONE = Field("cone", later("Cone"), later("Its marking; empty if none"))
@@ -202,7 +157,6 @@ _SPHERE = Field(
     "sphere", later("Sphere"), later("Its document, with the certificate"),
     str(resource("artefacts", "sphere.toml")),
 )  # fmt: skip
-_SPHERE_FILE = "the document of the sphere"
 
 
 def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
@@ -222,17 +176,12 @@ def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
     )  # fmt: skip
 
 
-def begin_pivot(place: SessionPlace, values: Mapping[str, str], now: datetime) -> PivotProcedure:
-    """Start a probe calibration; raise OcmmError if impossible."""
-    return PivotProcedure.start(
-        place.sessions, place.rig, place.body, records.ProbeStore(place.folder),
-        values["tip"].strip(), now, who=named(values), temperature=temperature(values, now),
+def pivot_setup(values: Mapping[str, str], now: datetime) -> PivotSetup:
+    """Return the setup of a probe calibration; errors as `known_points_setup`."""
+    return PivotSetup(
+        who=named(values), temperature=temperature(values, now), tip=values["tip"].strip(),
         cone=_cone(values["cone"]), request=PivotRequest(tip_unknown=values["place"] == "unknown"),
     )  # fmt: skip
-
-
-def resume_pivot(place: SessionPlace, path: Path) -> PivotProcedure:
-    return PivotProcedure.resume(path, place.rig, place.body, records.ProbeStore(place.folder))
 
 
 def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
@@ -241,45 +190,35 @@ def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
     return (WHO, TEMPERATURE, THERMOMETER, _mounted(site), ball, _SPHERE, _CONE)
 
 
-def begin_qualification(
-    place: SessionPlace, values: Mapping[str, str], now: datetime
-) -> TipQualificationProcedure:
-    """Start a tip qualification; raise OcmmError if impossible."""
-    who, warm = named(values), temperature(values, now)
-    sphere = records.load_sphere(given(values, "sphere", _SPHERE_FILE))
-    return TipQualificationProcedure.start(
-        place.sessions, _tip_site(place), values["tip"].strip(), sphere, now, who=who,
-        temperature=warm, cone=_cone(values["cone"]), nominal_mm=_diameter(values["nominal"]),
-    )  # fmt: skip
-
-
-def resume_qualification(place: SessionPlace, path: Path) -> TipQualificationProcedure:
-    return TipQualificationProcedure.resume(path, _tip_site(place))
+def qualification_setup(values: Mapping[str, str], now: datetime) -> QualificationSetup:
+    """Return the setup of a tip qualification; errors as `known_points_setup`."""
+    return QualificationSetup(**_touches(values, now), nominal_mm=_diameter(values["nominal"]))
 
 
 def tip_check_fields(site: WizardSite) -> tuple[Field, ...]:
     return (WHO, TEMPERATURE, THERMOMETER, _mounted(site), _SPHERE, _CONE)
 
 
-def begin_tip_check(
-    place: SessionPlace, values: Mapping[str, str], now: datetime
-) -> TipCheckProcedure:
-    """Start a tip check; raise OcmmError if impossible."""
-    who, warm = named(values), temperature(values, now)
-    sphere = records.load_sphere(given(values, "sphere", _SPHERE_FILE))
-    return TipCheckProcedure.start(
-        place.sessions, _tip_site(place), values["tip"].strip(), sphere, now, who=who,
-        temperature=warm, cone=_cone(values["cone"]),
-    )  # fmt: skip
+def tip_check_setup(values: Mapping[str, str], now: datetime) -> TouchSetup:
+    """Return the setup of a tip check; errors as `known_points_setup`."""
+    return TouchSetup(**_touches(values, now))
 
 
-def resume_tip_check(place: SessionPlace, path: Path) -> TipCheckProcedure:
-    return TipCheckProcedure.resume(path, _tip_site(place))
+class _Touches(TypedDict):
+    who: str
+    temperature: Temperature | None
+    tip: str
+    sphere: records.Sphere
+    cone: records.ArtefactUse | None
 
 
-def _tip_site(place: SessionPlace) -> TipSite:
-    store = records.ProbeStore(place.folder)
-    return TipSite(place.rig, place.body, store, _cameras(place), place.hold_s)
+def _touches(values: Mapping[str, str], now: datetime) -> _Touches:
+    return {
+        "who": named(values), "temperature": temperature(values, now),
+        "tip": values["tip"].strip(),
+        "sphere": records.load_sphere(given(values, "sphere", "the document of the sphere")),
+        "cone": _cone(values["cone"]),
+    }  # fmt: skip
 
 
 def _mounted(site: WizardSite) -> Field:
@@ -294,10 +233,6 @@ def _mounted(site: WizardSite) -> Field:
 
 def _proposed_tip(site: WizardSite) -> str:
     return "" if site.probe is None else site.probe.tip
-
-
-def _cameras(place: SessionPlace) -> records.CalibrationStore | None:
-    return None if place.cameras is None else records.CalibrationStore(place.cameras)
 
 
 def _cone(text: str) -> records.ArtefactUse | None:

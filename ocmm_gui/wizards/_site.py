@@ -11,7 +11,7 @@ from typing import Protocol, TypeVar
 
 from ocmm_core.acceptance import read_temperature
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import Procedure
+from ocmm_core.calibration.guided import Procedure, SessionSite
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore, rig_in_force
 from ocmm_core.camera import Rig
@@ -163,7 +163,7 @@ class OpenSession:
     """A procedure with the data of its pages."""
 
     procedure: Procedure
-    place: SessionPlace
+    site: SessionSite
     again: Callable[[], Procedure] | None = None
     """Resumes the session in a process that calculates; None: in a thread."""
     predict: Callable[[], None] | None = None
@@ -177,30 +177,13 @@ class Subject(Enum):
     PROBE = auto()
 
 
-@dataclass(frozen=True, slots=True)
-class SessionPlace:
-    """Serialisable data of a session; unlike a site it can be sent to another process."""
-
-    rig: Rig
-    """With the calibration in force."""
-    body: ProbeBody
-    folder: Path
-    """Records of the subject."""
-    cameras: Path | None
-    """Folder of the rig's calibrations; None if not kept."""
-    hold_s: float
-
-    @property
-    def sessions(self) -> Path:
-        return self.folder / SESSIONS
-
-
-def place_of(site: WizardSite, subject: Subject) -> SessionPlace:
-    """Return the data of a session; CalibrationError as `require_store`."""
+def session_site(site: WizardSite, subject: Subject) -> SessionSite:
+    """Return the site of a session; CalibrationError as `require_store`."""
     folder, rig = require_store(site, subject), running_rig(site)
+    body, hold_s = site.body, 0.0
     if subject is Subject.PROBE and site.probe is not None:
-        return SessionPlace(rig, site.probe.design, folder, site.store, site.probe.hold_s)
-    return SessionPlace(rig, site.body, folder, site.store, 0.0)
+        body, hold_s = site.probe.design, site.probe.hold_s
+    return SessionSite(folder / SESSIONS, rig, body, folder, site.store, hold_s)
 
 
 def require_store(site: WizardSite, subject: Subject) -> Path:

@@ -8,7 +8,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ocmm_core.calibration.guided import Procedure, ProcedureDecision, ProcedureKind, sessions
+from ocmm_core.calibration.guided import (
+    Procedure,
+    ProcedureDecision,
+    ProcedureKind,
+    SessionSite,
+    sessions,
+)
 from ocmm_core.calibration.records import practice_name, require_real_name
 from ocmm_core.errors import OcmmError
 from ocmm_core.tables import TableOptions, preview_table
@@ -19,12 +25,11 @@ from ocmm_gui.wizards._runner import GuidedStack, Runner
 from ocmm_gui.wizards._site import (
     SESSIONS,
     OpenSession,
-    SessionPlace,
     UnfinishedSession,
     WizardSite,
     named,
-    place_of,
     require_store,
+    session_site,
     store_of,
     table_values,
     temperature,
@@ -47,16 +52,16 @@ def begin(
     site: WizardSite, spec: WizardSpec[Any], values: Mapping[str, str], now: datetime
 ) -> OpenSession:
     """Start a session with filled-in fields; raise OcmmError if impossible."""
-    place = place_of(site, spec.subject)
+    place = session_site(site, spec.subject)
     sign = require_real_name if site.practice is None else practice_name
     signed = {**values, "who": sign(values["who"])}
-    return _opened(spec, place, spec.begin(place, signed, now))
+    return _opened(spec, place, spec.procedure.start(place, spec.setup(signed, now), now))
 
 
 def resume(site: WizardSite, spec: WizardSpec[Any], path: Path) -> OpenSession:
     """Resume a session; raise OcmmError if impossible."""
-    place = place_of(site, spec.subject)
-    return _opened(spec, place, spec.resume(place, path))
+    place = session_site(site, spec.subject)
+    return _opened(spec, place, spec.procedure.resume(place, path))
 
 
 def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[UnfinishedSession, ...]:
@@ -92,10 +97,11 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[UnfinishedSession, 
     return tuple(found)
 
 
-def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: Procedure) -> OpenSession:
+def _opened(spec: WizardSpec[Any], site: SessionSite, procedure: Procedure) -> OpenSession:
     predict = None if spec.predict is None else partial(spec.predict, procedure)
-    again = partial(spec.resume, place, procedure.base.session) if spec.is_slow else None
-    return OpenSession(procedure, place, again, predict)
+    session = procedure.base.session
+    again = partial(spec.procedure.resume, site, session) if spec.is_slow else None
+    return OpenSession(procedure, site, again, predict)
 
 
 class Wizard(GuidedStack):
@@ -218,7 +224,7 @@ class Wizard(GuidedStack):
             self._site.temperature_state, self._clock,
         )  # fmt: skip
         spec = self._spec
-        pages = spec.pages(opened.place, opened.procedure)
+        pages = spec.pages(opened.site, opened.procedure)
         runner = Runner(
             driver, spec.texts, pages, _commands(spec, opened, driver),
             practice=self._site.practice is not None,

@@ -13,12 +13,13 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
+from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure, KnownPointsSetup
 from ocmm_core.calibration.guided import (
     CalibrationOutcome,
     KnownPointsView,
     ProcedureDecision,
     ProcedureKind,
+    SessionSite,
 )
 from ocmm_core.calibration.records import State
 from ocmm_core.errors import CalibrationError
@@ -61,7 +62,9 @@ def _collected(
     if wrong_order:
         spots = replace(spots, uv=spots.uv[:, ::-1])
     procedure = KnownPointsProcedure.start(
-        bench.store / "sessions", rig, store, points, site.now(), who="technician"
+        SessionSite(bench.store / "sessions", rig, site.body, store.folder),
+        KnownPointsSetup(who="technician", points=points),
+        site.now(),
     )
     procedure.take_table(spots, site.now())
     procedure.advance(site.now())

@@ -13,13 +13,14 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.guided import ProcedureKind
+from ocmm_core.calibration.guided import ProcedureKind, SessionSite
 from ocmm_core.calibration.records import ProbeStore, State
 from ocmm_core.calibration.sweeping import (
     BATCH,
     PivotOutcome,
     PivotProcedure,
     PivotRequest,
+    PivotSetup,
     PivotView,
 )
 from ocmm_core.tracking import ProbeBody
@@ -52,9 +53,12 @@ class Sweeps:
         """Leave a session behind that wants a few poses only."""
         bench = self.wizard.bench
         return PivotProcedure.start(
-            self.wizard.probe_store / SESSIONS, bench.rig, bench.body, self.store(), "T1",
-            bench.now(), who="technician", request=PivotRequest(poses=poses),
-        )  # fmt: skip
+            SessionSite(
+                self.wizard.probe_store / SESSIONS, bench.rig, bench.body, self.store().folder
+            ),
+            PivotSetup(who="technician", request=PivotRequest(poses=poses), tip="T1"),
+            bench.now(),
+        )
 
     def swept(
         self, second: ProbeBody | None = None, first: ProbeBody | None = None

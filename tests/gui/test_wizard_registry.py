@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 from collections.abc import Iterator
+from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from typing import Any
 
@@ -91,8 +91,8 @@ def test_an_entry_lacks_nothing(spec: WizardSpec[Any]) -> None:
     assert [info.mode for info in ACTIONS if info.key == spec.action] == [Mode.MAINTAIN]
     assert set(spec.commands) <= {info.key for info in WIZARD_ACTIONS}
     assert {one.name for one in dataclasses.fields(WizardSpec)} == {
-        "kind", "subject", "action", "texts", "fields", "begin", "resume", "pages", "is_slow",
-        "predict", "commands",
+        "procedure", "action", "texts", "fields", "setup", "pages", "is_slow", "predict",
+        "commands",
     }, "a new field of an entry needs a check here"  # fmt: skip
 
 
@@ -106,11 +106,13 @@ def test_a_session_begins_goes_on_and_has_its_pages(
     assert all(one.label and one.tip for one in asked)
     opened = _begun(bench, spec)
     base = opened.procedure.base
+    # As sent to the process that calculates.
+    assert ForkingPickler.dumps((spec.procedure.resume, opened.site, base.session))
     assert base.kind is spec.kind
     again = _sessions.resume(bench.site, spec, base.session)
     assert again.procedure.base.begun_utc == base.begun_utc
     assert [offer.path for offer in _sessions.offers(bench.site, spec)] == [base.session]
-    pages = spec.pages(opened.place, opened.procedure)
+    pages = spec.pages(opened.site, opened.procedure)
     for page in pages.values():
         bench.qtbot.addWidget(page)
     # Every step has its page, and no page is without a step.
@@ -120,12 +122,6 @@ def test_a_session_begins_goes_on_and_has_its_pages(
     assert set(spec.commands) == keys & {"skip", "repeat", "anew"}
     assert all(callable(command(opened.procedure)) for command in spec.commands.values())
     assert (opened.predict is None) is (spec.predict is None)
-
-
-@pytest.mark.parametrize("spec", WIZARDS, ids=_kind_of)
-def test_another_process_finds_how_to_resume_it(spec: WizardSpec[Any]) -> None:
-    module = sys.modules[spec.resume.__module__]
-    assert getattr(module, spec.resume.__name__) is spec.resume
 
 
 def test_a_kind_without_a_wizard_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,9 +12,14 @@ from PySide6.QtWidgets import QApplication, QComboBox
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.cameras import KnownPoints
-from ocmm_core.calibration.guided import CalibrationOutcome, ProcedureKind, RelocationView
+from ocmm_core.calibration.guided import (
+    CalibrationOutcome,
+    ProcedureKind,
+    RelocationView,
+    SessionSite,
+)
 from ocmm_core.calibration.records import State
-from ocmm_core.calibration.relocation import RelocationProcedure, RelocationRequest
+from ocmm_core.calibration.relocation import RelocationProcedure, RelocationRequest, RelocationSetup
 from ocmm_gui.wizards.pages import BarPage, ResultPage, SeatsPage, WavePage, WorldPage
 from ocmm_gui.wizards.pages._relocation_pages import example_places
 from ocmm_sim.calibration_scenes import SEATS, FreeMotionScene, ShowBar, TouchSeats
@@ -76,9 +81,16 @@ def test_waving_fills_the_volume_without_a_key_and_says_what_is_missing(bench: W
 def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
     site = bench.bench
     procedure = RelocationProcedure.start(
-        bench.store / "sessions", site.rig, site.body, bench.use_store_of_bench(), site.bar,
-        site.now(), who="technician", request=RelocationRequest(world="set", poses=1, placements=2),
-    )  # fmt: skip
+        SessionSite(
+            bench.store / "sessions", site.rig, site.body, bench.use_store_of_bench().folder
+        ),
+        RelocationSetup(
+            who="technician",
+            request=RelocationRequest(world="set", poses=1, placements=2),
+            bar=site.bar,
+        ),
+        site.now(),
+    )
     virtual = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, None)
     scenes = scenes_of_relocation(virtual, site.rig, procedure.view, site.bar, None)
     first, wave, bar, seats, again = scenes
@@ -120,9 +132,15 @@ def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
     site.calibrated(120)
     store = bench.use_store_of_bench()
     procedure = RelocationProcedure.start(
-        bench.store / "sessions", bench.running(), site.body, store, site.bar, site.now(),
-        who="technician", control=CONTROL, request=RelocationRequest(world="points", poses=60),
-    )  # fmt: skip
+        SessionSite(bench.store / "sessions", bench.running(), site.body, store.folder),
+        RelocationSetup(
+            who="technician",
+            control=CONTROL,
+            request=RelocationRequest(world="points", poses=60),
+            bar=site.bar,
+        ),
+        site.now(),
+    )
     virtual = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, MOVE)
     scenes = scenes_of_relocation(virtual, site.rig, procedure.view, site.bar, CONTROL)
     show(procedure, site.virtual(*scenes, move=MOVE), site.now)

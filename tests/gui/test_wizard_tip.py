@@ -11,18 +11,19 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.guided import ProcedureKind
+from ocmm_core.calibration.guided import ProcedureKind, SessionSite
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ProbeStore, State
 from ocmm_core.calibration.tip import (
     Countdown,
     Phase,
+    QualificationSetup,
     TipCheckProcedure,
     TipCheckView,
     TipOutcome,
     TipQualificationProcedure,
-    TipSite,
     TipView,
+    TouchSetup,
 )
 from ocmm_gui.kit import Mark
 from ocmm_gui.wizards import SESSIONS
@@ -48,9 +49,17 @@ class TipBench:
         """Leave a qualification with the given numbers of points."""
         bench = self.wizard.bench
         procedure = TipQualificationProcedure.start(
-            self.wizard.probe_store / SESSIONS, TipSite(bench.rig, bench.body, self.store()), TIP,
-            bench.sphere, bench.now(), who="technician", temperature=Temperature(20.5, 0.3, ""),
-        )  # fmt: skip
+            SessionSite(
+                self.wizard.probe_store / SESSIONS, bench.rig, bench.body, self.wizard.probe_store
+            ),
+            QualificationSetup(
+                who="technician",
+                temperature=Temperature(20.5, 0.3, ""),
+                tip=TIP,
+                sphere=bench.sphere,
+            ),
+            bench.now(),
+        )
         take(procedure, bench, sphere, cone)
         while procedure.base.step.gate.open:
             procedure.advance(bench.now())
@@ -172,9 +181,10 @@ def test_a_tip_that_is_too_long_fails_the_check_in_words(qtbot: QtBot, tmp_path:
     wizard, site = bench.wizard, bench.wizard.bench
     try:
         procedure = TipCheckProcedure.start(
-            wizard.probe_store / SESSIONS, TipSite(site.rig, site.body, bench.store()), TIP,
-            site.sphere, site.now(), who="inspector",
-        )  # fmt: skip
+            SessionSite(wizard.probe_store / SESSIONS, site.rig, site.body, wizard.probe_store),
+            TouchSetup(who="inspector", tip=TIP, sphere=site.sphere),
+            site.now(),
+        )
         take(procedure, site, 13, 0)
         procedure.advance(site.now())
         wizard.go_on(ProcedureKind.TIP_CHECK)

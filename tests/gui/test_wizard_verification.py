@@ -12,9 +12,14 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.guided import ProcedureKind, VerificationOutcome, VerificationView
+from ocmm_core.calibration.guided import (
+    ProcedureKind,
+    SessionSite,
+    VerificationOutcome,
+    VerificationView,
+)
 from ocmm_core.calibration.records import EventKind, State, load_bar
-from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.calibration.verification import VerificationProcedure, VerificationSetup
 from ocmm_core.documents import resource
 from ocmm_gui.wizards.pages import LinesPage, SeatsPage, SpheresPage, VerdictPage
 from ocmm_sim.calibration_scenes import TouchSeats
@@ -35,9 +40,10 @@ def _measured(bench: WizardBench, off_mm: float = 0.0) -> None:
     site, store = bench.bench, bench.use_store_of_bench()
     rig = bench.running()
     procedure = VerificationProcedure.start(
-        bench.store / "sessions", rig, site.body, store, site.bar, site.now(), who="technician",
-        spheres=(site.sphere,),
-    )  # fmt: skip
+        SessionSite(bench.store / "sessions", rig, site.body, store.folder),
+        VerificationSetup(who="technician", spheres=(site.sphere,), bar=site.bar),
+        site.now(),
+    )
     first, lines, *others = site.verified_scenes(procedure, (site.sphere,))
     assert isinstance(lines, TouchSeats)
     tips = np.array(lines.tips)

@@ -11,7 +11,8 @@ import pytest
 from benchmarks.trackers import SCALE_ERROR, TrackerSite, drawn
 from ocmm_core.acquisition.frames import SourceDescription
 from ocmm_core.acquisition.recording import FrameRecorder
-from ocmm_core.calibration.cameras import TrackerProcedure, correct_scale
+from ocmm_core.calibration.cameras import TrackerProcedure, TrackerSetup, correct_scale
+from ocmm_core.calibration.guided import SessionSite
 from ocmm_core.calibration.records import (
     CalibrationStatus,
     CalibrationStore,
@@ -21,7 +22,7 @@ from ocmm_core.calibration.records import (
     open_calibration,
     rig_from_record,
 )
-from ocmm_core.calibration.sweeping import PivotProcedure
+from ocmm_core.calibration.sweeping import PivotProcedure, PivotSetup
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
 from ocmm_core.camera import load_rig, load_tracker, tracker_rig
 from ocmm_core.composition import RECOMMENDED_RIG, StationRequest, make_feed
@@ -145,9 +146,15 @@ def test_a_camera_record_is_not_that_of_a_tracker(honest: TrackerSite, tmp_path:
 def test_the_procedure_is_for_trackers_only(honest: TrackerSite, tmp_path: Path) -> None:
     with pytest.raises(CalibrationError) as cameras:
         TrackerProcedure.start(
-            tmp_path, load_rig(RECOMMENDED_RIG), honest.body, CalibrationStore(tmp_path / "s"),
-            honest.now, who="Ada",
-        )  # fmt: skip
+            SessionSite(
+                tmp_path,
+                load_rig(RECOMMENDED_RIG),
+                honest.body,
+                CalibrationStore(tmp_path / "s").folder,
+            ),
+            TrackerSetup(who="Ada"),
+            honest.now,
+        )
     assert cameras.value.code == "session.cameras"
 
 
@@ -155,7 +162,9 @@ def at_rest(site: TrackerSite, seconds: float, shake_mm: float = 0.0) -> Tracker
     """Return a procedure after a rest in the middle of the volume; all markers shake together."""
     rig, rng = site.rig, np.random.default_rng(8)
     procedure = TrackerProcedure.start(
-        site.folder / "rest", rig, site.body, site.store, site.now, who="Ada"
+        SessionSite(site.folder / "rest", rig, site.body, site.store.folder),
+        TrackerSetup(who="Ada"),
+        site.now,
     )
     procedure.advance(site.now)
     leds = rig.volume_world.mean(axis=0) + site.body.leds_probe - site.body.leds_probe.mean(axis=0)
@@ -190,7 +199,10 @@ def test_a_session_resumes_with_its_observations(tmp_path: Path) -> None:
     site = TrackerSite(tmp_path, *drawn(3), 3)
     procedure = at_rest(site, 62.0)
     procedure.take(site.now)
-    again = TrackerProcedure.resume(procedure.base.session, site.rig, site.body, site.store)
+    again = TrackerProcedure.resume(
+        SessionSite(procedure.base.session.parent, site.rig, site.body, site.store.folder),
+        procedure.base.session,
+    )
     assert again.base.step.name == "rest"
     assert again.base.step.gate.open
     again.advance(site.now)
@@ -235,7 +247,9 @@ def test_certificates_name_the_tracker_and_its_noise(honest: TrackerSite) -> Non
 def test_probes_and_tips_are_calibrated_with_trackers(honest: TrackerSite) -> None:
     store = ProbeStore(honest.folder / "probe")
     procedure = PivotProcedure.start(
-        honest.folder / "sweeps", honest.rig, honest.body, store, "T1", honest.now, who="Ada"
+        SessionSite(honest.folder / "sweeps", honest.rig, honest.body, store.folder),
+        PivotSetup(who="Ada", tip="T1"),
+        honest.now,
     )
     assert procedure.base.step.name == "prepare"
     assert TipQualificationProcedure.for_trackers

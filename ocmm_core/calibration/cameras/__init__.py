@@ -22,8 +22,12 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.cameras._lens import LensCamera, empty_rows, spot_rows
     from ocmm_core.calibration.cameras._model_fit import OUTLIER_PROBABILITY, fit_camera
     from ocmm_core.calibration.cameras._network import calibrate_rig
-    from ocmm_core.calibration.cameras._procedure_known_points import KnownPointsProcedure
-    from ocmm_core.calibration.cameras._procedure_tracker import TrackerProcedure, correct_scale
+    from ocmm_core.calibration.cameras._procedure_known_points import (
+        KnownPointsProcedure, KnownPointsSetup,
+    )  # fmt: skip
+    from ocmm_core.calibration.cameras._procedure_tracker import (
+        TrackerProcedure, TrackerSetup, correct_scale,
+    )  # fmt: skip
     from ocmm_core.calibration.cameras._reference_points import (
         KnownPoints, SpotTable, load_spots, read_reference_points,
     )  # fmt: skip
@@ -33,7 +37,7 @@ else:
 __all__ = [
     "CHI2_DEVIATION", "FLAT_REFUSED", "FLAT_WARNED", "FOCAL_SIGMA", "OUTLIERS_REFUSED",
     "OUTLIER_PROBABILITY", "RMS_FORCED", "RMS_REFUSED", "KnownPoints", "KnownPointsProcedure",
-    "LensCamera", "SpotTable", "TrackerProcedure", "calibrate_rig", "cloud_of", "correct_scale",
-    "empty_rows", "fit_camera", "lens", "lens_effect", "load_spots", "read_reference_points",
-    "spot_rows",
+    "KnownPointsSetup", "LensCamera", "SpotTable", "TrackerProcedure", "TrackerSetup",
+    "calibrate_rig", "cloud_of", "correct_scale", "empty_rows", "fit_camera", "lens", "lens_effect",
+    "load_spots", "read_reference_points", "spot_rows",
 ]  # fmt: skip

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -14,9 +14,7 @@ from ocmm_core.calibration import guided
 from ocmm_core.calibration.cameras._model_fit import MINIMUM_POINTS
 from ocmm_core.calibration.cameras._network import found_by
 from ocmm_core.calibration.cameras._reference_points import KnownPoints, SpotTable
-from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import ArtefactUse, CalibrationStore, rig_from_record
-from ocmm_core.camera import Rig
+from ocmm_core.calibration.records import ArtefactUse, rig_from_record
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 
@@ -58,54 +56,48 @@ def views_of(taken: ReferencePointEvent) -> int:
     return sum(camera[0] is not None for camera in taken.uv)
 
 
-_SESSIONS = guided.SessionFormat(
-    guided.ProcedureKind.KNOWN_POINTS, guided.SessionLine[KnownPointsEvent], KnownPointsBegun
-)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnownPointsSetup(guided.SessionSetup):
+    points: KnownPoints
+    evaluation: int | None = None
+    """Points held back; None: a quarter of a long list."""
+    valid_days: int = 365
+    artefacts: tuple[ArtefactUse, ...] = ()
+    """As `KnownPointsBegun`."""
 
 
-class KnownPointsProcedure(guided.CameraProcedure[KnownPointsEvent, guided.CalibrationOutcome]):
-    """See `procedure`; made by `start` and `resume`."""
+class KnownPointsProcedure(
+    guided.CameraProcedure[
+        KnownPointsEvent, guided.CalibrationOutcome, KnownPointsBegun, KnownPointsSetup
+    ]
+):
+    """See `procedure`."""
 
     kind = guided.ProcedureKind.KNOWN_POINTS
+    sessions = guided.SessionFormat(kind, guided.SessionLine[KnownPointsEvent], KnownPointsBegun)
     step_names = (PREPARE, COLLECT, RESULT)
 
     def __init__(
         self,
+        site: guided.SessionSite,
         chain: ChainFile[guided.SessionLine[KnownPointsEvent]],
         begun: KnownPointsBegun,
-        rig: Rig,
-        store: CalibrationStore,
     ) -> None:
-        super().__init__(chain, begun, rig, store)
-        self._begun = begun
+        super().__init__(site, chain, begun)
         self._points = KnownPoints(
             begun.names, np.array(begun.positions), begun.reference_sigma, begun.frame,
             begun.length_sigma,
         )  # fmt: skip
         self._taken: list[ReferencePointEvent] = []
-        self._spots = guided.StaticSpotAverager(rig, 1)
+        self._spots = guided.StaticSpotAverager(site.rig, 1)
         self._aim: str | None = None
         self._fold()
 
     @classmethod
-    def start(
-        cls,
-        folder: Path,
-        rig: Rig,
-        store: CalibrationStore,
-        points: KnownPoints,
-        now: datetime,
-        *,
-        who: str,
-        temperature: Temperature | None = None,
-        evaluation: int | None = None,
-        valid_days: int = 365,
-        artefacts: tuple[ArtefactUse, ...] = (),
-    ) -> KnownPointsProcedure:
-        """Start a session; ``evaluation`` points (default: a quarter of a long list) are held back.
-
-        StorageError if its file cannot be written, CalibrationError without points to calibrate by.
-        """
+    def _first_line(
+        cls, site: guided.SessionSite, setup: KnownPointsSetup, now: datetime
+    ) -> dict[str, object]:
+        points, evaluation = setup.points, setup.evaluation
         count = len(points.names)
         if evaluation is None:
             evaluation = count // 4 if count >= EVALUATION_FROM else 0
@@ -115,19 +107,13 @@ class KnownPointsProcedure(guided.CameraProcedure[KnownPointsEvent, guided.Calib
                 f"{evaluation} of {count} points for evaluation leave none for the calibration.",
                 "Keep fewer points for evaluation.",
             )
-        chain, begun = _SESSIONS.start(
-            folder, rig, now, running=store.active_hash or "", who=who, temperature=temperature,
-            names=points.names,
-            positions=tuple((x, y, z) for x, y, z in points.positions_world.tolist()),
-            reference_sigma=points.sigma, frame=points.frame, length_sigma=points.length_sigma,
-            evaluation=evaluation, valid_days=valid_days, artefacts=artefacts,
-        )  # fmt: skip
-        return cls(chain, begun, rig, store)
-
-    @classmethod
-    def resume(cls, path: Path, rig: Rig, store: CalibrationStore) -> KnownPointsProcedure:
-        """Continue a session: StorageError if changed, CalibrationError if empty or foreign."""
-        return cls(*_SESSIONS.resume(path), rig, store)
+        return {
+            "names": points.names,
+            "positions": tuple((x, y, z) for x, y, z in points.positions_world.tolist()),
+            "reference_sigma": points.sigma, "frame": points.frame,
+            "length_sigma": points.length_sigma, "evaluation": evaluation,
+            "valid_days": setup.valid_days, "artefacts": setup.artefacts,
+        }  # fmt: skip
 
     @property
     def points(self) -> KnownPoints:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime, timedelta
-from pathlib import Path
 from typing import TypeAlias
 
 import msgspec
@@ -13,7 +13,6 @@ import numpy as np
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration import guided
 from ocmm_core.calibration.cameras import _tracker_noise as tracker_noise
-from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     SCHEMA,
     ArtefactUse,
@@ -23,11 +22,11 @@ from ocmm_core.calibration.records import (
     let_pass,
     record_hash,
 )
-from ocmm_core.camera import Rig, TrackerDocument, locate_markers, tracker_rig
+from ocmm_core.camera import TrackerDocument, locate_markers, tracker_rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, triple
-from ocmm_core.tracking import ProbeBody, solve
+from ocmm_core.tracking import solve
 
 PREPARE, REST, SPREAD, RESULT = "prepare", "rest", "places", "result"
 PLACES = 20
@@ -61,67 +60,48 @@ class TrackerPlaceTaken(guided.SessionEvent, frozen=True, kw_only=True):
 
 TrackerEvent: TypeAlias = TrackerBegun | TrackerRested | TrackerPlaceTaken
 
-_SESSIONS = guided.SessionFormat(
-    guided.ProcedureKind.TRACKER, guided.SessionLine[TrackerEvent], TrackerBegun
-)
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrackerSetup(guided.SessionSetup):
+    valid_days: int = 365
 
 
-class TrackerProcedure(guided.CameraProcedure[TrackerEvent, guided.CalibrationOutcome]):
-    """See `procedure`; made by `start` and `resume`."""
+class TrackerProcedure(
+    guided.CameraProcedure[TrackerEvent, guided.CalibrationOutcome, TrackerBegun, TrackerSetup]
+):
+    """See `procedure`."""
 
     kind = guided.ProcedureKind.TRACKER
     for_cameras, for_trackers = False, True
+    sessions = guided.SessionFormat(kind, guided.SessionLine[TrackerEvent], TrackerBegun)
     step_names = (PREPARE, REST, SPREAD, RESULT)
 
     def __init__(
         self,
+        site: guided.SessionSite,
         chain: ChainFile[guided.SessionLine[TrackerEvent]],
         begun: TrackerBegun,
-        rig: Rig,
-        body: ProbeBody,
-        store: CalibrationStore,
     ) -> None:
-        super().__init__(chain, begun, rig, store)
-        guided.require_probe(chain.path, begun.probe_identity, body)
-        self._begun, self._body = begun, body
+        super().__init__(site, chain, begun)
+        guided.require_probe(chain.path, begun.probe_identity, site.body)
+        self._body = site.body
         self._rested: list[TrackerRested] = []
         self._taken: list[TrackerPlaceTaken] = []
         self._tips: list[Float] = []
-        frames = round(_REST_S * rig.frame_rate_hz)
+        frames = round(_REST_S * site.rig.frame_rate_hz)
         self._still, self._probe = (
             guided.ProbeSpotAverager(
-                rig, body, count, resting=True, distance_mm=_APART_MM, inside=True
+                site.rig, site.body, count, resting=True, distance_mm=_APART_MM, inside=True
             )
             for count in (frames, guided.STILL_FRAMES)
         )
         self._fold()
 
     @classmethod
-    def start(
-        cls,
-        folder: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: CalibrationStore,
-        now: datetime,
-        *,
-        who: str,
-        temperature: Temperature | None = None,
-        valid_days: int = 365,
-    ) -> TrackerProcedure:
-        """Start a session; StorageError if its file cannot be written."""
-        chain, begun = _SESSIONS.start(
-            folder, rig, now, running=store.active_hash or "", who=who, temperature=temperature,
-            probe_identity=body.identity, valid_days=valid_days,
-        )  # fmt: skip
-        return cls(chain, begun, rig, body, store)
-
-    @classmethod
-    def resume(
-        cls, path: Path, rig: Rig, body: ProbeBody, store: CalibrationStore
-    ) -> TrackerProcedure:
-        """Continue a session: StorageError if changed, CalibrationError if empty or foreign."""
-        return cls(*_SESSIONS.resume(path), rig, body, store)
+    def _first_line(
+        cls, site: guided.SessionSite, setup: TrackerSetup, now: datetime
+    ) -> dict[str, object]:
+        return {"probe_identity": site.body.identity, "valid_days": setup.valid_days}
 
     @property
     def view(self) -> guided.TrackerView:

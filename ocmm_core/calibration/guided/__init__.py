@@ -40,14 +40,16 @@ if TYPE_CHECKING:
         again_instruction, first_gate, first_instruction, judge_first_visit, judge_repeats,
         judge_visit_again, repeat_finding,
     )  # fmt: skip
-    from ocmm_core.calibration.guided._session import CameraProcedure, ProbeProcedure
+    from ocmm_core.calibration.guided._session import (
+        CameraProcedure, GuidedProcedure, ProbeProcedure,
+    )  # fmt: skip
     from ocmm_core.calibration.guided._session_drift import (
         Rest, SessionChange, TimeCourse, change_findings, rest_of, session_changes,
     )  # fmt: skip
     from ocmm_core.calibration.guided._session_events import (
         CommonEvent, Decided, Entered, SessionEvent, SessionFormat, SessionHeader, SessionLine,
-        ShockDetector, Spots, from_spots, is_ended, record_shock, require_no_doubt_since,
-        require_probe, sessions, to_spots, utc_text,
+        SessionSetup, SessionSite, ShockDetector, Spots, TipSetup, from_spots, is_ended,
+        record_shock, require_no_doubt_since, require_probe, sessions, to_spots, utc_text,
     )  # fmt: skip
     from ocmm_core.calibration.guided._shot_table import Shot, load_shots
 else:
@@ -58,17 +60,18 @@ __all__ = [
     "SEAT_MM", "STILL_FRAMES", "STRANGE", "Articulation", "Average", "BallPlace",
     "CalibrationComparison", "CalibrationContext", "CalibrationOutcome", "CameraChange",
     "CameraLive", "CameraProcedure", "CameraResiduals", "CommonEvent", "Decided", "Entered",
-    "Findings", "Gate", "JudgedRepeat", "KnownPoint", "KnownPointsView", "LinePlan", "Live",
-    "ProbeProcedure", "ProbeSpotAverager", "Procedure", "ProcedureDecision", "ProcedureKind",
-    "ProcedureView", "RelocationView", "Repeat", "Rest", "RestingPosition", "RestingTouch",
-    "SeatVisited", "SessionChange", "SessionEvent", "SessionFormat", "SessionHeader", "SessionLine",
-    "SessionLog", "ShockDetector", "Shot", "Spots", "StaticSpotAverager", "Step", "Tilt",
-    "TimeCourse", "TrackerView", "VerificationOutcome", "VerificationView", "VolumeCoverage",
-    "again_gate", "again_instruction", "articulate", "build_outcome", "change_findings", "coverage",
-    "first_gate", "first_instruction", "from_spots", "handle_axis", "hash_of", "is_ended",
-    "joint_covariance", "judge_first_visit", "judge_repeats", "judge_visit_again", "length_sigma",
-    "load_shots", "location_gains", "place_of_ball", "random_lines", "range_limit", "record_shock",
-    "repeat_finding", "require_fresh_temperature", "require_no_doubt_since", "require_probe",
-    "rest_of", "session_changes", "sessions", "shared_covariance", "sigma_of_mean", "tips_of",
-    "to_spots", "touch_of", "utc_text", "viewer_axes", "waved_frames",
+    "Findings", "Gate", "GuidedProcedure", "JudgedRepeat", "KnownPoint", "KnownPointsView",
+    "LinePlan", "Live", "ProbeProcedure", "ProbeSpotAverager", "Procedure", "ProcedureDecision",
+    "ProcedureKind", "ProcedureView", "RelocationView", "Repeat", "Rest", "RestingPosition",
+    "RestingTouch", "SeatVisited", "SessionChange", "SessionEvent", "SessionFormat",
+    "SessionHeader", "SessionLine", "SessionLog", "SessionSetup", "SessionSite", "ShockDetector",
+    "Shot", "Spots", "StaticSpotAverager", "Step", "Tilt", "TimeCourse", "TipSetup", "TrackerView",
+    "VerificationOutcome", "VerificationView", "VolumeCoverage", "again_gate", "again_instruction",
+    "articulate", "build_outcome", "change_findings", "coverage", "first_gate", "first_instruction",
+    "from_spots", "handle_axis", "hash_of", "is_ended", "joint_covariance", "judge_first_visit",
+    "judge_repeats", "judge_visit_again", "length_sigma", "load_shots", "location_gains",
+    "place_of_ball", "random_lines", "range_limit", "record_shock", "repeat_finding",
+    "require_fresh_temperature", "require_no_doubt_since", "require_probe", "rest_of",
+    "session_changes", "sessions", "shared_covariance", "sigma_of_mean", "tips_of", "to_spots",
+    "touch_of", "utc_text", "viewer_axes", "waved_frames",
 ]  # fmt: skip

@@ -6,10 +6,12 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
-from typing import Generic, Protocol, TypeVar
+from pathlib import Path
+from typing import Generic, Protocol, Self, TypeVar
 
 from ocmm_core.calibration.guided import _procedure as procedure
 from ocmm_core.calibration.guided._session_events import (
+    B,
     CommonEvent,
     Decided,
     Dropped,
@@ -17,21 +19,26 @@ from ocmm_core.calibration.guided._session_events import (
     Entered,
     Forced,
     Reread,
-    SessionHeader,
+    SessionFormat,
     SessionLine,
+    SessionSite,
+    TipSetup,
     Warmed,
+    X,
     reread,
     utc_text,
 )
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore
-from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 
 WARMTH_STEP_K = 0.5
 
 O = TypeVar("O")  # noqa: E741 - an outcome, as T is a type
+
+
+T = TypeVar("T", bound=TipSetup)
 
 
 class Dated(Protocol):
@@ -47,11 +54,13 @@ class Store(Protocol):
     @property
     def events(self) -> Sequence[Dated]: ...
 
+    def refresh(self) -> None: ...
 
-class GuidedProcedure(procedure.Procedure, Generic[E, O]):
+
+class GuidedProcedure(procedure.Procedure, Generic[E, O, B, X]):
     """Base of all calibrations.
 
-    ``chain`` has at least its first line, ``begun``; ``store`` gets the accepted result.
+    ``chain`` has at least its first line, ``begun``; the store gets the accepted result.
     CalibrationError if the session was started with another rig, or with a tracker and the
     procedure is `for_cameras` only, or the reverse.
     """
@@ -59,12 +68,13 @@ class GuidedProcedure(procedure.Procedure, Generic[E, O]):
     kind: procedure.ProcedureKind
     for_cameras = True
     for_trackers = False
+    sessions: SessionFormat[E, B]
+    _store: Store
     _outcome: O | None
     step_names: tuple[str, ...]
 
-    def __init__(
-        self, chain: ChainFile[SessionLine[E]], begun: SessionHeader, rig: Rig, store: Store
-    ) -> None:
+    def __init__(self, site: SessionSite, chain: ChainFile[SessionLine[E]], begun: B) -> None:
+        rig = site.rig
         if rig.markers is not None and not self.for_trackers:
             raise CalibrationError(
                 "session.tracker",
@@ -87,10 +97,9 @@ class GuidedProcedure(procedure.Procedure, Generic[E, O]):
             )
         super().__init__(procedure.SessionLog(chain, SessionLine))
         self.rig = rig
-        self._accepted = store
         # Including a line cut off by a crash, which the next line replaces.
         self._size = chain.path.stat().st_size
-        self._first = self._typed = begun
+        self._begun = self._typed = begun
         self._readings: list[Reread] = []
         self._step = self.step_names[0]
         self._decided: Decided | None = None
@@ -98,7 +107,36 @@ class GuidedProcedure(procedure.Procedure, Generic[E, O]):
         self._sensors_c: tuple[float, ...] = ()
         self._kept_steps: tuple[object, tuple[procedure.Step, ...]] | None = None
 
+    @classmethod
+    def start(cls, site: SessionSite, setup: X, now: datetime) -> Self:
+        """Start a session: its first line is on disk.
+
+        CalibrationError if the setup does not suit the site, or an artefact may not be used;
+        StorageError if the file cannot be written.
+        """
+        own = cls._first_line(site, setup, now)
+        return cls(site, *cls.sessions.start(site, setup, now, cls._running(site, setup), own))
+
+    @classmethod
+    def resume(cls, site: SessionSite, path: Path) -> Self:
+        """Continue the session of a file.
+
+        StorageError if it was changed; CalibrationError if empty, of another rig, probe or
+        calibration, or an open session of a version that lacks a step.
+        """
+        return cls(site, *cls.sessions.resume(path))
+
     # Implemented by each procedure.
+
+    @classmethod
+    @abstractmethod
+    def _first_line(cls, site: SessionSite, setup: X, now: datetime) -> dict[str, object]:
+        """Return the fields of the first line that are its own; errors as `start`."""
+
+    @classmethod
+    @abstractmethod
+    def _running(cls, site: SessionSite, setup: X) -> str:
+        """Return the hash of the record in force, or empty."""
 
     @abstractmethod
     def _steps(self) -> tuple[procedure.Step, ...]:
@@ -144,7 +182,7 @@ class GuidedProcedure(procedure.Procedure, Generic[E, O]):
 
     @property
     def _started(self) -> tuple[str, str, str]:
-        return self._first.rig, self._first.utc, self._first.who
+        return self._begun.rig, self._begun.utc, self._begun.who
 
     @property
     def _current(self) -> int:
@@ -227,7 +265,9 @@ class GuidedProcedure(procedure.Procedure, Generic[E, O]):
 
     def _check(self, outcome: O) -> None:
         """Raise CalibrationError if a result may not be stored now."""
-        if self._first.running != self._in_force() and not self._is_stored():
+        # Another process may have put other records in force.
+        self._store.refresh()
+        if self._begun.running != self._in_force() and not self._is_stored():
             raise CalibrationError(
                 "session.overtaken",
                 "Another calibration has been activated since this session was started.",
@@ -236,7 +276,7 @@ class GuidedProcedure(procedure.Procedure, Generic[E, O]):
 
     def _is_stored(self) -> bool:
         decided = self._decided
-        return decided is not None and any(one.utc == decided.utc for one in self._accepted.events)
+        return decided is not None and any(one.utc == decided.utc for one in self._store.events)
 
     def _decide(self, decision: procedure.ProcedureDecision, now: datetime, reason: str) -> Decided:
         if self._decided is not None:
@@ -288,11 +328,10 @@ class GuidedProcedure(procedure.Procedure, Generic[E, O]):
                 self._sensors_c = event.sensors_c
             elif isinstance(event, Reread):
                 self._readings.append(event)
-                self._first = reread(self._typed, self._readings)
-                # Procedures and their states keep the first line as their own type.
-                for holder, name in ((self, "_begun"), (getattr(self, "_state", None), "begun")):
-                    if hasattr(holder, name):
-                        setattr(holder, name, self._first)
+                self._begun = reread(self._typed, self._readings)
+                state = getattr(self, "_state", None)
+                if state is not None:
+                    state.begun = self._begun
             else:
                 self._observe(event)
             self._outdate()
@@ -305,39 +344,37 @@ class GuidedProcedure(procedure.Procedure, Generic[E, O]):
         )
 
 
-class CameraProcedure(GuidedProcedure[E, O]):
+class CameraProcedure(GuidedProcedure[E, O, B, X]):
     """Base of procedures for the cameras of a rig; see `GuidedProcedure`."""
 
-    def __init__(
-        self,
-        chain: ChainFile[SessionLine[E]],
-        begun: SessionHeader,
-        rig: Rig,
-        store: CalibrationStore,
-    ) -> None:
-        super().__init__(chain, begun, rig, store)
-        self._store = store
+    _store: CalibrationStore
+
+    def __init__(self, site: SessionSite, chain: ChainFile[SessionLine[E]], begun: B) -> None:
+        self._store = CalibrationStore(site.records)
+        super().__init__(site, chain, begun)
+
+    @classmethod
+    def _running(cls, site: SessionSite, setup: X) -> str:
+        return CalibrationStore(site.records).active_hash or ""
 
     def _in_force(self) -> str:
         return self._store.active_hash or ""
 
 
-class ProbeProcedure(GuidedProcedure[E, O]):
+class ProbeProcedure(GuidedProcedure[E, O, B, T]):
     """Base of procedures for a probe with one of its tips; see `GuidedProcedure`."""
 
     for_trackers = True
+    _store: ProbeStore
+    tip: str
 
-    def __init__(
-        self,
-        chain: ChainFile[SessionLine[E]],
-        begun: SessionHeader,
-        rig: Rig,
-        store: ProbeStore,
-        tip: str,
-    ) -> None:
-        super().__init__(chain, begun, rig, store)
-        self._store = store
-        self.tip = tip
+    def __init__(self, site: SessionSite, chain: ChainFile[SessionLine[E]], begun: B) -> None:
+        self._store = ProbeStore(site.records)
+        super().__init__(site, chain, begun)
+
+    @classmethod
+    def _running(cls, site: SessionSite, setup: T) -> str:
+        return ProbeStore(site.records).active_hash(setup.tip) or ""
 
     def _in_force(self) -> str:
         return self._store.active_hash(self.tip) or ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -152,6 +152,41 @@ def reread(begun: B, readings: Sequence[Reread]) -> B:
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionSetup:
+    """What a person states at the start of a session; each procedure has its own."""
+
+    who: str
+    temperature: Temperature | None = None
+    """Of the room; None if not measured."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TipSetup(SessionSetup):
+    """Setup of a procedure for one tip of a probe."""
+
+    tip: str
+
+
+X = TypeVar("X", bound=SessionSetup)
+
+
+@dataclass(frozen=True, slots=True)
+class SessionSite:
+    """Instrument and folders of a session; plain data, so that another process can resume it."""
+
+    sessions: Path
+    rig: Rig
+    """With the calibration in force, if any."""
+    body: ProbeBody
+    records: Path
+    """Calibrations of the rig, or records of the probe."""
+    cameras: Path | None = None
+    """Calibrations of the rig for procedures of the probe, to warn of shared artefacts."""
+    hold_s: float = 0.0
+    """Additional rest of the ball."""
+
+
 class SessionFormat(Generic[E, B]):
     """Session files of a procedure: creation and resumption."""
 
@@ -159,31 +194,28 @@ class SessionFormat(Generic[E, B]):
         self._kind, self._lines, self._first = kind, lines, first
 
     def start(
-        self,
-        folder: Path,
-        rig: Rig,
-        now: datetime,
-        *,
-        running: str,
-        who: str,
-        temperature: Temperature | None,
-        **own: object,
-    ) -> tuple[ChainFile[SessionLine[E]], B]:
+        self, site: SessionSite, setup: SessionSetup, now: datetime, running: str,
+        own: Mapping[str, object],
+    ) -> tuple[ChainFile[SessionLine[E]], B]:  # fmt: skip
         """Create a session file with its first line on disk and return both.
 
+        ``running``: hash of the record in force; ``own``: fields of the procedure's first line.
         InputError if the cameras cannot prove age or order of their data (unless the rig document
         allows that), StorageError if the file cannot be written.
         """
+        rig = site.rig
         if rig.device:
             refuse_unproven(
                 load_device(rig.device), allowed=rig.calibrate_unproven, by=AllowedBy.RIG
             )
         first: Callable[..., B] = self._first
         begun = first(
-            utc=utc_text(now), rig=rig.name, rig_identity=rig.identity, running=running, who=who,
-            software=build_version(), **_of_temperature(temperature), **own,
+            utc=utc_text(now), rig=rig.name, rig_identity=rig.identity, running=running,
+            who=setup.who, software=build_version(), **_of_temperature(setup.temperature), **own,
         )  # fmt: skip
-        chain = ChainFile(session_path(folder, self._kind, now), self._lines, remembered=True)
+        chain = ChainFile(
+            session_path(site.sessions, self._kind, now), self._lines, remembered=True
+        )
         line: SessionLine[Any] = SessionLine(begun)
         chain.append(line)
         return chain, begun

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.calibration.relocation._guards import judge_focal, judge_residuals
     from ocmm_core.calibration.relocation._problem import RelocationProblem, build
-    from ocmm_core.calibration.relocation._procedure_relocation import RelocationProcedure
+    from ocmm_core.calibration.relocation._procedure_relocation import (
+        RelocationProcedure, RelocationSetup,
+    )  # fmt: skip
     from ocmm_core.calibration.relocation._relocation import relocate
     from ocmm_core.calibration.relocation._request import (
         GeometryMode, LensMode, RelocationRequest, World,
@@ -33,6 +35,6 @@ else:
 __all__ = [
     "BAR", "BarDistance", "GeometryMode", "KeptByCameras", "KeptByPoints", "LensMode",
     "Observations", "ProbeFrames", "RelocationOptions", "RelocationProblem", "RelocationProcedure",
-    "RelocationRequest", "ShownBar", "World", "anchors_of", "build", "jacobian_of_world",
-    "judge_focal", "judge_residuals", "motion_to_world", "relocate",
+    "RelocationRequest", "RelocationSetup", "ShownBar", "World", "anchors_of", "build",
+    "jacobian_of_world", "judge_focal", "judge_residuals", "motion_to_world", "relocate",
 ]  # fmt: skip

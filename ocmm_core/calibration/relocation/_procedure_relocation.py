@@ -7,16 +7,14 @@ predicted uncertainty of a length decide when the data suffice.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
-from pathlib import Path
 
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.cameras import KnownPoints
-from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.relocation._data import RelocationResult
 from ocmm_core.calibration.relocation._relocation import relocate
 from ocmm_core.calibration.relocation._request import RelocationRequest
@@ -41,38 +39,45 @@ from ocmm_core.calibration.relocation._steps import (
     seat_findings,
     steps_of,
 )
-from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.geometry import Float
-from ocmm_core.tracking import ProbeBody
 
 _POSE_APART_MM, _POSE_TURN_RAD = 15.0, 0.08
 _SEAT_APART_MM = 5.0
 _LENGTH_OF_VOLUME = 0.9
 
-_SESSIONS = guided.SessionFormat(
-    guided.ProcedureKind.RELOCATION, guided.SessionLine[RelocationEvent], RelocationBegun
-)
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RelocationSetup(guided.SessionSetup):
+    bar: records.LengthBar
+    """With LEDs it is shown, otherwise its end nests are touched."""
+    control: KnownPoints | None = None
+    """Points that define the world frame."""
+    request: RelocationRequest = field(default_factory=RelocationRequest)
+    valid_days: int = 365
 
 
-class RelocationProcedure(guided.CameraProcedure[RelocationEvent, guided.CalibrationOutcome]):
-    """See `procedure`; made by `start` and `resume`."""
+class RelocationProcedure(
+    guided.CameraProcedure[
+        RelocationEvent, guided.CalibrationOutcome, RelocationBegun, RelocationSetup
+    ]
+):
+    """See `procedure`; the rig has its previous poses."""
 
     kind = guided.ProcedureKind.RELOCATION
+    sessions = guided.SessionFormat(kind, guided.SessionLine[RelocationEvent], RelocationBegun)
     step_names = (PREPARE, SEATS_FIRST, WAVE, BAR, WORLD, SEATS_AGAIN, RESULT)
 
     def __init__(
         self,
+        site: guided.SessionSite,
         chain: ChainFile[guided.SessionLine[RelocationEvent]],
         begun: RelocationBegun,
-        rig: Rig,
-        body: ProbeBody,
-        store: records.CalibrationStore,
     ) -> None:
-        super().__init__(chain, begun, rig, store)
+        super().__init__(site, chain, begun)
+        rig, body = site.rig, site.body
         guided.require_probe(chain.path, begun.probe_identity, body)
-        self._begun = begun
         self._state = RelocationState(rig, body, begun)
         self._length_sigma: float | None = None
         self._predicted = -1
@@ -89,74 +94,38 @@ class RelocationProcedure(guided.CameraProcedure[RelocationEvent, guided.Calibra
             self._refuse_older("visited no seats first and last")
 
     @classmethod
-    def start(
-        cls,
-        folder: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: records.CalibrationStore,
-        bar: records.LengthBar,
-        now: datetime,
-        *,
-        who: str,
-        temperature: Temperature | None = None,
-        control: KnownPoints | None = None,
-        request: RelocationRequest = RelocationRequest(),  # noqa: B008 - frozen
-        valid_days: int = 365,
-    ) -> RelocationProcedure:
-        """Start a session.
-
-        ``rig``: previous poses, with the calibration in force if any; ``bar``: with LEDs it is
-        shown, otherwise its end nests are touched; ``control``: points that define the world.
-        CalibrationError if the bar's certificate has expired, or control points are missing;
-        StorageError if the session file cannot be written.
-        """
+    def _first_line(
+        cls, site: guided.SessionSite, setup: RelocationSetup, now: datetime
+    ) -> dict[str, object]:
+        bar, request = setup.bar, setup.request
         length = bar.nests[-1] - bar.nests[0]
-        records.let_pass(bar.artefact.judge(length, np.inf, now, temperature), force=False)
-        if request.world == "points" and (control is None or len(control.names) < 3):
+        records.let_pass(bar.artefact.judge(length, np.inf, now, setup.temperature), force=False)
+        known = setup.control if request.world == "points" else None
+        if request.world == "points" and (known is None or len(known.names) < 3):
             raise CalibrationError(
                 "relocation.control",
                 "A world frame from control points needs at least three known ones.",
                 "Give a list of control points, or fix the world frame to the cameras.",
             )
-        known = control if request.world == "points" and control is not None else None
-        diagonal = float(np.linalg.norm(np.ptp(rig.volume_world, axis=0)))
-        chain, begun = _SESSIONS.start(
-            folder,
-            rig,
-            now,
-            running=store.active_hash or "",
-            who=who,
-            temperature=temperature,
-            probe_identity=body.identity,
-            bar=bar,
-            poses_wanted=request.poses,
-            bars_wanted=request.placements,
-            length_mm=min(400.0, _LENGTH_OF_VOLUME * diagonal),
-            length_limit_mm=request.limit,
-            lens=request.lens,
-            geometry=request.geometry,
-            world=request.world,
-            control_names=known.names if known else (),
-            control_positions=tuple(
+        diagonal = float(np.linalg.norm(np.ptp(site.rig.volume_world, axis=0)))
+        return {
+            "probe_identity": site.body.identity,
+            "bar": bar,
+            "poses_wanted": request.poses,
+            "bars_wanted": request.placements,
+            "length_mm": min(400.0, _LENGTH_OF_VOLUME * diagonal),
+            "length_limit_mm": request.limit,
+            "lens": request.lens,
+            "geometry": request.geometry,
+            "world": request.world,
+            "control_names": known.names if known else (),
+            "control_positions": tuple(
                 (x, y, z) for x, y, z in (known.positions_world.tolist() if known else [])
             ),
-            control_sigma=known.sigma if known else 0.0,
-            valid_days=valid_days,
-            seats=guided.SEATS if request.seats else 0,
-        )
-        return cls(chain, begun, rig, body, store)
-
-    @classmethod
-    def resume(
-        cls, path: Path, rig: Rig, body: ProbeBody, store: records.CalibrationStore
-    ) -> RelocationProcedure:
-        """Continue the session of a file.
-
-        StorageError if it was changed; CalibrationError if empty, of another rig or probe, or an
-        open session of a version without seats.
-        """
-        return cls(*_SESSIONS.resume(path), rig, body, store)
+            "control_sigma": known.sigma if known else 0.0,
+            "valid_days": setup.valid_days,
+            "seats": guided.SEATS if request.seats else 0,
+        }
 
     @property
     def bar(self) -> records.LengthBar:

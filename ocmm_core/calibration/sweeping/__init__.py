@@ -11,7 +11,7 @@ The computation is in `pivot`. No other package of calibration imports this one.
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
-    from ocmm_core.calibration.sweeping._procedure_pivot import PivotProcedure
+    from ocmm_core.calibration.sweeping._procedure_pivot import PivotProcedure, PivotSetup
     from ocmm_core.calibration.sweeping._progress import CELL_RAD
     from ocmm_core.calibration.sweeping._request import PivotRequest
     from ocmm_core.calibration.sweeping._views import (
@@ -24,6 +24,6 @@ else:
 
 __all__ = [
     "AGAIN", "BATCH", "CELL_RAD", "COUNTDOWN_S", "SECOND", "SWEEPS", "MapCell", "PivotChange",
-    "PivotOutcome", "PivotProcedure", "PivotRequest", "PivotView", "SweepPhase", "SweepView",
-    "led_paths",
+    "PivotOutcome", "PivotProcedure", "PivotRequest", "PivotSetup", "PivotView", "SweepPhase",
+    "SweepView", "led_paths",
 ]  # fmt: skip

@@ -8,9 +8,8 @@ key: a sweep starts when the ball rests in the cone, and its gate opens when it 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
-from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -18,47 +17,47 @@ import numpy as np
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration import guided
 from ocmm_core.calibration.pivot import OTHER_ATTITUDE, OTHER_PLACE_MM
-from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse, ProbeRecord, ProbeStore, load_named
 from ocmm_core.calibration.sweeping import _views as views
 from ocmm_core.calibration.sweeping._conclusion import expected_tip
 from ocmm_core.calibration.sweeping._request import PivotRequest
 from ocmm_core.calibration.sweeping._state import SweepingState
-from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
-from ocmm_core.tracking import ProbeBody
 
 _RECORDED_BATCH = 200
 
-_SESSIONS = guided.SessionFormat(
-    guided.ProcedureKind.PIVOT, guided.SessionLine[views.PivotEvent], views.PivotBegun
-)
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PivotSetup(guided.TipSetup):
+    cone: ArtefactUse | None = None
+    request: PivotRequest = field(default_factory=PivotRequest)
 
 
-class PivotProcedure(guided.ProbeProcedure[views.PivotEvent, views.PivotOutcome]):
-    """See `procedure`; made by `start` and `resume`.
+class PivotProcedure(
+    guided.ProbeProcedure[views.PivotEvent, views.PivotOutcome, views.PivotBegun, PivotSetup]
+):
+    """See `procedure`.
 
     `watch` frames; whenever ``view.base.live.ready`` is set, `take` (a batch of poses, durable when
     it returns); when the gate of the step is open, `advance`.
     """
 
     kind = guided.ProcedureKind.PIVOT
+    sessions = guided.SessionFormat(kind, guided.SessionLine[views.PivotEvent], views.PivotBegun)
     step_names = (views.PREPARE, views.FIRST, views.SECOND, views.AGAIN, views.RESULT)
 
     def __init__(
         self,
+        site: guided.SessionSite,
         chain: ChainFile[guided.SessionLine[views.PivotEvent]],
         begun: views.PivotBegun,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
     ) -> None:
-        super().__init__(chain, begun, rig, store, begun.tip)
-        guided.require_probe(chain.path, begun.probe_identity, body)
-        self._begun = begun
-        self._state = SweepingState(rig, body, begun)
+        super().__init__(site, chain, begun)
+        self.tip = begun.tip
+        guided.require_probe(chain.path, begun.probe_identity, site.body)
+        self._state = SweepingState(site.rig, site.body, begun)
         # During replay of many lines, computing progress after each would be wasted.
         self._watching = False
         self._watch = self._state.watch(views.FIRST)
@@ -70,52 +69,27 @@ class PivotProcedure(guided.ProbeProcedure[views.PivotEvent, views.PivotOutcome]
         self._rewatch()
 
     @classmethod
-    def start(
-        cls,
-        folder: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
-        tip: str,
-        now: datetime,
-        *,
-        who: str,
-        temperature: Temperature | None = None,
-        cone: ArtefactUse | None = None,
-        request: PivotRequest = PivotRequest(),  # noqa: B008 - frozen
-    ) -> PivotProcedure:
-        """Start a session.
-
-        CalibrationError if the tip has no name, or its record is of a probe with other LEDs;
-        StorageError if the session file cannot be written.
-        """
+    def _first_line(
+        cls, site: guided.SessionSite, setup: PivotSetup, now: datetime
+    ) -> dict[str, object]:
+        tip, body, request = setup.tip, site.body, setup.request
         if not tip.strip():
             raise CalibrationError(
                 "pivot.tip_name",
                 "The tip has no name.",
                 "Use the name marked on its stylus; each tip has its own calibration.",
             )
-        active = store.active(tip)
+        active = ProbeStore(site.records).active(tip)
         expected = expected_tip(
             body, None if active is None else active.calibration, tip_unknown=request.tip_unknown
         )
-        chain, begun = _SESSIONS.start(
-            folder, rig, now, running=store.active_hash(tip) or "", who=who,
-            temperature=temperature, probe=body.name, probe_identity=body.identity, tip=tip,
-            expected_tip=expected, cone=cone, slack_mm=request.slack,
-            change_limit_mm=request.limit, poses_wanted=request.poses,
-            tip_sigma_mm=request.tip_sigma_mm, valid_days=request.valid_days, again=request.again,
-        )  # fmt: skip
-        return cls(chain, begun, rig, body, store)
-
-    @classmethod
-    def resume(cls, path: Path, rig: Rig, body: ProbeBody, store: ProbeStore) -> PivotProcedure:
-        """Resume a session; its file names the tip.
-
-        CalibrationError for another rig or probe, or an open session of a version without the final
-        visit; StorageError if the file cannot be read, or was changed.
-        """
-        return cls(*_SESSIONS.resume(path), rig, body, store)
+        return {
+            "probe": body.name, "probe_identity": body.identity, "tip": tip,
+            "expected_tip": expected, "cone": setup.cone, "slack_mm": request.slack,
+            "change_limit_mm": request.limit, "poses_wanted": request.poses,
+            "tip_sigma_mm": request.tip_sigma_mm, "valid_days": request.valid_days,
+            "again": request.again,
+        }  # fmt: skip
 
     @property
     def view(self) -> views.PivotView:

@@ -12,14 +12,16 @@ bundle, relocation and pivot; cameras are given.
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
-    from ocmm_core.calibration.tip._procedure_tip import TipQualificationProcedure
+    from ocmm_core.calibration.tip._procedure_tip import (
+        QualificationSetup, TipQualificationProcedure,
+    )  # fmt: skip
     from ocmm_core.calibration.tip._procedure_tip_check import TipCheckProcedure
     from ocmm_core.calibration.tip._qualification import TipLimits, conforms, qualification_checks
     from ocmm_core.calibration.tip._sphere_layout import (
         CHECK_RINGS, QUALIFICATION_RINGS, frame_about, sphere_layout,
     )  # fmt: skip
     from ocmm_core.calibration.tip._steps import CONE, SPHERE
-    from ocmm_core.calibration.tip._touch_session import POLE, TipSite
+    from ocmm_core.calibration.tip._touch_session import POLE, TouchSetup
     from ocmm_core.calibration.tip._views import (
         CheckVerdict, ConeProgress, Countdown, Phase, SphereProgress, TipCheckOutcome, TipCheckView,
         TipOutcome, TipView, TouchView,
@@ -30,7 +32,8 @@ else:
 
 __all__ = [
     "CHECK_RINGS", "CONE", "POLE", "QUALIFICATION_RINGS", "SPHERE", "VALID_DAYS", "CheckVerdict",
-    "ConeProgress", "Countdown", "Phase", "SphereProgress", "TipCheckOutcome", "TipCheckProcedure",
-    "TipCheckView", "TipLimits", "TipOutcome", "TipQualificationProcedure", "TipSite", "TipView",
-    "TouchView", "conforms", "frame_about", "qualification_checks", "sphere_layout",
+    "ConeProgress", "Countdown", "Phase", "QualificationSetup", "SphereProgress", "TipCheckOutcome",
+    "TipCheckProcedure", "TipCheckView", "TipLimits", "TipOutcome", "TipQualificationProcedure",
+    "TipView", "TouchSetup", "TouchView", "conforms", "frame_about", "qualification_checks",
+    "sphere_layout",
 ]  # fmt: skip

@@ -6,13 +6,12 @@ uncertain), ``cone`` (five attitudes), ``result``.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from datetime import datetime, timedelta
-from pathlib import Path
 
 import msgspec
 
 from ocmm_core.calibration import guided, records
-from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.tip import _qualification as qualification
 from ocmm_core.calibration.tip._fit import fit_ball_on, sigma_with_sphere
 from ocmm_core.calibration.tip._sphere_layout import (
@@ -23,7 +22,7 @@ from ocmm_core.calibration.tip._sphere_layout import (
 )
 from ocmm_core.calibration.tip._state import TouchPlan
 from ocmm_core.calibration.tip._steps import attitudes_gate
-from ocmm_core.calibration.tip._touch_session import POLE, TipSite, TouchProcedure
+from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure, TouchSetup
 from ocmm_core.calibration.tip._views import TipOutcome, TipView
 from ocmm_core.calibration.tip._wanted import VALID_DAYS
 from ocmm_core.camera import Rig
@@ -33,52 +32,42 @@ from ocmm_core.tracking import ProbeBody
 from ocmm_core.typed_numbers import BALL
 
 
-class TipQualificationProcedure(TouchProcedure[TipOutcome, qualification.TipBegun]):
-    """See `TouchProcedure`; made by `start` and `resume`."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class QualificationSetup(TouchSetup):
+    nominal_mm: float | None = None
+    """Ball diameter; None: that of the document."""
+    limits: qualification.TipLimits | None = None
+    valid_days: int = VALID_DAYS
+
+
+class TipQualificationProcedure(
+    TouchProcedure[TipOutcome, qualification.TipBegun, QualificationSetup]
+):
+    """See `TouchProcedure`."""
 
     kind = guided.ProcedureKind.QUALIFICATION
-
     sessions = guided.SessionFormat(
         kind, guided.SessionLine[qualification.TouchEvent], qualification.TipBegun
     )
 
     @classmethod
-    def start(
-        cls,
-        folder: Path,
-        site: TipSite,
-        tip: str,
-        sphere: records.Sphere,
-        now: datetime,
-        *,
-        who: str,
-        temperature: Temperature | None = None,
-        cone: records.ArtefactUse | None = None,
-        nominal_mm: float | None = None,
-        limits: qualification.TipLimits | None = None,
-        valid_days: int = VALID_DAYS,
-    ) -> TipQualificationProcedure:
-        """Start a session.
-
-        ``nominal_mm``: ball diameter, default that of the document. CalibrationError if the tip is
-        not mounted or was never calibrated, or the sphere may not be used; StorageError if the
-        session file cannot be written.
-        """
-        chosen = limits or qualification.usual_limits(site.rig)
-        return cls._start(
-            folder, site, qualification.mounted_records(site.store, tip), sphere, now,
-            limit_mm=chosen.nominal, who=who, temperature=temperature, cone=cone,
-            nominal_mm=2.0 * site.body.tip_radius if nominal_mm is None else BALL.check(nominal_mm),
-            limits=chosen, valid_days=valid_days,
-        )  # fmt: skip
+    def _first_line(
+        cls, site: guided.SessionSite, setup: QualificationSetup, now: datetime
+    ) -> dict[str, object]:
+        qualification.mounted_records(records.ProbeStore(site.records), setup.tip)
+        limits, nominal = setup.limits or qualification.usual_limits(site.rig), setup.nominal_mm
+        return cls._touch_line(site, setup, now, limits.nominal) | {
+            "nominal_mm": 2.0 * site.body.tip_radius if nominal is None else BALL.check(nominal),
+            "limits": limits, "valid_days": setup.valid_days,
+        }  # fmt: skip
 
     @property
     def view(self) -> TipView:
         with self._lock:
             return self._snapshot(TipView, outcome=self._outcome)
 
-    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
-        begun, frame = self._begun, frame_about(POLE, rig)
+    def _wanting(self, begun: qualification.TipBegun, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
+        frame = frame_about(POLE, rig)
         return TouchPlan(
             frame=frame,
             places=sphere_layout(QUALIFICATION_RINGS, frame),

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from datetime import datetime
-from pathlib import Path
 
 from ocmm_core.calibration import guided
-from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     CHECK_SCHEMA,
-    ArtefactUse,
-    Sphere,
+    ProbeStore,
     TipCheckRecord,
     TipRecord,
     TipRecords,
@@ -33,7 +30,7 @@ from ocmm_core.calibration.tip._sphere_layout import (
 )
 from ocmm_core.calibration.tip._state import TouchPlan
 from ocmm_core.calibration.tip._steps import attitudes_gate, places_gate
-from ocmm_core.calibration.tip._touch_session import POLE, TipSite, TouchProcedure
+from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure, TouchSetup
 from ocmm_core.calibration.tip._views import CheckVerdict, TipCheckOutcome, TipCheckView
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
@@ -42,39 +39,21 @@ from ocmm_core.tracking import ProbeBody
 _ARTEFACT_LIMIT_MM = 0.5 * check.DIAMETER_DEFECT_MM
 
 
-class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
-    """See `TouchProcedure`; made by `start` and `resume`."""
+class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun, TouchSetup]):
+    """See `TouchProcedure`; with the qualified limits."""
 
     kind = guided.ProcedureKind.TIP_CHECK
-
     sessions = guided.SessionFormat(kind, guided.SessionLine[TouchEvent], TipCheckBegun)
     _decision: tuple[int, check.TipCheckDecision] | None = None
 
     @classmethod
-    def start(
-        cls,
-        folder: Path,
-        site: TipSite,
-        tip: str,
-        sphere: Sphere,
-        now: datetime,
-        *,
-        who: str,
-        temperature: Temperature | None = None,
-        cone: ArtefactUse | None = None,
-    ) -> TipCheckProcedure:
-        """Start a session as `TipQualificationProcedure.start`, with the qualified limits.
-
-        CalibrationError if the tip is not mounted or was never qualified, or the sphere may not be
-        used; StorageError if the session file cannot be written.
-        """
-        records = mounted_records(site.store, tip)
-        qualification = _qualified(records, None)
-        return cls._start(
-            folder, site, records, sphere, now, limit_mm=_ARTEFACT_LIMIT_MM, who=who,
-            temperature=temperature, cone=cone, nominal_mm=qualification.diameter_mm,
-            qualification=record_hash(qualification),
-        )  # fmt: skip
+    def _first_line(
+        cls, site: guided.SessionSite, setup: TouchSetup, now: datetime
+    ) -> dict[str, object]:
+        qualified = _qualified(mounted_records(ProbeStore(site.records), setup.tip), None)
+        return cls._touch_line(site, setup, now, _ARTEFACT_LIMIT_MM) | {
+            "nominal_mm": qualified.diameter_mm, "qualification": record_hash(qualified)
+        }  # fmt: skip
 
     @property
     def view(self) -> TipCheckView:
@@ -94,8 +73,8 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
             self._decision = (self._version, decision)
         return self._decision[1]
 
-    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
-        begun, frame = self._begun, frame_about(POLE, rig)
+    def _wanting(self, begun: TipCheckBegun, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
+        frame = frame_about(POLE, rig)
         places = sphere_layout(CHECK_RINGS, frame)
         self._qualification = qualified = _qualified(self._records, begun.qualification)
         return TouchPlan(

@@ -6,14 +6,12 @@ from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
-from typing import Generic, Self, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration import guided
-from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     ArtefactUse,
     CalibrationStore,
@@ -21,10 +19,8 @@ from ocmm_core.calibration.records import (
     MadeRecord,
     ProbeStore,
     Sphere,
-    TipRecords,
     let_pass,
     probe_from_records,
-    record_hash,
 )
 from ocmm_core.calibration.tip import _steps as steps
 from ocmm_core.calibration.tip._qualification import (
@@ -53,43 +49,39 @@ Q = TypeVar("Q", bound=TipOutcome | TipCheckOutcome)
 B = TypeVar("B", bound=TouchBegun)
 
 
-@dataclass(frozen=True, slots=True)
-class TipSite:
-    """Cameras and probe of a tip, and how long its ball rests."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TouchSetup(guided.TipSetup):
+    """Common part of both setups: the mounted tip, the sphere, and the cone if it is marked."""
 
-    rig: Rig
-    body: ProbeBody
-    store: ProbeStore
-    cameras: CalibrationStore | None = None
-    """To warn if the same sphere was used there."""
-    hold_s: float = 0.0
-    """Additional rest of the ball."""
+    sphere: Sphere
+    cone: ArtefactUse | None = None
 
 
-class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
+S = TypeVar("S", bound=TouchSetup)
+
+
+class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q, B, S]):
     """Base of both procedures.
 
     `watch` frames; whenever ``view.base.live.ready`` is set, `take`; when the gate of the step is
     open, `advance`; in the last step `compute`, then `accept` (which also stores failed results) or
-    `keep`. `drop` removes the last point, `take_back` any.
+    `keep`. `drop` removes the last point, `take_back` any. `start` raises CalibrationError also if
+    the tip is not mounted or lacks the record that the procedure rests on.
     """
 
-    sessions: guided.SessionFormat[TouchEvent, B]
     step_names = (steps.PREPARE, steps.SPHERE, steps.CONE, steps.RESULT)
 
     def __init__(
-        self,
-        chain: ChainFile[guided.SessionLine[TouchEvent]],
-        begun: B,
-        site: TipSite,
-        records: TipRecords,
+        self, site: guided.SessionSite, chain: ChainFile[guided.SessionLine[TouchEvent]], begun: B
     ) -> None:
         # First of all: another qualification in force is the better reason to refuse.
-        self._begun, self._records, self._cameras = begun, records, site.cameras
         rig, body = site.rig, site.body
-        calibrated = probe_from_records(body, records.calibration, None)
-        self._wanted = self._wanting(rig, calibrated)
-        super().__init__(chain, begun, rig, site.store, begun.tip)
+        self._records = continued_records(ProbeStore(site.records), begun, chain.path)
+        self._cameras = None if site.cameras is None else CalibrationStore(site.cameras)
+        calibrated = probe_from_records(body, self._records.calibration, None)
+        self._wanted = self._wanting(begun, rig, calibrated)
+        super().__init__(site, chain, begun)
+        self.tip = begun.tip
         guided.require_probe(chain.path, begun.probe_identity, body)
         self._state = TouchState(rig, calibrated, begun, self._wanted)
         self._sight = steps.RestingBall(self._state, site.hold_s)
@@ -97,39 +89,17 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         self._fold()
 
     @classmethod
-    def _start(
-        cls,
-        folder: Path,
-        site: TipSite,
-        records: TipRecords,
-        sphere: Sphere,
-        now: datetime,
-        *,
-        limit_mm: float,
-        who: str,
-        temperature: Temperature | None,
-        cone: ArtefactUse | None,
-        nominal_mm: float,
-        **own: object,
-    ) -> Self:
-        let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature), force=False)
-        chain, begun = cls.sessions.start(
-            folder, site.rig, now, running=record_hash(records.calibration), who=who,
-            temperature=temperature, tip=records.calibration.tip,
-            probe_identity=site.body.identity, sphere=sphere, cone=cone, nominal_mm=nominal_mm,
-            **own,
-        )  # fmt: skip
-        return cls(chain, begun, site, records)
-
-    @classmethod
-    def resume(cls, path: Path, site: TipSite) -> Self:
-        """Continue the session of a file, which names tip and sphere.
-
-        CalibrationError if empty, or of another rig, probe, calibration or qualification;
-        StorageError if it was changed.
-        """
-        chain, begun = cls.sessions.resume(path)
-        return cls(chain, begun, site, continued_records(site.store, begun, path))
+    def _touch_line(
+        cls, site: guided.SessionSite, setup: S, now: datetime, limit_mm: float
+    ) -> dict[str, object]:
+        """Return the fields of the first line common to both; ``limit_mm``: for the diameter."""
+        sphere = setup.sphere
+        known = sphere.artefact.judge(sphere.diameter, limit_mm, now, setup.temperature)
+        let_pass(known, force=False)
+        return {
+            "tip": setup.tip, "probe_identity": site.body.identity, "sphere": sphere,
+            "cone": setup.cone,
+        }  # fmt: skip
 
     @property
     def sphere(self) -> Sphere:
@@ -164,7 +134,7 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             self._append(TakenBack(utc=guided.utc_text(now), step=self._step, point=point))
 
     @abstractmethod
-    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
+    def _wanting(self, begun: B, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
         """Return layouts and limits; called once, before the state exists."""
 
     @abstractmethod
@@ -201,12 +171,10 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         )  # fmt: skip
 
     def _check(self, outcome: Q) -> None:
-        # Another process may have put other records in force.
-        self._store.refresh()
         super()._check(outcome)
         if outcome.record.passed and not self._is_stored():
             guided.require_no_doubt_since(
-                self._store, self.tip, datetime.fromisoformat(self._first.utc)
+                self._store, self.tip, datetime.fromisoformat(self._begun.utc)
             )
 
     def _warned(self) -> tuple[Finding, ...]:
@@ -233,11 +201,11 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         cone = self._begun.cone
         return kind(
             probe=self._records.calibration.probe, tip=self.tip, made_utc=self._made_utc,
-            made_by=self._first.who, software=self._first.software,
-            temperature_c=self._first.temperature_c, rig=self.rig.name,
+            made_by=self._begun.who, software=self._begun.software,
+            temperature_c=self._begun.temperature_c, rig=self.rig.name,
             rig_identity=self.rig.identity,
             data_sha256=guided.hash_of(np.array([guided.from_spots(event.uv) for event in taken])),
-            calibration=self._first.running,
+            calibration=self._begun.running,
             artefacts=(self.sphere.artefact.use, *((cone,) if cone is not None else ())), **own,
         )  # fmt: skip
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.calibration.verification._procedure_verification import (
         LINES, RESULT, SEATS_AGAIN, SEATS_FIRST, SPHERES, VerificationProcedure,
+        VerificationSetup,
     )  # fmt: skip
     from ocmm_core.calibration.verification._state import PLACES
     from ocmm_core.calibration.verification._verification import fit_sphere
@@ -25,6 +26,6 @@ else:
 
 __all__ = [
     "CORNER_NAMES", "LINES", "PLACES", "RESULT", "SEATS_AGAIN", "SEATS_FIRST", "SPHERES", "Limits",
-    "LinePlanning", "PlannedLine", "VerificationProcedure", "corner_distances", "corners_of",
-    "fit_sphere", "plan_lines",
+    "LinePlanning", "PlannedLine", "VerificationProcedure", "VerificationSetup", "corner_distances",
+    "corners_of", "fit_sphere", "plan_lines",
 ]  # fmt: skip

@@ -8,15 +8,13 @@ failed. Two seats fixed to the table are visited first and last to detect motion
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime
-from pathlib import Path
 
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration import guided
-from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, let_pass
 from ocmm_core.calibration.verification import _verification as judging
 from ocmm_core.calibration.verification._limits import Limits
@@ -34,39 +32,46 @@ from ocmm_core.calibration.verification._state import (
     VerificationState,
 )
 from ocmm_core.calibration.verification._verdict import judge_artefacts, verdict
-from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
-from ocmm_core.tracking import ProbeBody, solve
+from ocmm_core.tracking import solve
 
 PREPARE, SEATS_FIRST, LINES, SPHERES = "prepare", "seats", "lines", "spheres"
 SEATS_AGAIN, RESULT = "again", "result"
 _APART_MM = 5.0
 
-_SESSIONS = guided.SessionFormat(
-    guided.ProcedureKind.VERIFICATION, guided.SessionLine[VerificationEvent], VerificationBegun
-)
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VerificationSetup(guided.SessionSetup):
+    bar: LengthBar
+    spheres: tuple[Sphere, ...] = ()
+    two_places: bool = False
+    """Touch every sphere in the near and the far third of the volume."""
+    limits: Limits | None = None
 
 
-class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.VerificationOutcome]):
-    """See `procedure`; made by `start` and `resume`."""
+class VerificationProcedure(
+    guided.CameraProcedure[
+        VerificationEvent, guided.VerificationOutcome, VerificationBegun, VerificationSetup
+    ]
+):
+    """See `procedure`."""
 
     kind = guided.ProcedureKind.VERIFICATION
     for_trackers = True
+    sessions = guided.SessionFormat(kind, guided.SessionLine[VerificationEvent], VerificationBegun)
     step_names = (PREPARE, SEATS_FIRST, LINES, SPHERES, SEATS_AGAIN, RESULT)
 
     def __init__(
         self,
+        site: guided.SessionSite,
         chain: ChainFile[guided.SessionLine[VerificationEvent]],
         begun: VerificationBegun,
-        rig: Rig,
-        body: ProbeBody,
-        store: CalibrationStore,
     ) -> None:
-        super().__init__(chain, begun, rig, store)
+        super().__init__(site, chain, begun)
+        rig, body = site.rig, site.body
         guided.require_probe(chain.path, begun.probe_identity, body)
-        self._begun = begun
         planning = plan_lines(rig.volume_world, begun.bar.nests[-1] - begun.bar.nests[0])
         self._state = VerificationState(rig, body, begun, planning)
         self._probe = guided.ProbeSpotAverager(
@@ -75,27 +80,10 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
         self._fold()
 
     @classmethod
-    def start(
-        cls,
-        folder: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: CalibrationStore,
-        bar: LengthBar,
-        now: datetime,
-        *,
-        who: str,
-        temperature: Temperature | None = None,
-        spheres: tuple[Sphere, ...] = (),
-        two_places: bool = False,
-        limits: Limits | None = None,
-    ) -> VerificationProcedure:
-        """Start a session; ``two_places`` touches every sphere in the near and the far third.
-
-        CalibrationError if the rig does not use the calibration in force, an artefact may not be
-        used or gave it its scale, or the bar does not suit the volume; StorageError if the session
-        file cannot be written.
-        """
+    def _first_line(
+        cls, site: guided.SessionSite, setup: VerificationSetup, now: datetime
+    ) -> dict[str, object]:
+        rig, bar, store = site.rig, setup.bar, CalibrationStore(site.records)
         if rig.identity != store.active_hash:
             raise CalibrationError(
                 "verification.other",
@@ -105,29 +93,20 @@ class VerificationProcedure(guided.CameraProcedure[VerificationEvent, guided.Ver
                 else "Calibrate the tracker, then close the job and open it: only then its markers "
                 "are read by the new calibration.",
             )
-        chosen = judging.limits_of(rig, body) if limits in (None, Limits()) else limits
-        findings = judge_artefacts(bar, spheres, chosen, now, temperature, store.active())
+        own = setup.limits
+        chosen = judging.limits_of(rig, site.body) if own in (None, Limits()) else own
+        findings = judge_artefacts(
+            bar, setup.spheres, chosen, now, setup.temperature, store.active()
+        )
         let_pass(findings, force=False)
         # Refuse an unsuitable bar before there is a session.
         plan_lines(rig.volume_world, bar.nests[-1] - bar.nests[0])
-        chain, begun = _SESSIONS.start(
-            folder, rig, now, running=rig.identity, who=who, temperature=temperature,
-            probe_identity=body.identity, bar=bar,
-            spheres=tuple(one for one in spheres for _ in (PLACES if two_places else ("",))),
-            places=tuple(place for _ in spheres for place in (PLACES if two_places else ("",))),
-            limits=chosen,
-        )  # fmt: skip
-        return cls(chain, begun, rig, body, store)
-
-    @classmethod
-    def resume(
-        cls, path: Path, rig: Rig, body: ProbeBody, store: CalibrationStore
-    ) -> VerificationProcedure:
-        """Continue the session of a file.
-
-        StorageError if changed; CalibrationError if empty, or of another calibration or probe.
-        """
-        return cls(*_SESSIONS.resume(path), rig, body, store)
+        places = PLACES if setup.two_places else ("",)
+        return {
+            "probe_identity": site.body.identity, "bar": bar,
+            "spheres": tuple(one for one in setup.spheres for _ in places),
+            "places": tuple(place for _ in setup.spheres for place in places), "limits": chosen,
+        }  # fmt: skip
 
     @property
     def bar(self) -> LengthBar:

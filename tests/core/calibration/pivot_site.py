@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ocmm_core.calibration.guided import SessionSite
 from ocmm_core.calibration.records import ProbeStore
-from ocmm_core.calibration.sweeping import PivotProcedure, PivotRequest, PivotView
+from ocmm_core.calibration.sweeping import PivotProcedure, PivotRequest, PivotSetup, PivotView
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.geometry import Float, Pixels, rigid_fit
 from ocmm_core.tracking import ProbeBody, load_probe
@@ -34,14 +35,22 @@ class PivotBench:
     def store(self) -> ProbeStore:
         return ProbeStore(self.folder / "probe")
 
+    def site(self) -> SessionSite:
+        return SessionSite(self.folder / "sessions", self.rig, self.body, self.folder / "probe")
+
     def begin(self, *, tip_unknown: bool = False, poses: int = 150) -> PivotProcedure:
         return PivotProcedure.start(
-            self.folder / "sessions", self.rig, self.body, self.store(), "A", self.now(),
-            who="technician", request=PivotRequest(tip_unknown=tip_unknown, poses=poses),
-        )  # fmt: skip
+            self.site(),
+            PivotSetup(
+                who="technician",
+                request=PivotRequest(tip_unknown=tip_unknown, poses=poses),
+                tip="A",
+            ),
+            self.now(),
+        )
 
     def resume(self, path: Path) -> PivotProcedure:
-        return PivotProcedure.resume(path, self.rig, self.body, self.store())
+        return PivotProcedure.resume(self.site(), path)
 
     def swept(
         self, seed: int, cone: tuple[float, float, float] = CONE, *, n: int = 200,

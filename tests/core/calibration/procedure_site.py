@@ -10,8 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure, SpotTable
-from ocmm_core.calibration.guided import Procedure, Shot
+from ocmm_core.calibration.cameras import (
+    KnownPoints,
+    KnownPointsProcedure,
+    KnownPointsSetup,
+    SpotTable,
+)
+from ocmm_core.calibration.guided import Procedure, SessionSite, Shot
 from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, load_bar, load_sphere
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig, on_sensor, project
@@ -67,6 +72,9 @@ class Bench:
     def sessions(self) -> Path:
         return self.folder / "sessions"
 
+    def site(self, rig: Rig | None = None) -> SessionSite:
+        return SessionSite(self.sessions, rig or self.rig, self.body, self.folder / "store")
+
     def store(self) -> CalibrationStore:
         return CalibrationStore(self.folder / "store")
 
@@ -103,7 +111,7 @@ class Bench:
 
     def known_points(self, n: int = 100) -> KnownPointsProcedure:
         return KnownPointsProcedure.start(
-            self.sessions, self.rig, self.store(), self.points(n), self.now(), who="technician"
+            self.site(), KnownPointsSetup(who="technician", points=self.points(n)), self.now()
         )
 
     def verified_scenes(

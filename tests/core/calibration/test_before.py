@@ -8,14 +8,20 @@ it: the files of users are like it.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from ocmm_core.calibration.cameras import KnownPointsProcedure
-from ocmm_core.calibration.guided import Procedure, ProcedureDecision, ProcedureKind
+from ocmm_core.calibration.guided import (
+    GuidedProcedure,
+    ProbeProcedure,
+    ProcedureDecision,
+    ProcedureKind,
+    SessionSite,
+)
 from ocmm_core.calibration.records import (
     CalibrationStore,
     EventKind,
@@ -28,7 +34,7 @@ from ocmm_core.calibration.records import (
 from ocmm_core.calibration.records._events import status
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.calibration.sweeping import PivotProcedure
-from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure, TipSite
+from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.seals import SealWord
@@ -54,6 +60,15 @@ class Kept:
         (path,) = (self.folder / "sessions").glob(f"{kind.value}-2*.jsonl")
         return path
 
+    def site(self, kind: ProcedureKind) -> SessionSite:
+        rig = self.calibrated() if kind is ProcedureKind.VERIFICATION else self.rig
+        records = self.folder / "none"
+        if kind is ProcedureKind.VERIFICATION:
+            records = self.cameras.folder
+        elif issubclass(PROCEDURES[kind], ProbeProcedure):
+            records = self.probe.folder
+        return SessionSite(self.folder / "sessions", rig, self.body, records)
+
     def calibrated(self) -> Rig:
         record = self.cameras.active()
         assert record is not None
@@ -65,26 +80,13 @@ def kept(tmp_path: Path) -> Kept:
     return Kept(tmp_path / "before")
 
 
-RESUMES: dict[ProcedureKind, Callable[[Kept, Path], Procedure]] = {
-    ProcedureKind.KNOWN_POINTS: lambda kept, path: KnownPointsProcedure.resume(
-        path, kept.rig, CalibrationStore(kept.folder / "none")
-    ),
-    ProcedureKind.RELOCATION: lambda kept, path: RelocationProcedure.resume(
-        path, kept.rig, kept.body, CalibrationStore(kept.folder / "none")
-    ),
-    ProcedureKind.VERIFICATION: lambda kept, path: VerificationProcedure.resume(
-        path, kept.calibrated(), kept.body, kept.cameras
-    ),
-    ProcedureKind.PIVOT: lambda kept, path: PivotProcedure.resume(
-        path, kept.rig, kept.body, kept.probe
-    ),
-    ProcedureKind.QUALIFICATION: lambda kept, path: TipQualificationProcedure.resume(
-        path, TipSite(kept.rig, kept.body, kept.probe)
-    ),
-    ProcedureKind.TIP_CHECK: lambda kept, path: TipCheckProcedure.resume(
-        path, TipSite(kept.rig, kept.body, kept.probe)
-    ),
-}
+PROCEDURES: dict[ProcedureKind, type[GuidedProcedure[Any, Any, Any, Any]]] = {
+    one.kind: one
+    for one in (
+        KnownPointsProcedure, RelocationProcedure, VerificationProcedure, PivotProcedure,
+        TipQualificationProcedure, TipCheckProcedure,
+    )
+}  # fmt: skip
 DONE = {
     ProcedureKind.KNOWN_POINTS: {"collect": 6},
     ProcedureKind.RELOCATION: {"seats": 2, "wave": 1, "bar": 1},
@@ -118,9 +120,9 @@ def test_the_store_of_the_probe_opens_and_stands(kept: Kept) -> None:
     assert len(store.qualifications()) == len(store.checks()) == 1
 
 
-@pytest.mark.parametrize("kind", list(RESUMES))
+@pytest.mark.parametrize("kind", list(PROCEDURES))
 def test_a_session_of_each_procedure_opens(kept: Kept, kind: ProcedureKind) -> None:
-    procedure = RESUMES[kind](kept, kept.session(kind))
+    procedure = PROCEDURES[kind].resume(kept.site(kind), kept.session(kind))
     base = procedure.base
     assert (base.kind, base.begun_utc[:10]) == (kind, "2026-03-02")
     assert {step.name: step.done for step in base.steps if step.done} == DONE[kind]
@@ -128,11 +130,11 @@ def test_a_session_of_each_procedure_opens(kept: Kept, kind: ProcedureKind) -> N
     assert base.decision is (ProcedureDecision.KEPT if ended else ProcedureDecision.OPEN)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in RESUMES if kind is not ProcedureKind.PIVOT])
+@pytest.mark.parametrize("kind", [kind for kind in PROCEDURES if kind is not ProcedureKind.PIVOT])
 def test_it_goes_on_and_opens_once_more(kept: Kept, kind: ProcedureKind) -> None:
     path = kept.session(kind)
-    RESUMES[kind](kept, path).keep(LATER, "enough")
-    again = RESUMES[kind](kept, path).base
+    PROCEDURES[kind].resume(kept.site(kind), path).keep(LATER, "enough")
+    again = PROCEDURES[kind].resume(kept.site(kind), path).base
     assert again.decision is ProcedureDecision.KEPT
     assert {step.name: step.done for step in again.steps if step.done} == DONE[kind]
 

@@ -7,7 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.calibration.guided import Procedure, ProcedureDecision, ProcedureKind, sessions
+from ocmm_core.calibration.guided import (
+    Procedure,
+    ProcedureDecision,
+    ProcedureKind,
+    SessionSite,
+    sessions,
+)
 from ocmm_core.calibration.records import (
     CalibrationStore,
     EventKind,
@@ -16,7 +22,7 @@ from ocmm_core.calibration.records import (
     TipEventKind,
     rig_from_record,
 )
-from ocmm_core.calibration.tip import TipCheckProcedure, TipSite
+from ocmm_core.calibration.tip import TipCheckProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig
 from ocmm_core.documents import resource
@@ -57,8 +63,12 @@ def _resumed(folder: Path, kind: ProcedureKind) -> Procedure:
     store = "cameras/recommended" if kind is ProcedureKind.VERIFICATION else "probes/standard"
     waiting = max(sessions(folder / store / "sessions", kind))
     if kind is ProcedureKind.VERIFICATION:
-        return VerificationProcedure.resume(waiting, _rig(cameras), BODY, cameras)
-    return TipCheckProcedure.resume(waiting, TipSite(_rig(cameras), BODY, probe))
+        return VerificationProcedure.resume(
+            SessionSite(waiting.parent, _rig(cameras), BODY, cameras.folder), waiting
+        )
+    return TipCheckProcedure.resume(
+        SessionSite(waiting.parent, _rig(cameras), BODY, probe.folder), waiting
+    )
 
 
 def test_the_cameras_are_valid_and_signed(folder: Path) -> None:

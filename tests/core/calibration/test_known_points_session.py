@@ -8,9 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.cameras import KnownPointsProcedure, calibrate_rig
+from ocmm_core.calibration.cameras import KnownPointsProcedure, KnownPointsSetup, calibrate_rig
+from ocmm_core.calibration.guided import SessionSite
 from ocmm_core.calibration.records import CalibrationStore
+from ocmm_core.tracking import load_probe
 from tests.core.calibration.known_points import observe, rig
+from tests.core.calibration.procedure_site import PROBE_DOCUMENT
 
 NOW = datetime(2026, 3, 1, 8, tzinfo=UTC)
 
@@ -19,9 +22,10 @@ def test_a_session_keeps_all_of_the_list(tmp_path: Path) -> None:
     points, spots = observe(rig(), 60, 200.0, 1, reference_sigma=0.0017)
     points = replace(points, length_sigma=3e-5)
     store = CalibrationStore(tmp_path / "store")
-    begun = KnownPointsProcedure.start(tmp_path, rig(), store, points, NOW, who="Ada")
+    site = SessionSite(tmp_path, rig(), load_probe(PROBE_DOCUMENT), store.folder)
+    begun = KnownPointsProcedure.start(site, KnownPointsSetup(who="Ada", points=points), NOW)
     begun.take_table(spots, NOW)
-    again = KnownPointsProcedure.resume(begun.base.session, rig(), store)
+    again = KnownPointsProcedure.resume(site, begun.base.session)
     again.compute()
     outcome = again.view.outcome
     assert outcome is not None

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
-from ocmm_core.calibration.cameras._procedure_known_points import _SESSIONS
 from ocmm_core.calibration.guided import (
     Decided,
     ProcedureDecision,
@@ -93,7 +92,7 @@ def test_a_session_goes_on_where_it_was_and_gives_the_same_record(tmp_path: Path
     path.write_bytes(b"".join(lines[:58]) + lines[58][:40])
     # The program of that day was killed there; this station has seen it go on since.
     forget_histories()
-    resumed = KnownPointsProcedure.resume(path, bench.rig, bench.store())
+    resumed = KnownPointsProcedure.resume(bench.site(), path)
     view = resumed.view
     assert sum(point.views is not None for point in view.points) == 57
     assert view.next_point == 57
@@ -103,10 +102,7 @@ def test_a_session_goes_on_where_it_was_and_gives_the_same_record(tmp_path: Path
         resumed.advance(bench.now())
     resumed.take_table(table, bench.now())
     resumed.advance(bench.now())
-    first, again = (
-        hash_of(resumed),
-        hash_of(KnownPointsProcedure.resume(path, bench.rig, bench.store())),
-    )
+    first, again = (hash_of(resumed), hash_of(KnownPointsProcedure.resume(bench.site(), path)))
     assert first == again
     assert resumed.base.step.name == "result"
 
@@ -122,7 +118,7 @@ def test_a_changed_byte_of_a_session_is_noticed(tmp_path: Path) -> None:
     content[digit] = ord("1") if content[digit] != ord("1") else ord("2")
     path.write_bytes(content)
     with pytest.raises(StorageError) as caught:
-        KnownPointsProcedure.resume(path, bench.rig, bench.store())
+        KnownPointsProcedure.resume(bench.site(), path)
     assert caught.value.code == "chain.broken"
 
 
@@ -130,20 +126,20 @@ def test_a_session_does_not_go_on_with_another_rig(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     path = bench.known_points(40).base.session
     with pytest.raises(CalibrationError) as caught:
-        KnownPointsProcedure.resume(path, bench.calibrated(), bench.store())
+        KnownPointsProcedure.resume(bench.site(bench.calibrated()), path)
     assert caught.value.code == "session.rig"
 
 
 def test_two_programs_do_not_write_over_each_other(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     first = bench.known_points(40)
-    second = KnownPointsProcedure.resume(first.base.session, bench.rig, bench.store())
+    second = KnownPointsProcedure.resume(bench.site(), first.base.session)
     second.skip(bench.now())
     with pytest.raises(CalibrationError) as caught:
         first.skip(bench.now())
     assert caught.value.code == "session.elsewhere"
     second.skip(bench.now())
-    again = KnownPointsProcedure.resume(first.base.session, bench.rig, bench.store())
+    again = KnownPointsProcedure.resume(bench.site(), first.base.session)
     assert again.view.next_point == 2
 
 
@@ -162,7 +158,7 @@ def test_points_are_dropped_skipped_and_taken_again(tmp_path: Path) -> None:
     assert procedure.view.next_point == 2
     with pytest.raises(CalibrationError, match="P999"):
         procedure.aim("P999")
-    resumed = KnownPointsProcedure.resume(procedure.base.session, bench.rig, bench.store())
+    resumed = KnownPointsProcedure.resume(bench.site(), procedure.base.session)
     assert [point.views for point in resumed.view.points][:4] == [2, 2, 0, None]
 
 
@@ -220,10 +216,10 @@ def test_an_acceptance_that_was_interrupted_is_made_up_for(tmp_path: Path) -> No
     procedure.take_table(bench.spots(bench.points()), bench.now())
     digest = hash_of(procedure)
     # The power went after the decision was on the disk and before the record was.
-    chain, _ = _SESSIONS.resume(procedure.base.session)
+    chain, _ = KnownPointsProcedure.sessions.resume(procedure.base.session)
     decided = Decided(utc=utc_text(bench.now()), decision=ProcedureDecision.ACCEPTED, reason="new")
     chain.append(SessionLine(decided))
-    resumed = KnownPointsProcedure.resume(procedure.base.session, bench.rig, bench.store())
+    resumed = KnownPointsProcedure.resume(bench.site(), procedure.base.session)
     assert resumed.base.decision is ProcedureDecision.ACCEPTED
     assert not resumed.base.stored
     resumed.compute()
@@ -238,7 +234,7 @@ def test_a_session_that_another_calibration_overtook_is_not_accepted(tmp_path: P
     slow.take_table(bench.spots(bench.points()), bench.now())
     slow.compute()
     bench.calibrated()
-    late = KnownPointsProcedure.resume(slow.base.session, bench.rig, bench.store())
+    late = KnownPointsProcedure.resume(bench.site(), slow.base.session)
     late.compute()
     with pytest.raises(CalibrationError) as caught:
         late.accept(bench.now(), "late")

@@ -13,10 +13,10 @@ from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpotAverager, coverage, to_spots
 from ocmm_core.calibration.guided._shot_table import label_roughly
 from ocmm_core.calibration.records import State, load_bar
-from ocmm_core.calibration.relocation import RelocationProcedure, RelocationRequest
+from ocmm_core.calibration.relocation import RelocationProcedure, RelocationRequest, RelocationSetup
 from ocmm_core.calibration.relocation._state import SeatTaken
 from ocmm_core.calibration.relocation._steps import bar_ends
-from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.calibration.verification import VerificationProcedure, VerificationSetup
 from ocmm_core.camera import USUAL_SLOTS, Rig, on_sensor, project
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
@@ -44,9 +44,15 @@ CONTROL = KnownPoints(
 
 def begin(bench: Bench, rig: Rig, poses: int = 120) -> RelocationProcedure:
     return RelocationProcedure.start(
-        bench.sessions, rig, bench.body, bench.store(), bench.bar, bench.now(), who="technician",
-        control=CONTROL, request=RelocationRequest(world="points", poses=poses),
-    )  # fmt: skip
+        bench.site(rig),
+        RelocationSetup(
+            who="technician",
+            control=CONTROL,
+            request=RelocationRequest(world="points", poses=poses),
+            bar=bench.bar,
+        ),
+        bench.now(),
+    )
 
 
 @pytest.mark.slow
@@ -59,9 +65,7 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
     virtual = bench.virtual(*scenes, move=MOVE)
     # Half of the waving, then the program is killed and goes on.
     show(procedure, virtual, bench.now, at_most=62)
-    procedure = RelocationProcedure.resume(
-        procedure.base.session, before, bench.body, bench.store()
-    )
+    procedure = RelocationProcedure.resume(bench.site(before), procedure.base.session)
     assert procedure.view.poses == 60
     assert len(procedure.view.seats_world) == 2
     assert "Missing probe poses" in procedure.base.steps[2].gate.reason
@@ -89,9 +93,8 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
     # Another length than the one that gave the calibration its scale.
     bench.bar = load_bar(resource("artefacts", "verification_bar.toml"))
     check = VerificationProcedure.start(
-        bench.sessions, outcome.rig, bench.body, bench.store(), bench.bar, bench.now(),
-        who="engineer",
-    )  # fmt: skip
+        bench.site(outcome.rig), VerificationSetup(who="engineer", bar=bench.bar), bench.now()
+    )
     lines = bench.verified_scenes(check, move=MOVE)
     show(check, bench.virtual(*lines, move=MOVE), bench.now)
     check.compute()
@@ -108,9 +111,12 @@ def test_a_touched_bar_gives_the_scale_and_three_points_the_world(tmp_path: Path
     bench = Bench.at(tmp_path)
     bench.bar = replace(bench.bar, leds=())
     procedure = RelocationProcedure.start(
-        bench.sessions, bench.rig, bench.body, bench.store(), bench.bar, bench.now(),
-        who="technician", request=RelocationRequest(world="set", poses=120),
-    )  # fmt: skip
+        bench.site(),
+        RelocationSetup(
+            who="technician", request=RelocationRequest(world="set", poses=120), bar=bench.bar
+        ),
+        bench.now(),
+    )
     site = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, MOVE)
     scenes = scenes_of_relocation(site, bench.rig, procedure.view, bench.bar, None)
     show(procedure, bench.virtual(*scenes, move=MOVE), bench.now)
@@ -163,9 +169,12 @@ def test_a_hand_that_turns_back_is_not_taken_for_one_that_rests(tmp_path: Path) 
 def seated(bench: Bench, seat_shift_mm: float) -> RelocationProcedure:
     """Return a relocation from recorded shots, with two seats that were visited first and last."""
     procedure = RelocationProcedure.start(
-        bench.sessions, bench.rig, bench.body, bench.store(), bench.bar, bench.now(),
-        who="technician", request=RelocationRequest(poses=200, placements=6),
-    )  # fmt: skip
+        bench.site(),
+        RelocationSetup(
+            who="technician", request=RelocationRequest(poses=200, placements=6), bar=bench.bar
+        ),
+        bench.now(),
+    )
     take_relocation_shots(procedure, recorded(bench, 260, 6, seat_shift_mm))
     return procedure
 
@@ -217,7 +226,7 @@ def test_a_session_of_an_earlier_version_is_left_out_with_a_sentence(tmp_path: P
     session = begin(bench, bench.rig).base.session
     without_field(session, "seats")
     with pytest.raises(CalibrationError, match="started by an earlier version"):
-        RelocationProcedure.resume(session, bench.rig, bench.body, bench.store())
+        RelocationProcedure.resume(bench.site(), session)
 
 
 def test_gates_say_what_is_missing_and_observations_are_taken_back(tmp_path: Path) -> None:
@@ -249,9 +258,12 @@ def test_gates_say_what_is_missing_and_observations_are_taken_back(tmp_path: Pat
     assert procedure.view.length_sigma_mm is None
     with pytest.raises(CalibrationError, match="at least three"):
         RelocationProcedure.start(
-            bench.sessions, bench.rig, bench.body, bench.store(), bench.bar, bench.now(),
-            who="technician", request=RelocationRequest(world="points"),
-        )  # fmt: skip
+            bench.site(),
+            RelocationSetup(
+                who="technician", request=RelocationRequest(world="points"), bar=bench.bar
+            ),
+            bench.now(),
+        )
 
 
 def test_labels_are_right_where_cameras_stand_elsewhere(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from ocmm_core.calibration.guided import SessionSite
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ProbeStore, State
 from ocmm_core.calibration.tip import (
@@ -17,10 +18,11 @@ from ocmm_core.calibration.tip import (
     QUALIFICATION_RINGS,
     CheckVerdict,
     Phase,
+    QualificationSetup,
     TipCheckProcedure,
     TipLimits,
     TipQualificationProcedure,
-    TipSite,
+    TouchSetup,
 )
 from ocmm_core.errors import CalibrationError
 from ocmm_sim.calibration_scenes import CalibrationScenesRig, TipFault, TouchSeats
@@ -51,28 +53,38 @@ class Tips:
             store.qualify(good, bench.now())
         return cls(bench, store)
 
-    def site(self, hold_s: float = 0.0) -> TipSite:
-        return TipSite(self.bench.rig, self.bench.body, self.store, hold_s=hold_s)
+    def site(self, hold_s: float = 0.0) -> SessionSite:
+        bench = self.bench
+        return SessionSite(bench.sessions, bench.rig, bench.body, self.store.folder, hold_s=hold_s)
 
     def qualification(self, hold_s: float = 0.0) -> TipQualificationProcedure:
         bench = self.bench
         return TipQualificationProcedure.start(
-            bench.sessions, self.site(hold_s), TIP, bench.sphere, bench.now(),
-            who="technician", temperature=Temperature(20.5, 0.3, ""),
-        )  # fmt: skip
+            self.site(hold_s),
+            QualificationSetup(
+                who="technician",
+                temperature=Temperature(20.5, 0.3, ""),
+                tip=TIP,
+                sphere=bench.sphere,
+            ),
+            bench.now(),
+        )
 
     def check(self) -> TipCheckProcedure:
         bench = self.bench
         return TipCheckProcedure.start(
-            bench.sessions, self.site(), TIP, bench.sphere, bench.now(),
-            who="inspector", temperature=Temperature(20.5, 0.3, ""),
-        )  # fmt: skip
+            self.site(),
+            TouchSetup(
+                who="inspector",
+                temperature=Temperature(20.5, 0.3, ""),
+                tip=TIP,
+                sphere=bench.sphere,
+            ),
+            bench.now(),
+        )
 
     def resumed(self, procedure: TipQualificationProcedure) -> TipQualificationProcedure:
-        store = ProbeStore(self.store.folder)
-        return TipQualificationProcedure.resume(
-            procedure.base.session, TipSite(self.bench.rig, self.bench.body, store)
-        )
+        return TipQualificationProcedure.resume(self.site(), procedure.base.session)
 
     def touching(
         self,
@@ -199,9 +211,12 @@ def test_the_diameter_must_be_known_well_enough(tmp_path: Path) -> None:
     tips = Tips.at(tmp_path)
     bench = tips.bench
     procedure = TipQualificationProcedure.start(
-        bench.sessions, tips.site(), TIP, bench.sphere, bench.now(),
-        who="technician", limits=TipLimits(diameter_sigma=0.001),
-    )  # fmt: skip
+        tips.site(),
+        QualificationSetup(
+            who="technician", limits=TipLimits(diameter_sigma=0.001), tip=TIP, sphere=bench.sphere
+        ),
+        bench.now(),
+    )
     take(procedure, bench, 25, 0)
     gate = procedure.base.step.gate
     assert "Go closer to the equator: touch the sphere at the equator" in gate.remedy
@@ -267,13 +282,18 @@ def test_who_may_not_begin(tmp_path: Path) -> None:
     )
     with pytest.raises(CalibrationError, match="expired on"):
         TipQualificationProcedure.start(
-            bench.sessions, tips.site(), TIP,
-            replace(bench.sphere, artefact=ended), bench.now(), who="technician",
-        )  # fmt: skip
+            tips.site(),
+            QualificationSetup(
+                who="technician", tip=TIP, sphere=replace(bench.sphere, artefact=ended)
+            ),
+            bench.now(),
+        )
     with pytest.raises(CalibrationError, match="never calibrated"):
         TipQualificationProcedure.start(
-            bench.sessions, tips.site(), "other", bench.sphere, bench.now(), who="technician",
-        )  # fmt: skip
+            tips.site(),
+            QualificationSetup(who="technician", tip="other", sphere=bench.sphere),
+            bench.now(),
+        )
     other = make_probe_record(made_utc=BEGIN.isoformat(), tip="3 mm")
     tips.store.calibrate(other, "technician", "", bench.now())
     with pytest.raises(CalibrationError, match="The mounted tip is recorded as '3 mm'"):
@@ -293,5 +313,5 @@ def test_what_was_overtaken_is_not_stored(tmp_path: Path) -> None:
     with pytest.raises(CalibrationError, match="requalified"):
         procedure.accept(now(), "")
     with pytest.raises(CalibrationError, match="requalified"):
-        TipCheckProcedure.resume(procedure.base.session, tips.site())
+        TipCheckProcedure.resume(tips.site(), procedure.base.session)
     assert tips.store.checks() == ()

@@ -19,7 +19,12 @@ from ocmm_core.calibration.records import (
     entry_of,
     rig_from_record,
 )
-from ocmm_core.calibration.verification import Limits, VerificationProcedure, fit_sphere
+from ocmm_core.calibration.verification import (
+    Limits,
+    VerificationProcedure,
+    VerificationSetup,
+    fit_sphere,
+)
 from ocmm_core.calibration.verification._line_planning import MIN_ANGLE, plan_lines
 from ocmm_core.calibration.verification._verification import judge_nest, judge_placement
 from ocmm_core.camera import Rig
@@ -33,9 +38,10 @@ VOLUME = np.array([[-200.0, -100.0, -200.0], [200.0, 100.0, 200.0]])
 
 def begin(bench: Bench, rig: Rig, limits: Limits | None = None) -> VerificationProcedure:
     return VerificationProcedure.start(
-        bench.sessions, rig, bench.body, bench.store(), bench.bar, bench.now(),
-        who="engineer", spheres=(bench.sphere,), limits=limits,
-    )  # fmt: skip
+        bench.site(rig),
+        VerificationSetup(who="engineer", spheres=(bench.sphere,), limits=limits, bar=bench.bar),
+        bench.now(),
+    )
 
 
 def taken(bench: Bench, rig: Rig) -> VerificationProcedure:
@@ -122,7 +128,7 @@ def test_a_verification_goes_on_nest_by_nest(tmp_path: Path) -> None:
         procedure.compute()
     scenes = bench.verified_scenes(procedure, (bench.sphere,))
     show(procedure, bench.virtual(*scenes[:2]), bench.now, at_most=10)
-    resumed = VerificationProcedure.resume(procedure.base.session, rig, bench.body, bench.store())
+    resumed = VerificationProcedure.resume(bench.site(rig), procedure.base.session)
     assert [line.taken for line in resumed.view.lines] == [6, 2, 0, 0, 0, 0, 0]
     assert resumed.view.current_line == 1
     assert "nest 3 of 6" in resumed.base.step.instruction

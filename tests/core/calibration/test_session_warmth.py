@@ -23,7 +23,7 @@ def test_the_last_warmth_before_the_result_stands_in_the_record(tmp_path: Path) 
     # Frames after the result do not remove it.
     procedure.compute()
     procedure.record_temperature(bench.now(), (20.0, 20.0))
-    again = KnownPointsProcedure.resume(procedure.base.session, bench.rig, bench.store())
+    again = KnownPointsProcedure.resume(bench.site(), procedure.base.session)
     again.compute()
     for outcome in (procedure.view.outcome, again.view.outcome):
         assert outcome is not None

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
-from ocmm_core.calibration.guided import ShockDetector
+from ocmm_core.calibration.guided import SessionSite, ShockDetector
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import MONITOR, ProbeStore, TipEventKind
-from ocmm_core.calibration.tip import TipCheckProcedure, TipSite
+from ocmm_core.calibration.tip import TipCheckProcedure, TouchSetup
 from ocmm_core.errors import CalibrationError
 from ocmm_sim.calibration_scenes import CalibrationScenesRig, TipFault
 from ocmm_sim.sources import scene_of_tip
@@ -35,9 +35,12 @@ def test_a_check_that_felt_a_blow_is_made_anew(tmp_path: Path) -> None:
     store.calibrate(record, "technician", "", bench.now())
     store.qualify(make_tip_record(record, diameter_mm=6.0, diameter_sigma_mm=0.0045), bench.now())
     procedure = TipCheckProcedure.start(
-        bench.sessions, TipSite(bench.rig, bench.body, store), TIP, bench.sphere, bench.now(),
-        who="inspector", temperature=Temperature(20.5, 0.3, ""),
-    )  # fmt: skip
+        SessionSite(bench.sessions, bench.rig, bench.body, store.folder),
+        TouchSetup(
+            who="inspector", temperature=Temperature(20.5, 0.3, ""), tip=TIP, sphere=bench.sphere
+        ),
+        bench.now(),
+    )
     scene = scene_of_tip(procedure.view, bench.sphere, bench.rig, SEED, TipFault())
     rig = CalibrationScenesRig(bench.rig, bench.body, (scene,), SEED)
     frames = rig.frames(0, 40)
@@ -46,6 +49,7 @@ def test_a_check_that_felt_a_blow_is_made_anew(tmp_path: Path) -> None:
         # The bit stays set for a second: one blow.
         procedure.watch(replace(frames, flags=flags))
         flags = np.full(40, FrameFlag.DROPPED, dtype=np.uint32)
+    store.refresh()
     last = store.events[-1]
     assert (last.kind, last.who, last.tip) == (TipEventKind.DOUBTED, MONITOR, TIP)
     assert [one.kind for one in store.events].count(TipEventKind.DOUBTED) == 1

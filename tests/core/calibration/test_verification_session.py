@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.guided import SeatVisited, to_spots
+from ocmm_core.calibration.guided import SeatVisited, SessionSite, to_spots
 from ocmm_core.calibration.records import (
     ArtefactUse,
     LengthBar,
@@ -25,7 +25,12 @@ from ocmm_core.calibration.records import (
     save,
 )
 from ocmm_core.calibration.tip import QUALIFICATION_RINGS, frame_about, sphere_layout
-from ocmm_core.calibration.verification import Limits, VerificationProcedure, fit_sphere
+from ocmm_core.calibration.verification import (
+    Limits,
+    VerificationProcedure,
+    VerificationSetup,
+    fit_sphere,
+)
 from ocmm_core.calibration.verification._line_planning import plan_lines
 from ocmm_core.calibration.verification._state import VerificationBegun, VerificationState, third_of
 from ocmm_core.calibration.verification._verdict import judge_independence
@@ -79,10 +84,12 @@ class Session:
 
     def begin(self, *, two_places: bool = False) -> VerificationProcedure:
         return VerificationProcedure.start(
-            self.bench.sessions, self.rig, self.bench.body, self.bench.store(), self.bar,
-            self.end + timedelta(hours=1), who="engineer", spheres=(self.bench.sphere,),
-            two_places=two_places,
-        )  # fmt: skip
+            SessionSite(self.bench.sessions, self.rig, self.bench.body, self.bench.store().folder),
+            VerificationSetup(
+                who="engineer", spheres=(self.bench.sphere,), two_places=two_places, bar=self.bar
+            ),
+            self.end + timedelta(hours=1),
+        )
 
     def take(
         self, before: Callable[[int], None] | None = None, scale: float = 1.0

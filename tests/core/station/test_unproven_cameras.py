@@ -13,7 +13,8 @@ import pytest
 
 from ocmm_cli.measure import run_job
 from ocmm_cli.terminal import PlainConsole
-from ocmm_core.calibration.cameras import KnownPointsProcedure
+from ocmm_core.calibration.cameras import KnownPointsProcedure, KnownPointsSetup
+from ocmm_core.calibration.guided import SessionSite
 from ocmm_core.calibration.records import CalibrationStore, judge, open_design
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import StationRequest, build_station
@@ -148,16 +149,23 @@ def test_measured_knowingly_job_and_report_say_it_and_it_costs_u(tmp_path: Path)
 def test_calibrations_are_refused_unless_the_rig_document_allows_them(tmp_path: Path) -> None:
     now = datetime.now(UTC)
     rig = load_rig(rig_of(tmp_path))
-    points = Bench.at(tmp_path / "site").points(20)
+    bench = Bench.at(tmp_path / "site")
+    points = bench.points(20)
     store = CalibrationStore(tmp_path / "store")
     with pytest.raises(InputError, match="no common clock") as caught:
-        KnownPointsProcedure.start(tmp_path / "sessions", rig, store, points, now, who="Ada")
+        KnownPointsProcedure.start(
+            SessionSite(tmp_path / "sessions", rig, bench.body, store.folder),
+            KnownPointsSetup(who="Ada", points=points),
+            now,
+        )
     assert "'calibrate_unproven' of the rig document" in caught.value.remedy
     assert not (tmp_path / "sessions").exists()
     allowed = tmp_path / "allowed.toml"
     allowed.write_text(f"calibrate_unproven = true\n{(tmp_path / 'rig.toml').read_text()}")
     begun = KnownPointsProcedure.start(
-        tmp_path / "sessions", load_rig(allowed), store, points, now, who="Ada"
+        SessionSite(tmp_path / "sessions", load_rig(allowed), bench.body, store.folder),
+        KnownPointsSetup(who="Ada", points=points),
+        now,
     )
     assert begun.base.session.exists()
 

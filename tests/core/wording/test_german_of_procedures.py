@@ -17,7 +17,7 @@ import pytest
 from docs.make_core_texts import TEXTS, load_shown
 from ocmm_core.acceptance import AcceptanceSession
 from ocmm_core.calibration.guided import ProcedureView
-from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.calibration.verification import VerificationProcedure, VerificationSetup
 from ocmm_core.documents import resource
 from ocmm_core.wording import Pattern, Speech
 from tests.core.acceptance.acceptance_site import BEGIN, ROOM, Machine, stage_of
@@ -88,9 +88,10 @@ def test_procedures_of_cameras_have_german_steps(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     rig = bench.calibrated()
     verification = VerificationProcedure.start(
-        bench.sessions, rig, bench.body, bench.store(), bench.bar, bench.now(),
-        who="technician", spheres=(bench.sphere,),
-    )  # fmt: skip
+        bench.site(rig),
+        VerificationSetup(who="technician", spheres=(bench.sphere,), bar=bench.bar),
+        bench.now(),
+    )
     for procedure in (bench.known_points(), verification, begin_relocation(bench, rig)):
         check(sentences_of(procedure.view.base))
 
