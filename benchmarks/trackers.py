@@ -66,12 +66,16 @@ class TrackerSite:
             path.write_text(toml_text(msgspec.to_builtins(document)))
         self.body = load_probe(STANDARD_PROBE)
         self.errors, self.head = MarkerErrors(true, seed), np.array(true.head)
-        self.store = CalibrationStore(folder / true.name)
         self.now = START
 
     def virtual(self, more: int = 0) -> VirtualSite:
         """Return the site of the true tracker, with a larger seed."""
         return VirtualSite(self.true_file, STANDARD_PROBE, self.seed + more, None)
+
+    @property
+    def store(self) -> CalibrationStore:
+        """Return its calibrations as they are now."""
+        return CalibrationStore(self.folder / self.true.name)
 
     @property
     def rig(self) -> Rig:

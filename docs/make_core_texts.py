@@ -54,7 +54,7 @@ LEFT_OUT = (
     "ocmm_bench/conform",
     # Documents of the cameras, in English as the ETG wants them.
     "ocmm_core/fieldbus/device/_camera_", "ocmm_core/fieldbus/device/_object_",
-    "ocmm_core/fieldbus/device/_profile_objects.py", "ocmm_core/fieldbus/device/_esi.py",
+    "ocmm_core/fieldbus/device/_profile_objects.py", "ocmm_sim/slave/_esi.py",
     # Help of commands, which stays English.
     "ocmm_core/options.py",
     # Texts of the protocol, and a table of the English manual.

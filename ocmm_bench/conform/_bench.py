@@ -27,6 +27,7 @@ from ocmm_bench.conform._mail_line import (
 )
 from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.wire import Command, Datagram, read_words
+from ocmm_sim.slave import SII_BYTES
 
 _AL_CONTROL, _AL_STATUS = 0x0120, 0x0130
 _SM, _FMMU, _SYNC = 0x0800, 0x0600, 0x0980
@@ -94,7 +95,7 @@ class Bench:
     def eeprom(self) -> bytes:
         """Return the EEPROM, read at the first call."""
         if not self._eeprom:
-            self._eeprom = read_words(self._one, self.place, 0, device.SII_BYTES // 2)
+            self._eeprom = read_words(self._one, self.place, 0, SII_BYTES // 2)
         return self._eeprom
 
     # States

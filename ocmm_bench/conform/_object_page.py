@@ -12,10 +12,8 @@ from pathlib import Path
 from ocmm_bench.conform._page_of_the_wire import CATEGORIES, MAILBOXES, SII_WORDS, STATES, WIRE
 from ocmm_core.documents import resource, write_atomic
 from ocmm_core.fieldbus.device import (
-    CONTROLLERS,
     DEVICE_NAME,
     ERROR_TEXTS,
-    ESI_FILE,
     FRAME_DTYPE,
     FRAME_PDOS,
     FRAMES_PER_CYCLE,
@@ -29,7 +27,6 @@ from ocmm_core.fieldbus.device import (
     PRODUCT_CODE,
     REVISION,
     SYNC_MANAGERS,
-    SYNC_PULSE_NS,
     VENDOR_ID,
     CameraConfig,
     CameraMode,
@@ -40,10 +37,9 @@ from ocmm_core.fieldbus.device import (
     ObjectEntry,
     Pdo,
     configuration_values,
-    esi_document,
     object_dictionary,
-    type_name,
 )
+from ocmm_sim.slave import CONTROLLERS, ESI_FILE, SYNC_PULSE_NS, esi_document, type_name
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "integrator" / "camera_objects.md"
 

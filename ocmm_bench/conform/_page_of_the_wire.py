@@ -4,24 +4,26 @@ Words, deadlines and limits; states, mailboxes and EEPROM, each tested by `ocmm 
 """
 
 from ocmm_core.fieldbus.device import (
-    CLOCK_MODES,
     DEFAULT_FRAME_PERIOD_NS,
-    DEVICE_GROUP,
     DEVICE_NAME,
     MAILBOX_BYTES,
     MAILBOX_IN_START,
     MAILBOX_OUT_START,
-    MAILBOX_REPEATS,
-    MEMORY_END,
-    PHYSICAL_PORTS,
     PRODUCT_CODE,
     REVISION,
-    SII_BYTES,
     SYNC0_NS,
     SYNC1_NS,
     SYNC_MANAGERS,
-    SYNC_PULSE_NS,
     VENDOR_ID,
+)
+from ocmm_sim.slave import (
+    CLOCK_MODES,
+    DEVICE_GROUP,
+    MAILBOX_REPEATS,
+    MEMORY_END,
+    PHYSICAL_PORTS,
+    SII_BYTES,
+    SYNC_PULSE_NS,
 )
 
 SII_WORDS = (

@@ -10,6 +10,15 @@ from ocmm_bench.conform._mail_line import BOOT, ERROR, INIT, MS, NAMES, OP, PREO
 from ocmm_bench.conform._sdo_talk import COE, mailbox
 from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.wire import read_words, write_word
+from ocmm_sim.slave import (
+    CLOCK_MODES,
+    CONTROLLERS,
+    DEVICE_GROUP,
+    MAILBOX_REPEATS,
+    MEMORY_END,
+    PHYSICAL_PORTS,
+    SII_BYTES,
+)
 
 _EEPROM = "EEPROM and controller"
 _HEAD_WORDS, _ALIAS_WORD, _SUM_WORD = 8, 4, 7
@@ -27,7 +36,7 @@ def configuration(bench: Bench, see: RuleFindings) -> None:
     see.equal("The check sum in word 0x07", head[14], check_sum(head[:14]))
     see.equal("The high byte of word 0x07", head[15], 0)
     words = struct.unpack("<7H", head[:14])
-    known = [struct.unpack("<7H", each.content) for each in device.CONTROLLERS]
+    known = [struct.unpack("<7H", each.content) for each in CONTROLLERS]
     see.expect(
         any(words[:3] == each[:3] for each in known),
         f"Words 0 to 2 are {words[0]:#06x}, {words[1]:#06x}, {words[2]:#06x}: no row of the table.",
@@ -65,7 +74,7 @@ def mailboxes(bench: Bench, see: RuleFindings) -> None:
     see.equal("The mailboxes (words 0x18 to 0x1B)", struct.unpack_from("<4H", eeprom, 48), boxes)
     see.equal("The protocols (word 0x1C)", struct.unpack_from("<H", eeprom, 56)[0], _PROTOCOLS)
     size, version = struct.unpack_from("<HH", eeprom, 0x7C)
-    see.equal("The size (word 0x3E)", size, device.SII_BYTES * 8 // 1024 - 1)
+    see.equal("The size (word 0x3E)", size, SII_BYTES * 8 // 1024 - 1)
     see.equal("The version (word 0x3F)", version, 1)
 
 
@@ -96,14 +105,14 @@ def categories(bench: Bench, see: RuleFindings) -> None:
     texts = _texts(found[10][0])
     general = found[30][0]
     see.need(len(general) >= 18, f"Category general has {len(general)} bytes.")
-    see.equal("The group", _text(texts, general[0]), device.DEVICE_GROUP)
+    see.equal("The group", _text(texts, general[0]), DEVICE_GROUP)
     see.equal("The group, once more (byte 14)", general[14], general[0])
     see.equal("The order number", _text(texts, general[2]), device.DEVICE_NAME)
     see.equal("The name", _text(texts, general[3]), device.DEVICE_NAME)
     see.equal("Details of CoE", general[5], _COE_DETAILS)
     see.equal("FoE", general[6], 1)
-    see.equal("The flags", general[11], device.MAILBOX_REPEATS)
-    see.equal("The ports", struct.unpack_from("<H", general, 16)[0], device.PHYSICAL_PORTS)
+    see.equal("The flags", general[11], MAILBOX_REPEATS)
+    see.equal("The ports", struct.unpack_from("<H", general, 16)[0], PHYSICAL_PORTS)
     see.equal("Category FMMU", found[40][0][:2], bytes([1, 2]))
     managers = b"".join(struct.pack("<HHBBBB", *each) for each in device.SYNC_MANAGERS)
     see.equal("Category sync managers", found[41][0], managers)
@@ -112,8 +121,8 @@ def categories(bench: Bench, see: RuleFindings) -> None:
     ):
         _mapping(see, pdo, content, texts)
     clock = found[60][0]
-    see.equal("The bytes of category clock", len(clock), _CLOCK_BYTES * len(device.CLOCK_MODES))
-    for number, mode in enumerate(device.CLOCK_MODES):
+    see.equal("The bytes of category clock", len(clock), _CLOCK_BYTES * len(CLOCK_MODES))
+    for number, mode in enumerate(CLOCK_MODES):
         *times, factor1, activate, factor0, name, text = struct.unpack_from(
             "<IIIhHhBB", clock, _CLOCK_BYTES * number
         )
@@ -138,9 +147,8 @@ def registers(bench: Bench, see: RuleFindings) -> None:
         managers >= len(device.SYNC_MANAGERS), f"The controller has {managers} sync managers."
     )
     see.expect(
-        _MEMORY + ram * _KB >= device.MEMORY_END,
-        f"The controller has {ram} kB of memory (0x0006), which must reach to "
-        f"{device.MEMORY_END:#06x}.",
+        _MEMORY + ram * _KB >= MEMORY_END,
+        f"The controller has {ram} kB of memory (0x0006), which must reach to {MEMORY_END:#06x}.",
     )
     see.expect(bool(features & 0x04), "The controller has no distributed clock (0x0008).")
     see.expect(bool(features & 0x08), "The clock of the controller has no 64 bits (0x0008).")

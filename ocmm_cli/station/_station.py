@@ -1,8 +1,4 @@
-"""``ocmm station doctor`` and ``ocmm support``.
-
-The doctor checks whether this computer is fit to measure. A support bundle is packed after showing
-its contents.
-"""
+"""``ocmm station doctor``: whether this computer is fit to measure, and changes that mend it."""
 
 from __future__ import annotations
 
@@ -14,14 +10,14 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.terminal import lead, make_console, print_grid, progress_line, say, say_word, shown
-from ocmm_core.build import build_version
+from ocmm_cli.terminal import make_console, print_grid, progress_line, say, say_word, shown
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import require_linux
 
 if TYPE_CHECKING:
+    from ocmm_cli.station._doctor import Mended
     from ocmm_cli.terminal import PlainConsole
-    from ocmm_core.doctor import Computer, DoctorReport, Mended, SystemChange
+    from ocmm_core.doctor import Computer, DoctorReport, SystemChange
 
 
 station_app = typer.Typer(no_args_is_help=True, help="The computer that the station runs on.")
@@ -48,7 +44,7 @@ def doctor(
     """
     import msgspec
 
-    from ocmm_core.composition import measured_checks
+    from ocmm_cli.station._doctor import measured_checks
     from ocmm_core.doctor import Light, examine, this_computer
 
     require_linux("The doctor of a station")
@@ -73,7 +69,7 @@ def doctor(
 
 def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) -> None:
     """Show the changes, confirm, apply, and print failures."""
-    from ocmm_core.doctor import may_mend, mend
+    from ocmm_cli.station._doctor import may_mend, mend
 
     # Separate from output that programs read.
     console = make_console(stderr=True)
@@ -106,7 +102,7 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
 
 
 def _take_back(computer: Computer) -> None:
-    from ocmm_core.doctor import undo
+    from ocmm_cli.station._doctor import undo
 
     done = undo(computer)
     console = make_console()
@@ -117,58 +113,6 @@ def _take_back(computer: Computer) -> None:
             "Not all could be taken back.",
             "Restart the computer, then type it once more.",
         )
-
-
-support_app = typer.Typer(no_args_is_help=True, help="Help from support: what to send along.")
-
-
-@support_app.callback()
-def _support() -> None:
-    """Keep `bundle` a command of its own."""
-
-
-@support_app.command()
-def whatsnew(*, since: str) -> None:
-    """Print the changes of this version, newest first."""
-    from ocmm_core.manual import changes_since
-
-    typer.echo(f"{lead('Version ')}{build_version()}\n")
-    for section in changes_since(since):
-        typer.echo(section)
-
-
-@support_app.command()
-def bundle(
-    file: Path, *, without: list[str] | None, mask_names: bool, list_only: bool, yes: bool
-) -> None:
-    """Pack versions, settings, the doctor's report, logs and heads of records into a ZIP file.
-
-    Shows what is inside before it is written. Nothing is sent. Passwords, tokens and private keys
-    are never inside. The recording of the last 30 seconds is packed by the window, while it
-    measures.
-    """
-    from ocmm_core.support import draft_bundle, site_of_this_user, write_bundle
-
-    left_out = without or []
-    with progress_line() as progress:
-        draft = draft_bundle(site_of_this_user(), mask_names=mask_names, told=progress)
-    draft.packed(left_out)
-    console = make_console(soft_wrap=True, stderr=True)
-    console.print(draft.contents(left_out, say))
-    if list_only:
-        return
-    if not yes:
-        if not sys.stdin.isatty():
-            raise InputError(
-                "support.nobody_to_ask",
-                "Nobody can be asked here; nothing was written.",
-                "Add --yes, or run it in a terminal.",
-            )
-        if not typer.confirm(say(f"Write {file}?"), err=True):
-            console.say("Nothing was written.")
-            return
-    size = write_bundle(draft, file, left_out)
-    make_console(soft_wrap=True).print(say(f"{file}: {size} bytes. Nothing was sent."))
 
 
 def print_report(report: DoctorReport, console: PlainConsole) -> None:
@@ -202,7 +146,7 @@ def print_report(report: DoctorReport, console: PlainConsole) -> None:
 
 def print_hint(computer: Computer, changes: Sequence[SystemChange], console: PlainConsole) -> None:
     """Print the effect of --fix and --undo here, if any."""
-    from ocmm_core.doctor import can_undo
+    from ocmm_cli.station._doctor import can_undo
 
     if changes:
         console.say("--fix puts right what says so: it shows the changes, asks, and can be undone.")

@@ -6,7 +6,7 @@ Out: a prepared source, its calibration, and a station ready to start.
 Start with `_compose`. `_sources` has one entry per frame source, of this package and of others that
 register theirs (`ocmm.sources`); `_feed_makers` and `_feeds` make our own, `_calibration_choice`
 selects the records of a source and returns their status; `_climate`, `_defaults` and
-`_from_settings` do what their names say. `_station_checks` measures for the station doctor.
+`_from_settings` do what their names say.
 `_acceptance_site` and `_acceptance_bench` build acceptance tests for commands and the window,
 `hands` shows their frames.
 It must not import the virtual rig, nor commands.
@@ -43,7 +43,6 @@ if TYPE_CHECKING:
         NamedSource, Origin, SourceSpec, late, make_feed, names_in_words, origin_of, source_help,
         source_of, sources, virtual_names,
     )  # fmt: skip
-    from ocmm_core.composition._station_checks import measured_checks
 else:
     __getattr__ = lazy_exports(__name__)
 
@@ -55,8 +54,8 @@ __all__ = [
     "StateLine", "StatedConditions", "StationRequest", "StationState", "TestsMade", "build_station",
     "bus_config", "bus_description", "calibration_of", "checked_for_replay", "choose_calibration",
     "choose_probe", "climate_in_use", "default_test_folder", "described_cameras", "earlier_use",
-    "identities", "instrument_of", "late", "make_feed", "measured_checks", "named_artefact",
-    "names_in_words", "open_test_site", "origin_of", "rate_of", "recorded_feed",
-    "request_of_settings", "require_recorded", "require_scenes", "source_help", "source_of",
-    "sources", "start_test", "station_state", "stream_options", "tests_folder", "virtual_names",
+    "identities", "instrument_of", "late", "make_feed", "named_artefact", "names_in_words",
+    "open_test_site", "origin_of", "rate_of", "recorded_feed", "request_of_settings",
+    "require_recorded", "require_scenes", "source_help", "source_of", "sources", "start_test",
+    "station_state", "stream_options", "tests_folder", "virtual_names",
 ]  # fmt: skip

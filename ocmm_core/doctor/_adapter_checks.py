@@ -16,7 +16,7 @@ _PACKAGE = "ethtool"
 _TITLES = {"generic-receive-offload": "gro", "large-receive-offload": "lro"}
 
 
-def settings(computer: Computer, name: str, kind: str) -> dict[str, str]:
+def adapter_settings(computer: Computer, name: str, kind: str) -> dict[str, str]:
     """Return the changeable settings of a kind, by option; NotAskedError if unknown.
 
     ``kind`` is `COALESCING` or `FEATURES`: the option that sets them; lower case queries.
@@ -229,7 +229,7 @@ def coalescing(computer: Computer) -> result.Answer:
     rx-usecs 0 tx-usecs 0``).
     """
     name = interface_of(computer)
-    found = settings(computer, name, COALESCING)
+    found = adapter_settings(computer, name, COALESCING)
     wanted = {option: "0" if "usecs" in option else "off" for option in found}
     if not {"rx-usecs", "tx-usecs"} & set(found):
         raise NotAskedError(f"The driver of {name} does not say whether it collects frames.")
@@ -248,7 +248,7 @@ def coalescing(computer: Computer) -> result.Answer:
 def offloads(computer: Computer) -> result.Answer:
     """Return whether the kernel delivers every frame unmodified."""
     name = interface_of(computer)
-    found = settings(computer, name, FEATURES)
+    found = adapter_settings(computer, name, FEATURES)
     fixed = fixed_features(computer, name)
     if not found and not fixed:
         raise NotAskedError(f"The driver of {name} does not say whether it joins frames.")

@@ -5,8 +5,8 @@ Out: answers as of a real camera, including registers, mailboxes and process dat
 
 Start with `_software_camera` (the whole); then `_esc` with `_registers` (controller),
 `_segment` (cameras on one wire), `_coe` with `_sdo_values` (objects), `_electronics`, `_store`
-(memory, errors, black image), `_sii`; `_frames` (providers and buffer); `_described_slave`
-(a camera of another maker, from its description).
+(memory, errors, black image), `_sii` and `_esi` (EEPROM, ESI file); `_frames` (providers and
+buffer); `_described_slave` (a camera of another maker, from its description).
 It must not import optics or the scene: a provider supplies the frames.
 """
 
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from ocmm_sim.slave._coe import CoeServer
     from ocmm_sim.slave._described_slave import DescribedCamera
     from ocmm_sim.slave._esc import Esc
+    from ocmm_sim.slave._esi import (
+        CLOCK_MODES, CONTROLLERS, DC_ACTIVATE, DEVICE_GROUP, ESI_FILE, MAILBOX_REPEATS, MEMORY_END,
+        PHYSICAL_PORTS, SII_BYTES, SYNC_PULSE_NS, esi_document, type_name,
+    )  # fmt: skip
     from ocmm_sim.slave._frames import (
         CHUNK_FRAMES, CLOCK_MODULUS_US, FIFO_FRAMES, OVERRUN_FLAG, SENSOR_PX, CameraFrames,
         ClockPattern, FrameBuffer, Frames, SimpleSensor, TestPattern, read_clock,
@@ -35,11 +39,13 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "AL_STATUS", "AL_SYNC", "CHUNK_FRAMES", "CLOCK_MODULUS_US", "ETHERTYPE", "FIFO_FRAMES", "INIT",
-    "OP", "OVERRUN_FLAG", "PREOP", "SAFEOP", "SENSOR_PX", "STATION_ADDRESS", "STATION_ALIAS",
-    "SYSTEM_TIME", "TIME_DIFFERENCE", "Abort", "AbortError", "CameraFrames", "CameraStore",
-    "ClockPattern", "CoeServer", "DatagramCommand", "DescribedCamera", "Esc", "FrameBuffer",
-    "Frames", "Segment", "SimpleSensor", "SlaveClock", "SoftwareCamera", "TestPattern",
-    "checksum_of_configuration", "difference_register", "read_clock", "registers", "sii",
-    "sii_image", "time_difference",
+    "AL_STATUS", "AL_SYNC", "CHUNK_FRAMES", "CLOCK_MODES", "CLOCK_MODULUS_US", "CONTROLLERS",
+    "DC_ACTIVATE", "DEVICE_GROUP", "ESI_FILE", "ETHERTYPE", "FIFO_FRAMES", "INIT",
+    "MAILBOX_REPEATS", "MEMORY_END", "OP", "OVERRUN_FLAG", "PHYSICAL_PORTS", "PREOP", "SAFEOP",
+    "SENSOR_PX", "SII_BYTES", "STATION_ADDRESS", "STATION_ALIAS", "SYNC_PULSE_NS", "SYSTEM_TIME",
+    "TIME_DIFFERENCE", "Abort", "AbortError", "CameraFrames", "CameraStore", "ClockPattern",
+    "CoeServer", "DatagramCommand", "DescribedCamera", "Esc", "FrameBuffer", "Frames", "Segment",
+    "SimpleSensor", "SlaveClock", "SoftwareCamera", "TestPattern", "checksum_of_configuration",
+    "difference_register", "esi_document", "read_clock", "registers", "sii", "sii_image",
+    "time_difference", "type_name",
 ]  # fmt: skip

@@ -25,8 +25,6 @@ from ocmm_core.fieldbus.described import (
 )
 from ocmm_core.fieldbus.device import (
     IDENTITY,
-    SII_BYTES,
-    SII_CONFIGURATION,
     SM_ASSIGNMENT,
     SM_INPUTS,
     SM_OUTPUTS,
@@ -36,6 +34,7 @@ from ocmm_core.fieldbus.device import (
 )
 from ocmm_sim.slave._coe import CoeServer
 from ocmm_sim.slave._esc import Esc
+from ocmm_sim.slave._esi import SII_BYTES, SII_CONFIGURATION
 from ocmm_sim.slave._frames import CHUNK_FRAMES, CameraFrames, Frames
 from ocmm_sim.slave._registers import INIT, SAFEOP
 from ocmm_sim.slave._sii import checksum_of_configuration, sii_category

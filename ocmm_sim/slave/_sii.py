@@ -7,6 +7,7 @@ import struct
 from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.device import INPUT_START as INPUT_START
 from ocmm_core.fieldbus.device import SYNC_MANAGERS as SYNC_MANAGERS
+from ocmm_sim.slave import _esi as esi
 
 _PROTOCOLS = 0x000C
 """CoE, and FoE for firmware."""
@@ -21,7 +22,7 @@ _MANDATORY, _FIXED = 0x0001, 0x0010
 
 def sii_image(serial: int, alias: int, layout: device.InputLayout = device.NEWEST_LAYOUT) -> bytes:
     """Return the content of the EEPROM; `layout` defines the revision."""
-    head = bytearray(device.SII_CONFIGURATION)
+    head = bytearray(esi.SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
     head += struct.pack("<H", checksum_of_configuration(head))
     head += struct.pack("<IIII", device.VENDOR_ID, device.PRODUCT_CODE, layout.revision, serial)
@@ -43,7 +44,7 @@ def sii_image(serial: int, alias: int, layout: device.InputLayout = device.NEWES
         _PROTOCOLS,
     )
     head = head.ljust(0x7C, b"\x00")
-    head += struct.pack("<HH", device.SII_BYTES * 8 // 1024 - 1, 1)
+    head += struct.pack("<HH", esi.SII_BYTES * 8 // 1024 - 1, 1)
     strings = _Strings()
     body = sii_category(_CATEGORY_GENERAL, _general(strings))
     body += sii_category(_CATEGORY_FMMU, bytes([1, 2]))
@@ -55,11 +56,11 @@ def sii_image(serial: int, alias: int, layout: device.InputLayout = device.NEWES
     )
     body += _pdo(_CATEGORY_RX_PDO, device.OUTPUT_PDO, device.SM_OUTPUTS, strings)
     body += sii_category(
-        _CATEGORY_CLOCK, b"".join(_clock(mode, strings) for mode in device.CLOCK_MODES)
+        _CATEGORY_CLOCK, b"".join(_clock(mode, strings) for mode in esi.CLOCK_MODES)
     )
     # Strings come first, but are complete only now.
     body = sii_category(_CATEGORY_STRINGS, strings.content) + body
-    return (bytes(head) + body + b"\xff\xff").ljust(device.SII_BYTES, b"\xff")
+    return (bytes(head) + body + b"\xff\xff").ljust(esi.SII_BYTES, b"\xff")
 
 
 class _Strings:
@@ -85,17 +86,17 @@ class _Strings:
 
 def _general(strings: _Strings) -> bytes:
     """Return the category General (ETG.2010, table 7), 32 bytes."""
-    group, name = strings.number(device.DEVICE_GROUP), strings.number(device.DEVICE_NAME)
+    group, name = strings.number(esi.DEVICE_GROUP), strings.number(device.DEVICE_NAME)
     # Group, picture, order number, name, a reserved byte, details of CoE.
     head = struct.pack("<BBBBBB", group, 0, name, name, 0, _COE_DETAILS)
     # FoE; no EoE, three reserved, flags, no current on the E-bus (int16).
-    head += struct.pack("<B4xBh", 1, device.MAILBOX_REPEATS, 0)
+    head += struct.pack("<B4xBh", 1, esi.MAILBOX_REPEATS, 0)
     # Group again, a reserved byte, then at byte 16 the ports, a nibble each.
-    head += struct.pack("<BBH", group, 0, device.PHYSICAL_PORTS)
+    head += struct.pack("<BBH", group, 0, esi.PHYSICAL_PORTS)
     return head.ljust(32, b"\x00")
 
 
-def _clock(mode: device.ClockMode, strings: _Strings) -> bytes:
+def _clock(mode: esi.ClockMode, strings: _Strings) -> bytes:
     """Return one mode of the distributed clock (ETG.2010, table 13), 24 bytes."""
     return struct.pack(
         "<IIIhHhBB4x",

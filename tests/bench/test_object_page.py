@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from ocmm_bench.conform._object_page import PAGE, object_page
 from ocmm_core.documents import resource
-from ocmm_core.fieldbus.device import ERROR_TEXTS, ESI_FILE, esi_document, object_dictionary
+from ocmm_core.fieldbus.device import ERROR_TEXTS, object_dictionary
+from ocmm_sim.slave import ESI_FILE, esi_document
 
 
 def test_the_files_in_the_repository_are_the_generated_ones() -> None:

@@ -25,12 +25,13 @@ from ocmm_cli.calibrate._report import _print_session
 from ocmm_cli.calibrate._run import is_yes
 from ocmm_cli.calibrate._write_cameras import write_accepted
 from ocmm_cli.measure import missing_sentences, print_verdict
+from ocmm_cli.station._doctor import Mended
 from ocmm_cli.station._station import print_mended
 from ocmm_cli.study._fit import _print_rival
 from ocmm_cli.terminal import PlainConsole, _console
 from ocmm_core.acceptance import InterimCheck, interim_chart
 from ocmm_core.calibration.records import Corner
-from ocmm_core.doctor import Mended, SystemChange
+from ocmm_core.doctor import SystemChange
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.features.measured import fit_shape

@@ -14,9 +14,9 @@ import msgspec
 import pytest
 
 from ocmm_core.doctor import CHECKS, Computer, DoctorReport, Light, examine
+from tests.cli.test_doctor_mend import everything_in, spoiled_computer
 from tests.core.doctor.fake_computer import CPU, calls, good_computer, put, room
 from tests.core.doctor.seeded_faults import FAULTS
-from tests.core.doctor.test_mend import everything_in, spoiled_computer
 from tests.host import needs_package
 
 Ocmm = Callable[..., CompletedProcess[str]]
@@ -132,7 +132,7 @@ def test_who_says_no_or_may_not_changes_nothing(
         "contradict" in ocmm_here("station", "doctor", "--seconds", "0", "--fix", "--undo").stderr
     )
     assert "nothing to undo" in ocmm_here("station", "doctor", "--seconds", "0", "--undo").stderr
-    monkeypatch.setattr("ocmm_core.doctor.may_mend", lambda computer: False, raising=False)
+    monkeypatch.setattr("ocmm_cli.station._doctor.may_mend", lambda computer: False, raising=False)
     done = ocmm_here("station", "doctor", "--seconds", "0", "--fix", "--yes")
     assert done.returncode == 2
     assert "Type: sudo " in done.stderr

@@ -20,7 +20,7 @@ _AGAIN = re.compile(
 _ON_A_TERMINAL = (
     "ocmm_core/doctor", "ocmm_core/settings/_specs.py", "ocmm_core/options.py",
     "ocmm_core/acceptance",
-    "ocmm_core/export/certificate/_artefact.py", "ocmm_core/composition/_station_checks.py",
+    "ocmm_core/export/certificate/_artefact.py",
     "ocmm_core/cluster", "ocmm_shop/cluster", "ocmm_core/fieldbus/described/_esi",
     "ocmm_shop/archive/checks/_rebuild.py",
     # Commands of an administrator for services and interfaces of the computer, in a shell.

@@ -152,12 +152,8 @@ class KnownPointsProcedure(
             index = self._next()
             if index is not None:
                 nothing: guided.Spots = ((None,),) * len(self.rig.cameras)
-                name = self._points.names[index]
-                self._append(
-                    ReferencePointEvent(
-                        utc=guided.utc_text(now), point=name, uv=nothing, sigma_px=0.0
-                    )
-                )
+                utc, name = guided.utc_text(now), self._points.names[index]
+                self._append(ReferencePointEvent(utc=utc, point=name, uv=nothing, sigma_px=0.0))
 
     def take_table(self, spots: SpotTable, now: datetime) -> None:
         """Record all unrecorded points of a table; CalibrationError if it has other cameras."""
@@ -210,12 +206,8 @@ class KnownPointsProcedure(
         index = self._next()
         assert index is not None  # noqa: S101 - a point is wanted
         average = self._spots.average()
-        return ReferencePointEvent(
-            utc=utc,
-            point=self._points.names[index],
-            uv=guided.to_spots(average.uv),
-            sigma_px=average.sigma_px,
-        )
+        spots, name = guided.to_spots(average.uv), self._points.names[index]
+        return ReferencePointEvent(utc=utc, point=name, uv=spots, sigma_px=average.sigma_px)
 
     def _observe(self, event: KnownPointsEvent) -> None:
         if isinstance(event, ReferencePointEvent):

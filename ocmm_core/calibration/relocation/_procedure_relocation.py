@@ -109,23 +109,17 @@ class RelocationProcedure(
             )
         diagonal = float(np.linalg.norm(np.ptp(site.rig.volume_world, axis=0)))
         return {
-            "probe_identity": site.body.identity,
-            "bar": bar,
-            "poses_wanted": request.poses,
+            "probe_identity": site.body.identity, "bar": bar, "poses_wanted": request.poses,
             "bars_wanted": request.placements,
-            "length_mm": min(400.0, _LENGTH_OF_VOLUME * diagonal),
-            "length_limit_mm": request.limit,
-            "lens": request.lens,
-            "geometry": request.geometry,
-            "world": request.world,
+            "length_mm": min(400.0, _LENGTH_OF_VOLUME * diagonal), "length_limit_mm": request.limit,
+            "lens": request.lens, "geometry": request.geometry, "world": request.world,
             "control_names": known.names if known else (),
             "control_positions": tuple(
                 (x, y, z) for x, y, z in (known.positions_world.tolist() if known else [])
             ),
-            "control_sigma": known.sigma if known else 0.0,
-            "valid_days": setup.valid_days,
+            "control_sigma": known.sigma if known else 0.0, "valid_days": setup.valid_days,
             "seats": guided.SEATS if request.seats else 0,
-        }
+        }  # fmt: skip
 
     @property
     def bar(self) -> records.LengthBar:
@@ -144,23 +138,18 @@ class RelocationProcedure(
         with self._lock:
             state = self._state
             return guided.RelocationView(
-                base=self.base,
-                poses=len(state.poses),
-                coverage=state.coverage(),
-                length_sigma_mm=self._length_sigma,
-                length_mm=self._begun.length_mm,
-                length_limit_mm=self._begun.length_limit_mm,
-                bar_placements=state.placements,
+                base=self.base, poses=len(state.poses), coverage=state.coverage(),
+                length_sigma_mm=self._length_sigma, length_mm=self._begun.length_mm,
+                length_limit_mm=self._begun.length_limit_mm, bar_placements=state.placements,
                 bars_wanted=self._begun.bars_wanted,
                 world_points=tuple(one.seat for one in state.seats),
-                world_wanted=state.wanted_seats,
-                visits=len(state.visits),
+                world_wanted=state.wanted_seats, visits=len(state.visits),
                 seats_world=tuple(state.known_seats()),
                 next_seat=(
                     state.unvisited_seat if self._step == SEATS_FIRST else state.seat_to_repeat
                 ),
                 outcome=self._outcome,
-            )
+            )  # fmt: skip
 
     def watch(self, block: FrameBlock) -> None:
         with self._lock:

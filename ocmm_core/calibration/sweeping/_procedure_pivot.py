@@ -152,15 +152,12 @@ class PivotProcedure(
                 )
             self._watching = False
             try:
+                utc, step = guided.utc_text(now), self._step
                 for first in range(0, len(uv), _RECORDED_BATCH):
                     part = uv[first : first + _RECORDED_BATCH]
+                    poses = tuple(guided.to_spots(pose) for pose in part)
                     self._append(
-                        views.PosesTaken(
-                            utc=guided.utc_text(now),
-                            step=self._step,
-                            poses=tuple(guided.to_spots(pose) for pose in part),
-                            sigma_px=sigma_px,
-                        )
+                        views.PosesTaken(utc=utc, step=step, poses=poses, sigma_px=sigma_px)
                     )
             finally:
                 self._watching = True
@@ -238,12 +235,9 @@ class PivotProcedure(
             return views.ConeVisited(
                 utc=utc, uv=guided.to_spots(average.uv), sigma_px=average.sigma_px
             )
-        return views.PosesTaken(
-            utc=utc,
-            step=self._step,
-            poses=tuple(guided.to_spots(pose) for pose in self._watch.batch),
-            sigma_px=self._watch.sigma_px,
-        )
+        poses = tuple(guided.to_spots(pose) for pose in self._watch.batch)
+        sigma_px = self._watch.sigma_px
+        return views.PosesTaken(utc=utc, step=self._step, poses=poses, sigma_px=sigma_px)
 
     def _observe(self, event: views.PivotEvent) -> None:
         if isinstance(event, views.PivotBegun):

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
         CORNER_NAMES, LinePlanning, PlannedLine, corner_distances, corners_of, plan_lines,
     )  # fmt: skip
     from ocmm_core.calibration.verification._procedure_verification import (
-        LINES, RESULT, SEATS_AGAIN, SEATS_FIRST, SPHERES, VerificationProcedure,
-        VerificationSetup,
+        LINES, RESULT, SEATS_AGAIN, SEATS_FIRST, SPHERES, VerificationProcedure, VerificationSetup,
     )  # fmt: skip
     from ocmm_core.calibration.verification._state import PLACES
     from ocmm_core.calibration.verification._verification import fit_sphere

@@ -136,20 +136,15 @@ class VerificationProcedure(
             touched = tuple(len(state.sphere_tips(i)) for i in range(len(self._begun.spheres)))
             visits = [state.visits(seat) for seat in range(guided.SEATS)]
             return guided.VerificationView(
-                base=self.base,
-                lines=lines,
-                current_line=state.current_line(),
-                spheres=touched,
-                sphere_points=judging.SPHERE_POINTS,
-                outcome=self._outcome,
+                base=self.base, lines=lines, current_line=state.current_line(), spheres=touched,
+                sphere_points=judging.SPHERE_POINTS, outcome=self._outcome,
                 places=self._begun.places,
                 seats_world=tuple(state.taken[one[0]].tip for one in visits if one),
                 next_seat=(
                     state.unvisited_seat() if self._step == SEATS_FIRST else state.seat_to_repeat()
                 ),
-                corners=state.corners(),
-                notes=state.planning.notes,
-            )
+                corners=state.corners(), notes=state.planning.notes,
+            )  # fmt: skip
 
     def watch(self, block: FrameBlock) -> None:
         with self._lock:

@@ -5,8 +5,8 @@ Out: one model for master, software camera, ESI file and page.
 
 Start with `_camera_objects` (object dictionary), `_object_entries` and `_profile_objects` (also
 messages of the diagnosis history); then `_camera_slave` (process data and configuration),
-`_input_layout` (header by revision), `_identity` (device to camera assignment), `_firmware` (blocks
-in a camera), and `_esi` (also EEPROM and clock).
+`_input_layout` (header by revision), `_identity` (device to camera assignment), and `_firmware`
+(blocks in a camera).
 
 It must not import sockets, cycles or the virtual rig.
 """
@@ -15,8 +15,8 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.device._camera_objects import (
-        ERROR_REGISTER, ERROR_TEXTS, HISTORY, HISTORY_FIRST, HISTORY_MESSAGES, IDENTITY,
-        IDENTITY_SERIAL, INPUT_SYNC, OUTPUT_SYNC, SM_ASSIGNMENT, SYNC_CYCLE, SYNC_ERROR,
+        DEVICE_TYPE, ERROR_REGISTER, ERROR_TEXTS, HISTORY, HISTORY_FIRST, HISTORY_MESSAGES,
+        IDENTITY, IDENTITY_SERIAL, INPUT_SYNC, OUTPUT_SYNC, SM_ASSIGNMENT, SYNC_CYCLE, SYNC_ERROR,
         SYNC_EXCEEDED, SYNC_MISSED, SYNC_MODE, TIMESTAMP, ErrorCode, ErrorRegister,
         configuration_values, object_dictionary,
     )  # fmt: skip
@@ -28,11 +28,6 @@ if TYPE_CHECKING:
         SUBPIXELS, SYNC0_NS, SYNC1_NS, SYNC_MANAGERS, VENDOR_ID, VENDOR_NAME, CameraConfig,
         CameraMode, CameraStatus, Control, DataType, Pdo, Window, decode_spots, encode_frames,
         frames_of, require_raw,
-    )  # fmt: skip
-    from ocmm_core.fieldbus.device._esi import (
-        CLOCK_MODES, CONTROLLERS, DC_ACTIVATE, DEVICE_GROUP, ESI_FILE, MAILBOX_REPEATS, MEMORY_END,
-        PHYSICAL_PORTS, SII_BYTES, SII_CONFIGURATION, SYNC_PULSE_NS, ClockMode, esi_document,
-        type_name,
     )  # fmt: skip
     from ocmm_core.fieldbus.device._firmware import BLOB_BYTES, Firmware, Intrinsics
     from ocmm_core.fieldbus.device._identity import (
@@ -52,23 +47,21 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "BLACK_IMAGE", "BLOB_BYTES", "CALIBRATION", "CHUNK_BYTES", "CLOCK_MODES", "CONFIGURATION",
-    "CONTROLLERS", "COUNTERS", "COUNTER_MODULUS", "DATA_BYTES", "DATA_CRC", "DATA_CRC_AT",
-    "DC_ACTIVATE", "DEFAULT_FRAME_PERIOD_NS", "DEVICE_GROUP", "DEVICE_NAME", "ERROR_REGISTER",
-    "ERROR_TEXTS", "ESI_FILE", "FRAMES_PER_CYCLE", "FRAME_DTYPE", "FRAME_PDOS", "HEADER_PDO",
-    "HEADER_STRUCT", "HISTORY", "HISTORY_FIRST", "HISTORY_MESSAGES", "IDENTIFY", "IDENTITY",
-    "IDENTITY_SERIAL", "INFORMATION", "INPUT_DTYPE", "INPUT_LAYOUTS", "INPUT_PDOS", "INPUT_START",
-    "INPUT_SYNC", "MAILBOX_BYTES", "MAILBOX_IN_START", "MAILBOX_OUT_START", "MAILBOX_REPEATS",
-    "MAX_BLACK_FRAMES", "MEMORY_END", "MESSAGE_BYTES", "NEWEST_LAYOUT", "NOTE_BYTES", "NO_MARK",
-    "N_SLOTS", "OUTPUT_DTYPE", "OUTPUT_PDO", "OUTPUT_START", "OUTPUT_STRUCT", "OUTPUT_SYNC",
-    "PHYSICAL_PORTS", "PRODUCT_CODE", "REVISION", "SII_BYTES", "SII_CONFIGURATION", "SM_ASSIGNMENT",
-    "SM_INPUTS", "SM_MAILBOX_IN", "SM_MAILBOX_OUT", "SM_OUTPUTS", "SNAPSHOT", "SUBPIXELS",
-    "SYNC0_NS", "SYNC1_NS", "SYNC_CYCLE", "SYNC_ERROR", "SYNC_EXCEEDED", "SYNC_MANAGERS",
-    "SYNC_MISSED", "SYNC_MODE", "SYNC_PULSE_NS", "TIMESTAMP", "VENDOR_ID", "VENDOR_NAME",
-    "VERSIONS", "WINDOWS", "Access", "BlackCommand", "BlackImage", "CameraConfig", "CameraIdentity",
-    "CameraMode", "CameraStatus", "ClockMode", "Control", "DataType", "DiagnosisMessage",
-    "DictionaryObject", "ErrorCode", "ErrorRegister", "Firmware", "FoundDevice", "Header",
-    "InputLayout", "Intrinsics", "ObjectEntry", "Pdo", "SnapshotCommand", "Window", "Work",
-    "assign", "check_sensor", "configuration_values", "data_mark", "decode_spots", "encode_frames",
-    "esi_document", "frames_of", "object_dictionary", "require_raw", "type_name",
+    "BLACK_IMAGE", "BLOB_BYTES", "CALIBRATION", "CHUNK_BYTES", "CONFIGURATION", "COUNTERS",
+    "COUNTER_MODULUS", "DATA_BYTES", "DATA_CRC", "DATA_CRC_AT", "DEFAULT_FRAME_PERIOD_NS",
+    "DEVICE_NAME", "DEVICE_TYPE", "ERROR_REGISTER", "ERROR_TEXTS", "FRAMES_PER_CYCLE",
+    "FRAME_DTYPE", "FRAME_PDOS", "HEADER_PDO", "HEADER_STRUCT", "HISTORY", "HISTORY_FIRST",
+    "HISTORY_MESSAGES", "IDENTIFY", "IDENTITY", "IDENTITY_SERIAL", "INFORMATION", "INPUT_DTYPE",
+    "INPUT_LAYOUTS", "INPUT_PDOS", "INPUT_START", "INPUT_SYNC", "MAILBOX_BYTES", "MAILBOX_IN_START",
+    "MAILBOX_OUT_START", "MAX_BLACK_FRAMES", "MESSAGE_BYTES", "NEWEST_LAYOUT", "NOTE_BYTES",
+    "NO_MARK", "N_SLOTS", "OUTPUT_DTYPE", "OUTPUT_PDO", "OUTPUT_START", "OUTPUT_STRUCT",
+    "OUTPUT_SYNC", "PRODUCT_CODE", "REVISION", "SM_ASSIGNMENT", "SM_INPUTS", "SM_MAILBOX_IN",
+    "SM_MAILBOX_OUT", "SM_OUTPUTS", "SNAPSHOT", "SUBPIXELS", "SYNC0_NS", "SYNC1_NS", "SYNC_CYCLE",
+    "SYNC_ERROR", "SYNC_EXCEEDED", "SYNC_MANAGERS", "SYNC_MISSED", "SYNC_MODE", "TIMESTAMP",
+    "VENDOR_ID", "VENDOR_NAME", "VERSIONS", "WINDOWS", "Access", "BlackCommand", "BlackImage",
+    "CameraConfig", "CameraIdentity", "CameraMode", "CameraStatus", "Control", "DataType",
+    "DiagnosisMessage", "DictionaryObject", "ErrorCode", "ErrorRegister", "Firmware", "FoundDevice",
+    "Header", "InputLayout", "Intrinsics", "ObjectEntry", "Pdo", "SnapshotCommand", "Window",
+    "Work", "assign", "check_sensor", "configuration_values", "data_mark", "decode_spots",
+    "encode_frames", "frames_of", "object_dictionary", "require_raw",
 ]  # fmt: skip

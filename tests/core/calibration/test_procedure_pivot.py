@@ -11,7 +11,7 @@ import pytest
 
 from ocmm_core.calibration.guided import ProcedureDecision, sessions
 from ocmm_core.calibration.records import State
-from ocmm_core.calibration.sweeping import BATCH, SweepPhase, led_paths
+from ocmm_core.calibration.sweeping import BATCH, PivotSetup, SweepPhase, led_paths
 from ocmm_core.errors import CalibrationError
 from ocmm_sim.calibration_scenes import SweepProbe
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench, show_sweeps
@@ -321,7 +321,5 @@ def test_what_was_taken_can_be_taken_back(bench: PivotBench) -> None:
     resumed = bench.resume(sessions(bench.folder / "sessions", procedure.kind)[0])
     assert resumed.view.first.poses == 0
     with pytest.raises(CalibrationError) as unnamed:
-        type(procedure).start(
-            bench.folder, bench.rig, bench.body, bench.store(), " ", bench.now(), who="x"
-        )
+        type(procedure).start(bench.site(), PivotSetup(who="x", tip=" "), bench.now())
     assert unnamed.value.code == "pivot.tip_name"

@@ -8,10 +8,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from ocmm_core.fieldbus.device import CONTROLLERS
-from ocmm_core.fieldbus.device._esi import esi_document
+from ocmm_sim.slave import CONTROLLERS, esi_document, sii_image
 from ocmm_sim.slave import registers as reg
-from ocmm_sim.slave import sii_image
 from tests.core.fieldbus.direct_camera import DirectCamera
 
 Element = ElementTree.Element

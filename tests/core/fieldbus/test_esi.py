@@ -10,8 +10,7 @@ import pytest
 from ocmm_core.fieldbus.device import ErrorCode, object_dictionary
 from ocmm_core.fieldbus.device import _camera_slave as model
 from ocmm_core.fieldbus.device._camera_objects import ERROR_TEXTS
-from ocmm_core.fieldbus.device._esi import esi_document
-from ocmm_sim.slave import sii_image
+from ocmm_sim.slave import esi_document, sii_image
 
 Element = ElementTree.Element
 

@@ -19,7 +19,7 @@ from ocmm_core.fieldbus.described import (
     load_device,
     missing_statements,
 )
-from ocmm_core.fieldbus.device._esi import esi_document
+from ocmm_sim.slave import esi_document
 
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <EtherCATInfo Version="1.6"><Vendor><Id>4919</Id></Vendor><Descriptions><Devices>"""

@@ -30,7 +30,6 @@ from ocmm_core.fieldbus.device import (
     INPUT_DTYPE,
     MAILBOX_BYTES,
     NEWEST_LAYOUT,
-    SII_BYTES,
     CameraStatus,
     DiagnosisMessage,
     Header,
@@ -54,7 +53,15 @@ from ocmm_core.fieldbus.wire import (
     frame_index,
     scan_devices,
 )
-from ocmm_sim.slave import CoeServer, Esc, Segment, SoftwareCamera, TestPattern, sii_image
+from ocmm_sim.slave import (
+    SII_BYTES,
+    CoeServer,
+    Esc,
+    Segment,
+    SoftwareCamera,
+    TestPattern,
+    sii_image,
+)
 from tests.core.fieldbus.fuzzing import outcomes, spoiled
 
 FRAMES, IMAGES, ANSWERS, REQUESTS, SERVICE, SII, BLOCKS = (

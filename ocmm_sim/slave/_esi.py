@@ -6,10 +6,8 @@ import struct
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
-from ocmm_core.fieldbus.device import _camera_objects as camera_objects
-from ocmm_core.fieldbus.device import _camera_slave as camera_slave
-from ocmm_core.fieldbus.device._camera_slave import DataType
-from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
+from ocmm_core.fieldbus import device as model
+from ocmm_core.fieldbus.device import DataType, DictionaryObject, ObjectEntry
 
 SII_BYTES = 4096
 DEVICE_GROUP = "OpticalSensors"
@@ -18,7 +16,7 @@ PHYSICAL_PORTS = 0x0011
 """A nibble per port, port 0 first: two MII ports, the others absent (YY in the ESI file)."""
 MAILBOX_REPEATS = 0x04
 """Bit in the category General: mailboxes are repeated on request; `DataLinkLayer` in ESI."""
-MEMORY_END = camera_slave.INPUT_START + 3 * camera_slave.INPUT_DTYPE.itemsize
+MEMORY_END = model.INPUT_START + 3 * model.INPUT_DTYPE.itemsize
 """Required controller memory: process data have three consecutive buffers."""
 SYNC_PULSE_NS = 10_000
 """Pulse length of SYNC0 and SYNC1: shorter than their shortest distance."""
@@ -72,7 +70,7 @@ class ClockMode:
 CLOCK_MODES = (
     ClockMode(
         "DcSync",
-        f"Exposures at SYNC0, 8 in a bus cycle ({camera_slave.DEFAULT_FRAME_PERIOD_NS} ns at 1 ms)",
+        f"Exposures at SYNC0, 8 in a bus cycle ({model.DEFAULT_FRAME_PERIOD_NS} ns at 1 ms)",
         DC_ACTIVATE, sync0_factor=-8, sync1_factor=1,
     ),
     ClockMode("FreeRun", "Exposures by the camera's own clock; for commissioning", 0),
@@ -84,10 +82,10 @@ ESI_FILE = ("ethercat", "ocmm_camera.xml")
 _BOOTSTRAP = (
     struct.pack(
         "<HHHH",
-        camera_slave.MAILBOX_OUT_START,
-        camera_slave.MAILBOX_BYTES,
-        camera_slave.MAILBOX_IN_START,
-        camera_slave.MAILBOX_BYTES,
+        model.MAILBOX_OUT_START,
+        model.MAILBOX_BYTES,
+        model.MAILBOX_IN_START,
+        model.MAILBOX_BYTES,
     )
     .hex()
     .upper()
@@ -105,33 +103,33 @@ Element = ElementTree.Element
 def esi_document() -> bytes:
     root = Element("EtherCATInfo", {"Version": "1.6"})
     vendor = _add(root, "Vendor")
-    _add(vendor, "Id", _hex(camera_slave.VENDOR_ID, 8))
-    _add(vendor, "Name", camera_slave.VENDOR_NAME)
+    _add(vendor, "Id", _hex(model.VENDOR_ID, 8))
+    _add(vendor, "Name", model.VENDOR_NAME)
     descriptions = _add(root, "Descriptions")
     group = _add(_add(descriptions, "Groups"), "Group")
     _add(group, "Type", DEVICE_GROUP)
     _add(group, "Name", "Optical sensors", LcId=_ENGLISH)
     device = _add(_add(descriptions, "Devices"), "Device", Physics="YY")
     _add(
-        device, "Type", camera_slave.DEVICE_NAME,
-        ProductCode=_hex(camera_slave.PRODUCT_CODE, 8), RevisionNo=_hex(camera_slave.REVISION, 8),
+        device, "Type", model.DEVICE_NAME,
+        ProductCode=_hex(model.PRODUCT_CODE, 8), RevisionNo=_hex(model.REVISION, 8),
     )  # fmt: skip
-    _add(device, "Name", camera_slave.DEVICE_NAME, LcId=_ENGLISH)
+    _add(device, "Name", model.DEVICE_NAME, LcId=_ENGLISH)
     _add(device, "GroupType", DEVICE_GROUP)
     _add_profile(device)
     for name in ("Outputs", "Inputs"):
         _add(device, "Fmmu", name)
     for name, (start, size, control, _status, active, _kind) in zip(
-        _SM_NAMES, camera_slave.SYNC_MANAGERS, strict=True
+        _SM_NAMES, model.SYNC_MANAGERS, strict=True
     ):
         _add(
             device, "Sm", name,
             MinSize=str(size), MaxSize=str(size), DefaultSize=str(size),
             StartAddress=_hex(start, 4), ControlByte=_hex(control, 2), Enable=str(active),
         )  # fmt: skip
-    _add_pdo(device, "RxPdo", camera_slave.OUTPUT_PDO, camera_slave.SM_OUTPUTS)
-    for pdo in camera_slave.INPUT_PDOS:
-        _add_pdo(device, "TxPdo", pdo, camera_slave.SM_INPUTS)
+    _add_pdo(device, "RxPdo", model.OUTPUT_PDO, model.SM_OUTPUTS)
+    for pdo in model.INPUT_PDOS:
+        _add_pdo(device, "TxPdo", pdo, model.SM_INPUTS)
     mailbox = _add(device, "Mailbox", DataLinkLayer="1")
     _add(
         mailbox, "CoE",
@@ -169,10 +167,10 @@ def _hex(value: int, digits: int) -> str:
 
 def _add_profile(device: Element) -> None:
     profile = _add(device, "Profile")
-    _add(profile, "ProfileNo", str(camera_objects.DEVICE_TYPE & 0xFFFF))
+    _add(profile, "ProfileNo", str(model.DEVICE_TYPE & 0xFFFF))
     dictionary = _add(profile, "Dictionary")
     types = _add(dictionary, "DataTypes")
-    objects = camera_objects.object_dictionary(serial=0)
+    objects = model.object_dictionary(serial=0)
     simple = {
         type_name(entry): entry.bits for item in objects.values() for entry in item.entries.values()
     }
@@ -187,8 +185,8 @@ def _add_profile(device: Element) -> None:
     for index, item in objects.items():
         _add_object(listed, index, item)
     messages = _add(profile, "DiagMessages")
-    for code, text in camera_objects.ERROR_TEXTS.items():
-        if code is not camera_objects.ErrorCode.RESET:
+    for code, text in model.ERROR_TEXTS.items():
+        if code is not model.ErrorCode.RESET:
             message = _add(messages, "DiagMessage")
             _add(message, "TextId", _hex(code, 4))
             _add(message, "MessageText", text, LcId=_ENGLISH)
@@ -254,11 +252,11 @@ def _add_flags(parent: Element, index: int, entry: ObjectEntry) -> None:
     if entry.preop_only:
         access.set("WriteRestrictions", "PreOP")
     if entry.mapped:
-        is_output = index == camera_slave.OUTPUT_PDO.entries[0].index
+        is_output = index == model.OUTPUT_PDO.entries[0].index
         _add(flags, "PdoMapping", "R" if is_output else "T")
 
 
-def _add_pdo(device: Element, tag: str, pdo: camera_slave.Pdo, sync_manager: int) -> None:
+def _add_pdo(device: Element, tag: str, pdo: model.Pdo, sync_manager: int) -> None:
     element = _add(device, tag, Fixed="1", Mandatory="1", Sm=str(sync_manager))
     _add(element, "Index", _hex(pdo.index, 4))
     _add(element, "Name", pdo.name)

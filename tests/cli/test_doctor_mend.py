@@ -10,8 +10,16 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from ocmm_core.doctor import Computer, Light, SystemChange, can_undo, examine, mend, undo
-from ocmm_core.doctor._result import UNDO_FILE, ChangeKind, is_allowed
+from ocmm_cli.station._doctor import can_undo, mend, undo
+from ocmm_core.doctor import (
+    UNDO_FILE,
+    ChangeKind,
+    Computer,
+    Light,
+    SystemChange,
+    examine,
+    is_allowed,
+)
 from ocmm_core.errors import InputError, InternalError, StorageError
 from tests.core.doctor.fake_computer import CPU, LIMITS, SETTINGS, good_computer, put
 from tests.host import HANG_S, on_linux_only, private_mounts
@@ -20,7 +28,8 @@ _REPOSITORY = Path(__file__).resolve().parents[3]
 _MAY = """
 import sys
 from pathlib import Path
-from ocmm_core.doctor import Computer, may_mend, this_computer
+from ocmm_cli.station._doctor import may_mend
+from ocmm_core.doctor import Computer, this_computer
 import dataclasses
 print(may_mend(dataclasses.replace(this_computer(), root=Path(sys.argv[1]))))
 """

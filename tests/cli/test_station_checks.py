@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.composition import measured_checks
+from ocmm_cli.station._doctor import measured_checks
 from ocmm_core.doctor import NotAskedError
 from tests.core.doctor.fake_computer import good_computer
 from tests.host import HANG_S, private_network
@@ -37,20 +37,20 @@ def test_with_no_time_nothing_is_measured(tmp_path: Path) -> None:
 def test_nothing_is_left_of_a_measurement_that_is_killed() -> None:
     """The fixture that checks for child processes after each test would find the mirror."""
     command = [
-        *private_network(), sys.executable, "-m", "ocmm_core.composition._station_checks", "60",
+        *private_network(), sys.executable, "-m", "ocmm_cli.station._doctor", "60",
     ]  # fmt: skip
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
     until = time.monotonic() + HANG_S
     mirror = ""
     # First the tools that make the cable, each for a moment, then the mirror, which is Python.
-    while "_station_checks" not in mirror and time.monotonic() < until:
+    while "_doctor" not in mirror and time.monotonic() < until:
         for number in children.read_text().split():
             try:
                 mirror = Path(f"/proc/{number}/cmdline").read_text()
             except OSError:
                 continue
         time.sleep(0.02)
-    assert "_station_checks" in mirror
+    assert "_doctor" in mirror
     os.kill(process.pid, signal.SIGKILL)
     process.wait(HANG_S)
