@@ -1,4 +1,4 @@
-"""Calibration boards: a grid of corners with the covariance of its shape.
+"""Calibration boards: a grid of corners, markers or dots, with the covariance of its shape.
 
 ::
 
@@ -19,6 +19,11 @@
 The shape errs by a common scale (``expanded``, k = 2, of the diagonal), by a bend and twist of up
 to ``flatness``, and by each corner on its own (``corner_sigma``). All three are unknowns of the
 calibration. Without a ``certificate`` the scale is not traceable, however small ``expanded`` is.
+
+Patterns: ``chessboard``; ``charuco`` (with ``dictionary`` and ``marker``); ``apriltag``, markers in
+rows whose four corners count (with ``dictionary``, ``marker``, and ``border`` in bits: 2 for the
+grids of Kalibr); ``dots``, rows of dots of diameter ``dot``, every other row shifted by ``pitch``,
+which is the distance of the rows and half of that of dots in a row.
 """
 
 from __future__ import annotations
@@ -37,27 +42,33 @@ from ocmm_core.geometry import Float, Points3
 
 BOARD_SCHEMA = "ocmm.board/1"
 FEWEST, MOST = 3, 60
-"""Corners along one side. Cost grows with the square of their number."""
+"""Corners, markers or dots along one side. Cost grows with the square of their number."""
 MOST_CORNERS = 400
 LONGEST_PITCH_MM = 500.0
 
-Pattern = Literal["chessboard", "charuco"]
+Pattern = Literal["chessboard", "charuco", "apriltag", "dots"]
+MARKER_CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+"""In sides of a marker, clockwise as seen from the front: x to the right, y down."""
 
 
 class BoardDocument(ArtefactHead, frozen=True, kw_only=True):
     pattern: Pattern
     columns: int
     rows: int
-    """`columns`, `rows`: Inner corners along x and y."""
+    """`columns`, `rows`: Inner corners, markers or dots along x and y."""
     pitch: float
-    """Distance of neighbouring corners at 20 degrees, mm."""
+    """Distance of neighbouring corners, markers or rows of dots at 20 degrees, mm."""
     corner_sigma: float
     """Standard deviation of a corner's place in the grid, mm per axis."""
     flatness: float
     """Largest bend expected (k = 2), mm."""
     dictionary: str = ""
     marker: float = 0.0
-    """`dictionary`, `marker`: Of a ChArUco board: OpenCV's name, and side of a marker, mm."""
+    """`dictionary`, `marker`: Of boards with markers: OpenCV's name, and side of a marker, mm."""
+    border: int = 1
+    """Width of the black border of a marker, bits."""
+    dot: float = 0.0
+    """Diameter of a dot, mm."""
     certificate: ArtefactCertificate | None = None
 
 
@@ -86,20 +97,22 @@ def load_board(path: Path | str, temperature: Temperature | None = None) -> Boar
     document, text = load_with_text(path, BoardDocument, BOARD_SCHEMA)
     for field in ("columns", "rows"):
         if not FEWEST <= getattr(document, field) <= MOST:
-            raise _wrong(path, field, f"Give the inner corners, {FEWEST} to {MOST}.")
-    if document.columns * document.rows > MOST_CORNERS:
+            raise _wrong(path, field, f"Give {FEWEST} to {MOST}.")
+    corners = _grid(document)
+    if len(corners) > MOST_CORNERS:
         raise _wrong(path, "rows", f"Use a board of at most {MOST_CORNERS} corners.")
     if not 0.0 < document.pitch <= LONGEST_PITCH_MM:
         raise _wrong(path, "pitch", "Give the distance of neighbouring corners in mm.")
     for field in ("corner_sigma", "flatness"):
         if not 0.0 < getattr(document, field) <= document.pitch:
             raise _wrong(path, field, "Give its uncertainty in mm; it is never zero.")
-    if document.pattern == "charuco" and not 0.0 < document.marker < document.pitch:
+    if document.pattern in ("charuco", "apriltag") and not 0.0 < document.marker < document.pitch:
         raise _wrong(path, "marker", "Give the side of a marker in mm; it is below the pitch.")
+    if document.pattern == "dots" and not 0.0 < document.dot < document.pitch:
+        raise _wrong(path, "dot", "Give the diameter of a dot in mm; it is below the pitch.")
+    if document.pattern == "dots" and document.rows % 2 == 0:
+        raise _wrong(path, "rows", "With an even number of rows it looks the same upside down.")
     artefact = artefact_of(path, document, document.certificate, text)
-    x, y = np.meshgrid(np.arange(document.columns), np.arange(document.rows))
-    corners = document.pitch * np.stack([x.ravel(), y.ravel(), 0.0 * x.ravel()], axis=1)
-    corners -= corners.mean(axis=0)
     diagonal = float(np.linalg.norm(np.ptp(corners, axis=0)))
     length, expanded = artefact.at(diagonal, temperature)
     scale_sigma = 0.5 * expanded / diagonal
@@ -108,6 +121,19 @@ def load_board(path: Path | str, temperature: Temperature | None = None) -> Boar
     corners *= length / diagonal
     covariance = _shape_covariance(document, corners, scale_sigma)
     return Board(document, corners, covariance, scale_sigma, artefact)
+
+
+def _grid(document: BoardDocument) -> Points3:
+    """Return the nominal corners (N, 3), mm, about their mean."""
+    y, x = (one.ravel() for one in np.indices((document.rows, document.columns)))
+    if document.pattern == "dots":
+        x = 2 * x + y % 2
+    corners: Points3 = document.pitch * np.stack([x, y, 0.0 * x], axis=1)
+    if document.pattern == "apriltag":
+        about = np.column_stack([document.marker * MARKER_CORNERS, np.zeros(4)])
+        corners = (corners[:, None] + about).reshape(-1, 3)
+    centred: Points3 = corners - corners.mean(axis=0)
+    return centred
 
 
 def _shape_covariance(document: BoardDocument, corners: Points3, scale_sigma: float) -> Float:

@@ -17,12 +17,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.camera import CameraModel
+from ocmm_core.calibration.bundle import BundleState
+from ocmm_core.camera import CameraModel, project
 from ocmm_core.documents import read_text
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, Pixels
@@ -32,6 +33,11 @@ LEAST_CORNERS = 12
 """Of one camera in a view, to determine the pose."""
 MOST_LEVEL = 10
 MOST_BYTES = 256 << 20
+_ANGLES = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
+_RIM = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1) / np.sqrt(
+    (2.0 + np.cos(_ANGLES[1])) / 3.0
+)
+"""(m, 2): polygon with the second moments of the unit circle, on which the shift depends."""
 _OUTSIDE_PX = 1.0
 """Corners are found up to the border of a picture, not beyond."""
 
@@ -66,6 +72,27 @@ class BoardViews:
     def chosen(self, indices: Int) -> BoardViews:
         names = tuple(self.names[index] for index in indices)
         return BoardViews(names, self.uv[indices], self.levels[indices], self.left_out)
+
+
+def with_dot_centres(views: BoardViews, dot: float, state: BundleState, chosen: Int) -> BoardViews:
+    """Return views with the images of the centres of dots, of this diameter in mm.
+
+    ``state``: cameras, and poses of the board in the views ``chosen``.
+    Seen is the middle of the area of a dot, which tilt and lens move off the image of its centre.
+    """
+    uv = views.uv.copy()
+    for row, view in enumerate(chosen):
+        across = 0.5 * dot * _RIM @ state.rotations[row][:, :2].T
+        centres = state.leds_world[row]
+        rims = (centres[:, None] + across).reshape(-1, 3)
+        for index, camera in enumerate(state.cameras):
+            start = project(camera, rims).reshape(len(centres), -1, 2)
+            end = np.roll(start, -1, axis=1)
+            twice = start[..., 0] * end[..., 1] - end[..., 0] * start[..., 1]
+            weighted = ((start + end) * twice[..., None]).sum(axis=1)
+            middles = weighted / (3.0 * twice.sum(axis=1))[:, None]
+            uv[view, index] -= middles - project(camera, centres)
+    return replace(views, uv=uv)
 
 
 def view_patterns(patterns: Sequence[str], cameras: Sequence[CameraModel]) -> list[re.Pattern[str]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,10 @@ from ocmm_core.side_files import OversizeError, read_guarded
 from ocmm_genicam import AravisCameras, Expected, GenicamSource, require_cameras_of
 
 MOST_BYTES = 256 << 20
+_LEAST_MARKERS = 6
+_OF_A_SIDE = 0.25
+"""Corners farther than this from where all markers put them belong to no such board."""
+_LEAST_DOT_PX2, _MOST_DOT_PX2 = 12.0, 40_000.0
 _SUFFIXES = (".png", ".pgm", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg")
 
 
@@ -36,7 +41,7 @@ def detect_corners(
     """
     opencv = _opencv()
     document = board.document
-    find = _finder(opencv, document)
+    find = _finder(opencv, board)
     expressions = view_patterns(patterns, cameras)
     found: dict[str, dict[int, Path]] = {}
     files = [one for one in files_of_folder(folder, "") if one.suffix.lower() in _SUFFIXES]
@@ -80,7 +85,7 @@ def detect_corners(
 
 def corner_finder(board: Board) -> Callable[[Any], int]:
     """Return what counts the corners of a board in a picture of 16 bits; InputError as above."""
-    find = _finder(_opencv(), board.document)
+    find = _finder(_opencv(), board)
 
     def count(picture: Any) -> int:
         corners = find((picture >> 8).astype(np.uint8))
@@ -129,20 +134,27 @@ def _wrong(path: Path, why: str) -> InputError:
     )
 
 
-def _finder(opencv: Any, document: BoardDocument) -> Callable[[Any], Pixels | None]:
+def _finder(opencv: Any, board: Board) -> Callable[[Any], Pixels | None]:
+    document = board.document
     size = (document.columns, document.rows)
+    if document.pattern == "apriltag":
+        return _marker_finder(opencv, board)
+    if document.pattern == "dots":
+        blobs = opencv.SimpleBlobDetector_Params()
+        blobs.minArea, blobs.maxArea = _LEAST_DOT_PX2, _MOST_DOT_PX2
+        flags = opencv.CALIB_CB_ASYMMETRIC_GRID | opencv.CALIB_CB_CLUSTERING
+        detect = opencv.SimpleBlobDetector_create(blobs)
+
+        def by_dots(picture: Any) -> Pixels | None:
+            found, centres = opencv.findCirclesGrid(picture, size, flags=flags, blobDetector=detect)
+            return np.reshape(centres, (-1, 2)).astype(np.float64) if found else None
+
+        return by_dots
     if document.pattern == "charuco":
         aruco = opencv.aruco
-        code = getattr(aruco, document.dictionary, None)
-        if not isinstance(code, int) or not document.dictionary.startswith("DICT_"):
-            raise InputError(
-                "boards.dictionary",
-                f"OpenCV has no dictionary {document.dictionary!r}.",
-                "Give the name under which the board was made, such as DICT_4X4_100.",
-            )
         grid = aruco.CharucoBoard(
             (document.columns + 1, document.rows + 1), document.pitch, document.marker,
-            aruco.getPredefinedDictionary(code),
+            _dictionary(opencv, document),
         )  # fmt: skip
         detector = aruco.CharucoDetector(grid)
 
@@ -172,6 +184,57 @@ def _finder(opencv: Any, document: BoardDocument) -> Callable[[Any], Pixels | No
         return whole if _first_is_black(picture, whole, size) else whole[::-1]
 
     return by_squares
+
+
+def _dictionary(opencv: Any, document: BoardDocument) -> Any:
+    code = getattr(opencv.aruco, document.dictionary, None)
+    if not isinstance(code, int) or not document.dictionary.startswith("DICT_"):
+        raise InputError(
+            "boards.dictionary",
+            f"OpenCV has no dictionary {document.dictionary!r}.",
+            "Give the name under which the board was made, such as DICT_4X4_100.",
+        )
+    return opencv.aruco.getPredefinedDictionary(code)
+
+
+def _marker_finder(opencv: Any, board: Board) -> Callable[[Any], Pixels | None]:
+    """Return what finds the corners of numbered markers.
+
+    Makers number the rows from the top or from the bottom, and turn markers by quarters. Both are
+    read from the picture: a wrong order of rows would show the board from behind.
+    """
+    document = board.document
+    count = document.columns * document.rows
+    options = opencv.aruco.DetectorParameters()
+    options.markerBorderBits = document.border
+    options.cornerRefinementMethod = opencv.aruco.CORNER_REFINE_APRILTAG
+    detector = opencv.aruco.ArucoDetector(_dictionary(opencv, document), options)
+    corners = board.corners[:, :2].reshape(count, 4, 2)
+    numbers = np.arange(count).reshape(document.rows, document.columns)
+    orders = (numbers.ravel(), numbers[::-1].ravel())
+
+    def by_numbers(picture: Any) -> Pixels | None:
+        found, ids, _ = detector.detectMarkers(picture)
+        known = [] if ids is None else [n for n, one in enumerate(ids.ravel()) if one < count]
+        if len(known) < _LEAST_MARKERS:
+            return None
+        # Edges that are fitted so count pixels from the corner of the first one.
+        seen = np.array([found[n][0] for n in known], dtype=np.float64) - 0.5
+        side = np.linalg.norm(seen - np.roll(seen, 1, axis=1), axis=2).min(axis=1)
+        for order, turn in product(orders, range(4)):
+            shown, chosen = np.roll(seen, turn, axis=1), order[ids.ravel()[known]]
+            places = corners[chosen].reshape(-1, 1, 2)
+            plane, _ = opencv.findHomography(places, shown.reshape(-1, 1, 2))
+            if plane is None:
+                continue
+            off = opencv.perspectiveTransform(places, plane).reshape(-1, 4, 2) - shown
+            if np.all(np.linalg.norm(off, axis=2).max(axis=1) < _OF_A_SIDE * side):
+                whole = np.full((count, 4, 2), np.nan)
+                whole[chosen] = shown
+                return whole.reshape(-1, 2)
+        return None
+
+    return by_numbers
 
 
 def _first_is_black(picture: Any, corners: Pixels, size: tuple[int, int]) -> bool:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_boards._board import Board
-from ocmm_boards._corners import LEAST_CORNERS, BoardViews
+from ocmm_boards._corners import LEAST_CORNERS, BoardViews, with_dot_centres
 from ocmm_boards._guards import FewViews, judge_solution, placed, start_camera, told_moved
 from ocmm_core.build import build_version
 from ocmm_core.calibration import bundle, guided
@@ -87,19 +87,10 @@ def calibrate_with_board(
     """
     _require_views(rig, views)
     used, held = _split(views)
-    cameras, poses, alone = [], [], []
-    for index, nominal in enumerate(rig.cameras):
-        camera, of_camera = start_camera(nominal, board, used, index)
-        single = _adjusted(board, used, (camera,), of_camera, [index])
-        cameras.append(single.state.cameras[0])
-        poses.append(_poses(single, of_camera))
-        alone.append(single.sigma_px)
-    started, boards = placed(tuple(cameras), poses, board.corners)
-    every = list(range(len(rig.cameras)))
-    expected_px = float(np.sqrt(np.mean(np.square(alone))))
-    whole = _adjusted(board, used, started, boards, every, expected_px)
-    chosen = np.array(sorted(boards), dtype=np.int64)
-
+    alone, whole, chosen = _in_steps(rig, board, used)
+    if board.document.pattern == "dots":
+        used = with_dot_centres(used, board.document.dot, whole.state, chosen)
+        alone, whole, chosen = _in_steps(rig, board, used)
     motion = motion_to_world(KeptByCameras(), (), whole.state, rig.cameras)
     state = whole.state.in_world(motion)
     near = bundle.common_covariance(whole.minimum.data, whole.prior, state)
@@ -134,6 +125,22 @@ def calibrate_with_board(
         warnings=let_pass(findings, force),
     )  # fmt: skip
     return BoardCalibration(found, whole.sigma_px, together, board, state.leds, len(chosen))
+
+
+def _in_steps(rig: Rig, board: Board, views: BoardViews) -> tuple[list[float], _Fit, Int]:
+    """Adjust each camera, then all; return the scatter of each, px, the whole, and its views."""
+    cameras, poses, alone = [], [], []
+    for index, nominal in enumerate(rig.cameras):
+        camera, of_camera = start_camera(nominal, board, views, index)
+        single = _adjusted(board, views, (camera,), of_camera, [index])
+        cameras.append(single.state.cameras[0])
+        poses.append(_poses(single, of_camera))
+        alone.append(single.sigma_px)
+    started, boards = placed(tuple(cameras), poses, board.corners)
+    every = list(range(len(rig.cameras)))
+    expected_px = float(np.sqrt(np.mean(np.square(alone))))
+    whole = _adjusted(board, views, started, boards, every, expected_px)
+    return alone, whole, np.array(sorted(boards), dtype=np.int64)
 
 
 def _require_views(rig: Rig, views: BoardViews) -> None:

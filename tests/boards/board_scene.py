@@ -34,6 +34,8 @@ SPREAD = (
 )  # fmt: skip
 """Standard deviations of the true cameras about the rig document, in the order of `PARAMETERS`."""
 _TILT_RAD = 0.8
+_ANGLES = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)
+_CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 _LEAST_SEEN = 20
 
 
@@ -59,12 +61,19 @@ def board_in(folder: Path, *, expanded: float = 0.002, **others: object) -> Path
 
 def scene(
     folder: Path, seed: int, *, views: int = 40, noise_px: float = 0.03, common_px: float = 0.0,
-    bent_mm: float = 0.0, expanded: float = 0.002,
+    bent_mm: float = 0.0, expanded: float = 0.002, dot: float = 0.0,
 ) -> Scene:  # fmt: skip
-    """Return a scene; ``common_px`` moves all corners of a picture, ``bent_mm`` bends the board."""
+    """Return a scene; ``common_px`` moves all corners of a picture, ``bent_mm`` bends the board.
+
+    ``dot``: diameter of dots in place of corners, mm.
+    """
     rng = np.random.default_rng(seed)
     nominal = load_rig(resource("rigs", "recommended.toml"))
-    board = load_board(board_in(folder, expanded=expanded))
+    path = board_in(folder, expanded=expanded)
+    if dot:
+        path = board_in(folder, expanded=expanded, pattern="dots", columns=7, rows=11, pitch=25.0)
+        path.write_text(f"{path.read_text(encoding='utf-8')}dot = {dot}\n", encoding="utf-8")
+    board = load_board(path)
     cameras = tuple(
         camera.perturbed(np.array(SPREAD) * rng.standard_normal(14)) for camera in nominal.cameras
     )
@@ -80,9 +89,13 @@ def scene(
         across = unit(np.cross([0.0, 0.0, 1.0], towards))
         facing = np.stack([across, -np.cross(towards, across), -towards], axis=1)
         tilt = np.append(rng.uniform(-_TILT_RAD, _TILT_RAD, 2), rng.uniform(-np.pi, np.pi))
-        corners = shape @ (facing @ rotation_from_vector(tilt)).T + at
+        turn = facing @ rotation_from_vector(tilt)
+        corners = shape @ turn.T + at
         for index, camera in enumerate(cameras):
             spots = project(camera, corners)
+            if dot:
+                rims = corners[:, None] + 0.5 * dot * _CIRCLE @ turn[:, :2].T
+                spots = _middles(project(camera, rims.reshape(-1, 3)).reshape(*rims.shape[:2], 2))
             seen = on_sensor(camera, spots)
             if seen.sum() >= _LEAST_SEEN:
                 errors = noise_px * rng.standard_normal(spots.shape)
@@ -94,6 +107,16 @@ def scene(
     return Scene(
         nominal, replace(nominal, cameras=cameras), board, shape, BoardViews(names, uv, levels)
     )
+
+
+def _middles(rims: Float) -> Float:
+    """Return the centroids (n, 2) of areas with these outlines (n, m, 2)."""
+    start, end = rims, np.roll(rims, -1, axis=1)
+    twice = start[..., 0] * end[..., 1] - end[..., 0] * start[..., 1]
+    middles: Float = ((start + end) * twice[..., None]).sum(axis=1) / (3.0 * twice.sum(axis=1))[
+        :, None
+    ]
+    return middles
 
 
 def length_errors(found: Rig, true: Rig, seed: int, lines: int = 100) -> tuple[Float, Float]:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -54,6 +55,24 @@ def test_corners_that_err_together_widen_u(tmp_path: Path) -> None:
     alone = _calibrated(scene(tmp_path, 4, noise_px=0.03))
     together = _calibrated(scene(tmp_path, 4, noise_px=0.03, common_px=0.02))
     assert together.together > 1.5 * alone.together
+
+
+def test_large_dots_count_by_their_centres(tmp_path: Path) -> None:
+    """Tilt and lens move a dot of 24 mm by up to a pixel; the cameras are those of small dots."""
+    errors, sigmas = [], []
+    for dot in (24.0, 0.1):
+        one = scene(tmp_path, 33, dot=dot)
+        found = _calibrated(one)
+        errors.append(length_errors(_rig(one, found), one.true, 33)[0])
+        sigmas.append(found.sigma_px)
+    assert sigmas[0] == pytest.approx(0.03, rel=0.1)
+    assert np.abs(errors[0] - errors[1]).max() < 1e-3
+    # The residuals do not show it.
+    large = scene(tmp_path, 33, dot=24.0)
+    small = replace(one.board, document=msgspec.structs.replace(one.board.document, dot=0.1))
+    wrong = calibrate_with_board(one.nominal, small, large.views)
+    assert wrong.sigma_px == pytest.approx(0.03, rel=0.1)
+    assert np.abs(length_errors(_rig(one, wrong), one.true, 33)[0]).max() > 0.02
 
 
 def test_a_bend_within_its_flatness_is_found(tmp_path: Path) -> None:
