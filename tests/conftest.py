@@ -31,7 +31,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.blas import use_one_thread
 from tests.commands import calm_rig, ocmm, ocmm_here, slow_rig  # noqa: F401 - fixtures
 from tests.gate import gate_of
-from tests.host import HANG_MS, amount, not_run
+from tests.host import HANG_MS, amount, long_form, not_run
 from tests.other_station import forget_histories
 from tests.sleeps import scale_sleeps
 
@@ -60,10 +60,17 @@ _PR_SET_CHILD_SUBREAPER = 36
 _THREADS_OF_DASK = ("Dask-Offload_", "Dask-Callback-Thread_", "IO loop")
 """Dask makes these once a process and keeps them; they wait, and end with it. So does the loop of
 a client that was not let in."""
+_LONG_S = 7200.0
 _PASSED = pytest.StashKey[bool]()
 
 _started_at: weakref.WeakKeyDictionary[threading.Thread, str] = weakref.WeakKeyDictionary()
 _rings_made: set[Path] = set()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let tests of hundreds of touches take hours in the long form; they still end."""
+    for item in items if long_form() else ():
+        item.add_marker(pytest.mark.timeout(_LONG_S))
 
 
 def pytest_configure(config: pytest.Config) -> None:
