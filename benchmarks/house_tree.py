@@ -148,7 +148,7 @@ class House:
         return "" if taken.name in exported else "not in __all__"
 
     def _imports(self, source: Source) -> Iterator[Import]:
-        for node, typing in _walk(source.tree, typing=False):
+        for node, typing in _walk(source.tree, deep="import_module" in source.text):
             if isinstance(node, ast.Import):
                 for alias in node.names:
                     if alias.name in self.product:
@@ -210,10 +210,13 @@ def last_name(node: ast.AST) -> str:
     return node.id if isinstance(node, ast.Name) else ""
 
 
-def _walk(node: ast.AST, *, typing: bool) -> Iterator[tuple[ast.AST, bool]]:
-    """Yield all nodes, and whether only type checkers come there."""
+_STATEMENTS = (ast.stmt, ast.excepthandler, ast.match_case)
+
+
+def _walk(node: ast.AST, *, deep: bool) -> Iterator[tuple[ast.AST, bool]]:
+    """Yield all nodes, and whether only type checkers come there; only statements unless `deep`."""
     # Not by recursion: each node would pass through a generator for every level above it.
-    left = [(child, typing) for child in ast.iter_child_nodes(node)][::-1]
+    left = [(child, False) for child in ast.iter_child_nodes(node)][::-1]
     below: list[tuple[ast.AST, bool]]
     while left:
         child, only_typing = left.pop()
@@ -226,7 +229,11 @@ def _walk(node: ast.AST, *, typing: bool) -> Iterator[tuple[ast.AST, bool]]:
                 *((one, only_typing) for one in child.orelse),
             ]
         else:
-            below = [(one, only_typing) for one in ast.iter_child_nodes(child)]
+            below = [
+                (one, only_typing)
+                for one in ast.iter_child_nodes(child)
+                if deep or isinstance(one, _STATEMENTS)
+            ]
         left += reversed(below)
 
 

@@ -59,13 +59,20 @@ class NdiFrame:
     strays: list[tuple[float, float, float]] = field(default_factory=list)
 
 
+def _after_byte(rest: int) -> int:
+    for _ in range(8):
+        rest = rest >> 1 ^ (0xA001 if rest & 1 else 0)
+    return rest
+
+
+_AFTER_BYTE = tuple(map(_after_byte, range(256)))
+
+
 def checksum_ndi(content: bytes | bytearray) -> int:
     """Return the CRC-16 of a command or reply (polynomial 0x8005 reflected, start 0)."""
     rest = 0
     for byte in content:
-        rest ^= byte
-        for _ in range(8):
-            rest = rest >> 1 ^ (0xA001 if rest & 1 else 0)
+        rest = rest >> 8 ^ _AFTER_BYTE[(rest ^ byte) & 0xFF]
     return rest
 
 

@@ -204,24 +204,23 @@ class Proxy:
         wanted: list[LinkPort | socket.socket] = [*self._ports.values(), self._control]
         housekeeping = 0
         while True:
-            moved = self._forward_all()
             now = time.monotonic_ns()
             while self._later and self._later[0][0] <= now:
                 _due, _number, way, frame = heapq.heappop(self._later)
                 self._send(way, frame)
-            self._obey()
             if now - housekeeping > _HOUSEKEEPING_NS:
                 housekeeping = now
                 for port in self._ports.values():
                     port.renew()
                 if stopping():
                     return
-            if not moved:
-                due = (self._later[0][0] - now) * 1e-9 if self._later else _IDLE_S
-                ready, _, _ = select.select(wanted, [], [], max(0.0, min(due, _IDLE_S)))
-                if ready and self._control not in ready and not self._forward_all():
-                    # A port without link is always ready and never has data.
-                    time.sleep(1e-3)
+            due = (self._later[0][0] - now) * 1e-9 if self._later else _IDLE_S
+            ready, _, _ = select.select(wanted, [], [], max(0.0, min(due, _IDLE_S)))
+            if self._control in ready:
+                self._obey()
+            elif ready and not self._forward_all(ready):
+                # A port without link is always ready and never has data.
+                time.sleep(1e-3)
 
     def close(self) -> None:
         for port in self._ports.values():
@@ -230,10 +229,10 @@ class Proxy:
         if self._path.is_socket():
             self._path.unlink(missing_ok=True)
 
-    def _forward_all(self) -> bool:
+    def _forward_all(self, ready: list[LinkPort | socket.socket]) -> bool:
         moved = False
         for way, port in self._ports.items():
-            while (frame := port.receive()) is not None:
+            while port in ready and (frame := port.receive()) is not None:
                 moved = True
                 for delay_ns, leaving in self._tricks.treat(bytes(frame), way):
                     if delay_ns:

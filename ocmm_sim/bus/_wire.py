@@ -176,10 +176,10 @@ class Wire:
         if self._control is not None:
             wanted.append(self._control)
         while True:
-            answered = self._answer_all()
             now = time.monotonic_ns()
             if now - housekeeping > _HOUSEKEEPING_NS:
                 housekeeping = now
+                self._obey()
                 for unit in self.chain.units:
                     unit.slave.esc.poll(self._time.now_ns())
                 rounds += 1
@@ -189,17 +189,17 @@ class Wire:
                     self._look_at_links()
                 if stopping():
                     return
-            self._obey()
-            if answered:
-                continue
             at_ns = self._time.now_ns()
             # One camera at a time, so that an answer waits for one chunk at most.
-            busy = any(unit.powered and unit.slave.generate(at_ns) for unit in self.chain.units)
-            if not busy:
-                ready, _, _ = select.select(wanted, [], [], _IDLE_S)
-                if ready and self._answers_nothing(ready):
-                    # A port without link is always ready and never has data.
-                    time.sleep(_IDLE_S)
+            if any(unit.powered and unit.slave.generate(at_ns) for unit in self.chain.units):
+                self._answer_all()
+                continue
+            ready, _, _ = select.select(wanted, [], [], _IDLE_S)
+            if self._control in ready:
+                self._obey()
+            elif ready and not self._answer_all():
+                # A port without link is always ready and never has data.
+                time.sleep(_IDLE_S)
 
     def close(self) -> None:
         self._time.close()
@@ -220,9 +220,6 @@ class Wire:
         if len(links) > 1 and links != self.chain.links:
             self.chain.links = links
             self.chain.lay()
-
-    def _answers_nothing(self, ready: list[LinkPort | socket.socket]) -> bool:
-        return self._control not in ready and not self._answer_all()
 
     def _answer_all(self) -> bool:
         if self._time.stretched:

@@ -55,6 +55,7 @@ class MarkerErrors:
         # A filter of first order leaves noise of this share of its input.
         self._share = np.sqrt((1.0 - noise.correlation) / (1.0 + noise.correlation))
         self._filtered: Float | None = None
+        self._at_rest: tuple[Float, Float] | None = None
 
     def reported(self, places: Float) -> Float:
         """Return the markers (n, 3), mm, of the next frame, NaN kept."""
@@ -79,10 +80,14 @@ class MarkerErrors:
 
     def systematic(self, places: Float) -> Float:
         """Return the markers with the errors that are the same in all frames."""
+        # Markers at rest are the same array in all frames, or equal ones.
+        if self._at_rest is not None and np.array_equal(self._at_rest[0], places):
+            return self._at_rest[1]
         phase = np.einsum("wai,ni->nwa", self._waves, places) + self._phases
         field = np.sqrt(2.0 / _WAVES) * np.cos(phase).sum(axis=1)
         moved = self._head + self._scale * (places - self._head)
         found: Float = moved + self._shaped(places, field) * self._noise.place_sigma
+        self._at_rest = places.copy(), found
         return found
 
     def _shaped(self, places: Float, errors: Float) -> Float:
@@ -106,6 +111,9 @@ class SoftwareTracker:
         self, rig: VirtualRig | CalibrationScenesRig, document: TrackerDocument, seed: int
     ) -> None:
         self._rig, self._head = rig, np.array(document.head)
+        if isinstance(rig, VirtualRig):
+            truth = rig.truth
+            self._leds_probe, self._tip_probe = truth.leds_probe, truth.tip_probe
         self._errors = MarkerErrors(document, seed)
         self._cosine = np.cos(rig.body.emission_half_angle)
 
@@ -130,7 +138,7 @@ class SoftwareTracker:
             return rig.leds(frame)
         motion = rig.motion(frame, 1)
         turn = motion.rotation_world_from_probe[0]
-        places = rig.truth.leds_probe @ turn.T + motion.origin_world(rig.truth.tip_probe)[0]
+        places = self._leds_probe @ turn.T + motion.origin_world(self._tip_probe)[0]
         return places, rig.body.led_directions_probe @ turn.T
 
 

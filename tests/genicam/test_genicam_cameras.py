@@ -197,7 +197,7 @@ def test_cameras_of_another_rig_are_refused_before_the_job(ocmm: Ocmm, tmp_path:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, *((4, 5) if long_form() else ())])
 def test_a_part_is_measured_by_cameras_that_anyone_can_buy(
-    ocmm: Ocmm, tmp_path: Path, seed: int
+    ocmm_here: Ocmm, tmp_path: Path, seed: int
 ) -> None:
     """Sensors of 1.6 megapixels at 100 Hz, as in many such cameras."""
     text = resource("rigs", "recommended.toml").read_text("utf-8")
@@ -213,7 +213,7 @@ def test_a_part_is_measured_by_cameras_that_anyone_can_buy(
     rig = tmp_path / "rig.toml"
     rig.write_text(text, "utf-8")
     private_network()
-    done = ocmm(
+    done = ocmm_here(
         "measure", "--source", "genicam:virtual", "--plan", wire_plan_in(tmp_path),
         "--rig", rig, "--out", tmp_path, "--seed", str(seed),
     )  # fmt: skip

@@ -140,6 +140,7 @@ def _last_touched(job: JobView) -> FeatureView:
     return max(job.features, key=lambda item: max((p.number for p in item.points), default=0))
 
 
+@pytest.mark.usefixtures("kept_sides")
 def test_a_job_of_twelve_features_by_keyboard_alone(
     keyboard: Keyboard, tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:

@@ -27,17 +27,20 @@ from ocmm_trackers import (
     judge_geometry,
     tracker_config,
 )
-from tests.host import not_run
+from tests.host import amount, not_run
 from tests.trackers.tracker_bench import BODY, PROBE, TRACKER, places_of, source_to, written
 
 FIRST_NS, PERIOD_NS = 1_764_500_000_000_000_000, 10_000_000
 _KINDS: tuple[Kind, ...] = ("TDATA", "QTDATA", "POSITION", "TRANSFORM", "POINT")
 _SIGMA_MM = 0.05
-_HOSTILE, _MIXED = 10_000, 100
+_HOSTILE, _MIXED = amount(3_000, 10_000), amount(40, 100)
+
+
+_DOCUMENT = load_tracker(TRACKER)
 
 
 def frames_in(data: bytes, path: Path = TRACKER) -> list[np.ndarray]:
-    document = load_tracker(path)
+    document = _DOCUMENT if path == TRACKER else load_tracker(path)
     stream, builder, found = IgtlDecoder(document), FrameBuilder(document), []
     for one in stream.feed(data):
         if isinstance(one.content, Pose):
@@ -127,8 +130,9 @@ def test_a_frame_that_repeats_the_last_one_is_not_measured() -> None:
 
 
 def test_hostile_packets_are_counted_or_end_with_a_sentence() -> None:
+    """N = 3,000 (10,000) packets."""
     rng = np.random.default_rng(4)
-    document = load_tracker(TRACKER)
+    document = _DOCUMENT
     wrong, ended, frames = 0, 0, 0
     for number in range(_HOSTILE):
         places = places_of(rng)
@@ -169,7 +173,7 @@ def test_hostile_packets_are_counted_or_end_with_a_sentence() -> None:
     [("metres", "tracker.unit"), ("mirrored", "tracker.handedness"), ("poses", "tracker.poses")],
 )
 def test_mixed_up_units_axes_and_poses_are_named(fault: str, code: str, tmp_path: Path) -> None:
-    """N = 100 each; half of the documents state metres, or left-handed axes."""
+    """N = 40 (100) each; half of the documents state metres, or left-handed axes."""
     rng, codes, given = np.random.default_rng(5), [], 0
     unit = written(tmp_path, device_unit="m" if fault == "metres" else "mm")
     for number in range(_MIXED):

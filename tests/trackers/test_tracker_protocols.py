@@ -38,7 +38,7 @@ from tests.host import amount
 from tests.trackers.tracker_bench import BODY, measured, places_of
 
 FIRST_NS = 1_764_500_000_000_000_000
-_HOSTILE, _MIXED, _FAULTY = amount(4_000, 10_000), amount(40, 100), 300
+_HOSTILE, _MIXED, _FAULTY = amount(2_000, 10_000), amount(40, 100), 300
 _FAR = 49.0
 """Square of seven standard deviations: a tip farther away is wrong."""
 _OPTITRACK, _NDI, _QTM = (
@@ -237,7 +237,7 @@ def resealed(packet: bytes) -> bytes:
 
 @pytest.mark.parametrize("name", NEWEST)
 def test_hostile_packets_are_counted_or_end_with_a_sentence(name: str) -> None:
-    """N = 4,000 (10,000) packets; a tip within seven standard deviations of the true one, or none.
+    """N = 2,000 (10,000) packets; a tip within seven standard deviations of the true one, or none.
 
     No protocol but NDI has checksums: a number that is damaged is a displaced marker, refused by
     the known distances.

@@ -18,7 +18,7 @@ from tests.host import amount, looser
 from tests.trackers.tracker_bench import Bench, inside, written
 
 _LONG, _EACH = 100, 10
-_DEVICES = amount(40, _LONG)
+_DEVICES = amount(24, _LONG)
 _LEAST = 0.954 - looser(0.024, _DEVICES, _LONG)
 _MOST = 0.954 + looser(0.021, _DEVICES, _LONG)
 """95 % less and more three standard deviations of N touches."""
@@ -59,7 +59,7 @@ def test_virtual_cameras_have_the_stated_noise(growth: str, along: float, tmp_pa
     ids=["shipped", "head", "head, 0.1 mm", "room", "coarse"],
 )
 def test_the_true_ball_is_in_the_stated_ellipsoid(values: dict[str, Any], tmp_path: Path) -> None:
-    """Ten touches of 25 frames by each of 40 (100) devices; hardly any is refused."""
+    """Ten touches of 25 frames by each of 24 (100) devices; hardly any is refused."""
     bench = Bench.of(written(tmp_path, **values))
     points = [(p, t) for p, t in bench.touches(_DEVICES, _EACH, 1) if isinstance(p, StablePoint)]
     assert len(points) > 0.97 * _DEVICES * _EACH

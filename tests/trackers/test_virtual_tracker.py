@@ -16,11 +16,9 @@ from tests.trackers.tracker_bench import TRACKER, written
 
 @pytest.mark.slow
 @pytest.mark.parametrize("protocol", ["igtl", "natnet", "ndi", "qtm"])
-def test_a_part_is_measured_by_a_tracker(
-    protocol: str, ocmm: Ocmm, ocmm_here: Ocmm, tmp_path: Path
-) -> None:
+def test_a_part_is_measured_by_a_tracker(protocol: str, ocmm_here: Ocmm, tmp_path: Path) -> None:
     private_network()
-    done = ocmm(
+    done = ocmm_here(
         "measure", "--source", f"{protocol}:virtual", "--plan", wire_plan_in(tmp_path),
         "--out", tmp_path, "--seed", "3",
     )  # fmt: skip
