@@ -3,12 +3,12 @@
 In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
 notices.
 
-Start with `_texts` (translation), `_language`, `_numbers` (numbers, lengths, dates), `_theme`
-(three themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome,
-painted widgets), `_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons),
-`_sheet` (pages closed by Esc), `_parts` (also layouts), `_narrow` (fitted texts), `_panels`
-(non-modal questions, recent plans, jobs and folders). `_notify` shows errors, `_sound` plays
-sounds. The package `work` runs lengthy work.
+Start with `_texts` (translation, languages), `_numbers` (numbers, lengths, dates), `_theme` (three
+themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome, painted
+widgets), `_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons), `_sheet`
+(pages closed by Esc), `_parts` (also layouts), `_narrow` (fitted texts), `_panels` (non-modal
+questions, recent plans, jobs and folders). `_notify` shows errors, `_sound` plays sounds. The
+package `work` runs lengthy work.
 First package of the window: it must not import screens or the station.
 """
 
@@ -16,12 +16,9 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.kit._actions import ACTIONS, FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, ActionInfo, Mode
-    from ocmm_gui.kit._language import (
-        LANGUAGES, chosen_language, language_file, language_in_use, use_language,
-    )  # fmt: skip
     from ocmm_gui.kit._marks import (
-        SCENE_LEAST, SCENE_SIZE, Mark, PaintedWidget, feature_mark, ink, mark_colour, paint_mark,
-        status_mark, verdict_mark,
+        SCENE_LEAST, SCENE_SIZE, FitText, Mark, PaintedWidget, feature_mark, ink, mark_colour,
+        paint_mark, status_mark, verdict_mark,
     )  # fmt: skip
     from ocmm_gui.kit._messages import (
         DASHES, PAUSED, active_feature, approach_words, basis_words, characteristics_of,
@@ -30,7 +27,7 @@ if TYPE_CHECKING:
         outlier_count, outlier_words, progress_word, quantity, reference_led_name, reference_words,
         seen_cameras, seen_targets, shape_word, slot_names, step_text, trouble, verdict_line,
     )  # fmt: skip
-    from ocmm_gui.kit._narrow import FitText, HintField, NarrowButton, NarrowItems, is_longer
+    from ocmm_gui.kit._narrow import HintField, NarrowButton, NarrowItems, PlainLabel, is_longer
     from ocmm_gui.kit._notify import (
         PROCEDURE, Banner, ErrorHooks, Level, Notice, NoticeCentre, NoticeWindow,
     )  # fmt: skip
@@ -55,7 +52,8 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._table_import import TableImport
     from ocmm_gui.kit._texts import (
-        PlainLabel, later, literal, said, said_word, tr, tr_all, with_unit,
+        LANGUAGES, chosen_language, language_file, language_in_use, later, literal, said, said_word,
+        tr, tr_all, use_language, with_unit,
     )  # fmt: skip
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT, DEFAULT_THEME, THEMES, WRAPPED, Theme, Themed, ThemedWidget, apply_theme,

@@ -21,9 +21,9 @@ from PySide6.QtWidgets import QFrame, QMainWindow, QSizePolicy, QWidget
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.failure import contained
-from ocmm_gui.kit._narrow import NarrowButton
+from ocmm_gui.kit._narrow import NarrowButton, PlainLabel
 from ocmm_gui.kit._parts import dressed, hbox
-from ocmm_gui.kit._texts import PlainLabel, said, tr
+from ocmm_gui.kit._texts import said, tr
 from ocmm_gui.kit._theme import Theme, text_font
 
 INFO_SECONDS = 12

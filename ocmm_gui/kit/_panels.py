@@ -12,10 +12,10 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QFrame, QSizePolicy, QW
 
 from ocmm_core.documents import decode_json, read_bytes, resource, write_atomic
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit._narrow import HintField, NarrowButton
+from ocmm_gui.kit._narrow import HintField, NarrowButton, PlainLabel
 from ocmm_gui.kit._parts import dressed, hbox
 from ocmm_gui.kit._shortcuts import is_never_typed
-from ocmm_gui.kit._texts import PlainLabel, later, tr
+from ocmm_gui.kit._texts import later, tr
 from ocmm_gui.kit._theme import Themed, text_font
 
 _SCHEMA = "ocmm.recent/1"

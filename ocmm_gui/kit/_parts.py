@@ -27,7 +27,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ocmm_gui.kit._texts import PlainLabel, literal
+from ocmm_gui.kit._narrow import PlainLabel
+from ocmm_gui.kit._texts import literal
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
 
 Part = QWidget | QLayout | tuple[QWidget | QLayout, int]

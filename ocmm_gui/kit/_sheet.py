@@ -12,10 +12,11 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidg
 from ocmm_core.errors import OcmmError
 from ocmm_gui.kit._actions import ActionInfo
 from ocmm_gui.kit._marks import ink
+from ocmm_gui.kit._narrow import PlainLabel
 from ocmm_gui.kit._panels import OwnKeysField
 from ocmm_gui.kit._parts import dressed, hbox, sentence_label, vbox
 from ocmm_gui.kit._shortcuts import make_action, make_button
-from ocmm_gui.kit._texts import PlainLabel, later, literal, tr
+from ocmm_gui.kit._texts import later, literal, tr
 from ocmm_gui.kit._theme import Theme, Themed, text_font, use_role
 
 LEAVE = ActionInfo("leave", later("Back"), later("Back to measuring; nothing is lost"), ("Esc",))

@@ -10,10 +10,10 @@ from PySide6.QtGui import QColor, QKeyEvent
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.tables import TableOptions, TablePreview
-from ocmm_gui.kit._narrow import NarrowButton
+from ocmm_gui.kit._narrow import NarrowButton, PlainLabel
 from ocmm_gui.kit._parts import DataTable, dressed, hbox, sentence_label, vbox
 from ocmm_gui.kit._sheet import ChoiceBox, caption, form_field
-from ocmm_gui.kit._texts import PlainLabel, said, tr
+from ocmm_gui.kit._texts import said, tr
 from ocmm_gui.kit._theme import Theme, Themed, text_font
 
 _SIGNS = ("", "point", "comma")
