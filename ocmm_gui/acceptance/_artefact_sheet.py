@@ -171,7 +171,7 @@ class ArtefactSheet(kit.Themed, WorkSheet):
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(6, QHeaderView.ResizeMode.Stretch)
-        self.table.itemSelectionChanged.connect(self._show_reasons)
+        self.table.itemSelectionChanged.connect(self._paint)
         self.reasons = kit.sentence_label(tr("Why the selected artefact is refused"), 14)
         self.form = ArtefactForm()
         self.file = kit.PathPanel(
@@ -262,10 +262,6 @@ class ArtefactSheet(kit.Themed, WorkSheet):
         if entry is not None:
             self.sure.ask(tr("Remove {id} from the register?").format(id=entry.id))
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self._show_reasons()
-
     def _do(self, call: Callable[[], T], done: Callable[[T], None], reading: str) -> None:
         self._doing += 1
 
@@ -317,13 +313,13 @@ class ArtefactSheet(kit.Themed, WorkSheet):
         self.say(tr("{count} in the register. Nothing is overwritten.").format(count=count))
         if self._entries:
             self.table.selectRow(0)
-        self._show_reasons()
+        self._paint()
 
     def _selected(self) -> ArtefactEntry | None:
         row = self.table.currentRow()
         return self._entries[row] if 0 <= row < len(self._entries) else None
 
-    def _show_reasons(self) -> None:
+    def _paint(self) -> None:
         entry = self._selected()
         said = () if entry is None else self._refused[entry.id]
         reasons = dict.fromkeys(f"▲ {why}" for _, why in said if why)

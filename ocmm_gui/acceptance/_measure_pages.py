@@ -230,11 +230,6 @@ class AcceptanceVerdictPage(ResultFrame):
         self.paper.setEnabled(self._file() is not None)
         self._show_source(seen)
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        super().set_theme(theme)
-        if self._seen is not None:
-            self._show_source(self._seen)
-
     def judge(self, outcome: object) -> ResultVerdict:
         if not isinstance(outcome, acceptance.AcceptanceOutcome):
             return ResultVerdict("", kit.Mark.OPEN, "")
@@ -285,7 +280,7 @@ class AcceptanceVerdictPage(ResultFrame):
         known = ", ".join(map(kit.said, instrument.states))
         if instrument.simulated and not instrument.unproven:
             known = tr("SIMULATED: virtual rig and artefact")
-        self._simulated.show_text(known, self._theme.warn, kit.Mark.DOUBT if known else None)
+        self._simulated.show_text(known, "warn", kit.Mark.DOUBT if known else None)
         self._simulated.setToolTip(kit.literal(" ".join(map(kit.said, instrument.unproven))))
         self._simulated.setVisible(bool(known))
 

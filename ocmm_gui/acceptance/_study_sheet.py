@@ -162,7 +162,7 @@ def fields_of_study(fields: dict[str, kit.FormField]) -> QGridLayout:
     return form
 
 
-class StudySheet(kit.Themed, WorkSheet):
+class StudySheet(WorkSheet):
     """Plan, progress, table and plots; record folders None are those of this user."""
 
     def __init__(
@@ -270,10 +270,6 @@ class StudySheet(kit.Themed, WorkSheet):
             work = TypeOneTask(self._folder(), name, reference, *self._records)
             self._begin(tr("Analysing"), work)
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self._show_characteristic()
-
     def _use(self, plan: studies.StudyPlan) -> None:
         self._plan, self._report = plan, None
         for key, text in (
@@ -294,9 +290,6 @@ class StudySheet(kit.Themed, WorkSheet):
         self._show_progress(StudyProgress(0, plan.runs[0]))
 
     def _show(self, answer: object) -> None:
-        self.show_answer(answer)
-
-    def show_answer(self, answer: object) -> None:
         if isinstance(answer, StudyProgress):
             self._show_progress(answer)
         elif isinstance(answer, studies.StudyReport):
@@ -314,7 +307,7 @@ class StudySheet(kit.Themed, WorkSheet):
             )  # fmt: skip
             mark = kit.Mark.GOOD if answer.study.capable else kit.Mark.BAD
             word = tr("CAPABLE") if answer.study.capable else tr("NOT CAPABLE")
-            self.word.show_text(word, kit.mark_colour(self._theme, mark), mark)
+            self.word.show_text(word, mark=mark)
 
     def _show_progress(self, progress: StudyProgress) -> None:
         plan, following = self._plan, progress.following
@@ -366,7 +359,7 @@ class StudySheet(kit.Themed, WorkSheet):
         self.message.setText(" ".join(map(said, filter(None, (one.why_not, stated)))))
         word = one.study.word if one.study is not None else tr("NO STUDY")
         mark = MARKS.get(word, kit.Mark.DOUBT)
-        self.word.show_text(word.upper(), kit.mark_colour(self._theme, mark), mark)
+        self.word.show_text(word.upper(), mark=mark)
 
     def _required(self) -> studies.StudyPlan | None:
         if self._plan is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from datetime import date
+from itertools import compress
 from pathlib import Path
 
 from PySide6.QtCore import QStringListModel, Qt
@@ -36,11 +37,9 @@ class AnswerTable(kit.DataTable):
 
     def __init__(self) -> None:
         super().__init__(tr("Answer of the archive"), ())
-        self._answer: ArchiveAnswer | None = None
         self.setWordWrap(False)
 
     def show_answer(self, answer: ArchiveAnswer | None) -> None:
-        self._answer = answer
         self.clear()
         self.setRowCount(0)
         columns = () if answer is None else answer.columns
@@ -59,30 +58,22 @@ class AnswerTable(kit.DataTable):
         ]
         for row, cells in enumerate(answer.rows):
             for column, cell in enumerate(cells):
-                self._write(row, column, _text(cell), self._colour(cell))
-                if numbers[column]:
-                    item_there = self._cell(row, column)
-                    item_there.setFont(kit.digit_font(13, bold=False))
-                    item_there.setTextAlignment(
-                        Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                    )
-        self.right_heads(column for column, is_number in enumerate(numbers) if is_number)
+                self._write(row, column, _text(cell), _colour(cell))
+            self.show_digits(row, compress(range(len(columns)), numbers), 13)
+        self.right_heads(compress(range(len(columns)), numbers))
         self.resizeColumnsToContents()
         for column in range(len(columns)):
             if self.columnWidth(column) > _LONGEST:
                 self.setColumnWidth(column, _LONGEST)
         self.horizontalHeader().setStretchLastSection(bool(columns) and not numbers[-1])
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self.show_answer(self._answer)
 
-    def _colour(self, cell: object) -> str | None:
-        if cell in _GOOD:
-            return self._colours.good
-        if cell in _BAD:
-            return self._colours.bad
-        return self._colours.warn if cell in _DOUBT else None
+def _colour(cell: object) -> str:
+    if cell in _GOOD:
+        return "good"
+    if cell in _BAD:
+        return "bad"
+    return "warn" if cell in _DOUBT else "text"
 
 
 def _text(cell: object) -> str:
@@ -216,13 +207,6 @@ class ArchiveSheet(WorkSheet):
         work = self.attempt(self.recall.storing)
         if work is not None:
             self._begin(tr("Storing the recall"), work)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self.table.set_theme(theme)
-        self.chart.set_theme(theme)
-        self.question.set_theme(theme)
-        self.kind.set_theme(theme)
-        self.recall.set_theme(theme)
 
     def show_standing(self, standing: HandOver) -> None:
         self.standing.setText(standing.line or tr("Everything measured here is in the archive."))

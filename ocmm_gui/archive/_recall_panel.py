@@ -58,14 +58,11 @@ class RecallTable(kit.DataTable):
             tr("Verdicts of the recall"),
             tuple(zip(map(kit.said_word, recall.COLUMNS), kit.tr_all(_TIPS), strict=True)),
         )
-        self._record: RecallRecord | None = None
         self._lines: list[str] = []
-        self._rows = kit.ColouredRow(self)
-        self.setItemDelegate(self._rows)
+        self.setItemDelegate(kit.ColouredRow(self))
         self.resizeColumnsToContents()
 
     def show_record(self, record: RecallRecord) -> None:
-        self._record = record
         rows = [
             (job, one) for job in recall.worst_first(record.jobs) for one in job.characteristics
         ]
@@ -75,11 +72,8 @@ class RecallTable(kit.DataTable):
         ]
         self.setRowCount(len(rows))
         for at, (job, one) in enumerate(rows):
-            for column, text in enumerate((job.label, *row(one, speech))):
-                colour = (
-                    kit.mark_colour(self._colours, _MARKS[one.outcome]) if column == 4 else None
-                )
-                self._write(at, column, text, colour)
+            colours = {4: _MARKS[one.outcome].colour}
+            self.show_words(at, (job.label, *row(one, speech)), colours)
         self.resizeColumnsToContents()
         if rows:
             self.selectRow(0)
@@ -89,17 +83,12 @@ class RecallTable(kit.DataTable):
         at = self.currentRow()
         return self._lines[at] if 0 <= at < len(self._lines) else ""
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = self._rows.theme = theme
-        if self._record is not None:
-            self.show_record(self._record)
-
 
 _MOST_LINES = 3
 """Of jobs that were not judged: the table below needs the room."""
 
 
-class RecallResult(kit.Themed, QWidget):
+class RecallResult(QWidget):
     """Result of any recall."""
 
     def __init__(self) -> None:
@@ -118,7 +107,12 @@ class RecallResult(kit.Themed, QWidget):
 
     def show_record(self, record: RecallRecord) -> str:
         self.record = record
-        self._show_words(record)
+        self._headline.show_text(
+            recall.headline(record, Speech(kit.language_in_use())), mark=mark_of(record)
+        )
+        found = (*recall.totals(record), recall.decided(record)) if record.jobs else ()
+        lines = (*found, *recall.not_judged(record, _MOST_LINES))
+        self.totals.setText("\n".join(map(kit.said, lines)))
         self.table.show_record(record)
         self._show_job()
         return kit.said(recall.checked(record))
@@ -126,23 +120,6 @@ class RecallResult(kit.Themed, QWidget):
     def headline(self) -> str:
         """Return the totals in large words; for tests."""
         return self._headline.text()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self.table.set_theme(theme)
-        if self.record is not None:
-            self._show_words(self.record)
-
-    def _show_words(self, record: RecallRecord) -> None:
-        mark = mark_of(record)
-        self._headline.show_text(
-            recall.headline(record, Speech(kit.language_in_use())),
-            kit.mark_colour(self._theme, mark),
-            mark,
-        )
-        found = (*recall.totals(record), recall.decided(record)) if record.jobs else ()
-        lines = (*found, *recall.not_judged(record, _MOST_LINES))
-        self.totals.setText("\n".join(map(kit.said, lines)))
 
     def _show_job(self) -> None:
         self.about_job.setText(self.table.line())
@@ -268,10 +245,6 @@ class RecallPanel(QWidget):
     def show_record(self, record: RecallRecord) -> str:
         """Show a recall, and return the sentence about the checked jobs."""
         return self.result.show_record(record)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self.finding.set_theme(theme)
-        self.result.set_theme(theme)
 
     def _show_fields(self) -> None:
         named = self.finding.currentIndex() > 0

@@ -270,18 +270,12 @@ class _AnswerTable(kit.DataTable):
                 (tr("Code"), tr("of errors and refusals")),
             ),
         )
-        self._found: tuple[RemedyEntry, ...] = ()
 
     def show_answers(self, found: tuple[RemedyEntry, ...]) -> None:
-        self._found = found
         self.setRowCount(len(found))
         for row, one in enumerate(found):
             self.show_words(row, (one.sign, one.steps, one.codes))
         self.resizeRowsToContents()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self.show_answers(self._found)
 
 
 class WhatToDoSheet(kit.Sheet):

@@ -57,8 +57,8 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT, DEFAULT_THEME, THEMES, WRAPPED, Theme, Themed, ThemedWidget, apply_theme,
-        digit_font, dress, dress_application, far_type, fitted, status_colour, text_font, use_role,
-        verdict_colour, wrapped_pixels,
+        digit_font, dress, dress_application, far_type, fitted, text_font, use_role, verdict_colour,
+        wrapped_pixels,
     )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
@@ -84,9 +84,9 @@ __all__ = [
     "outlier_words", "paint_mark", "panel", "plain_number", "progress_word", "quantity",
     "read_number", "reference_led_name", "reference_words", "said", "said_word", "scrolled",
     "seen_cameras", "seen_targets", "sentence_label", "shape_word", "shortcuts_of", "show_mode",
-    "slot_names", "split_unit", "stacked", "status_colour", "status_mark", "step_text", "style_of",
-    "text_font", "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value", "unit_word",
-    "usable_keys", "use_language", "use_numbers", "use_role", "use_shortcuts", "value_label",
-    "vbox", "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
+    "slot_names", "split_unit", "stacked", "status_mark", "step_text", "style_of", "text_font",
+    "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value", "unit_word", "usable_keys",
+    "use_language", "use_numbers", "use_role", "use_shortcuts", "value_label", "vbox",
+    "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
     "wrapped_pixels",
 ]  # fmt: skip

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, StatusWord
 from ocmm_core.tolerances.decisions import Verdict
+from ocmm_gui.kit._texts import said_word
 from ocmm_gui.kit._theme import Theme, Themed, digit_font, fitted, text_font
 
 SCENE_SIZE, SCENE_LEAST = (460, 340), (200, 130)
@@ -35,10 +36,6 @@ class PaintedWidget(Themed, QWidget):
         self._least_size = QSize(*least)
         self.setAccessibleName(name)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self.update()
 
     def sizeHint(self) -> QSize:
         return self._size_hint
@@ -90,6 +87,18 @@ class Mark(Enum):
     BAD = "cross"
     DOUBT = "triangle"
 
+    @property
+    def colour(self) -> str:
+        """Name of its colour in a theme."""
+        return {
+            Mark.GOOD: "good",
+            Mark.BAD: "bad",
+            Mark.DOUBT: "warn",
+            Mark.ACTIVE: "accent",
+            Mark.DONE: "text",
+            Mark.OPEN: "muted",
+        }[self]
+
 
 def feature_mark(feature: FeatureView, verdict: Verdict | None) -> Mark:
     """Return the mark of a feature in the plan; ``verdict`` is that of the feature."""
@@ -123,14 +132,7 @@ def status_mark(status: StatusWord) -> Mark:
 
 
 def mark_colour(theme: Theme, mark: Mark) -> str:
-    return {
-        Mark.GOOD: theme.good,
-        Mark.BAD: theme.bad,
-        Mark.DOUBT: theme.warn,
-        Mark.ACTIVE: theme.accent,
-        Mark.DONE: theme.text,
-        Mark.OPEN: theme.muted,
-    }[mark]
+    return theme.colour(mark.colour)
 
 
 def paint_mark(painter: QPainter, mark: Mark, box: QRectF, colour: str, inside: str) -> None:
@@ -193,16 +195,27 @@ class FitText(PaintedWidget):
         self._align = align
         self._digits = digits
         self._reserve = reserve
-        self._text = ""
-        self._colour: str | None = None
+        self._text, self._colour = "", "text"
         self._mark: Mark | None = None
 
-    def show_text(self, text: str, colour: str | None = None, mark: Mark | None = None) -> None:
-        """Show a line; the default colour is that of text."""
+    def show_text(self, text: str, colour: str = "", mark: Mark | None = None) -> None:
+        """Show a line; `colour`: of the theme, by default that of the mark, or of text."""
+        colour = colour or ("text" if mark is None else mark.colour)
         if (text, colour, mark) != (self._text, self._colour, self._mark):
             self._text, self._colour, self._mark = text, colour, mark
             self.setAccessibleName(f"{self._name}: {text}" if text else self._name)
             self.update()
+
+    def show_verdict(self, text: str, verdict: Verdict | None) -> None:
+        """Show a verdict in words with its mark; without one muted, and without a mark."""
+        if verdict is None:
+            self.show_text(text, "muted")
+        else:
+            self.show_text(text, mark=verdict_mark(verdict))
+
+    def show_status(self, status: StatusWord) -> None:
+        """Show the word of a status with its mark."""
+        self.show_text(said_word(status.value), mark=status_mark(status))
 
     def use_limit(self, limit: float) -> None:
         if limit != self._limit:
@@ -243,7 +256,7 @@ class FitText(PaintedWidget):
         size = self._font_size()
         painter = QPainter(self)
         painter.setFont(digit_font(size) if self._digits else text_font(size, bold=True))
-        colour = self._colour or self._theme.text
+        colour = self._theme.colour(self._colour)
         box = QRectF(self.rect())
         if self._mark is not None:
             side = 0.72 * size

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeVar
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt, QTimer
@@ -29,7 +29,7 @@ from PySide6.QtWidgets import (
 
 from ocmm_gui.kit._narrow import PlainLabel
 from ocmm_gui.kit._texts import literal
-from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
+from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Themed, digit_font, text_font
 
 Part = QWidget | QLayout | tuple[QWidget | QLayout, int]
 """Widget or layout, with its stretch if not zero."""
@@ -102,9 +102,7 @@ def _filled(
 class ColouredRow(QStyledItemDelegate):
     """Cells keep their colours in the selected row."""
 
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.theme = THEMES[DEFAULT_THEME]
+    theme = THEMES[DEFAULT_THEME]
 
     def paint(
         self,
@@ -129,10 +127,15 @@ _AROUND_PX = 17
 """Width taken by padding, margins and grid of a cell."""
 _ABOVE_PX = 6
 _HIGH_PX = 1 << 14
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class DataTable(QTableWidget):
-    """A read-only table.
+_COLOUR = Qt.ItemDataRole(Qt.ItemDataRole.UserRole + 96)
+"""Name of the colour of a cell."""
+
+
+class DataTable(Themed, QTableWidget):
+    """A read-only table, whose cells have colours of the theme.
 
     `columns`: Title and explanation of each.
     `font`: Font of the cells. Fonts set later are overridden by an applied style sheet.
@@ -145,7 +148,6 @@ class DataTable(QTableWidget):
         self.setFont(font or text_font(13))
         self.setAccessibleName(name)
         self._wraps = False
-        self._colours = THEMES[DEFAULT_THEME]
         for column, (title, tip) in enumerate(columns):
             item = QTableWidgetItem(title)
             item.setToolTip(literal(tip))
@@ -194,15 +196,24 @@ class DataTable(QTableWidget):
             high = max(high, needed + _ABOVE_PX)
         return high
 
-    def show_words(self, row: int, words: Sequence[str]) -> None:
+    def show_words(
+        self, row: int, words: Sequence[str], colours: Mapping[int, str] | None = None
+    ) -> None:
+        """Show a row; `colours`: of the theme by name, by column; others are that of text."""
         for column, word in enumerate(words):
-            self._write(row, column, word)
+            self._write(row, column, word, (colours or {}).get(column, "text"))
 
     def right_heads(self, columns: Iterable[int]) -> None:
         for column in columns:
             head = self.horizontalHeaderItem(column)
             if head is not None:
-                head.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                head.setTextAlignment(_RIGHT)
+
+    def show_digits(self, row: int, columns: Iterable[int], pixels: int) -> None:
+        """Write cells at the right, in digits of equal width."""
+        for column in columns:
+            self._cell(row, column).setFont(digit_font(pixels, bold=False))
+            self._cell(row, column).setTextAlignment(_RIGHT)
 
     def words(self, row: int) -> tuple[str, ...]:
         return tuple(self._cell(row, column).text() for column in range(self.columnCount()))
@@ -214,12 +225,26 @@ class DataTable(QTableWidget):
             self.setItem(row, column, item)
         return item
 
-    def _write(self, row: int, column: int, text: str, colour: str | None = None) -> None:
+    def _paint(self) -> None:
+        delegate = self.itemDelegate()
+        if isinstance(delegate, ColouredRow):
+            delegate.theme = self._theme
+        self.blockSignals(True)
+        for row in range(self.rowCount()):
+            for column in range(self.columnCount()):
+                item = self.item(row, column)
+                if item is not None:
+                    item.setForeground(QColor(self._theme.colour(item.data(_COLOUR) or "text")))
+        self.blockSignals(False)
+        self.viewport().update()
+
+    def _write(self, row: int, column: int, text: str, colour: str = "text") -> None:
         item = self._cell(row, column)
         if item.text() != text:
             item.setText(text)
             item.setToolTip(literal(text))
-        item.setForeground(QColor(colour or self._colours.text))
+        item.setData(_COLOUR, colour)
+        item.setForeground(QColor(self._theme.colour(colour)))
 
 
 _ROW_PX = 28
@@ -245,13 +270,6 @@ class NumberTable(DataTable):
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
-
-    def set_theme(self, theme: Theme) -> None:
-        self._colours = theme
-        self.blockSignals(True)
-        for row in range(self.rowCount()):
-            self.show_words(row, self.words(row))
-        self.blockSignals(False)
 
     def show_rows(self, rows: Sequence[Sequence[str]]) -> None:
         self.setRowCount(len(rows))
@@ -307,5 +325,5 @@ def value_label(name: str, tip: str) -> QLabel:
     label.setAccessibleDescription(tip)
     label.setToolTip(literal(tip))
     label.setFont(digit_font(13))
-    label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    label.setAlignment(_RIGHT)
     return label

@@ -17,7 +17,7 @@ from ocmm_gui.kit._panels import OwnKeysField
 from ocmm_gui.kit._parts import dressed, hbox, sentence_label, vbox
 from ocmm_gui.kit._shortcuts import make_action, make_button
 from ocmm_gui.kit._texts import later, literal, tr
-from ocmm_gui.kit._theme import Theme, Themed, text_font, use_role
+from ocmm_gui.kit._theme import Themed, text_font, use_role
 
 LEAVE = ActionInfo("leave", later("Back"), later("Back to measuring; nothing is lost"), ("Esc",))
 _BUTTON_PX = 42
@@ -144,10 +144,6 @@ class ChoiceBox(Themed, QComboBox):
 
     def choose(self, choice: str) -> None:
         self.setCurrentIndex(self.findData(choice))
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtGui import QColor, QKeyEvent
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.tables import TableOptions, TablePreview
@@ -14,7 +14,7 @@ from ocmm_gui.kit._narrow import NarrowButton, PlainLabel
 from ocmm_gui.kit._parts import DataTable, dressed, hbox, sentence_label, vbox
 from ocmm_gui.kit._sheet import ChoiceBox, caption, form_field
 from ocmm_gui.kit._texts import said, tr
-from ocmm_gui.kit._theme import Theme, Themed, text_font
+from ocmm_gui.kit._theme import Themed, text_font
 
 _SIGNS = ("", "point", "comma")
 _CELL_PX = 110
@@ -98,7 +98,8 @@ class TableImport(Themed, QWidget):
         self.table.setRowCount(len(rows))
         for row, one in enumerate(rows):
             cells = [*one.cells, *[""] * (width - len(one.cells))]
-            self.table.show_words(row, (str(one.line), said(one.why) if one.why else "", *cells))
+            muted = dict.fromkeys(range(width + 2), "muted") if one.why else None
+            self.table.show_words(row, (str(one.line), said(one.why or ""), *cells), muted)
         for column in range(width + 2):
             self.table.setColumnWidth(column, (60, 170)[column] if column < 2 else _CELL_PX)
         if found.error is not None:
@@ -114,15 +115,10 @@ class TableImport(Themed, QWidget):
             words = f"{words}  {hidden}"
         self.summary.setText(words)
         self.take.setEnabled(found.table is not None)
-        self._colour()
+        self._paint()
         if not self.isVisible():
             self.show()
             (self.take if found.table is not None else self.columns).setFocus()
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self.decimal.set_theme(theme)
-        self._colour()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Take over with Return, go back with Esc."""
@@ -133,18 +129,10 @@ class TableImport(Themed, QWidget):
         else:
             super().keyPressEvent(event)
 
-    def _colour(self) -> None:
-        found = self._found
-        if found is None:
-            return
-        is_good = found.error is None
-        colour = self._theme.text if is_good else self._theme.bad
-        self.summary.setStyleSheet(f"color: {colour};")
-        for row, one in enumerate(found.rows):
-            for column in range(self.table.columnCount()):
-                item = self.table.item(row, column)
-                if item is not None:
-                    item.setForeground(QColor(self._theme.muted if one.why else self._theme.text))
+    def _paint(self) -> None:
+        if self._found is not None:
+            colour = self._theme.text if self._found.error is None else self._theme.bad
+            self.summary.setStyleSheet(f"color: {colour};")
 
     def _emit_changed(self) -> None:
         if self.isVisible():

@@ -15,7 +15,6 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontMetricsF, QPalette
 from PySide6.QtWidgets import QApplication, QWidget
 
-from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.tolerances.decisions import Verdict
 
 CAP_HEIGHT = 0.729
@@ -50,6 +49,10 @@ class Theme:
     zone_bad: str
     """`zone_good`, `zone_warn`, `zone_bad`: of the tolerance bar; marks on them: ``text``."""
     border_px: int
+
+    def colour(self, name: str) -> str:
+        """Return the colour of a field such as ``warn``; any other text is returned unchanged."""
+        return str(getattr(self, name, name))
 
 
 THEMES = {
@@ -86,7 +89,9 @@ class Themed:
         self._paint()
 
     def _paint(self) -> None:
-        """Show the present state in the colours of the theme."""
+        """Show the present state in the colours of the theme; by default paint again."""
+        if isinstance(self, QWidget):
+            self.update()
 
 
 def verdict_colour(theme: Theme, verdict: Verdict | None) -> str:
@@ -95,17 +100,6 @@ def verdict_colour(theme: Theme, verdict: Verdict | None) -> str:
         Verdict.NOT_CONFORM: theme.bad,
         Verdict.NOT_PROVEN: theme.warn,
     }.get(verdict or Verdict.NOT_MEASURED, theme.muted)
-
-
-def status_colour(theme: Theme, status: StatusWord) -> str:
-    return {
-        StatusWord.READY: theme.good,
-        StatusWord.MEASURING: theme.accent,
-        StatusWord.NOT_READY: theme.warn,
-        StatusWord.INACCURATE: theme.warn,
-        StatusWord.LOST: theme.bad,
-        StatusWord.FAILED: theme.bad,
-    }[status]
 
 
 def text_font(pixels: float, *, bold: bool = False) -> QFont:

@@ -96,6 +96,7 @@ class CycleAccounts(kit.PaintedWidget):
             left += width
 
 
+_MARKS = {BusPhase.OPERATION: kit.Mark.GOOD, BusPhase.FAILED: kit.Mark.BAD}
 REFRESH_MS = 250
 _OLD_S = 1.0
 """A live bus process reports every 50 ms."""
@@ -112,14 +113,13 @@ _FACTS = (
 )
 
 
-class BusPage(kit.Themed, QStackedWidget):
+class BusPage(QStackedWidget):
     """The bus report, refreshed four times a second while visible."""
 
     def __init__(self, pull: Callable[[], station.BusView | None]) -> None:
         super().__init__()
         self.setAccessibleName(tr("Bus"))
         self._pull = pull
-        self._view: station.BusView | None = None
         self._phase = kit.FitText(tr("Phase of the bus"), limit=34)
         self._phase.setFixedHeight(44)
         self._trouble = kit.sentence_label(tr("Bus fault"), 15)
@@ -156,7 +156,7 @@ class BusPage(kit.Themed, QStackedWidget):
         return self._notes.text()
 
     def refresh(self) -> None:
-        self._view = view = self._pull()
+        view = self._pull()
         if view is None or view.report is None:
             pair = (
                 (station.NO_BUS, station.NO_BUS_REMEDY)
@@ -170,11 +170,6 @@ class BusPage(kit.Themed, QStackedWidget):
             return
         self.setCurrentIndex(1)
         self._show_report(view, view.report)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        if self._view is not None and self._view.report is not None:
-            self._show_phase(self._view, self._view.report)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -224,22 +219,17 @@ class BusPage(kit.Themed, QStackedWidget):
         self._notes.setVisible(bool(notes))
 
     def _show_phase(self, view: station.BusView, report: BusReport) -> None:
-        theme = self._theme
         what, remedy = trouble_words(report)
         word = kit.said_word(report.phase.value).upper()
+        mark = _MARKS.get(report.phase, kit.Mark.DOUBT)
         if view.ended:
-            self._phase.show_text(tr("ENDED"), theme.bad, kit.Mark.BAD)
+            word, mark = tr("ENDED"), kit.Mark.BAD
             what, remedy = view.ended, tr("These are the last values.")
         elif view.age_s > _OLD_S:
-            self._phase.show_text(tr("NO REPORT"), theme.bad, kit.Mark.BAD)
+            word, mark = tr("NO REPORT"), kit.Mark.BAD
             what = tr("No report from the bus process for {age_s:.0f} s.").format(age_s=view.age_s)
             remedy = tr("These are its last values. If this persists, open the job again.")
-        elif report.phase is BusPhase.OPERATION:
-            self._phase.show_text(word, theme.good, kit.Mark.GOOD)
-        elif report.phase is BusPhase.FAILED:
-            self._phase.show_text(word, theme.bad, kit.Mark.BAD)
-        else:
-            self._phase.show_text(word, theme.warn, kit.Mark.DOUBT)
+        self._phase.show_text(word, mark=mark)
         text = f"{what} {remedy}".strip() or _in_order(report)
         if text != self._trouble.text():
             self._trouble.setText(text)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QProgressBar, QWidget
 
 from ocmm_core.errors import OcmmError
@@ -40,7 +40,7 @@ def verified(folder: Path, convention: Convention, tell: Tell) -> tuple[measured
     return measured.verify_folder(folder, convention)
 
 
-class FitsPage(kit.Themed, QWidget):
+class FitsPage(QWidget):
     """Folder and convention above, a table of the worst errors below."""
 
     failed = Signal(object)
@@ -75,7 +75,7 @@ class FitsPage(kit.Themed, QWidget):
         self.progress = kit.dressed(QProgressBar(), tr("Progress of the comparison"))
         self.progress.hide()
         self._process = SideProcess(self)
-        self._process.finished.connect(self._on_reports)
+        self._process.finished.connect(self._end)
         self._process.failed.connect(self._on_failed)
         row = kit.hbox((self.folder, 1), self.convention, self.button)
         above = kit.vbox(row, self._sentence, self.progress)
@@ -93,64 +93,41 @@ class FitsPage(kit.Themed, QWidget):
         self.progress.setRange(0, 0)
         self.progress.show()
         self.button.setText(tr("Cancel"))
-        self._word.show_text(tr("Fitting"), self._theme.muted, kit.Mark.ACTIVE)
+        self._word.show_text(tr("Fitting"), "muted", kit.Mark.ACTIVE)
         self._process.start(partial(verified, folder, convention))
 
     def cancel(self) -> None:
         self._process.cancel()
-        self._end()
-        self._paint()
-
-    def _end(self) -> None:
-        self.progress.hide()
-        self.button.setText(tr("Verify"))
-
-    def _on_reports(self, reports: object) -> None:
-        self._end()
-        if isinstance(reports, tuple):
-            self._reports = reports
-        self._paint()
+        self._end(self._reports)
 
     def _on_failed(self, error: OcmmError) -> None:
-        self._end()
         self._sentence.setText(kit.said(f"{error.what} {error.remedy}"))
-        self._reports = ()
-        self._paint()
+        self._end(())
         self.failed.emit(error)
 
-    def _paint(self) -> None:
-        theme, reports = self._theme, self._reports
+    def _end(self, reports: tuple[measured.SetReport, ...]) -> None:
+        """Show reports, of a finished comparison or an earlier one."""
+        self._reports = reports
+        self.progress.hide()
+        self.button.setText(tr("Verify"))
         pairs = sum(len(report.results) for report in reports)
         if not reports:
-            self._word.show_text("", theme.muted)
+            self._word.show_text("")
         elif all(report.passed for report in reports):
-            self._word.show_text(
-                tr("All {pairs} pairs within the limits").format(pairs=pairs),
-                theme.good,
-                kit.Mark.GOOD,
-            )
+            words = tr("All {pairs} pairs within the limits").format(pairs=pairs)
+            self._word.show_text(words, mark=kit.Mark.GOOD)
         else:
             off = sum(not result.passed for report in reports for result in report.results)
-            self._word.show_text(
-                tr("{beyond} of {pairs} pairs beyond the limits").format(beyond=off, pairs=pairs),
-                theme.bad,
-                kit.Mark.BAD,
-            )
+            words = tr("{beyond} of {pairs} pairs beyond the limits")
+            self._word.show_text(words.format(beyond=off, pairs=pairs), mark=kit.Mark.BAD)
         self.table.setRowCount(len(reports))
         for row, report in enumerate(reports):
-            self._write(row, report)
-
-    def _write(self, row: int, report: measured.SetReport) -> None:
-        worst = [report.worst(key) for key in ("position", "size", "direction", "apex")]
-        words = (
-            report.name,
-            str(len(report.results)),
-            *("–" if value is None else kit.localised(f"{value:.1e}") for value in worst),
-            tr("✔  AGREES") if report.passed else tr("✖  OFF"),
-        )
-        self.table.show_words(row, words)
-        for column in range(1, _VERDICT):
-            cell = self.table.item(row, column)
-            if cell is not None:
-                cell.setFont(kit.digit_font(15, bold=False))
-                cell.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            worst = [report.worst(key) for key in ("position", "size", "direction", "apex")]
+            cells = (
+                report.name,
+                str(len(report.results)),
+                *("–" if value is None else kit.localised(f"{value:.1e}") for value in worst),
+                tr("✔  AGREES") if report.passed else tr("✖  OFF"),
+            )
+            self.table.show_words(row, cells)
+            self.table.show_digits(row, range(1, _VERDICT), 15)

@@ -34,12 +34,11 @@ class Page:
     """Keys of its actions; each gets a button."""
 
 
-class MaintainView(kit.Themed, QWidget):
+class MaintainView(QWidget):
     """Pages with a list; up and down select."""
 
     def __init__(self, pages: Sequence[Page], actions: Mapping[str, QAction]) -> None:
         super().__init__()
-        self._live: LiveView | None = None
         self._word = kit.FitText(tr("Status"), limit=26, reserve=tr("INACCURATE"))
         self._word.setFixedHeight(40)
         self.list = QListWidget()
@@ -79,18 +78,11 @@ class MaintainView(kit.Themed, QWidget):
         self.list.setCurrentRow(self._pages.index(page))
 
     def show_live(self, live: LiveView) -> None:
-        self._live = live
-        colour = kit.status_colour(self._theme, live.status)
-        self._word.show_text(kit.said_word(live.status.value), colour, kit.status_mark(live.status))
+        self._word.show_status(live.status)
         self._word.setToolTip(kit.literal(kit.said(live.reason)))
 
     def status(self) -> str:
         return self._word.text()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        if self._live is not None:
-            self.show_live(self._live)
 
     @staticmethod
     def _with_buttons(page: Page, actions: Mapping[str, QAction]) -> QWidget:

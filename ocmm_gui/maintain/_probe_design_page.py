@@ -69,7 +69,7 @@ def plain_body(probe: ProbeInUse) -> ProbeBody:
     return probe_from_records(probe.design, records.calibration, records.qualification)
 
 
-class ProbeDesignPage(kit.Themed, QWidget):
+class ProbeDesignPage(QWidget):
     """Uncertainty, maps, labels, mechanics and budget of a probe, computed on request."""
 
     failed = Signal(object)
@@ -80,7 +80,6 @@ class ProbeDesignPage(kit.Themed, QWidget):
         super().__init__()
         self.setAccessibleName(tr("Design of the probe"))
         self._rig, self._body = rig, body
-        self._report: measuring.ProbeReport | None = None
         self._process = SideProcess(self)
         self._process.advanced.connect(self._on_advanced)
         self._process.finished.connect(self._show_report)
@@ -137,11 +136,6 @@ class ProbeDesignPage(kit.Themed, QWidget):
             self._sentence.setText(tr(_ASK))
         self._wait(False)
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        if self._report is not None:
-            self._paint_words(self._report)
-
     def _request(self) -> DesignRequest:
         words = {key: field.text().strip() for key, field in self.fields.items()}
         tilt = tuple(_numbers(TILT, tr("Tilts"), words["tilt"], 3))
@@ -173,26 +167,16 @@ class ProbeDesignPage(kit.Themed, QWidget):
         self._sentence.setText(said(f"{error.what} {error.remedy}"))
         self.failed.emit(error)
 
-    def _paint_words(self, report: measuring.ProbeReport) -> None:
-        theme, number = self._theme, report.number
-        seen = bool(np.isfinite(number.space_um))
-        self._number.show_text(
-            kit.localised(f"{number.space_um:.1f} µm") if seen else "–",
-            theme.text if seen else theme.bad,
-        )
+    def _show_report(self, report: measuring.ProbeReport) -> None:
+        self._wait(False)
         safe = report.coded or all(item.is_safe for item in report.labels)
         self._labels.show_text(
             tr("LEDs cannot be confused") if safe else tr("LEDs can be confused"),
-            theme.good if safe else theme.bad,
-            kit.Mark.GOOD if safe else kit.Mark.BAD,
+            mark=kit.Mark.GOOD if safe else kit.Mark.BAD,
         )
-
-    def _show_report(self, report: measuring.ProbeReport) -> None:
-        self._report = report
-        self._wait(False)
-        self._paint_words(report)
         number = report.number
         if np.isfinite(number.space_um):
+            self._number.show_text(kit.localised(f"{number.space_um:.1f} µm"))
             x, y, z = number.axes_um
             self._sentence.setText(
                 tr(
@@ -210,6 +194,7 @@ class ProbeDesignPage(kit.Themed, QWidget):
                 )
             )
         else:
+            self._number.show_text("–", "bad")
             self._sentence.setText(tr("No pose gives a tip: the cameras do not see enough LEDs."))
         # The worst case represents all; the terminal prints each of them.
         nearest = min(
@@ -271,24 +256,17 @@ class PointBudgetTable(kit.DataTable):
         self.verticalHeader().setDefaultSectionSize(20)
         self.setWordWrap(False)
         self.setFixedHeight(196)
-        self._terms: tuple[measuring.BudgetTerm, ...] = ()
 
     def show_terms(self, terms: tuple[measuring.BudgetTerm, ...]) -> None:
-        self._terms = terms
         self.setRowCount(len(terms))
         for row, term in enumerate(terms):
-            self._write(row, 0, term.name)
-            self._write(row, 1, kit.localised(f"{term.sigma_um:.2f}"))
+            sigma = kit.localised(f"{term.sigma_um:.2f}")
+            self.show_words(row, (term.name, sigma, term.rests_on))
             self._cell(row, 1).setTextAlignment(
                 Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             )
-            self._write(row, 2, term.rests_on)
         self.resizeColumnToContents(0)
         self.resizeColumnToContents(1)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self.show_terms(self._terms)
 
 
 def _numbers(field: NumberField, what: str, text: str, count: int) -> list[float]:

@@ -32,14 +32,15 @@ _HISTORY = (
     (later("Record"), later("First digits of its hash")),
 )
 _TONES = {
-    records.TipEventKind.QUALIFIED: status_page.Tone.GOOD,
-    records.TipEventKind.PASSED: status_page.Tone.GOOD,
-    records.TipEventKind.NOT_QUALIFIED: status_page.Tone.BAD,
-    records.TipEventKind.FAILED: status_page.Tone.BAD,
-    records.TipEventKind.DOUBTED: status_page.Tone.WARN,
-    records.TipEventKind.MOUNTED: status_page.Tone.WARN,
+    records.TipEventKind.QUALIFIED: "good",
+    records.TipEventKind.PASSED: "good",
+    records.TipEventKind.NOT_QUALIFIED: "bad",
+    records.TipEventKind.FAILED: "bad",
+    records.TipEventKind.DOUBTED: "warn",
+    records.TipEventKind.MOUNTED: "warn",
 }
 _STANDING, _ROW_PX = 1, 38
+_TIP_TONES = {records.State.VALID: "good", records.State.DUE: "warn"}
 
 
 class TipTable(kit.DataTable):
@@ -65,25 +66,14 @@ class TipTable(kit.DataTable):
         """Show tips, keeping the selection."""
         chosen = self.chosen()
         self._tips = tuple(tips)
-        self._show()
+        self.setRowCount(len(tips))
+        for row, one in enumerate(tips):
+            self.show_words(
+                row, _tip_words(one), {_STANDING: _TIP_TONES.get(one.status.state, "bad")}
+            )
         names = [one.tip for one in tips]
         if names:
             self.setCurrentCell(names.index(chosen) if chosen in names else 0, 0)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self._show()
-
-    def _show(self) -> None:
-        theme = self._colours
-        colours = {records.State.VALID: theme.good, records.State.DUE: theme.warn}
-        self.setRowCount(len(self._tips))
-        for row, one in enumerate(self._tips):
-            for column, text in enumerate(_tip_words(one)):
-                colour = theme.text
-                if column == _STANDING:
-                    colour = colours.get(one.status.state, theme.bad)
-                self._write(row, column, text, colour)
 
 
 class TipHistoryTable(status_page.EventTable):
@@ -137,7 +127,7 @@ def _line(event: records.TipEvent) -> status_page.EventLine:
         status_page.local_time(event.since_utc) if event.since_utc else "",
         event.record[:12],
     )
-    return status_page.EventLine(cells, _TONES.get(kind, status_page.Tone.PLAIN))
+    return status_page.EventLine(cells, _TONES.get(kind, "text"))
 
 
 DESIGN = later("Virtual probe: the geometry of its document is used.")

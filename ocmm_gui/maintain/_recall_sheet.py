@@ -11,7 +11,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.inspection.recall import KeptPlaces, decide, recall
 from ocmm_gui.archive import RecallExportTask, RecallResult
-from ocmm_gui.kit import ActionInfo, PathPanel, Theme, language_in_use, later, tr
+from ocmm_gui.kit import ActionInfo, PathPanel, language_in_use, later, tr
 from ocmm_gui.work import Teller, WorkSheet
 
 _KEYS = (
@@ -119,9 +119,6 @@ class RecallSheet(WorkSheet):
         record, _ = self._shown()
         if record is not None:
             self._begin(tr("Creating the pages"), RecallExportTask(record, path, language_in_use()))
-
-    def set_theme(self, theme: Theme) -> None:
-        self.result.set_theme(theme)
 
     def _folder(self) -> Path:
         return self._places.jobs[0] if self._places is not None else self._proposed()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from enum import Enum
 from typing import Generic, TypeVar
 
 from PySide6.QtCore import Qt, QTimer
@@ -34,27 +33,19 @@ _WORDS = {
 }
 
 
-class Tone(Enum):
-    """Colour of an event."""
-
-    PLAIN = "plain"
-    GOOD = "good"
-    WARN = "warn"
-    BAD = "bad"
-
-
 _TONES = {
-    records.EventKind.PASSED: Tone.GOOD,
-    records.EventKind.FAILED: Tone.BAD,
-    records.EventKind.FALLEN: Tone.BAD,
-    records.EventKind.SUSPECTED: Tone.WARN,
+    records.EventKind.PASSED: "good",
+    records.EventKind.FAILED: "bad",
+    records.EventKind.FALLEN: "bad",
+    records.EventKind.SUSPECTED: "warn",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class EventLine:
     cells: tuple[str, ...]
-    tone: Tone = Tone.PLAIN
+    tone: str = "text"
+    """Colour of the theme."""
 
 
 class EventTable(kit.DataTable):
@@ -74,26 +65,12 @@ class EventTable(kit.DataTable):
         """Show events, given oldest first."""
         if tuple(lines) != self._lines:
             self._lines = tuple(lines)
-            self._show()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self._show()
-
-    def _show(self) -> None:
-        theme = self._colours
-        tones = {
-            Tone.PLAIN: theme.text, Tone.GOOD: theme.good, Tone.WARN: theme.warn,
-            Tone.BAD: theme.bad,
-        }  # fmt: skip
-        self.setRowCount(len(self._lines))
-        for row, line in enumerate(reversed(self._lines)):
-            for column, text in enumerate(line.cells):
-                colour = theme.text if column == self._why else theme.muted
-                if column == self._what:
-                    colour = tones[line.tone]
-                self._write(row, column, text, colour)
-        self.resizeRowsToContents()
+            self.setRowCount(len(lines))
+            muted = dict.fromkeys(range(self.columnCount()), "muted")
+            for row, line in enumerate(reversed(lines)):
+                colours = {**muted, self._what: line.tone, self._why: "text"}
+                self.show_words(row, line.cells, colours)
+            self.resizeRowsToContents()
 
     def _fit_rows(self, column: int) -> None:
         if column == self._why:
@@ -120,7 +97,7 @@ def _line(event: records.Event) -> EventLine:
         local_time(event.since_utc) if event.since_utc else "",
         event.calibration[:12],
     )
-    return EventLine(cells, _TONES.get(event.kind, Tone.PLAIN))
+    return EventLine(cells, _TONES.get(event.kind, "text"))
 
 
 def local_time(utc: str) -> str:
@@ -143,7 +120,7 @@ H = TypeVar("H")
 """Contents of the store: history and trends."""
 
 
-class StatusPage(kit.Themed, QWidget, Generic[V, H]):
+class StatusPage(QWidget, Generic[V, H]):
     """A large status word, its meaning, and facts; refreshed while visible.
 
     ``pull_overview`` returns the contents of the store, on opening and after status changes, as it
@@ -170,7 +147,6 @@ class StatusPage(kit.Themed, QWidget, Generic[V, H]):
         self._in_doubt = in_doubt
         self._view: V | None = None
         self.setAccessibleName(name)
-        self._mark = kit.Mark.OPEN
         self._word = kit.FitText(of, limit=34)
         self._word.setFixedHeight(44)
         self._sentence = kit.sentence_label(tr("Meaning of the status"), 15)
@@ -209,10 +185,6 @@ class StatusPage(kit.Themed, QWidget, Generic[V, H]):
         """Return why history or trends cannot be shown; empty if they can."""
         return self._empty.text()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self._paint_word(self._word.text())
-
     def showEvent(self, event: QShowEvent) -> None:
         """Reread all files and start refreshing."""
         super().showEvent(event)
@@ -228,10 +200,9 @@ class StatusPage(kit.Themed, QWidget, Generic[V, H]):
         bad = view.uncalibrated or (
             view.word is records.CalibrationStatus.DESIGN and view.blocker is not None
         )
-        self._mark = kit.Mark.BAD if bad else _MARKS.get(view.word, kit.Mark.BAD)
-        self._paint_word(
-            tr("UNCALIBRATED") if view.uncalibrated else kit.said_word(view.word.value)
-        )
+        word = tr("UNCALIBRATED") if view.uncalibrated else kit.said_word(view.word.value)
+        mark = kit.Mark.BAD if bad else _MARKS.get(view.word, kit.Mark.BAD)
+        self._word.show_text(word, mark=mark)
         in_order = self._design if view.word is records.CalibrationStatus.DESIGN else self._in_order
         self._sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
         notes = list(map(kit.said, view.warnings))
@@ -271,9 +242,6 @@ class StatusPage(kit.Themed, QWidget, Generic[V, H]):
         for column in (1, 3):
             grid.setColumnStretch(column, 1)
         return grid
-
-    def _paint_word(self, word: str) -> None:
-        self._word.show_text(word, kit.mark_colour(self._theme, self._mark), self._mark)
 
 
 def in_a_row(*panels: QVBoxLayout) -> QWidget:

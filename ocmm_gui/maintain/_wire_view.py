@@ -196,37 +196,16 @@ class CameraTable(kit.DataTable):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(_AL_COLUMN, QHeaderView.ResizeMode.Stretch)
         self.verticalHeader().setDefaultSectionSize(24)
-        self._report: BusReport | None = None
 
     def show_report(self, report: BusReport) -> None:
         """Show the cameras of a report, in the order of the rig."""
-        self._report = report
         if self.rowCount() != len(report.cameras):
             self.setRowCount(len(report.cameras))
             frame = 2 * self.frameWidth() + 6
             high = self.horizontalHeader().sizeHint().height() + frame
             self.setFixedHeight(high + sum(self.rowHeight(r) for r in range(self.rowCount())))
         for row, camera in enumerate(report.cameras):
-            colours = self._colours_of(camera)
-            for column, text in enumerate(_camera_words(camera)):
-                self._write(row, column, text, colours.get(column))
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        if self._report is not None:
-            self.show_report(self._report)
-
-    def _colours_of(self, camera: CameraReport) -> dict[int, str]:
-        theme = self._colours
-        in_order = camera.state == "OP" and camera.al_code == 0
-        state = theme.good if in_order else theme.warn if is_present(camera) else theme.bad
-        code = theme.bad if camera.al_code else theme.muted
-        colours = {_STATE_COLUMN: state, _AL_COLUMN: code}
-        counts = (camera.frames_lost, camera.overruns, camera.bad_cycles)
-        for column, count in enumerate(counts, start=_LOSS_COLUMN):
-            if count:
-                colours[column] = theme.warn
-        return colours
+            self.show_words(row, _camera_words(camera), _colours(camera))
 
 
 class BusEventTable(kit.DataTable):
@@ -245,21 +224,12 @@ class BusEventTable(kit.DataTable):
     def show_report(self, report: BusReport) -> None:
         if report.events != self._events:
             self._events = report.events
-            self._show_events()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self._show_events()
-
-    def _show_events(self) -> None:
-        theme = self._colours
-        self.setRowCount(len(self._events))
-        for row, event in enumerate(reversed(self._events)):
-            back = event.code == "bus.operation"
-            for column, text in enumerate(_event_words(event)):
-                colour = theme.muted if column in (0, 4, 5) else theme.good if back else None
-                self._write(row, column, text, colour)
-        self.resizeRowsToContents()
+            self.setRowCount(len(self._events))
+            for row, event in enumerate(reversed(self._events)):
+                words = "good" if event.code == "bus.operation" else "text"
+                colours = dict.fromkeys((0, 4, 5), "muted") | dict.fromkeys((1, 2, 3), words)
+                self.show_words(row, _event_words(event), colours)
+            self.resizeRowsToContents()
 
     def _fit_rows(self, column: int) -> None:
         if column in _WORD_COLUMNS:
@@ -286,6 +256,16 @@ def _camera_words(camera: CameraReport) -> tuple[str, ...]:
         str(camera.boot_counter),
         camera.firmware or _UNKNOWN,
     )
+
+
+def _colours(camera: CameraReport) -> dict[int, str]:
+    """Return the colours of its row by column."""
+    in_order = camera.state == "OP" and camera.al_code == 0
+    state = "good" if in_order else "warn" if is_present(camera) else "bad"
+    colours = {_STATE_COLUMN: state, _AL_COLUMN: "bad" if camera.al_code else "muted"}
+    counts = (camera.frames_lost, camera.overruns, camera.bad_cycles)
+    lost = (column for column, count in enumerate(counts, start=_LOSS_COLUMN) if count)
+    return colours | dict.fromkeys(lost, "warn")
 
 
 def _event_words(event: BusEvent) -> tuple[str, ...]:

@@ -40,10 +40,6 @@ class PointDots(kit.Themed, QWidget):
         self.setAccessibleDescription(points_words(feature))
         self.update()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self.update()
-
     def sizeHint(self) -> QSize:
         return QSize(200, 30)
 
@@ -90,10 +86,6 @@ class CharacteristicList(kit.Themed, QWidget):
                 for r in results
             )
         )
-        self.update()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
         self.update()
 
     def sizeHint(self) -> QSize:

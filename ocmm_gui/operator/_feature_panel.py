@@ -194,9 +194,7 @@ class FeaturePanel(kit.Themed, QFrame):
         self._show_values(feature, result)
         self._bar.show_result(result)
         self._bar.setVisible(result is not None)
-        colour = kit.verdict_colour(self._theme, summary.verdict)
-        mark = None if summary.verdict is None else kit.verdict_mark(summary.verdict)
-        self._verdict.show_text(kit.verdict_line(summary), colour, mark)
+        self._verdict.show_verdict(kit.verdict_line(summary), summary.verdict)
         self.coverage.show_feature(feature, self._chosen)
         flagged = bool(feature.outliers)
         self._outliers.setText(kit.outlier_words(feature, self._chosen))
@@ -245,8 +243,7 @@ class FeaturePanel(kit.Themed, QFrame):
     def title(self) -> str:
         return self._title.text()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
+    def _paint(self) -> None:
         if self._job is not None:
             self.show_job(self._job)
 

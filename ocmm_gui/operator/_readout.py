@@ -108,10 +108,6 @@ class Readout(kit.Themed, QWidget):
         self._end_of_flash.start()
         self.update()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self.update()
-
     def cap_height(self) -> float:
         """Return the height of the digits, px; for tests."""
         return kit.CAP_HEIGHT * self._type()

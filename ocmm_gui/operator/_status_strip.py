@@ -9,6 +9,7 @@ from ocmm_core.inspection.evaluation import JobView, LiveView, ReferenceView
 from ocmm_core.station import ServiceState
 from ocmm_gui import kit
 from ocmm_gui.kit import later, said, tr
+from ocmm_gui.operator._view_parts import show_machine
 
 _COUNTERS = (
     (later("Cameras"), later("cameras that see the probe / in the rig")),
@@ -27,7 +28,7 @@ _NEEDED = 3
 """Minimum LEDs for a pose of the reference body."""
 
 
-class StatusStrip(kit.Themed, QFrame):
+class StatusStrip(QFrame):
     """Word and reason on the left, counters on the right."""
 
     def __init__(self, n_cameras: int, n_leds: int) -> None:
@@ -72,13 +73,7 @@ class StatusStrip(kit.Themed, QFrame):
 
     def show_live(self, live: LiveView) -> None:
         self._live = live
-        if kit.is_held(self._job, live):
-            self._word.show_text(tr(kit.PAUSED), self._theme.warn, kit.Mark.DOUBT)
-        else:
-            colour = kit.status_colour(self._theme, live.status)
-            self._word.show_text(
-                kit.said_word(live.status.value), colour, kit.status_mark(live.status)
-            )
+        show_machine(self._word, self._job, live)
         words = tuple(map(said, (live.reason, *live.faults, live.acquisition.pace_words)))
         reason = " ".join(filter(None, words))
         if self._reason.text() != reason:

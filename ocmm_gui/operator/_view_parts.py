@@ -20,6 +20,7 @@ from ocmm_core.inspection.evaluation import (
     FeatureState,
     FeatureView,
     JobView,
+    LiveView,
     Target,
     cue,
 )
@@ -151,6 +152,14 @@ class _Row(QStyledItemDelegate):
         kit.ink(painter, QColor(colour), font=kit.text_font(12, bold=True))
         painter.drawText(lower, right, kit.progress_word(feature, verdict))
         painter.restore()
+
+
+def show_machine(place: kit.FitText, job: JobView | None, live: LiveView) -> None:
+    """Show the status of the machine, or that the job is paused."""
+    if kit.is_held(job, live):
+        place.show_text(tr(kit.PAUSED), mark=kit.Mark.DOUBT)
+    else:
+        place.show_status(live.status)
 
 
 _LINE = 1.17

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QProgressBar, QVBoxLayout
 
 from ocmm_core.alignment import AlignmentReport, Residual, report_lines
@@ -36,7 +35,7 @@ _COLUMNS = (
 )
 
 
-class AlignmentSheet(kit.Themed, kit.Sheet):
+class AlignmentSheet(kit.Sheet):
     """Residuals on the left; on the right the frame, open degrees of freedom, and remarks."""
 
     def __init__(self, bridge: StationBridge) -> None:
@@ -127,11 +126,11 @@ class AlignmentSheet(kit.Themed, kit.Sheet):
         self.failed.emit(error)
 
     def _paint(self) -> None:
-        report, theme = self._report, self._theme
+        report = self._report
         acceptable = report is not None and report.can_be_accepted and not self._is_old
         self.keys["accept"].setEnabled(acceptable)
         if report is None:
-            self._state.show_text("", theme.muted)
+            self._state.show_text("")
             self.words.setText("")
             self._spread.setText("")
             self.table.show_rows([])
@@ -139,30 +138,23 @@ class AlignmentSheet(kit.Themed, kit.Sheet):
         self.say(tr("Results are in the {frame}.").format(frame=report.frame))
         if self._is_old:
             told = tr("Points have changed since: recalculate (F6)")
-            self._state.show_text(told, theme.warn, kit.Mark.DOUBT)
+            self._state.show_text(told, mark=kit.Mark.DOUBT)
         elif not report.can_be_accepted:
-            self._state.show_text(tr("No frame yet"), theme.warn, kit.Mark.DOUBT)
+            self._state.show_text(tr("No frame yet"), mark=kit.Mark.DOUBT)
         elif report.free:
-            free = ", ".join(report.free)
-            self._state.show_text(
-                tr("Still free: {free}").format(free=free), theme.warn, kit.Mark.DOUBT
-            )
+            told = tr("Still free: {free}").format(free=", ".join(report.free))
+            self._state.show_text(told, mark=kit.Mark.DOUBT)
         else:
-            self._state.show_text(tr("Fully constrained"), theme.good, kit.Mark.GOOD)
+            self._state.show_text(tr("Fully constrained"), mark=kit.Mark.GOOD)
         self.words.setText("\n".join(map(kit.said, report.advice)))
         self._spread.setText(_spread_words(report))
         self.table.show_rows([_row(item) for item in report.residuals])
         for row in range(self.table.rowCount()):
-            for column in range(1, len(_COLUMNS)):
+            self.table.show_digits(row, range(1, len(_COLUMNS)), 15)
+            for column, font in ((0, kit.text_font(15)), (_OFF, kit.digit_font(15))):
                 cell = self.table.item(row, column)
                 if cell is not None:
-                    cell.setTextAlignment(
-                        Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                    )
-                    cell.setFont(kit.digit_font(15, bold=column == _OFF))
-            name = self.table.item(row, 0)
-            if name is not None:
-                name.setFont(kit.text_font(15))
+                    cell.setFont(font)
 
 
 def _points_of(job: JobView, names: set[str]) -> object:

@@ -71,23 +71,15 @@ class TrendTable(kit.DataTable):
         self._trends = trends
         self.setRowCount(len(trends))
         for row, trend in enumerate(trends):
-            for column, text in enumerate(_cells(trend)):
-                self._write(row, column, text, self._colour(trend, column))
-                if column in _NUMBERS:
-                    self._cell(row, column).setFont(kit.digit_font(13, bold=False))
+            warned = trend.chart is not None and trend.chart.signals
+            self.show_words(row, _cells(trend), {len(_COLUMNS) - 1: "warn"} if warned else None)
+            for column in _NUMBERS:
+                self._cell(row, column).setFont(kit.digit_font(13, bold=False))
         self.resizeColumnsToContents()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self.show_trends(self._trends)
 
     def chosen(self) -> Trend | None:
         row = self.currentRow()
         return self._trends[row] if 0 <= row < len(self._trends) else None
-
-    def _colour(self, trend: Trend, column: int) -> str | None:
-        warned = trend.chart is not None and trend.chart.signals
-        return self._colours.warn if warned and column == len(_COLUMNS) - 1 else None
 
 
 class CompareSheet(WorkSheet):
@@ -143,10 +135,6 @@ class CompareSheet(WorkSheet):
         """Read the jobs of a folder in the background."""
         self._folder = folder
         self._begin(tr("Starting"), _Reading(folder, *self._records()))
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self.table.set_theme(theme)
-        self.chart.set_theme(theme)
 
     def _show(self, answer: object) -> None:
         if isinstance(answer, Path):

@@ -65,10 +65,7 @@ class BudgetTable(kit.NumberTable):
             # Words in the font of digits would not fit into the narrowest window.
             for column in (0, 1):
                 self._cell(line, column).setFont(kit.text_font(13))
-            for column in (2, 3):
-                cell = self._cell(line, column)
-                cell.setFont(kit.digit_font(13, bold=False))
-                cell.setTextAlignment(_RIGHT)
+            self.show_digits(line, (2, 3), 13)
 
 
 def shown_rows(budget: Budget | None) -> tuple[BudgetRow, ...]:
@@ -128,7 +125,7 @@ _SEARCHING = later("Analysing the cause ...")
 _BUSY = later("Calculating the budget from the job file.")
 
 
-class ResultDetail(kit.Themed, QFrame):
+class ResultDetail(QFrame):
     """Verdict, sentences, budgets by a side process once per state, trials with progress."""
 
     explained = Signal(object)
@@ -189,7 +186,9 @@ class ResultDetail(kit.Themed, QFrame):
             " ".join(kit.said(part) for part in (result.note, result.caution) if part)
         )
         self._note.setVisible(bool(self._note.text()))
-        self._paint_verdict()
+        of = " – ".join(result.features)
+        self._title.show_text(f"{result.name}: {kit.said_word(str(result.kind))} {of}")
+        self._verdict.show_verdict(kit.said_word(result.verdict.value), result.verdict)
         self._look_again()
         self._show_numbers()
 
@@ -214,21 +213,6 @@ class ResultDetail(kit.Themed, QFrame):
 
     def trials(self) -> str:
         return self._check.text()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self._paint_verdict()
-
-    def _paint_verdict(self) -> None:
-        result = self._result
-        if result is None:
-            return
-        of = " – ".join(result.features)
-        self._title.show_text(f"{result.name}: {kit.said_word(str(result.kind))} {of}")
-        colour = kit.verdict_colour(self._theme, result.verdict)
-        self._verdict.show_text(
-            kit.said_word(result.verdict.value), colour, kit.verdict_mark(result.verdict)
-        )
 
     def _show_numbers(self) -> None:
         name = "" if self._result is None else self._result.name

@@ -56,8 +56,7 @@ class ResultTable(kit.DataTable):
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
         self.right_heads(_NUMBERS)
-        self._rows = kit.ColouredRow(self)
-        self.setItemDelegate(self._rows)
+        self.setItemDelegate(kit.ColouredRow(self))
         self.currentCellChanged.connect(lambda row, *_: self._on_row(row))
 
     def show_job(self, job: JobView) -> None:
@@ -75,7 +74,6 @@ class ResultTable(kit.DataTable):
         self.setRowCount(len(self._results))
         for row in new:
             result = self._results[row]
-            colour = kit.verdict_colour(self._colours, result.verdict)
             verdict = f"{VERDICT_SIGNS[result.verdict]}  {kit.said_word(result.verdict.value)}"
             words = (
                 result.name,
@@ -87,8 +85,7 @@ class ResultTable(kit.DataTable):
                 kit.quantity(result, result.uncertainty),
                 verdict,
             )
-            for column, word in enumerate(words):
-                self._write(row, column, word, colour if column == _VERDICT else None)
+            self.show_words(row, words, {_VERDICT: kit.verdict_mark(result.verdict).colour})
             for column in _NUMBERS:
                 self._cell(row, column).setTextAlignment(
                     Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -111,13 +108,6 @@ class ResultTable(kit.DataTable):
         for row, result in enumerate(self._results):
             if result.name == name:
                 self.setCurrentCell(row, 0)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = self._rows.theme = theme
-        for row, result in enumerate(self._results):
-            for column, word in enumerate(self.words(row)):
-                judged = kit.verdict_colour(self._colours, result.verdict)
-                self._write(row, column, word, judged if column == _VERDICT else None)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give the remaining width to the second column."""
@@ -214,8 +204,7 @@ class DeviationView(scene.OrbitView):
         )
         self.update()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
+    def _paint(self) -> None:
         self._make()
         self.update()
 

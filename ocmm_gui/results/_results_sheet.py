@@ -65,8 +65,7 @@ class DrivingPoints(OrbitView):
         there = {point.number for item in self._job.features for point in item.points}
         return tuple(number for number in self._explained.points if number in there)
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
+    def _paint(self) -> None:
         self._make()
         self.update()
 
@@ -131,7 +130,7 @@ _KEYS = (
 )
 
 
-class ResultsSheet(kit.Themed, kit.Sheet):
+class ResultsSheet(kit.Sheet):
     """Table on the left, budget and decision of the selected characteristic on the right.
 
     ``running`` returns the running job, ``calibration`` the state of cameras and probe, ``records``
@@ -234,11 +233,6 @@ class ResultsSheet(kit.Themed, kit.Sheet):
         """Return the counted verdicts of all characteristics."""
         return self._summary.text()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        if self._job is not None:
-            self._show_summary(self._job)
-
     def _on_opened(self, opened: object) -> None:
         self.opening.end()
         if isinstance(opened, JobFileData):
@@ -255,18 +249,13 @@ class ResultsSheet(kit.Themed, kit.Sheet):
     def _refresh(self) -> None:
         self._job = job = self._source.view()
         self.say(self._source.words(job), warns=self._source.read_only)
-        self._show_summary(job)
-        self.table.show_job(job)
-        self.deviations.show_job(job, self.detail.up())
-        self._show_detail(self.table.chosen())
-
-    def _show_summary(self, job: JobView) -> None:
-        part = job.part_verdict
-        mark = None if part.shown_as is None else kit.verdict_mark(part.shown_as)
         line = kit.counted_line(job)
         if self._source.read_only:
             line = tr("{name}: {verdict}").format(name=self._source.path.stem, verdict=line)
-        self._summary.show_text(line, kit.verdict_colour(self._theme, part.shown_as), mark)
+        self._summary.show_verdict(line, job.part_verdict.shown_as)
+        self.table.show_job(job)
+        self.deviations.show_job(job, self.detail.up())
+        self._show_detail(self.table.chosen())
 
     def _show_detail(self, name: str) -> None:
         result = self._result(name)

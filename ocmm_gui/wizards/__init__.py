@@ -16,15 +16,14 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards._registry import WIZARDS
     from ocmm_gui.wizards._runner import GuidedStack, Runner
     from ocmm_gui.wizards._site import (
-        SESSIONS, PracticeRoom, ProbeWizardSite, Subject, WizardSite,
-        practice_site, site_of, temperature,
+        SESSIONS, PracticeRoom, ProbeWizardSite, Subject, WizardSite, practice_site, site_of,
+        temperature,
     )  # fmt: skip
     from ocmm_gui.wizards._wizard import Wizard
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "SESSIONS", "WIZARDS", "GuidedStack", "PracticeRoom", "ProbeWizardSite",
-    "Runner", "Subject", "Wizard", "WizardDriver", "WizardSite", "practice_site", "site_of",
-    "temperature",
+    "SESSIONS", "WIZARDS", "GuidedStack", "PracticeRoom", "ProbeWizardSite", "Runner", "Subject",
+    "Wizard", "WizardDriver", "WizardSite", "practice_site", "site_of", "temperature",
 ]  # fmt: skip

@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.tracking import load_probe
-from ocmm_gui.kit import THEMES
+from ocmm_gui.kit import THEMES, dress
 from ocmm_gui.maintain import ProbeDesignPage
 from tests.gui.conftest import OpenWindow
 from tests.host import HANG_MS
@@ -48,7 +48,7 @@ def test_the_page_shows_what_the_terminal_prints(page: ProbeDesignPage, qtbot: Q
     assert page.button.text() == "Examine"
     assert page.grab().toImage() != before
     for theme in THEMES.values():
-        page.set_theme(theme)
+        dress(page, theme)
         assert page.number() == "21.8 µm"
 
 

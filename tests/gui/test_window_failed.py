@@ -14,7 +14,7 @@ from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.app import main
-from ocmm_gui.kit import DASHES, THEMES, FitText, Mark, status_colour, status_mark
+from ocmm_gui.kit import DASHES, THEMES, FitText, Mark, mark_colour, status_mark
 from tests.gui.conftest import Bench, OpenWindow
 from tests.host import HANG_MS, HANG_S
 
@@ -109,8 +109,8 @@ def test_a_command_that_nobody_foresaw_to_fail_is_told(
 
 @pytest.mark.parametrize("theme", THEMES)
 def test_failed_is_as_bad_as_it_gets_in_every_theme(theme: str) -> None:
-    assert status_colour(THEMES[theme], StatusWord.FAILED) == THEMES[theme].bad
     assert status_mark(StatusWord.FAILED) is Mark.BAD
+    assert mark_colour(THEMES[theme], Mark.BAD) == THEMES[theme].bad
 
 
 def test_a_window_that_cannot_be_built_ends_with_code_3(

@@ -22,9 +22,8 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.pages._result_frame import PlotTabs, ResultFrame, ResultVerdict
     from ocmm_gui.wizards.pages._result_pages import PivotResultPage, ResultPage, TrackerResultPage
     from ocmm_gui.wizards.pages._shown import (
-        CALIBRATION_ENDS, TEMPERATURE, THERMOMETER, VERDICT_ENDS, WHO, Field,
-        StepSnapshot, Tap, TemperatureReadings, WizardTexts, gate_words,
-        is_unstored, practice_title,
+        CALIBRATION_ENDS, TEMPERATURE, THERMOMETER, VERDICT_ENDS, WHO, Field, StepSnapshot, Tap,
+        TemperatureReadings, WizardTexts, gate_words, is_unstored, practice_title,
     )  # fmt: skip
     from ocmm_gui.wizards.pages._sweep_page import FirstConePage, SpheresPage, SweepPage
     from ocmm_gui.wizards.pages._tip_result_page import (
@@ -36,11 +35,11 @@ else:
 
 __all__ = [
     "CALIBRATION_ENDS", "TEMPERATURE", "THERMOMETER", "VERDICT_ENDS", "WHO", "BarPage", "BarPlace",
-    "CollectPage", "ConePage", "Contents", "DefinitionPage", "Field",
-    "FirstConePage", "KnownPointsPage", "LinesPage", "PivotResultPage", "PlotTabs", "PreparePage",
-    "ProbePreparePage", "ResultFrame", "ResultPage", "ResultVerdict",
-    "SeatsPage", "SpherePage", "SpheresPage", "StepPage", "StepPlan", "StepSnapshot", "SweepPage",
-    "Tap", "TemperatureReadings", "TipCheckResultPage", "TipResultPage", "TrackerPage",
+    "CollectPage", "ConePage", "Contents", "DefinitionPage", "Field", "FirstConePage",
+    "KnownPointsPage", "LinesPage", "PivotResultPage", "PlotTabs", "PreparePage",
+    "ProbePreparePage", "ResultFrame", "ResultPage", "ResultVerdict", "SeatsPage", "SpherePage",
+    "SpheresPage", "StepPage", "StepPlan", "StepSnapshot", "SweepPage", "Tap",
+    "TemperatureReadings", "TipCheckResultPage", "TipResultPage", "TrackerPage",
     "TrackerResultPage", "VerdictPage", "WavePage", "WizardTexts", "WorldPage", "bars",
     "gate_words", "is_unstored", "planned_lines", "planned_points", "practice_title",
     "repeat_worst",
