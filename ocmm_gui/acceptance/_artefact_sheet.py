@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal, TypeVar, cast
 
-from PySide6.QtWidgets import QGridLayout, QHeaderView, QWidget
+from PySide6.QtWidgets import QHeaderView, QWidget
 
 from ocmm_core.acceptance import ARTEFACT_KINDS, ArtefactEntry, typed_entry
 from ocmm_core.composition import AcceptanceBench
@@ -18,7 +18,7 @@ from ocmm_core.export.certificate import artefact_fields, read_dcc, trusted_sign
 from ocmm_core.failure import contained
 from ocmm_core.seals import KeyFolder
 from ocmm_gui import kit
-from ocmm_gui.acceptance._start_page import kind_word
+from ocmm_gui.acceptance._start_page import kind_word, named_field
 from ocmm_gui.kit import later, tr
 from ocmm_gui.work import Teller, Worker, WorkSheet
 
@@ -51,22 +51,13 @@ class ArtefactForm(QWidget):
         self.kind = kit.ChoiceBox(
             tr("Kind"), tr("What the artefact is"), [kind_word(one) for one in ARTEFACT_KINDS]
         )
-        self.fields: dict[str, kit.FormField] = {}
+        self.fields = {key: named_field(key, label, tip) for key, label, tip in _FIELDS}
         self._read: dict[str, str] = {}
-        grid = QGridLayout(self)
+        grid = kit.form_grid((self.kind, *self.fields.values()), down=_IN_COLUMN)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(10)
         grid.setVerticalSpacing(4)
-        grid.addWidget(kit.caption(tr("Kind"), self.kind), 0, 0)
-        grid.addWidget(self.kind, 0, 1)
-        for index, (key, label, tip) in enumerate(_FIELDS, start=1):
-            field = kit.form_field(tr(label), tr(tip))
-            field.setObjectName(key)
-            field.setAccessibleDescription(tr(tip))
-            self.fields[key] = field
-            column, row = divmod(index, _IN_COLUMN)
-            grid.addWidget(kit.caption(tr(label), field), row, 2 * column)
-            grid.addWidget(field, row, 2 * column + 1)
+        self.setLayout(grid)
 
     def texts(self) -> dict[str, str]:
         """Return the field texts; changed certificate data counts as typed."""

@@ -8,7 +8,6 @@ from pathlib import Path
 from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import (
-    QGridLayout,
     QHeaderView,
     QLineEdit,
     QListWidget,
@@ -53,6 +52,13 @@ def choice_list(name: str) -> QListWidget:
     # Fields below it keep their height.
     found.setMinimumHeight(ROW_PX + 6)
     return found
+
+
+def named_field(key: str, label: str, tip: str, proposal: str = "") -> kit.FormField:
+    """Return a field of a form; its label and explanation are not translated yet."""
+    field = kit.dressed(kit.form_field(tr(label), tr(tip), proposal), tip=tr(tip))
+    field.setObjectName(key)
+    return field
 
 
 def add_line(where: QListWidget, text: str) -> None:
@@ -304,26 +310,19 @@ class AcceptanceStart(kit.Themed, QWidget):
         self.trouble.setStyleSheet(f"color: {self._theme.bad}; font-weight: bold;")
 
     def _field(self, key: str, label: str, tip: str) -> kit.HintField:
-        field = kit.HintField()
+        field = kit.dressed(kit.HintField(), tr(label), tr(tip), font=kit.text_font(15))
         field.setObjectName(key)
-        field.setAccessibleName(tr(label))
-        field.setAccessibleDescription(tr(tip))
         field.setToolTip(kit.literal(tr(tip)))
         field.setPlaceholderText(tr(tip))
-        field.setFont(kit.text_font(15))
         field.textEdited.connect(lambda _text: self.show_trouble(""))
         self.fields[key] = field
         return field
 
     def _lay_out(self, title: QWidget) -> None:
         left = kit.vbox((self.table, 1), self.limits, spacing=6)
-        form = QGridLayout()
+        form = kit.form_grid(self._field(*line) for line in _FIELDS)
         form.setHorizontalSpacing(12)
         form.setVerticalSpacing(6)
-        for row, (key, label, tip) in enumerate(_FIELDS):
-            field = self._field(key, label, tip)
-            form.addWidget(kit.caption(tr(label), field), row, 0)
-            form.addWidget(field, row, 1)
         # In one row: rarely used, and the list of artefacts needs the room.
         air = kit.hbox(spacing=8)
         (first, named, first_tip), (second, other, second_tip) = _AIR

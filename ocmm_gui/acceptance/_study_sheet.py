@@ -6,13 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtWidgets import QGridLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.archive import compare_folder, parts_of_batch
 from ocmm_core.typed_numbers import PARTS, REFERENCE, SEED, TRIALS
 from ocmm_gui import kit
+from ocmm_gui.acceptance._start_page import named_field
 from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
 from ocmm_gui.kit import ActionInfo, later, said, tr, tr_all
 from ocmm_gui.wizards.pages import PlotTabs
@@ -147,21 +148,6 @@ def row_words(one: studies.CharacteristicStudy) -> tuple[str, ...]:
     )
 
 
-def fields_of_study(fields: dict[str, kit.FormField]) -> QGridLayout:
-    """Return the form of a new study, and add its fields to ``fields`` by key."""
-    form = QGridLayout()
-    form.setHorizontalSpacing(10)
-    for index, (key, label, tip, proposal) in enumerate(FIELDS):
-        field = kit.form_field(tr(label), tr(tip), proposal)
-        field.setObjectName(key)
-        field.setAccessibleDescription(tr(tip))
-        fields[key] = field
-        row, column = divmod(index, 3)
-        form.addWidget(kit.caption(tr(label), field), row, 2 * column)
-        form.addWidget(field, row, 2 * column + 1)
-    return form
-
-
 class StudySheet(WorkSheet):
     """Plan, progress, table and plots; record folders None are those of this user."""
 
@@ -174,7 +160,7 @@ class StudySheet(WorkSheet):
         self._jobs: Path | None = None
         self._report: studies.StudyReport | None = None
         self._type1: TypeOneStudy | None = None
-        self.fields: dict[str, kit.FormField] = {}
+        self.fields = {line[0]: named_field(*line) for line in FIELDS}
         self.store = kit.PathPanel(
             tr("Store the plan in the file"), tr("File of the plan"), tr("Store")
         )
@@ -372,13 +358,14 @@ class StudySheet(WorkSheet):
         return self._jobs if self._jobs is not None else self._proposed()
 
     def _text(self, key: str) -> str:
-        text: str = self.fields[key].text()
-        return text.strip()
+        return self.fields[key].text().strip()
 
     def _lay_out(self) -> None:
         for widget in (self.store, self.file, self.where, self.working):
             self.body.addWidget(widget)
-        kit.fill(self.body, kit.panel(fields_of_study(self.fields)), self.progress)
+        form = kit.form_grid(self.fields.values(), across=3)
+        form.setHorizontalSpacing(10)
+        kit.fill(self.body, kit.panel(form), self.progress)
         left = kit.vbox(self.word, (self.table, 1), self.message)
         holder = QWidget()
         left.setContentsMargins(0, 0, 0, 0)

@@ -98,8 +98,9 @@ class RecallResult(QWidget):
         self._headline.setFixedHeight(40)
         self.totals = kit.sentence_label(tr("Findings of the recall"), 15)
         self.table = RecallTable()
-        self.about_job = kit.sentence_label(tr("Evidence for the selected verdict"), 14)
-        self.about_job.setProperty("role", "muted")
+        self.about_job = kit.sentence_label(
+            tr("Evidence for the selected verdict"), 14, role="muted"
+        )
         kit.vbox(
             self._headline, self.totals, (self.table, 1), self.about_job, parent=self, margins=0
         )

@@ -98,9 +98,9 @@ class SettingRow(QObject):
         self.mark.setFixedWidth(18)
         words = kit.caption(_with_unit(label, spec.quantity.unit), editor)
         words.setFont(kit.text_font(16))
-        self.told = kit.sentence_label(tr("About {setting}").format(setting=label), 14)
-        self.told.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self.told.setProperty("role", "muted")
+        self.told = kit.sentence_label(
+            tr("About {setting}").format(setting=label), 14, role="muted", middle=True
+        )
         # Every second line is for messages.
         row = 2 * row
         grid.addWidget(self.mark, row, 0)

@@ -50,8 +50,7 @@ class SettingsPage(kit.Sheet):
         self._store, self._reopens = store, apply is not None
         self._waiting: set[str] = set()
         self.loaded = store.load()
-        self.notes = kit.sentence_label(tr("What was not used"), 15)
-        self.notes.setProperty("role", "warn")
+        self.notes = kit.sentence_label(tr("What was not used"), 15, role="warn")
         self.rows: dict[str, SettingRow] = {}
         self.ruler = RulerLine()
         self.preview = TemplatePreview()

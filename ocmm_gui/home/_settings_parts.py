@@ -33,10 +33,10 @@ class KeyList(QWidget):
         self.setAccessibleName(tr("Keys"))
         self._changed: dict[str, tuple[str, ...]] = {}
         self.list = kit.dressed(QListWidget(), tr("Actions and their keys"), font=kit.text_font(16))
-        self.told = kit.sentence_label(tr("About the chosen key"), 15)
-        self.told.setText(
-            tr("Choose an action and press Change; a foot switch is set up likewise.")
-        )
+        self.told = kit.sentence_label(
+            tr("About the chosen key"), 15,
+            tr("Choose an action and press Change; a foot switch is set up likewise."),
+        )  # fmt: skip
         self.capture = _Capture()
         self.capture.pressed_key.connect(self.take)
         self.capture.given_up.connect(self._give_up)
@@ -261,15 +261,12 @@ class SoundsPage(QWidget):
             self.buttons[sound] = button
             grid.addWidget(button, row, 0)
             for column, text in enumerate((goes, means), 1):
-                label = kit.sentence_label(tr("About {setting}").format(setting=name), 15)
-                label.setText(text)
-                label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+                about = tr("About {setting}").format(setting=name)
+                label = kit.sentence_label(about, 15, text, middle=True)
                 grid.addWidget(label, row, column)
         grid.setRowStretch(99, 1)
         head = kit.PlainLabel(tr("Everything that is heard is seen, too. Volume and off: Window."))
-        head.setFont(kit.text_font(15))
-        head.setProperty("role", "muted")
-        head.setWordWrap(True)
+        kit.dressed(head, font=kit.text_font(15), role="muted").setWordWrap(True)
         kit.vbox(head, (kit.scrolled(kit.panel(grid)), 1), self.told, parent=self, margins=0)
 
     def use(self, *, enabled: bool, volume: int) -> None:

@@ -69,8 +69,7 @@ class StartPage(QWidget):
         self._simulated = False
         title = kit.PlainLabel("OCMM")
         title.setFont(kit.text_font(34, bold=True))
-        self.hint = kit.sentence_label(tr("What to do first"), 17)
-        self.hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        self.hint = kit.sentence_label(tr("What to do first"), 17, middle=True)
         buttons = kit.vbox(spacing=8)
         row = kit.hbox(spacing=8)
         small = kit.hbox(spacing=4)
@@ -91,21 +90,21 @@ class StartPage(QWidget):
         self.state.setColumnStretch(1, 1)
         self.state_words: list[QLabel] = []
         self._tell_state(tr("Reading the records of cameras and tip"))
-        self.hand_over = kit.sentence_label(tr("Hand-over to the archive"), 15)
-        self.hand_over.setProperty("role", "muted")
+        self.hand_over = kit.sentence_label(tr("Hand-over to the archive"), 15, role="muted")
         self.hand_over.hide()
         self.heading = kit.PlainLabel(tr("Last jobs"))
         self.heading.setFont(kit.text_font(18, bold=True))
         self.jobs = JobCards()
         self.jobs.itemActivated.connect(lambda _item: self.job_chosen.emit(self.jobs.chosen()))
-        self.first_steps = kit.sentence_label(tr("First steps"), 17)
-        self.first_steps.setText(
+        self.first_steps = kit.sentence_label(
+            tr("First steps"),
+            17,
             tr(
                 "1. Demo (F9): a robot hand measures a virtual part; take over and try.\n"
                 "2. Settings (Ctrl+,): choose cameras, probe and folders of this station.\n"
                 "3. Calibrate (M): cameras, then probe and tip, each with a guided procedure.\n"
                 "4. New job (F2): choose a plan and measure the first part."
-            )
+            ),
         )
         jobs = kit.vbox(self.heading, (self.jobs, 1), (self.first_steps, 1))
         right = kit.vbox(kit.panel(self.state), self.hand_over, (kit.panel(jobs), 1), spacing=12)
@@ -122,11 +121,9 @@ class StartPage(QWidget):
             what = kit.PlainLabel(kit.said_word(line.what))
             what.setFont(kit.text_font(18, bold=True))
             word = _word(line, simulated=state.simulated)
-            sentence = kit.sentence_label(
-                tr("About {what}").format(what=kit.said_word(line.what)), 16
-            )
-            sentence.setText(_sentence(line))
-            sentence.setToolTip(kit.literal(sentence.text()))
+            about = tr("About {what}").format(what=kit.said_word(line.what))
+            sentence = kit.sentence_label(about, 16, _sentence(line))
+            sentence.setToolTip(sentence.text())
             for column, label in enumerate((what, sentence, word)):
                 self.state.addWidget(label, row, column)
             self.state_words += [what, sentence, word]
@@ -168,8 +165,7 @@ class StartPage(QWidget):
 
     def _tell_state(self, text: str) -> None:
         self._clear_state()
-        label = kit.sentence_label(tr("Station"), 16)
-        label.setText(text)
+        label = kit.sentence_label(tr("Station"), 16, text)
         self.state.addWidget(label, 0, 0, 1, 3)
         self.state_words = [label]
 

@@ -44,7 +44,9 @@ if TYPE_CHECKING:
         ColouredRow, DataTable, NumberTable, dressed, fill, hbox, panel, scrolled, sentence_label,
         stacked, value_label, vbox,
     )  # fmt: skip
-    from ocmm_gui.kit._sheet import ChoiceBox, FormField, LateParts, Sheet, caption, form_field
+    from ocmm_gui.kit._sheet import (
+        ChoiceBox, FormField, LateParts, Sheet, caption, form_field, form_grid,
+    )  # fmt: skip
     from ocmm_gui.kit._shortcuts import (
         DEBOUNCE_S, SHORT, DebouncedCommand, bind_actions, conflict_of, key_words, large_button,
         make_action, make_actions, make_button, shortcuts_of, show_mode, usable_keys, use_shortcuts,
@@ -75,18 +77,18 @@ __all__ = [
     "approach_words", "basis_words", "bind_actions", "caption", "characteristics_of",
     "chosen_language", "conflict_of", "counted_line", "day_words", "digit_font", "distance_words",
     "dress", "dress_application", "dressed", "dropped_file", "far_type", "feature_mark",
-    "feature_title", "field_length", "fill", "fitted", "form_field", "form_words", "has_failed",
-    "hbox", "header_words", "ink", "is_ambiguous", "is_held", "is_longer", "is_shipped",
-    "key_words", "kind_value", "language_file", "language_in_use", "large_button", "later",
-    "led_name", "length_number", "length_of_field", "length_words", "limit_words", "list_step",
-    "literal", "localised", "make_action", "make_actions", "make_button", "mark_colour",
-    "millimetres", "mode_words", "named_quantity", "next_step", "numbers_in_use", "outlier_count",
-    "outlier_words", "paint_mark", "panel", "plain_number", "progress_word", "quantity",
-    "read_number", "reference_led_name", "reference_words", "said", "said_word", "scrolled",
-    "seen_cameras", "seen_targets", "sentence_label", "shape_word", "shortcuts_of", "show_mode",
-    "slot_names", "split_unit", "stacked", "status_mark", "step_text", "style_of", "text_font",
-    "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value", "unit_word", "usable_keys",
-    "use_language", "use_numbers", "use_role", "use_shortcuts", "value_label", "vbox",
-    "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
+    "feature_title", "field_length", "fill", "fitted", "form_field", "form_grid", "form_words",
+    "has_failed", "hbox", "header_words", "ink", "is_ambiguous", "is_held", "is_longer",
+    "is_shipped", "key_words", "kind_value", "language_file", "language_in_use", "large_button",
+    "later", "led_name", "length_number", "length_of_field", "length_words", "limit_words",
+    "list_step", "literal", "localised", "make_action", "make_actions", "make_button",
+    "mark_colour", "millimetres", "mode_words", "named_quantity", "next_step", "numbers_in_use",
+    "outlier_count", "outlier_words", "paint_mark", "panel", "plain_number", "progress_word",
+    "quantity", "read_number", "reference_led_name", "reference_words", "said", "said_word",
+    "scrolled", "seen_cameras", "seen_targets", "sentence_label", "shape_word", "shortcuts_of",
+    "show_mode", "slot_names", "split_unit", "stacked", "status_mark", "step_text", "style_of",
+    "text_font", "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value", "unit_word",
+    "usable_keys", "use_language", "use_numbers", "use_role", "use_shortcuts", "value_label",
+    "vbox", "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
     "wrapped_pixels",
 ]  # fmt: skip

@@ -188,10 +188,8 @@ class Banner(QFrame):
         self._theme: Theme | None = None
         self._shown: list[Notice] = []
         self._job = ""
-        self._text = PlainLabel()
-        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self._text = dressed(PlainLabel(), tr("Notice text"))
         self._text.setWordWrap(True)
-        self._text.setAccessibleName(tr("Notice text"))
         self._far = False
         self._set_font()
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)

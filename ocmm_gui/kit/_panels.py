@@ -223,15 +223,11 @@ class AnswerPanel(Themed, QFrame):
         self._before: QWidget | None = None
         self._far = False
         self._label = dressed(PlainLabel(), tr("Question"))
-        self._label.setTextFormat(Qt.TextFormat.PlainText)
         self._label.setWordWrap(True)
         self._label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._yes, self._no = (
-            NarrowButton(tr("{verb}  [Return]").format(verb=verb)),
-            NarrowButton(tr("Back  [Esc]")),
-        )
+        self._yes = NarrowButton(tr("{verb}  [Return]").format(verb=verb))
         self._yes.setAccessibleName(tr("{verb} anyway").format(verb=verb))
-        self._no.setAccessibleName(tr("Cancel and go back"))
+        self._no = dressed(NarrowButton(tr("Back  [Esc]")), tr("Cancel and go back"))
         layout = hbox((self._label, 1), parent=self, spacing=8, margins=(14, 6, 8, 6))
         for button in (self._yes, self._no):
             # The panel keeps the focus, so that Return answers wherever the mouse was.

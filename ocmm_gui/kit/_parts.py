@@ -306,24 +306,24 @@ def stacked(*widgets: QWidget) -> QVBoxLayout:
     return layout
 
 
-def sentence_label(name: str, pixels: int) -> QLabel:
-    """Return a label for running text that wraps and requests no additional width."""
-    label = PlainLabel()
-    label.setAccessibleName(name)
-    label.setTextFormat(Qt.TextFormat.PlainText)
+def sentence_label(
+    name: str, pixels: int, text: str = "", *, role: str = "", middle: bool = False
+) -> QLabel:
+    """Return a label for running text that wraps and requests no additional width.
+
+    `role`: of the styles. `middle`: at half the height of its place instead of the top.
+    """
+    label = dressed(PlainLabel(text), name, font=text_font(pixels), role=role)
     label.setWordWrap(True)
-    label.setFont(text_font(pixels))
-    label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+    if not middle:
+        label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
     return label
 
 
 def value_label(name: str, tip: str) -> QLabel:
     """Return a label for a number to the right of its caption."""
-    label = PlainLabel("–")
-    label.setAccessibleName(name)
-    label.setAccessibleDescription(tip)
-    label.setToolTip(literal(tip))
-    label.setFont(digit_font(13))
+    label = dressed(PlainLabel("–"), name, tip, font=digit_font(13))
+    label.setToolTip(tip)
     label.setAlignment(_RIGHT)
     return label

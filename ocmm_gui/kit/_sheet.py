@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeVar
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
@@ -49,17 +49,13 @@ class Sheet(QWidget):
         self.setAccessibleName(title)
         self._infos = (LEAVE, *infos)
         self.keys: dict[str, QAction] = {}
-        self._title = PlainLabel(title)
-        self._title.setFont(text_font(22, bold=True))
-        self._title.setTextFormat(Qt.TextFormat.PlainText)
-        self._about = sentence_label(tr("About this page"), 14)
-        self._about.setProperty("role", "muted")
-        self._about.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self._head = hbox(self._title, (self._about, 1), spacing=18)
+        head = dressed(PlainLabel(title), font=text_font(22, bold=True))
+        self._about = sentence_label(tr("About this page"), 14, role="muted", middle=True)
         self.body = vbox(spacing=8)
         self._row = QGridLayout()
         self._row.setSpacing(8)
-        vbox(self._head, (self.body, 1), self._row, parent=self, spacing=8, margins=(14, 8, 14, 10))
+        above = hbox(head, (self._about, 1), spacing=18)
+        vbox(above, (self.body, 1), self._row, parent=self, spacing=8, margins=(14, 8, 14, 10))
 
     def say(self, about: str, *, warns: bool = False) -> None:
         """Show a sentence next to the title, optionally in warning colour."""
@@ -165,8 +161,27 @@ def form_field(name: str, tip: str, text: str = "") -> FormField:
     return field
 
 
-def caption(text: str, buddy: QWidget | None = None) -> QLabel:
-    label = dressed(PlainLabel(text), font=text_font(14), role="muted")
+def caption(text: str, buddy: QWidget | None = None, pixels: int = 14) -> QLabel:
+    label = dressed(PlainLabel(text), font=text_font(pixels), role="muted")
     if buddy is not None:
         label.setBuddy(buddy)
     return label
+
+
+def form_grid(
+    fields: Iterable[QWidget], *, across: int = 1, down: int = 0, first: int = 0, pixels: int = 14
+) -> QGridLayout:
+    """Return fields with their accessible names as captions.
+
+    `across`: Fields of a row; or `down`, fields of a column. `first`: row. `pixels`: of captions.
+    """
+    grid = QGridLayout()
+    for number, field in enumerate(fields):
+        row, column = divmod(number, across)
+        if down:
+            column, row = divmod(number, down)
+        buddy = None if isinstance(field, QLabel) else field
+        words = caption(field.accessibleName(), buddy, pixels)
+        grid.addWidget(words, first + row, 2 * column)
+        grid.addWidget(field, first + row, 2 * column + 1)
+    return grid

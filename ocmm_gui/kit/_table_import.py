@@ -7,12 +7,12 @@ from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QGridLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.tables import TableOptions, TablePreview
 from ocmm_gui.kit._narrow import NarrowButton, PlainLabel
 from ocmm_gui.kit._parts import DataTable, dressed, hbox, sentence_label, vbox
-from ocmm_gui.kit._sheet import ChoiceBox, caption, form_field
+from ocmm_gui.kit._sheet import ChoiceBox, form_field, form_grid
 from ocmm_gui.kit._texts import said, tr
 from ocmm_gui.kit._theme import Themed, text_font
 
@@ -147,12 +147,7 @@ class TableImport(Themed, QWidget):
                 self._emit_changed()
 
     def _lay_out(self) -> None:
-        form = QGridLayout()
-        fields = ((self.unit, self.decimal), (self.columns, self.skip))
-        for row, pair in enumerate(fields):
-            for place, field in enumerate(pair):
-                form.addWidget(caption(field.accessibleName(), field), row, 2 * place)
-                form.addWidget(field, row, 2 * place + 1)
+        form = form_grid((self.unit, self.decimal, self.columns, self.skip), across=2)
         form.setColumnStretch(1, 1)
         form.setColumnStretch(3, 1)
         keys = hbox((self.take, 2), (self.back, 1))

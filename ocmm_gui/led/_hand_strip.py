@@ -9,9 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy
+from PySide6.QtWidgets import QFrame, QPushButton
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView
@@ -30,9 +29,7 @@ class HandStrip(Themed, QFrame):
         self._step = self._words = ""
         self._practises = False
         self._said = ""
-        self.text = sentence_label(tr("What to do"), 17)
-        self.text.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self.text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.text = sentence_label(tr("What to do"), 17, middle=True)
         self.hand_button = _button(make_button(hand, primary=True))
         self.tour_button = _button(make_button(tour))
         self.skip_button = _button(QPushButton(tr("Skip step")))

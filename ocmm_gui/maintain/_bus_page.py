@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QRectF, Qt, QTimer
 from PySide6.QtGui import QColor, QHideEvent, QPainter, QPaintEvent, QShowEvent
-from PySide6.QtWidgets import QGridLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from ocmm_core import station
 from ocmm_core.fieldbus.report import (
@@ -250,27 +250,20 @@ class BusPage(QStackedWidget):
         words = kit.vbox(self._phase, (self._trouble, 1))
         head = kit.hbox((kit.panel(words), 2), (kit.panel(kit.stacked(self.wire)), 3), spacing=8)
         kit.fill(layout, (head, 2), self.cameras)
+        facts = kit.form_grid(self.facts.values(), pixels=13)
+        facts.setHorizontalSpacing(8)
+        facts.setVerticalSpacing(0)
         charts = kit.hbox(spacing=8)
         for part, stretch in (
             (kit.stacked(self.accounts), 5),
             (kit.stacked(self.lateness), 6),
             (kit.stacked(self.round_trip), 6),
             (kit.stacked(*self.clocks), 6),
-            (self._fact_grid(), 4),
+            (facts, 4),
         ):
             charts.addWidget(kit.panel(part), stretch)
         kit.fill(layout, (charts, 6), (self.events, 6), self._notes)
         return contents
-
-    def _fact_grid(self) -> QGridLayout:
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(8)
-        grid.setVerticalSpacing(0)
-        for row, (name, value) in enumerate(self.facts.items()):
-            caption = kit.dressed(kit.PlainLabel(tr(name)), font=kit.text_font(13), role="muted")
-            grid.addWidget(caption, row, 0)
-            grid.addWidget(value, row, 1)
-        return grid
 
 
 def _in_order(report: BusReport) -> str:

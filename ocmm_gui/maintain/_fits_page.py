@@ -65,8 +65,7 @@ class FitsPage(QWidget):
         self.button.clicked.connect(self.toggle)
         self._word = kit.FitText(tr("Outcome"), limit=30)
         self._word.setFixedHeight(42)
-        self._sentence = kit.sentence_label(tr("What is compared"), 14)
-        self._sentence.setText(tr(_ASK))
+        self._sentence = kit.sentence_label(tr("What is compared"), 14, tr(_ASK))
         self.table = kit.NumberTable(
             tr("Worst errors"), _columns(), whole=False, font=kit.text_font(15)
         )

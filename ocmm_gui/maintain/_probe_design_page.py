@@ -216,20 +216,14 @@ class ProbeDesignPage(QWidget):
         self.shown.emit()
 
     def _lay_out(self) -> None:
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(8)
-        grid.setVerticalSpacing(4)
-        for row, (key, label, tip, _) in enumerate(_FIELDS):
-            caption, field = kit.PlainLabel(tr(label)), self.fields[key]
-            caption.setProperty("role", "muted")
-            caption.setFont(kit.text_font(13))
-            field.setFont(kit.text_font(13))
-            field.setAccessibleName(tr(label))
+        for key, label, tip, _ in _FIELDS:
+            field = kit.dressed(self.fields[key], tr(label), font=kit.text_font(13))
             field.setToolTip(kit.literal(tr(tip)))
             field.setPlaceholderText(tr(_EMPTY.get(key, "")))
             field.returnPressed.connect(self.toggle)
-            grid.addWidget(caption, row, 0)
-            grid.addWidget(field, row, 1)
+        grid = kit.form_grid(self.fields.values(), pixels=13)
+        grid.setHorizontalSpacing(8)
+        grid.setVerticalSpacing(4)
         grid.addWidget(self.button, len(_FIELDS), 0, 1, 2)
         grid.addWidget(self._progress, len(_FIELDS) + 1, 0, 1, 2)
         said = QVBoxLayout()

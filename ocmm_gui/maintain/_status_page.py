@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
 
 from ocmm_core.calibration import records
 from ocmm_gui import kit
@@ -227,21 +227,12 @@ class StatusPage(QWidget, Generic[V, H]):
 
     def _head(self) -> QHBoxLayout:
         words = kit.vbox(self._word, (self._sentence, 1), self._notes)
-        return kit.hbox((kit.panel(words), 2), (kit.panel(self._fact_grid()), 3), spacing=8)
-
-    def _fact_grid(self) -> QGridLayout:
-        grid = QGridLayout()
+        grid = kit.form_grid(self.facts.values(), down=(len(self.facts) + 1) // 2, pixels=13)
         grid.setHorizontalSpacing(10)
         grid.setVerticalSpacing(1)
-        half = (len(self.facts) + 1) // 2
-        for index, (name, label) in enumerate(self.facts.items()):
-            caption = kit.dressed(kit.PlainLabel(tr(name)), font=kit.text_font(13), role="muted")
-            row, column = index % half, 2 * (index // half)
-            grid.addWidget(caption, row, column)
-            grid.addWidget(label, row, column + 1)
         for column in (1, 3):
             grid.setColumnStretch(column, 1)
-        return grid
+        return kit.hbox((kit.panel(words), 2), (kit.panel(grid), 3), spacing=8)
 
 
 def in_a_row(*panels: QVBoxLayout) -> QWidget:

@@ -102,8 +102,7 @@ class ManualSheet(kit.Sheet):
         left.setFixedWidth(_SIDE_PX)
         self.text = DocumentView(self._manual) if self._manual is not None else None
         both = kit.hbox(left, spacing=10)
-        self.remark = kit.sentence_label(tr("Language of this page"), 14)
-        self.remark.setProperty("role", "muted")
+        self.remark = kit.sentence_label(tr("Language of this page"), 14, role="muted")
         if self.text is not None:
             both.addLayout(kit.vbox(self.remark, (self.text, 1), spacing=4), 1)
             self.text.link_wanted.connect(self._follow)

@@ -338,11 +338,7 @@ def subject(result: CharacteristicResult) -> str:
 
 
 def _label(name: str, font: QFont, *, text: str = "", muted: bool = False) -> QLabel:
-    label = kit.PlainLabel(text)
-    label.setFont(font)
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setAccessibleName(name or text)
-    if muted:
-        label.setProperty("role", "muted")
+    role = "muted" if muted else ""
+    label = kit.dressed(kit.PlainLabel(text), name or text, font=font, role=role)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
     return label

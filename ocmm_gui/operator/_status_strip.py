@@ -40,11 +40,7 @@ class StatusStrip(QFrame):
         self._job: JobView | None = None
         self._word = kit.FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
         self._word.setFixedSize(250, 46)
-        self._reason = kit.dressed(kit.PlainLabel(), tr("Reason for the status"))
-        self._reason.setTextFormat(Qt.TextFormat.PlainText)
-        self._reason.setWordWrap(True)
-        self._reason.setFont(kit.text_font(14))
-        self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._reason = kit.sentence_label(tr("Reason for the status"), 14, middle=True)
         self._values: dict[str, QLabel] = {}
         self._reference: tuple[QLabel, ...] = ()
         layout = kit.hbox(
@@ -55,13 +51,9 @@ class StatusStrip(QFrame):
         grid.setVerticalSpacing(0)
         for column, (name, tip) in enumerate(_COUNTERS):
             said = tr(tip).replace("{unit}", kit.unit_word())
-            caption, value = kit.PlainLabel(tr(name)), kit.PlainLabel("–")
-            caption.setProperty("role", "muted")
-            caption.setFont(kit.text_font(12))
+            caption = kit.dressed(kit.PlainLabel(tr(name)), font=kit.text_font(12), role="muted")
+            value = kit.value_label(tr(name), said)
             value.setFont(kit.digit_font(16))
-            value.setAccessibleName(tr(name))
-            value.setAccessibleDescription(said)
-            value.setToolTip(kit.literal(said))
             for row, label in enumerate((caption, value)):
                 label.setAlignment(Qt.AlignmentFlag.AlignRight)
                 grid.addWidget(label, row, column)
@@ -198,11 +190,7 @@ class Guidance(kit.Themed, QFrame):
 
 
 def _sentence(name: str) -> QLabel:
-    label = kit.PlainLabel()
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setWordWrap(True)
-    label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
-    label.setAccessibleName(name)
+    label = kit.sentence_label(name, 14)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
     return label
 
@@ -235,9 +223,7 @@ class ServiceStrip(QFrame):
         self.lines = kit.dressed(
             kit.PlainLabel(), tr("Last command and answer"), font=kit.text_font(13)
         )
-        self.lines.setTextFormat(Qt.TextFormat.PlainText)
-        for label in (self.status, self.lines):
-            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.lines.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.buttons = {word: _button(tr(text), tr(tip)) for word, text, tip in _WORDS}
         for word, button in self.buttons.items():
             button.clicked.connect(lambda _checked=False, word=word: self.pressed.emit(word))
