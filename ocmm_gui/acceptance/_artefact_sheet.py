@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal, TypeVar, cast
 
-from PySide6.QtWidgets import QHeaderView, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.acceptance import ARTEFACT_KINDS, ArtefactEntry, typed_entry
 from ocmm_core.composition import AcceptanceBench
@@ -159,9 +159,7 @@ class ArtefactSheet(kit.Themed, WorkSheet):
             tr("Register of artefacts"), kit.tr_all(_COLUMNS), whole=False, font=kit.text_font(14)
         )
         self.table.setWordWrap(False)
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(6, QHeaderView.ResizeMode.Stretch)
+        self.table.fit_columns(6)
         self.table.itemSelectionChanged.connect(self._paint)
         self.reasons = kit.sentence_label(tr("Why the selected artefact is refused"), 14)
         self.form = ArtefactForm()

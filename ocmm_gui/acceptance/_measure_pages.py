@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
 from ocmm_core import acceptance
 from ocmm_core.calibration.records import Check, Finding
@@ -190,9 +190,7 @@ class AcceptanceVerdictPage(ResultFrame):
         self.chart = ErrorChart()
         self.interim = InterimPlot()
         self.values = kit.NumberTable(tr("Every value"), kit.tr_all(_COLUMNS), whole=False)
-        header = self.values.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
+        self.values.fit_columns(1)
         self.values.right_heads((2, 3, 4))
         self.values.setWordWrap(True)
         super().__init__(

@@ -196,6 +196,13 @@ class DataTable(Themed, QTableWidget):
             high = max(high, needed + _ABOVE_PX)
         return high
 
+    def fit_columns(self, *stretched: int) -> None:
+        """Make columns as wide as their cells; those that stretch share the remaining width."""
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        for column in stretched:
+            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Stretch)
+
     def show_words(
         self, row: int, words: Sequence[str], colours: Mapping[int, str] | None = None
     ) -> None:
@@ -264,10 +271,8 @@ class NumberTable(DataTable):
         super().__init__(name, columns, font=font or digit_font(15, bold=False))
         self._whole = whole
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        header = self.horizontalHeader()
         # Names are cut before numbers.
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.fit_columns(0)
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
 

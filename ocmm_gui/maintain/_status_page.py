@@ -1,4 +1,4 @@
-"""Base of the status pages, and the history of calibrations as a table."""
+"""Base of the status pages, and events as a table."""
 
 from __future__ import annotations
 
@@ -9,36 +9,11 @@ from typing import Generic, TypeVar
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.calibration import records
 from ocmm_gui import kit
-from ocmm_gui.kit import later, tr
-
-_COLUMNS = (
-    (later("Time"), later("Local time")),
-    (later("What happened"), later("Calibration concerned, see the last column")),
-    (later("Who"), later("As entered")),
-    (later("Why"), later("As entered, or the rule applied")),
-    (later("Good until"), later("If suspect: last time known good")),
-    (later("Calibration"), later("First digits of its hash")),
-)
-_WORDS = {
-    records.EventKind.ACCEPTED: later("Activated"),
-    records.EventKind.PASSED: later("Verification passed"),
-    records.EventKind.FAILED: later("Verification FAILED"),
-    records.EventKind.SUSPECTED: later("Marked suspect"),
-    records.EventKind.FALLEN: later("Artefact found WRONG"),
-    records.EventKind.RECALLED: later("Jobs recalled"),
-}
-
-
-_TONES = {
-    records.EventKind.PASSED: "good",
-    records.EventKind.FAILED: "bad",
-    records.EventKind.FALLEN: "bad",
-    records.EventKind.SUSPECTED: "warn",
-}
+from ocmm_gui.kit import tr
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,55 +24,42 @@ class EventLine:
 
 
 class EventTable(kit.DataTable):
-    """Events, newest first. `what`, `why`: Columns with the event, and with long text."""
+    """Events, newest first, muted except in some columns.
 
-    def __init__(self, columns: Sequence[tuple[str, str]], what: int, why: int) -> None:
-        super().__init__(tr("History, newest first"), columns)
-        self._what, self._why = what, why
-        header = self.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(why, QHeaderView.ResizeMode.Stretch)
+    `toned`: Columns in the tone of the event. `plain`: Columns in the colour of text. `long`:
+    Columns with long texts.
+    """
+
+    def __init__(
+        self,
+        columns: Sequence[tuple[str, str]],
+        *,
+        toned: Sequence[int],
+        plain: Sequence[int] = (),
+        long: Sequence[int],
+        name: str = "",
+    ) -> None:
+        super().__init__(name or tr("History, newest first"), kit.tr_all(tuple(columns)))
+        self._toned, self._plain, self._long = toned, plain, long
+        self.fit_columns(*long)
         self.setWordWrap(True)
         self._lines: tuple[EventLine, ...] = ()
-        header.sectionResized.connect(self._fit_rows)
+        self.horizontalHeader().sectionResized.connect(self._fit_rows)
 
     def show_lines(self, lines: Sequence[EventLine]) -> None:
         """Show events, given oldest first."""
         if tuple(lines) != self._lines:
             self._lines = tuple(lines)
             self.setRowCount(len(lines))
-            muted = dict.fromkeys(range(self.columnCount()), "muted")
+            usual = dict.fromkeys(range(self.columnCount()), "muted")
+            usual |= dict.fromkeys(self._plain, "text")
             for row, line in enumerate(reversed(lines)):
-                colours = {**muted, self._what: line.tone, self._why: "text"}
-                self.show_words(row, line.cells, colours)
+                self.show_words(row, line.cells, usual | dict.fromkeys(self._toned, line.tone))
             self.resizeRowsToContents()
 
     def _fit_rows(self, column: int) -> None:
-        if column == self._why:
+        if column in self._long:
             self.resizeRowsToContents()
-
-
-class HistoryTable(EventTable):
-    """Events of the calibrations, newest first."""
-
-    def __init__(self) -> None:
-        super().__init__(kit.tr_all(_COLUMNS), what=1, why=3)
-
-    def show_events(self, events: Sequence[records.Event]) -> None:
-        """Show events, given oldest first."""
-        self.show_lines([_line(event) for event in events])
-
-
-def _line(event: records.Event) -> EventLine:
-    cells = (
-        local_time(event.utc),
-        tr(_WORDS[event.kind]),
-        event.who,
-        kit.said(event.reason),
-        local_time(event.since_utc) if event.since_utc else "",
-        event.calibration[:12],
-    )
-    return EventLine(cells, _TONES.get(event.kind, "text"))
 
 
 def local_time(utc: str) -> str:
@@ -225,14 +187,16 @@ class StatusPage(QWidget, Generic[V, H]):
         self._empty.setText(why)
         self._empty.setVisible(bool(why))
 
-    def _head(self) -> QHBoxLayout:
+    def _lay_out(self, *parts: tuple[QWidget, int]) -> None:
+        """Lay out status and facts, with the parts of the page below them."""
         words = kit.vbox(self._word, (self._sentence, 1), self._notes)
         grid = kit.form_grid(self.facts.values(), down=(len(self.facts) + 1) // 2, pixels=13)
         grid.setHorizontalSpacing(10)
         grid.setVerticalSpacing(1)
         for column in (1, 3):
             grid.setColumnStretch(column, 1)
-        return kit.hbox((kit.panel(words), 2), (kit.panel(grid), 3), spacing=8)
+        head = kit.hbox((kit.panel(words), 2), (kit.panel(grid), 3), spacing=8)
+        kit.vbox(head, *parts, parent=self, spacing=8, margins=0)
 
 
 def in_a_row(*panels: QVBoxLayout) -> QWidget:

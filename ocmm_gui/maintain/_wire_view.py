@@ -6,7 +6,6 @@ from datetime import datetime
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.fieldbus.report import (
     BusEvent,
@@ -19,6 +18,7 @@ from ocmm_core.fieldbus.report import (
 )
 from ocmm_gui import kit
 from ocmm_gui.kit import later, tr
+from ocmm_gui.maintain._status_page import EventLine, EventTable
 
 _WORDS_PX = 20.0
 _BOX_SHARE = 0.78
@@ -184,7 +184,6 @@ _EVENT_COLUMNS = (
     (later("Cycles"), later("Number of cycles affected")),
     (later("Code"), later("For support")),
 )
-_WORD_COLUMNS = (2, 3)
 
 
 class CameraTable(kit.DataTable):
@@ -192,9 +191,7 @@ class CameraTable(kit.DataTable):
 
     def __init__(self) -> None:
         super().__init__(tr("Cameras on the bus"), kit.tr_all(_CAMERA_COLUMNS))
-        header = self.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(_AL_COLUMN, QHeaderView.ResizeMode.Stretch)
+        self.fit_columns(_AL_COLUMN)
         self.verticalHeader().setDefaultSectionSize(24)
 
     def show_report(self, report: BusReport) -> None:
@@ -208,32 +205,18 @@ class CameraTable(kit.DataTable):
             self.show_words(row, _camera_words(camera), _colours(camera))
 
 
-class BusEventTable(kit.DataTable):
+class BusEventTable(EventTable):
     """Events, newest first."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Events, newest first"), kit.tr_all(_EVENT_COLUMNS))
-        header = self.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        for column in _WORD_COLUMNS:
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Stretch)
-        self.setWordWrap(True)
+        name = tr("Events, newest first")
+        super().__init__(_EVENT_COLUMNS, toned=(1, 2, 3), long=(2, 3), name=name)
         self._events: tuple[BusEvent, ...] = ()
-        header.sectionResized.connect(self._fit_rows)
 
     def show_report(self, report: BusReport) -> None:
         if report.events != self._events:
             self._events = report.events
-            self.setRowCount(len(self._events))
-            for row, event in enumerate(reversed(self._events)):
-                words = "good" if event.code == "bus.operation" else "text"
-                colours = dict.fromkeys((0, 4, 5), "muted") | dict.fromkeys((1, 2, 3), words)
-                self.show_words(row, _event_words(event), colours)
-            self.resizeRowsToContents()
-
-    def _fit_rows(self, column: int) -> None:
-        if column in _WORD_COLUMNS:
-            self.resizeRowsToContents()
+            self.show_lines([_event_line(event) for event in self._events])
 
 
 def _camera_words(camera: CameraReport) -> tuple[str, ...]:
@@ -268,11 +251,11 @@ def _colours(camera: CameraReport) -> dict[int, str]:
     return colours | dict.fromkeys(lost, "warn")
 
 
-def _event_words(event: BusEvent) -> tuple[str, ...]:
+def _event_line(event: BusEvent) -> EventLine:
     when = datetime.fromtimestamp(event.utc_ns * 1e-9).astimezone()
     today = when.date() == datetime.now().astimezone().date()
     stamp = f"{when:%H:%M:%S.%f}"[:-3]
-    return (
+    cells = (
         stamp if today else f"{kit.day_words(when)} {stamp}",
         event.camera or tr("all"),
         kit.said(event.what),
@@ -280,3 +263,4 @@ def _event_words(event: BusEvent) -> tuple[str, ...]:
         str(event.cycles),
         event.code,
     )
+    return EventLine(cells, "good" if event.code == "bus.operation" else "text")
