@@ -7,14 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import (
-    QHeaderView,
-    QLineEdit,
-    QListWidget,
-    QListWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHeaderView, QLineEdit, QListWidget, QListWidgetItem, QWidget
 
 from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer, UsedArtefact
 from ocmm_gui import kit
@@ -47,10 +40,9 @@ def limits_text(offer: ProcedureOffer) -> str:
 
 def choice_list(name: str) -> QListWidget:
     """Return an empty list with its name."""
-    found = kit.dressed(QListWidget(), name, font=kit.text_font(15))
-    found.setWordWrap(True)
     # Fields below it keep their height.
-    found.setMinimumHeight(ROW_PX + 6)
+    found = kit.dressed(QListWidget(), name, font=kit.text_font(15), high=ROW_PX + 6)
+    found.setWordWrap(True)
     return found
 
 
@@ -103,8 +95,9 @@ class AcceptanceStart(kit.Themed, QWidget):
         super().__init__()
         self._offers: tuple[ArtefactOffer, ...] = ()
         self._open: tuple[OpenTest, ...] = ()
-        title = kit.PlainLabel(tr("Acceptance test"))
-        title.setFont(kit.text_font(24, bold=True))
+        title = kit.dressed(
+            kit.PlainLabel(tr("Acceptance test")), font=kit.text_font(24, bold=True)
+        )
         self.table = kit.NumberTable(
             tr("Procedures"), kit.tr_all(_COLUMNS), whole=False, font=kit.text_font(15)
         )
@@ -347,17 +340,12 @@ class AcceptanceStart(kit.Themed, QWidget):
             self.resume_button,
         )
         self._unfinished = kit.panel(again)
-        side = kit.vbox((kit.panel(right), 3), (self._unfinished, 2), spacing=8)
         holder = QWidget()
-        side.setContentsMargins(0, 0, 0, 0)
-        holder.setLayout(side)
+        kit.vbox((kit.panel(right), 3), (self._unfinished, 2), parent=holder, spacing=8, margins=0)
         holder.setFixedWidth(_SIDE_PX)
         middle = kit.hbox((kit.panel(left), 1), holder, spacing=10)
         row_of_buttons = kit.hbox((self.leave_button, 1), (self.begin_button, 2))
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 8, 14, 10)
-        layout.setSpacing(8)
-        layout.addWidget(title)
-        layout.addLayout(middle, 1)
-        layout.addWidget(self.trouble)
-        layout.addLayout(row_of_buttons)
+        kit.vbox(
+            title, (middle, 1), self.trouble, row_of_buttons, parent=self, spacing=8,
+            margins=(14, 8, 14, 10),
+        )  # fmt: skip

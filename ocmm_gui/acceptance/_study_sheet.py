@@ -169,8 +169,7 @@ class StudySheet(WorkSheet):
         self.store.given.connect(self.draw)
         self.file.given.connect(self.open_plan)
         self.where.given.connect(self.use_jobs)
-        self.word = kit.FitText(tr("Verdict"), limit=30)
-        self.word.setFixedHeight(40)
+        self.word = kit.FitText(tr("Verdict"), limit=30, high=40)
         self.progress = kit.sentence_label(tr("Progress of the study"), 16)
         self.message = kit.sentence_label(tr("What is to be told of the study"), 14)
         self.table = kit.NumberTable(
@@ -366,10 +365,8 @@ class StudySheet(WorkSheet):
         form = kit.form_grid(self.fields.values(), across=3)
         form.setHorizontalSpacing(10)
         kit.fill(self.body, kit.panel(form), self.progress)
-        left = kit.vbox(self.word, (self.table, 1), self.message)
         holder = QWidget()
-        left.setContentsMargins(0, 0, 0, 0)
-        holder.setLayout(left)
+        kit.vbox(self.word, (self.table, 1), self.message, parent=holder, margins=0)
         self.body.addLayout(
             kit.hbox((holder, 1), (kit.panel(kit.vbox(self.tabs)), 1), spacing=8), 1
         )

@@ -45,8 +45,7 @@ class TestsPage(QWidget):
             tr("Acceptance tests"), kit.tr_all(_COLUMNS), whole=False, font=kit.text_font(14)
         )
         self.table.fit_columns(1)
-        self.chart = InterimPlot()
-        self.chart.setMinimumHeight(150)
+        self.chart = kit.dressed(InterimPlot(), high=150)
         below = kit.vbox(self.chart)
         kit.vbox(
             self.about, (self.table, 3), (kit.panel(below), 2), parent=self, spacing=8, margins=0

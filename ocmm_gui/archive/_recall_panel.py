@@ -94,8 +94,7 @@ class RecallResult(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.record: RecallRecord | None = None
-        self._headline = kit.FitText(tr("Result of the recall"), limit=26)
-        self._headline.setFixedHeight(40)
+        self._headline = kit.FitText(tr("Result of the recall"), limit=26, high=40)
         self.totals = kit.sentence_label(tr("Findings of the recall"), 15)
         self.table = RecallTable()
         self.about_job = kit.sentence_label(

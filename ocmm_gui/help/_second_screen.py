@@ -35,8 +35,7 @@ class SecondScreenSheet(kit.Sheet):
             Qt.TextInteractionFlag.TextSelectableByMouse
             | Qt.TextInteractionFlag.TextSelectableByKeyboard
         )
-        words = kit.vbox(self.readers, self.doubt, self.address, spacing=14)
-        words.addStretch(1)
+        words = kit.vbox(self.readers, self.doubt, self.address, 1, spacing=14)
         row = kit.hbox(self.code, (words, 1), spacing=28)
         row.setAlignment(self.code, Qt.AlignmentFlag.AlignTop)
         self.body.addLayout(row, 1)

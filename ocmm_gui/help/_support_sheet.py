@@ -9,14 +9,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QHeaderView,
-    QLabel,
-    QListWidget,
-    QPlainTextEdit,
-    QVBoxLayout,
-)
+from PySide6.QtWidgets import QCheckBox, QHeaderView, QLabel, QListWidget, QPlainTextEdit
 
 from ocmm_core import support
 from ocmm_core.errors import OcmmError
@@ -82,9 +75,8 @@ class SupportSheet(kit.Sheet):
         self.text.setTabChangesFocus(True)
         self.text.setFont(kit.text_font(13))
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
-        right = QVBoxLayout()
         self._name: QLabel = kit.caption("", self.text)
-        kit.fill(right, self._name, (self.text, 1))
+        right = kit.vbox(self._name, (self.text, 1))
         both = kit.hbox((side, 2), (right, 5), spacing=12)
         self.panel = kit.PathPanel(
             tr("Write the support bundle to"), tr("File of the support bundle"), tr("Write")

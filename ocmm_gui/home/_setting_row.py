@@ -62,10 +62,8 @@ class SettingRow(QObject):
         self.choice: kit.ChoiceBox | None = None
         self.switch: QPushButton | None = None
         # Without a place in the grid it would be a top-level window.
-        self.field = _Field()
         # After the first show the style sheet overrides later fonts.
-        self.field.setFont(kit.text_font(_FONT_PX))
-        self.field.setAccessibleName(label)
+        self.field = kit.dressed(_Field(), label, font=kit.text_font(_FONT_PX))
         self.field.setToolTip(kit.literal(tip))
         self.field.setParent(parent)
         self.field.hide()
@@ -74,9 +72,8 @@ class SettingRow(QObject):
             editor = self.choice = kit.ChoiceBox(label, tip, kit.tr_all(spec.choices))
             self.choice.activated.connect(lambda index: self._commit(spec.choices[index]))
         elif spec.kind is Kind.SWITCH:
-            editor = self.switch = kit.NarrowButton()
+            editor = self.switch = kit.dressed(kit.NarrowButton(), label)
             self.switch.setCheckable(True)
-            self.switch.setAccessibleName(label)
             self.switch.setToolTip(kit.literal(tip))
             self.switch.clicked.connect(self._commit)
         else:
@@ -93,11 +90,9 @@ class SettingRow(QObject):
         if editor is not self.field:
             editor.setFont(kit.text_font(_FONT_PX))
         self.editor = editor
-        self.mark = kit.PlainLabel()
-        self.mark.setFont(kit.text_font(20, bold=True))
+        self.mark = kit.dressed(kit.PlainLabel(), font=kit.text_font(20, bold=True))
         self.mark.setFixedWidth(18)
-        words = kit.caption(_with_unit(label, spec.quantity.unit), editor)
-        words.setFont(kit.text_font(16))
+        words = kit.caption(_with_unit(label, spec.quantity.unit), editor, 16)
         self.told = kit.sentence_label(
             tr("About {setting}").format(setting=label), 14, role="muted", middle=True
         )
@@ -220,12 +215,17 @@ class _Field(kit.OwnKeysField):
 
 
 def _button(text: str, name: str) -> QPushButton:
-    button = kit.dressed(kit.NarrowButton(text), name)
+    button = kit.dressed(kit.NarrowButton(text), name, font=kit.text_font(20))
     button.setToolTip(kit.literal(name))
-    button.setFont(kit.text_font(20))
     button.setFixedSize(QSize(HIGH_PX, HIGH_PX))
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     return button
+
+
+def wide_button(text: str, role: str = "") -> QPushButton:
+    """Return a button for a gloved finger."""
+    font = kit.text_font(16)
+    return kit.dressed(kit.NarrowButton(text), text, font=font, role=role, high=HIGH_PX)
 
 
 def _typed(spec: SettingSpec, value: Value) -> str:

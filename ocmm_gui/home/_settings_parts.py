@@ -10,7 +10,7 @@ from PySide6.QtGui import QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QGridLayout, QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from ocmm_gui import kit
-from ocmm_gui.home._setting_row import HIGH_PX
+from ocmm_gui.home._setting_row import wide_button
 from ocmm_gui.kit import later, tr
 
 _ROW_PX = 40
@@ -40,9 +40,9 @@ class KeyList(QWidget):
         self.capture = _Capture()
         self.capture.pressed_key.connect(self.take)
         self.capture.given_up.connect(self._give_up)
-        self._change = _wide(tr("Change"))
+        self._change = wide_button(tr("Change"))
         self._change.clicked.connect(self._begin)
-        self._default = _wide(tr("Default key"))
+        self._default = wide_button(tr("Default key"))
         self._default.clicked.connect(self.restore)
         row = kit.hbox(self._change, self._default, (self.capture, 1))
         kit.vbox((self.list, 1), self.told, row, parent=self, margins=0)
@@ -166,13 +166,6 @@ class _Capture(kit.PlainLabel):
         self.releaseKeyboard()
 
 
-def _wide(text: str) -> QPushButton:
-    button = kit.dressed(kit.NarrowButton(text), text)
-    button.setMinimumHeight(HIGH_PX)
-    button.setFont(kit.text_font(16))
-    return button
-
-
 _APPROACH_HZ = (587.0, 740.0, 880.0)
 _NEAR_MS = 250
 
@@ -251,12 +244,9 @@ class SoundsPage(QWidget):
         )  # fmt: skip
         for row, (sound, words) in enumerate(lines):
             name, goes, means = tr(words.name), tr(words.goes), tr(words.means)
-            button = kit.NarrowButton(f"♪ {name}")
-            button.setAccessibleName(tr("Play: {name}").format(name=name))
-            button.setAccessibleDescription(f"{goes}. {means}")
+            button = wide_button(f"♪ {name}")
+            kit.dressed(button, tr("Play: {name}").format(name=name), f"{goes}. {means}")
             button.setToolTip(kit.literal(f"{goes}. {means}"))
-            button.setMinimumHeight(HIGH_PX)
-            button.setFont(kit.text_font(16))
             button.clicked.connect(lambda _checked=False, sound=sound: self.play(sound))
             self.buttons[sound] = button
             grid.addWidget(button, row, 0)

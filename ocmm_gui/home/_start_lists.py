@@ -108,8 +108,7 @@ class JobCards(kit.Themed, QListWidget):
         row = self.currentRow()
         return self._jobs[row].path if 0 <= row < len(self._jobs) else None
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
+    def _paint(self) -> None:
         for row, job in enumerate(self._jobs):
             self._show(self.item(row), job)
 

@@ -178,7 +178,10 @@ _LEAST_PX = 9
 
 
 class FitText(PaintedWidget):
-    """One line in the largest type that also fits ``reserve``: digits do not resize it."""
+    """One line in the largest type that also fits ``reserve``: digits do not resize it.
+
+    `limit`: Greatest type, px. `high`: Fixed height, px; 0: that of the layout.
+    """
 
     def __init__(
         self,
@@ -188,8 +191,11 @@ class FitText(PaintedWidget):
         align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
         digits: bool = False,
         reserve: str = "",
+        high: int = 0,
     ) -> None:
         super().__init__(name, (80, 24), (20, 14))
+        if high:
+            self.setFixedHeight(high)
         self._name = name
         self._limit = limit
         self._align = align

@@ -24,7 +24,7 @@ from ocmm_core.failure import contained
 from ocmm_gui.kit._narrow import NarrowButton, PlainLabel
 from ocmm_gui.kit._parts import dressed, hbox
 from ocmm_gui.kit._texts import said, tr
-from ocmm_gui.kit._theme import Theme, text_font
+from ocmm_gui.kit._theme import Themed, text_font
 
 INFO_SECONDS = 12
 _MOST_WAITING = 20
@@ -44,6 +44,7 @@ class Level(Enum):
 
 
 _MARKS = {Level.INFO: "✔", Level.WARNING: "⚠", Level.ERROR: "✖"}
+_COLOURS = {Level.INFO: "good", Level.WARNING: "warn", Level.ERROR: "bad"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,14 +179,13 @@ class ErrorHooks(logging.Handler):
             self._centre.error(args.exc_value)
 
 
-class Banner(QFrame):
+class Banner(Themed, QFrame):
     """The only display of notices; takes no focus and never blocks."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("banner")
         self.setAccessibleName(tr("Notice"))
-        self._theme: Theme | None = None
         self._shown: list[Notice] = []
         self._job = ""
         self._text = dressed(PlainLabel(), tr("Notice text"))
@@ -276,10 +276,6 @@ class Banner(QFrame):
     def text(self) -> str:
         return self._text.text()
 
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self._paint()
-
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._set_font()
@@ -289,12 +285,8 @@ class Banner(QFrame):
         self._text.setFont(text_font(pixels, bold=True))
 
     def _paint(self) -> None:
-        if self._theme is not None and self._shown:
-            colour = {
-                Level.INFO: self._theme.good,
-                Level.WARNING: self._theme.warn,
-                Level.ERROR: self._theme.bad,
-            }[self._shown[0].level]
+        if self._shown:
+            colour = self._theme.colour(_COLOURS[self._shown[0].level])
             self.setStyleSheet(
                 f"#banner {{ background: {self._theme.panel}; border: 2px solid {colour};"
                 f" border-radius: 6px; }} QLabel {{ color: {colour}; }}"

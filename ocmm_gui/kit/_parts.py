@@ -31,8 +31,8 @@ from ocmm_gui.kit._narrow import PlainLabel
 from ocmm_gui.kit._texts import literal
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Themed, digit_font, text_font
 
-Part = QWidget | QLayout | tuple[QWidget | QLayout, int]
-"""Widget or layout, with its stretch if not zero."""
+Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int]
+"""Widget or layout, with its stretch if not zero; the stretch alone is empty room."""
 B = TypeVar("B", bound=QBoxLayout)
 W = TypeVar("W", bound=QWidget)
 
@@ -62,6 +62,9 @@ def hbox(
 def fill(layout: QBoxLayout, *parts: Part) -> None:
     """Append parts to a layout."""
     for part in parts:
+        if isinstance(part, int):
+            layout.addStretch(part)
+            continue
         content, stretch = part if isinstance(part, tuple) else (part, 0)
         if isinstance(content, QWidget):
             layout.addWidget(content, stretch)
@@ -70,9 +73,15 @@ def fill(layout: QBoxLayout, *parts: Part) -> None:
 
 
 def dressed(
-    widget: W, name: str = "", tip: str = "", *, font: QFont | None = None, role: str = ""
+    widget: W,
+    name: str = "",
+    tip: str = "",
+    *,
+    font: QFont | None = None,
+    role: str = "",
+    high: int = 0,
 ) -> W:
-    """Return a widget with its accessible name and description, font, and role of the styles."""
+    """Return a widget with accessible name and description, font, role, and least height, px."""
     if name:
         widget.setAccessibleName(name)
     if tip:
@@ -81,6 +90,8 @@ def dressed(
         widget.setFont(font)
     if role:
         widget.setProperty("role", role)
+    if high:
+        widget.setMinimumHeight(high)
     return widget
 
 

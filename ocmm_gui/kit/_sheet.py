@@ -91,12 +91,12 @@ class Sheet(QWidget):
             if info.key == aside:
                 continue
             index = shown.index(info)
+            font = text_font(14, bold=info.key == primary)
             button = make_button(action, primary=info.key == primary)
+            dressed(button, font=font, high=_BUTTON_PX)
             button.setObjectName(f"button_{info.key}")
             # The full text would not fit into the row.
             button.setText(button.text().replace(f"{shift}+", "⇧"))
-            button.setMinimumHeight(_BUTTON_PX)
-            button.setFont(text_font(14, bold=info.key == primary))
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             self._row.addWidget(button, index // in_row, index % in_row)
 

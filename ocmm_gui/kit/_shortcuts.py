@@ -184,11 +184,10 @@ def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
 
 def large_button(text: str, name: str, key: str = "") -> QPushButton:
     """Return a button of a start page, optionally with its key; that of Return is primary."""
-    button = dressed(NarrowButton(text), name, font=text_font(18, bold=True))
-    button.setMinimumHeight(54)
+    role = "primary" if key == "Return" else "plain"
+    button = dressed(NarrowButton(text), name, font=text_font(18, bold=True), role=role, high=54)
     if key:
         button.setShortcut(key)
-    button.setProperty("role", "primary" if key == "Return" else "plain")
     return button
 
 

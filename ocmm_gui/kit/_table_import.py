@@ -40,8 +40,7 @@ class TableImport(Themed, QWidget):
         self._path = Path()
         self._found: TablePreview[Any] | None = None
         self.summary = sentence_label(tr("What the reader makes of the table"), 15)
-        self.title = PlainLabel()
-        self.title.setFont(text_font(18, bold=True))
+        self.title = dressed(PlainLabel(), font=text_font(18, bold=True))
         self.table = DataTable(tr("First and last lines"), (), font=text_font(14))
         self.unit = form_field(tr("Unit of lengths"), tr("as in the file, else mm"))
         self.columns = form_field(
@@ -51,9 +50,8 @@ class TableImport(Themed, QWidget):
         names = {"": tr("by the numbers"), "point": tr("point"), "comma": tr("comma")}
         tip = tr("Sign before the decimals")
         self.decimal = ChoiceBox(tr("Decimal sign"), tip, _SIGNS, names.__getitem__)
-        self.take = NarrowButton(tr("Take over  [Return]"))
-        self.take.setAccessibleName(tr("Take the table over"))
-        self.take.setProperty("role", "primary")
+        take = NarrowButton(tr("Take over  [Return]"))
+        self.take = dressed(take, tr("Take the table over"), role="primary")
         self.back = dressed(NarrowButton(tr("Back  [Esc]")), tr("Go back without the table"))
         self.take.clicked.connect(self._emit_taken)
         self.back.clicked.connect(self.declined)

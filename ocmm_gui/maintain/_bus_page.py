@@ -120,8 +120,7 @@ class BusPage(QStackedWidget):
         super().__init__()
         self.setAccessibleName(tr("Bus"))
         self._pull = pull
-        self._phase = kit.FitText(tr("Phase of the bus"), limit=34)
-        self._phase.setFixedHeight(44)
+        self._phase = kit.FitText(tr("Phase of the bus"), limit=34, high=44)
         self._trouble = kit.sentence_label(tr("Bus fault"), 15)
         self.wire = WireView()
         self.cameras = CameraTable()

@@ -50,21 +50,21 @@ class FitsPage(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Fits against certified pairs"))
         self._reports: tuple[measured.SetReport, ...] = ()
-        self.folder = kit.dressed(kit.OwnKeysField(), tr("Folder of reference pairs"))
-        self.folder.setPlaceholderText(tr("Folder of reference pairs"))
-        self.folder.setFont(kit.text_font(15))
+        name = tr("Folder of reference pairs")
+        self.folder = kit.dressed(kit.OwnKeysField(), name, font=kit.text_font(15))
+        self.folder.setPlaceholderText(name)
         self.folder.returnPressed.connect(self.toggle)
         self.convention = kit.ChoiceBox(
             tr("Convention"),
             tr("Convention of the certified values"),
             [item.name for item in Convention],
         )
-        self.button = kit.dressed(kit.NarrowButton(tr("Verify")), tr("Verify"), role="primary")
-        self.button.setMinimumHeight(40)
-        self.button.setFont(kit.text_font(15, bold=True))
+        self.button = kit.dressed(
+            kit.NarrowButton(tr("Verify")), tr("Verify"), font=kit.text_font(15, bold=True),
+            role="primary", high=40,
+        )  # fmt: skip
         self.button.clicked.connect(self.toggle)
-        self._word = kit.FitText(tr("Outcome"), limit=30)
-        self._word.setFixedHeight(42)
+        self._word = kit.FitText(tr("Outcome"), limit=30, high=42)
         self._sentence = kit.sentence_label(tr("What is compared"), 14, tr(_ASK))
         self.table = kit.NumberTable(
             tr("Worst errors"), _columns(), whole=False, font=kit.text_font(15)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QProgressBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QProgressBar, QWidget
 
 from ocmm_core import measuring
 from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
@@ -87,18 +87,13 @@ class ProbeDesignPage(QWidget):
         self.fields = {
             key: kit.OwnKeysField(kit.localised(proposal)) for key, _, _, proposal in _FIELDS
         }
-        self.button = kit.NarrowButton(tr("Examine"))
-        self.button.setProperty("role", "primary")
-        self.button.setMinimumHeight(38)
-        self.button.setAccessibleName(tr("Examine"))
+        self.button = kit.dressed(kit.NarrowButton(), role="primary", high=38)
         self.button.clicked.connect(self.toggle)
         self._progress = kit.dressed(QProgressBar(), tr("Progress"))
         self._progress.setTextVisible(True)
-        self._number = kit.FitText(tr("Uncertainty of the tip"), limit=40, digits=True)
-        self._number.setFixedHeight(48)
+        self._number = kit.FitText(tr("Uncertainty of the tip"), limit=40, digits=True, high=48)
         self._sentence = kit.sentence_label(tr("Meaning of the number"), 13)
-        self._labels = kit.FitText(tr("Labels"), limit=17)
-        self._labels.setFixedHeight(24)
+        self._labels = kit.FitText(tr("Labels"), limit=17, high=24)
         self._nearest = kit.sentence_label(tr("Nearest wrong orders"), 13)
         self._mechanics = kit.sentence_label(tr("Growth and bending"), 13)
         self.budget = PointBudgetTable()
@@ -226,12 +221,9 @@ class ProbeDesignPage(QWidget):
         grid.setVerticalSpacing(4)
         grid.addWidget(self.button, len(_FIELDS), 0, 1, 2)
         grid.addWidget(self._progress, len(_FIELDS) + 1, 0, 1, 2)
-        said = QVBoxLayout()
-        for widget in (
-            self._number, self._sentence, self._labels, self._nearest, self._mechanics,
-        ):  # fmt: skip
-            said.addWidget(widget)
-        said.addStretch(1)
+        said = kit.vbox(
+            self._number, self._sentence, self._labels, self._nearest, self._mechanics, 1
+        )
         left = kit.vbox(kit.panel(grid), (kit.panel(said), 1), spacing=8)
         plots = QGridLayout()
         plots.setSpacing(8)

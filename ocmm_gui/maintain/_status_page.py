@@ -109,8 +109,7 @@ class StatusPage(QWidget, Generic[V, H]):
         self._in_doubt = in_doubt
         self._view: V | None = None
         self.setAccessibleName(name)
-        self._word = kit.FitText(of, limit=34)
-        self._word.setFixedHeight(44)
+        self._word = kit.FitText(of, limit=34, high=44)
         self._sentence = kit.sentence_label(tr("Meaning of the status"), 15)
         self._notes = kit.sentence_label(tr("Watch list"), 14)
         self.facts = {name: kit.value_label(tr(name), tr(tip)) for name, tip in facts}

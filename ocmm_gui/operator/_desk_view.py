@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QSizePolicy,
     QSplitter,
     QStyle,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -131,12 +130,8 @@ class DeskView(CoachedView):
         self.part = PartVerdictView(limit=92, least=15)
         self.part.setFixedHeight(_PART_PX)
         self.part.hide()
-        centre = QVBoxLayout()
-        centre.setSpacing(8)
-        centre.addWidget(self.part)
-        centre.addWidget(self.points, 1)
         # Below the picture: next to it the digits need the height.
-        centre.addWidget(self._guided())
+        centre = kit.vbox(self.part, (self.points, 1), self._guided(), spacing=8)
         work = QWidget()
         kit.hbox(self._left(actions), (centre, 1), parent=work, spacing=8, margins=0)
         self._split = QSplitter(Qt.Orientation.Vertical)
@@ -146,15 +141,13 @@ class DeskView(CoachedView):
         self._split.setStretchFactor(0, 3)
         self._split.setStretchFactor(1, 1)
         self._split.setSizes([690, 230])
-        middle = kit.hbox((kit.vbox((self._split, 1), self.camera_bar, spacing=4), 1), spacing=8)
+        left = kit.vbox((self._split, 1), self.camera_bar, spacing=4)
         self._side = self._right(actions)
-        middle.addWidget(self._side)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(10, 8, 10, 8)
-        layout.setSpacing(8)
-        layout.addWidget(self.strip)
-        layout.addLayout(middle, 1)
-        layout.addLayout(_tool_row(actions))
+        middle = kit.hbox((left, 1), self._side, spacing=8)
+        kit.vbox(
+            self.strip, (middle, 1), _tool_row(actions), parent=self, spacing=8,
+            margins=(10, 8, 10, 8),
+        )  # fmt: skip
 
     def use_plan(self, plan: Plan, folder: Path | None) -> None:
         """Set the plan; ``folder`` has its pictures."""
@@ -215,8 +208,7 @@ class DeskView(CoachedView):
                 shortcut = actions[key].shortcuts()[0].toString()
                 if len(shortcut) > 1:
                     button.setText(actions[key].text())
-                button.setProperty("role", "tool")
-                button.setFont(kit.text_font(12))
+                kit.dressed(button, font=kit.text_font(12), role="tool")
                 grid.addWidget(button, row, span * column, 1, span)
         kit.fill(layout, grid, self._climate)
         return side
@@ -237,9 +229,8 @@ class DeskView(CoachedView):
         row = kit.hbox(spacing=8)
         for key in ("take", "undo", "finish"):
             button = kit.make_button(actions[key], primary=key == "take")
-            button.setMinimumHeight(_TOUCHED_PX)
+            kit.dressed(button, font=kit.text_font(18, bold=True), high=_TOUCHED_PX)
             button.setText(actions[key].text())
-            button.setFont(kit.text_font(18, bold=True))
             row.addWidget(button, 1)
         layout.addLayout(row)
         return side
@@ -252,20 +243,13 @@ def _animated() -> bool:
 
 
 def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:
-    row = kit.hbox(spacing=5)
-    for key in _PAGES:
-        row.addWidget(_tool(actions[key]))
-    row.addStretch(1)
-    for key in _TOOLS:
-        row.addWidget(_tool(actions[key]))
-    return row
+    pages, tools = ([_tool(actions[key]) for key in keys] for keys in (_PAGES, _TOOLS))
+    return kit.hbox(*pages, 1, *tools, spacing=5)
 
 
 def _tool(action: QAction) -> QPushButton:
-    button = kit.make_button(action)
+    button = kit.dressed(kit.make_button(action), font=kit.text_font(13), role="tool")
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-    button.setProperty("role", "tool")
-    button.setFont(kit.text_font(13))
     return button
 
 

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QLayout,
     QPushButton,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -98,11 +97,9 @@ class FarView(CoachedView):
         grid.addLayout(_beside(self._status, self._verdict, 41), 0, 0)
         work = kit.hbox((self.readout, 38), (pictures, 12), (side, 50), spacing=24)
         self._one = QWidget()
-        one = QVBoxLayout(self._one)
-        one.setContentsMargins(0, 0, 0, 0)
-        one.setSpacing(6)
         # Words and digits need different shares of the width.
-        kit.fill(one, (_beside(self._feature, self._count, 80), 107), (work, 434), (self._bar, 83))
+        named = _beside(self._feature, self._count, 80)
+        kit.vbox((named, 107), (work, 434), (self._bar, 83), parent=self._one, spacing=6, margins=0)
         self.part = PartVerdictView(*_PART_PX)
         self._what = QStackedWidget()
         self._what.addWidget(self._one)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QLayout, QSizePolicy, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QLayout, QSizePolicy
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureView, JobView
@@ -134,8 +134,7 @@ class FeaturePanel(kit.Themed, QFrame):
         self.setProperty("role", "panel")
         self.setAccessibleName(tr("Feature"))
         self._job: JobView | None = None
-        self._title = kit.FitText(tr("Feature name"), limit=26)
-        self._title.setFixedHeight(36)
+        self._title = kit.FitText(tr("Feature name"), limit=26, high=36)
         self._dots = PointDots()
         self.coverage = CoverageView()
         self.coverage.setFixedSize(_PICTURE_PX, _PICTURE_PX)
@@ -146,8 +145,9 @@ class FeaturePanel(kit.Themed, QFrame):
         self._outliers.hide()
         self._bar = ToleranceBar()
         self._bar.setFixedHeight(60)
-        self._verdict = kit.FitText(tr("Verdict"), limit=30, reserve=tr("1 of 3 NOT MEASURED"))
-        self._verdict.setFixedHeight(42)
+        self._verdict = kit.FitText(
+            tr("Verdict"), limit=30, reserve=tr("1 of 3 NOT MEASURED"), high=42
+        )
         self._note = _label(tr("Note"), kit.text_font(13), muted=True)
         self._note.setWordWrap(True)
         self._note.hide()
@@ -170,14 +170,12 @@ class FeaturePanel(kit.Themed, QFrame):
         layout = kit.vbox(parent=self, spacing=6, margins=(14, 8, 14, 8))
         # The panel adapts to its height; a layout that sets minimums would grow over the readout.
         layout.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
-        self._column, self._named = layout, QVBoxLayout()
-        named = self._named
-        for widget in (self._title, self._dots, self._subject, self._basis):
-            named.addWidget(widget)
-        kit.fill(layout, kit.hbox((named, 1), self.coverage), grid)
-        for below in (self._bar, self._verdict, self._note, self._outliers, self._others):
-            layout.addWidget(below)
-        layout.addWidget(self.residuals, 1)
+        self._column = layout
+        self._named = kit.vbox(self._title, self._dots, self._subject, self._basis)
+        kit.fill(
+            layout, kit.hbox((self._named, 1), self.coverage), grid, self._bar, self._verdict,
+            self._note, self._outliers, self._others, (self.residuals, 1),
+        )  # fmt: skip
         self.residuals.point_chosen.connect(self.point_chosen)
         self.coverage.point_chosen.connect(self.point_chosen)
         self._fit()

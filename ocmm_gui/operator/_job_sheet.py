@@ -64,8 +64,7 @@ class JobSheet(kit.Sheet):
         bridge.failed.connect(self._on_failed)
         self._cards: list[PlanSummary | None] = [None]
         self.plans = kit.ChoiceBox(tr("Plan"), tr("Plan of the next job"), ())
-        self.plans.setFont(kit.text_font(18))
-        self.plans.setMinimumHeight(44)
+        kit.dressed(self.plans, font=kit.text_font(18), high=44)
         self.plans.currentIndexChanged.connect(lambda _row: self._show_part())
         self.plan_file = kit.PathPanel(
             tr("Choose the plan from the file"), tr("File of the plan"), tr("Choose")
@@ -73,8 +72,7 @@ class JobSheet(kit.Sheet):
         self.plan_file.given.connect(self.choose_plan)
         kit.fill(self.body, self.plan_file, self.work)
         for field in self.fields.values():
-            field.setFont(kit.text_font(20))
-            field.setMinimumHeight(44)
+            kit.dressed(field, font=kit.text_font(20), high=44)
         grid = kit.form_grid((self.plans, *self.fields.values()), first=1, pixels=18)
         grid.setHorizontalSpacing(14)
         grid.setVerticalSpacing(12)

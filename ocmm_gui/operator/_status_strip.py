@@ -96,9 +96,9 @@ class StatusStrip(QFrame):
         for label in self._reference:
             label.setVisible(reference is not None)
         if reference is not None:
-            lost = reference.seen < _NEEDED
-            self._values["Reference"].setText(f"{reference.seen}/{reference.n_leds}")
-            self._values["Reference"].setStyleSheet(f"color: {self._theme.bad};" if lost else "")
+            value = self._values["Reference"]
+            value.setText(f"{reference.seen}/{reference.n_leds}")
+            kit.use_role(value, "bad" if reference.seen < _NEEDED else "")
 
     def status(self) -> str:
         return self._word.text()
@@ -106,11 +106,6 @@ class StatusStrip(QFrame):
     def counter(self, name: str) -> str:
         """Return the text under a caption."""
         return self._values[name].text()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        if self._live is not None:
-            self.show_live(self._live)
 
 
 def _short(count: int) -> str:
@@ -205,7 +200,7 @@ _WORDS = (
 """Words of the operator, with the text and the tip of their buttons."""
 
 
-class ServiceStrip(QFrame):
+class ServiceStrip(kit.Themed, QFrame):
     """Address and program, last sentence, last command with its answer, and the operator's words.
 
     Hidden while no server runs.
@@ -235,7 +230,7 @@ class ServiceStrip(QFrame):
             (self.lines, 1), *self.buttons.values(), self.stop_button, spacing=8, margins=0
         )
         kit.vbox(self.status, row, parent=self, spacing=2, margins=(14, 4, 14, 4))
-        self.set_theme(kit.THEMES[kit.DEFAULT_THEME])
+        self._paint()
         self.hide()
 
     def show_state(self, state: ServiceState | None) -> None:
@@ -252,7 +247,8 @@ class ServiceStrip(QFrame):
         for button in self.buttons.values():
             button.setEnabled(bool(state.client))
 
-    def set_theme(self, theme: kit.Theme) -> None:
+    def _paint(self) -> None:
+        theme = self._theme
         self.setStyleSheet(
             f"#service {{ background: {theme.panel}; border-bottom: 3px solid {theme.accent}; }}"
             f" #service QLabel {{ color: {theme.text}; }}"
@@ -260,8 +256,8 @@ class ServiceStrip(QFrame):
 
 
 def _button(text: str, tip: str) -> QPushButton:
-    button = kit.dressed(kit.NarrowButton(text), tip, font=kit.text_font(15, bold=True))
+    font = kit.text_font(15, bold=True)
+    button = kit.dressed(kit.NarrowButton(text), tip, font=font, high=_BUTTON_PX)
     button.setToolTip(kit.literal(tip))
-    button.setMinimumHeight(_BUTTON_PX)
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     return button

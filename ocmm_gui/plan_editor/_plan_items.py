@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 from PySide6.QtCore import QSize, Signal
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QProgressBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QProgressBar, QWidget
 
 from ocmm_core.alignment import Alignment
 from ocmm_core.features.measured import Construction, nominal_geometries
@@ -21,7 +21,7 @@ from ocmm_core.inspection.plan import HEAD_FIELDS, Plan, taught_plan, usual_poin
 from ocmm_core.measuring import reported_points
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
-from ocmm_gui.kit import PathPanel, hbox, later, literal, panel, said_word, text_font, tr
+from ocmm_gui.kit import PathPanel, hbox, later, literal, panel, said_word, text_font, tr, vbox
 from ocmm_gui.plan_editor._field_labels import choice_word
 from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.work import SideProcess, Tell
@@ -200,13 +200,8 @@ def lay_out(
     editor: QWidget, items: QWidget, form: QWidget, right: Sequence[tuple[QWidget, int]]
 ) -> None:
     """Lay out list, form and, stacked by their shares, the right column."""
-    middle, column = QVBoxLayout(), QVBoxLayout()
-    middle.addWidget(form)
-    for widget, share in right:
-        column.addWidget(widget, share)
-    hbox(
-        (items, 32), (panel(middle), 40), (panel(column), 28), parent=editor, spacing=10, margins=0
-    )
+    middle, column = panel(vbox(form)), panel(vbox(*right))
+    hbox((items, 32), (middle, 40), (column, 28), parent=editor, spacing=10, margins=0)
 
 
 class TeachProgress(QProgressBar):

@@ -12,7 +12,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export.report import write_account
 from ocmm_core.inspection.plan import EDITED, Plan, check_plan, load_plan
 from ocmm_core.names import file_stem
-from ocmm_gui.kit import ActionInfo, Sheet, is_shipped, later, make_button, tr
+from ocmm_gui.kit import ActionInfo, Sheet, dressed, is_shipped, later, make_button, tr
 from ocmm_gui.plan_editor import _plan_checks as plan_checks
 from ocmm_gui.plan_editor import _plan_items as plan_items
 from ocmm_gui.plan_editor._from_models import ModelImport
@@ -146,8 +146,7 @@ class PlanSheet(Sheet):
             primary="save",
             aside="requirements",
         )
-        listing = make_button(self.keys["requirements"])
-        listing.setMinimumHeight(42)
+        listing = dressed(make_button(self.keys["requirements"]), high=42)
         right = ((self.picture, 3), (self.checks, 2), (listing, 0), (self._teaching, 0))
         plan_items.lay_out(self._editor, self.items, self._stack, right)
         self._refresh(plan_items.HEAD)

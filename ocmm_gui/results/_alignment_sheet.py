@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from PySide6.QtWidgets import QProgressBar, QVBoxLayout
+from PySide6.QtWidgets import QProgressBar
 
 from ocmm_core.alignment import AlignmentReport, Residual, report_lines
 from ocmm_core.inspection.evaluation import JobView
@@ -48,8 +48,7 @@ class AlignmentSheet(kit.Sheet):
             tr("Residuals"), kit.with_unit(kit.tr_all(_COLUMNS)), whole=False
         )
         self.table.right_heads(range(1, len(_COLUMNS)))
-        self._state = kit.FitText(tr("Degrees of freedom"), limit=28)
-        self._state.setFixedHeight(40)
+        self._state = kit.FitText(tr("Degrees of freedom"), limit=28, high=40)
         self.words = kit.sentence_label(tr("Notes"), 15)
         self._spread = kit.sentence_label(tr("Uncertainty of the frame"), 14, role="muted")
         self.progress = kit.dressed(QProgressBar(), tr("Progress of the calculation"))
@@ -57,11 +56,7 @@ class AlignmentSheet(kit.Sheet):
         self._process = SideProcess(self)
         self._process.finished.connect(self._on_report)
         self._process.failed.connect(self._on_failed)
-        left, right = QVBoxLayout(), QVBoxLayout()
-        left.addWidget(self.table)
-        kit.fill(right, self.words, self._spread)
-        right.addStretch(1)
-        right.addWidget(self.progress)
+        left, right = kit.vbox(self.table), kit.vbox(self.words, self._spread, 1, self.progress)
         kit.fill(
             self.body, self._state, (kit.hbox((left, 62), (kit.panel(right), 38), spacing=10), 1)
         )

@@ -143,10 +143,8 @@ class ResultDetail(QFrame):
         self._path: Path | None = None
         self._budgets = _NONE
         self._trials: dict[str, MonteCarloValue] = {}
-        self._title = kit.FitText(tr("Characteristic"), limit=20)
-        self._title.setFixedHeight(28)
-        self._verdict = kit.FitText(tr("Verdict"), limit=28, reserve=tr("NOT MEASURED"))
-        self._verdict.setFixedHeight(38)
+        self._title = kit.FitText(tr("Characteristic"), limit=20, high=28)
+        self._verdict = kit.FitText(tr("Verdict"), limit=28, reserve=tr("NOT MEASURED"), high=38)
         self.bar = ToleranceBar()
         self.bar.setFixedHeight(54)
         self._why = kit.sentence_label(tr("Why"), 15)

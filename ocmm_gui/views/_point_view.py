@@ -13,7 +13,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView, LiveView, Target
 from ocmm_core.part_model import PlacedPart
 from ocmm_core.tracking import ProbeBody
-from ocmm_gui.kit import Theme, text_font, tr
+from ocmm_gui.kit import text_font, tr
 from ocmm_gui.rendering import RenderMode
 from ocmm_gui.scene import (
     Item,
@@ -180,10 +180,10 @@ class PointView(OrbitView):
     def mode(self) -> RenderMode:
         return self._mode
 
-    def set_theme(self, theme: Theme) -> None:
-        super().set_theme(theme)
+    def _paint(self) -> None:
         if self._job is not None:
             self._draw_job(self._job)
+        self.update()
 
     def work(self) -> WorkExtent:
         """Return the contents kept in view; for tests."""

@@ -313,10 +313,7 @@ class WorkLine(QFrame):
         self._bar = dressed(QProgressBar(), progress)
         self._bar.setTextVisible(False)
         self._bar.setFixedSize(_BAR_PX, 12)
-        layout = hbox(
-            self._bar, self._label, self._key, parent=self, spacing=12, margins=(14, 3, 14, 3)
-        )
-        layout.addStretch(1)
+        hbox(self._bar, self._label, self._key, 1, parent=self, spacing=12, margins=(14, 3, 14, 3))
         self.hide()
 
     def begin(self, what: str, key: str = "") -> None:
