@@ -360,11 +360,10 @@ class StudySheet(WorkSheet):
         return self.fields[key].text().strip()
 
     def _lay_out(self) -> None:
-        for widget in (self.store, self.file, self.where, self.working):
-            self.body.addWidget(widget)
         form = kit.form_grid(self.fields.values(), across=3)
         form.setHorizontalSpacing(10)
-        kit.fill(self.body, kit.panel(form), self.progress)
+        panels = (self.store, self.file, self.where)
+        kit.fill(self.body, *panels, self.working, kit.panel(form), self.progress)
         holder = QWidget()
         kit.vbox(self.word, (self.table, 1), self.message, parent=holder, margins=0)
         self.body.addLayout(

@@ -49,7 +49,7 @@ class AnswerTable(kit.DataTable):
         # Column names are words of the core, which also exports them; they are not data.
         for column, title in enumerate(columns):
             item = QTableWidgetItem(kit.said_word(title))
-            item.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+            item.setTextAlignment(kit.LEFT)
             self.setHorizontalHeaderItem(column, item)
         self.setRowCount(len(answer.rows))
         numbers = [
@@ -216,7 +216,7 @@ class ArchiveSheet(WorkSheet):
 
     def _show(self, answer: object) -> None:
         if isinstance(answer, RecallRecord):
-            self.say(self.recall.show_record(answer))
+            self.say(self.recall.result.show_record(answer))
         elif isinstance(answer, Path):
             self.say(tr("Recall written to {path}.").format(path=answer))
         if not isinstance(answer, archive_words.ArchiveResult):

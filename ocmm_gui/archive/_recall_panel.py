@@ -106,6 +106,7 @@ class RecallResult(QWidget):
         self.table.itemSelectionChanged.connect(self._show_job)
 
     def show_record(self, record: RecallRecord) -> str:
+        """Show a recall, and return the sentence about the checked jobs."""
         self.record = record
         self._headline.show_text(
             recall.headline(record, Speech(kit.language_in_use())), mark=mark_of(record)
@@ -241,10 +242,6 @@ class RecallPanel(QWidget):
         if self.result.record is None:
             raise _nothing()
         return RecallExportTask(self.result.record, path, kit.language_in_use())
-
-    def show_record(self, record: RecallRecord) -> str:
-        """Show a recall, and return the sentence about the checked jobs."""
-        return self.result.show_record(record)
 
     def _show_fields(self) -> None:
         named = self.finding.currentIndex() > 0

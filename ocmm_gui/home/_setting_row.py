@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QFileSystemWatcher, QObject, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QImage, QKeyEvent, QPixmap, QResizeEvent, QShowEvent
+from PySide6.QtCore import QFileSystemWatcher, QObject, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QImage, QPixmap, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QCompleter, QGridLayout, QPushButton, QWidget
 
 from ocmm_core.errors import InputError, OcmmError
@@ -204,14 +204,7 @@ class SettingRow(QObject):
 class _Field(kit.OwnKeysField):
     """F-keys act on the page; Esc first undoes typing."""
 
-    def event(self, event: QEvent) -> bool:
-        """Leave the F-keys to the page."""
-        if isinstance(event, QKeyEvent) and event.type() is QEvent.Type.ShortcutOverride:
-            own = not Qt.Key.Key_F1 <= event.key() <= Qt.Key.Key_F12
-            if not own:
-                event.ignore()
-                return False
-        return super().event(event)
+    given_keys = kit.F_KEYS
 
 
 def _button(text: str, name: str) -> QPushButton:

@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
 
 from ocmm_gui.kit._marks import ink
 from ocmm_gui.kit._texts import LANGUAGES, language_in_use, literal
+from ocmm_gui.kit._theme import LEFT
 
 LEAST = 0.7
 """Minimum relative type size: 14 px become 10."""
@@ -249,11 +250,7 @@ class HintField(QLineEdit):
         found = self.fitted() or FittedText(short, self.font())
         painter = QPainter(self)
         ink(painter, self.palette().color(QPalette.ColorRole.PlaceholderText), font=found.font)
-        painter.drawText(
-            room,
-            Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextWordWrap,
-            found.text,
-        )
+        painter.drawText(room, LEFT | Qt.TextFlag.TextWordWrap, found.text)
 
     def _shows_file(self) -> bool:
         """Return whether it shows a path and is not being edited."""
@@ -269,15 +266,14 @@ class HintField(QLineEdit):
         painter.drawPrimitive(QStyle.PrimitiveElement.PE_PanelLineEdit, option)
         painter.setFont(self.font())
         room, metrics, path = self._room(), self.fontMetrics(), PurePath(self.text())
-        where = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         elide = Qt.TextElideMode.ElideLeft
         painter.setPen(self.palette().color(QPalette.ColorRole.Text))
-        painter.drawText(room, where, metrics.elidedText(path.name, elide, room.width()))
+        painter.drawText(room, LEFT, metrics.elidedText(path.name, elide, room.width()))
         rest = room.adjusted(metrics.horizontalAdvance(f"{path.name}    "), 0, 0, 0)
         if rest.width() >= _FOLDER_PX:
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
             folder = metrics.elidedText(str(path.parent), elide, rest.width())
-            painter.drawText(rest, where, folder)
+            painter.drawText(rest, LEFT, folder)
 
     def _room(self) -> QRect:
         option = QStyleOptionFrame()

@@ -15,14 +15,16 @@ from pathlib import Path
 from types import TracebackType
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
-from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtGui import QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QFrame, QMainWindow, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.failure import contained
 from ocmm_gui.kit._narrow import NarrowButton, PlainLabel
+from ocmm_gui.kit._panels import dropped_file
 from ocmm_gui.kit._parts import dressed, hbox
+from ocmm_gui.kit._shortcuts import keeps_keys
 from ocmm_gui.kit._texts import said, tr
 from ocmm_gui.kit._theme import Themed, text_font
 
@@ -294,23 +296,36 @@ class Banner(Themed, QFrame):
 
 
 class NoticeWindow(QMainWindow):
-    """A window with a banner, which Esc dismisses before it leaves a page."""
+    """A window that takes dropped files, with a banner, which Esc dismisses before a page."""
 
     def __init__(self) -> None:
         super().__init__()
+        self.setMinimumSize(1024, 640)
+        self.setAcceptDrops(True)
         self.banner = Banner()
+
+    def take_file(self, path: Path) -> None:
+        """Open a plan or a job."""
+        raise NotImplementedError
+
+    def may_take_files(self) -> bool:
+        """Return whether the shown page may be left."""
+        return True
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        if dropped_file(event.mimeData()) is not None and self.may_take_files():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        path = dropped_file(event.mimeData())
+        if path is not None and self.may_take_files():
+            event.acceptProposedAction()
+            self.take_file(path)
 
     def event(self, event: QEvent) -> bool:
         """Keep Esc from the shortcuts of the page while a notice is shown."""
-        if (
-            event.type() is QEvent.Type.ShortcutOverride
-            and isinstance(event, QKeyEvent)
-            and event.key() == Qt.Key.Key_Escape
-            and self.banner.keeps_esc()
-        ):
-            event.accept()
-            return True
-        return super().event(event)
+        keys = (Qt.Key.Key_Escape,) if self.banner.keeps_esc() else ()
+        return keeps_keys(event, keys) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if not (event.key() == Qt.Key.Key_Escape and self.banner.dismiss()):

@@ -29,7 +29,7 @@ from PySide6.QtWidgets import (
 
 from ocmm_gui.kit._narrow import PlainLabel
 from ocmm_gui.kit._texts import literal
-from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Themed, digit_font, text_font
+from ocmm_gui.kit._theme import DEFAULT_THEME, LEFT, RIGHT, THEMES, Themed, digit_font, text_font
 
 Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int]
 """Widget or layout, with its stretch if not zero; the stretch alone is empty room."""
@@ -138,7 +138,6 @@ _AROUND_PX = 17
 """Width taken by padding, margins and grid of a cell."""
 _ABOVE_PX = 6
 _HIGH_PX = 1 << 14
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 _COLOUR = Qt.ItemDataRole(Qt.ItemDataRole.UserRole + 96)
@@ -162,7 +161,7 @@ class DataTable(Themed, QTableWidget):
         for column, (title, tip) in enumerate(columns):
             item = QTableWidgetItem(title)
             item.setToolTip(literal(tip))
-            item.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+            item.setTextAlignment(LEFT)
             self.setHorizontalHeaderItem(column, item)
         self.horizontalHeader().setFont(text_font(12))
         self.horizontalHeader().setHighlightSections(False)
@@ -225,13 +224,13 @@ class DataTable(Themed, QTableWidget):
         for column in columns:
             head = self.horizontalHeaderItem(column)
             if head is not None:
-                head.setTextAlignment(_RIGHT)
+                head.setTextAlignment(RIGHT)
 
     def show_digits(self, row: int, columns: Iterable[int], pixels: int) -> None:
         """Write cells at the right, in digits of equal width."""
         for column in columns:
             self._cell(row, column).setFont(digit_font(pixels, bold=False))
-            self._cell(row, column).setTextAlignment(_RIGHT)
+            self._cell(row, column).setTextAlignment(RIGHT)
 
     def words(self, row: int) -> tuple[str, ...]:
         return tuple(self._cell(row, column).text() for column in range(self.columnCount()))
@@ -341,5 +340,5 @@ def value_label(name: str, tip: str) -> QLabel:
     """Return a label for a number to the right of its caption."""
     label = dressed(PlainLabel("–"), name, tip, font=digit_font(13))
     label.setToolTip(tip)
-    label.setAlignment(_RIGHT)
+    label.setAlignment(RIGHT)
     return label

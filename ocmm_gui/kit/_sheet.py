@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeVar
 
-from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
+from PySide6.QtCore import QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QKeyEvent, QPainter, QPaintEvent, QPolygonF
 from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidget
 
@@ -15,7 +15,7 @@ from ocmm_gui.kit._marks import ink
 from ocmm_gui.kit._narrow import PlainLabel
 from ocmm_gui.kit._panels import OwnKeysField
 from ocmm_gui.kit._parts import dressed, hbox, sentence_label, vbox
-from ocmm_gui.kit._shortcuts import make_action, make_button
+from ocmm_gui.kit._shortcuts import F_KEYS, make_action, make_button
 from ocmm_gui.kit._texts import later, literal, tr
 from ocmm_gui.kit._theme import Themed, text_font, use_role
 
@@ -104,14 +104,7 @@ class Sheet(QWidget):
 class FormField(OwnKeysField):
     """A field of a sheet: letters are its own, F-keys and Esc act on the sheet."""
 
-    def event(self, event: QEvent) -> bool:
-        """Leave F-keys and Esc to the sheet."""
-        if event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            key = event.key()
-            if Qt.Key.Key_F1 <= key <= Qt.Key.Key_F12 or key == Qt.Key.Key_Escape:
-                event.ignore()
-                return False
-        return super().event(event)
+    given_keys = (*F_KEYS, Qt.Key.Key_Escape)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Leave Esc to the sheet or, with a notice, to the window."""

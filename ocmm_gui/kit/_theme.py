@@ -22,7 +22,10 @@ CAP_HEIGHT = 0.729
 
 FAR_SHARE = 63.0 / 1080.0
 """Capitals readable at three metres: 17.5 mm, 20 minutes of arc, on a screen of 24 inches."""
+LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 WRAPPED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+"""`LEFT`, `RIGHT`, `WRAPPED`: places of a painted text in its box."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,8 +26,6 @@ from ocmm_gui.maintain._wire_view import BusEventTable, CameraTable, WireView
 _ROW_PX = 19.0
 _BAR_PX = 12.0
 _NAMES = (later("good"), later("late"), later("lost"), later("bad"))
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class CycleAccounts(kit.PaintedWidget):
@@ -60,7 +58,7 @@ class CycleAccounts(kit.PaintedWidget):
         painter = QPainter(self)
         theme = self._theme
         kit.ink(painter, QColor(theme.muted), font=kit.text_font(13))
-        painter.drawText(QRectF(0.0, 0.0, self.width(), _ROW_PX), _LEFT, tr("Bus cycles"))
+        painter.drawText(QRectF(0.0, 0.0, self.width(), _ROW_PX), kit.LEFT, tr("Bus cycles"))
         colours = (theme.good, theme.warn, theme.accent, theme.bad)
         self._paint_bar(painter, colours)
         top = _ROW_PX + _BAR_PX + 5.0
@@ -76,10 +74,10 @@ class CycleAccounts(kit.PaintedWidget):
             wrong = not known and index < len(rows) - 1
             painter.setPen(QColor(theme.bad if wrong else theme.text))
             painter.setFont(kit.text_font(13, bold=not known))
-            painter.drawText(line.adjusted(16.0, 0.0, 0.0, 0.0), _LEFT, name)
+            painter.drawText(line.adjusted(16.0, 0.0, 0.0, 0.0), kit.LEFT, name)
             painter.setFont(kit.digit_font(13, bold=not known))
-            painter.drawText(line.adjusted(0.0, 0.0, -84.0, 0.0), _RIGHT, count)
-            painter.drawText(line, _RIGHT, share)
+            painter.drawText(line.adjusted(0.0, 0.0, -84.0, 0.0), kit.RIGHT, count)
+            painter.drawText(line, kit.RIGHT, share)
 
     def _paint_bar(self, painter: QPainter, colours: tuple[str, ...]) -> None:
         bar = QRectF(0.0, _ROW_PX + 1.0, self.width(), _BAR_PX)

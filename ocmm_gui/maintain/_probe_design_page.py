@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QGridLayout, QProgressBar, QWidget
 
 from ocmm_core import measuring
@@ -248,9 +248,7 @@ class PointBudgetTable(kit.DataTable):
         for row, term in enumerate(terms):
             sigma = kit.localised(f"{term.sigma_um:.2f}")
             self.show_words(row, (term.name, sigma, term.rests_on))
-            self._cell(row, 1).setTextAlignment(
-                Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-            )
+            self._cell(row, 1).setTextAlignment(kit.RIGHT)
         self.resizeColumnToContents(0)
         self.resizeColumnToContents(1)
 

@@ -25,7 +25,6 @@ _BOX_SHARE = 0.78
 """Box width over box pitch; the rest is cable."""
 _BOX_LIMIT = 220.0
 _RETURN_PX = 18.0
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _CENTRE = Qt.AlignmentFlag.AlignCenter
 
 
@@ -88,7 +87,7 @@ class WireView(kit.PaintedWidget):
                 14,
             )
         )
-        painter.drawText(line, _LEFT, kit.said(wire.words))
+        painter.drawText(line, kit.LEFT, kit.said(wire.words))
 
     def _camera(self, painter: QPainter, box: QRectF, camera: CameraReport) -> None:
         theme = self._theme

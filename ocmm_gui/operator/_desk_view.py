@@ -261,19 +261,15 @@ class PointChoice(QObject):
         self._bridge = bridge
         self._desk = desk
         self._notices = notices
-        self._chosen = 0
+        self.chosen = 0
+        """Selected point; zero for none."""
         self.panel = kit.ReasonPanel()
         self.panel.given.connect(self._delete)
         desk.feature.point_chosen.connect(self.choose)
 
-    @property
-    def chosen(self) -> int:
-        """Return the selected point; zero for none."""
-        return self._chosen
-
     def choose(self, number: int) -> None:
         """Mark a point; zero marks none."""
-        self._chosen = number
+        self.chosen = number
         self._desk.feature.choose(number)
         self._desk.points.choose(number)
 
@@ -284,15 +280,15 @@ class PointChoice(QObject):
             self._notices.inform(tr("No points to select yet."))
             return
         numbers = [point.number for point in feature.points]
-        if self._chosen in numbers:
-            self.choose(numbers[(numbers.index(self._chosen) + way) % len(numbers)])
+        if self.chosen in numbers:
+            self.choose(numbers[(numbers.index(self.chosen) + way) % len(numbers)])
         else:
             self.choose((*feature.outliers, numbers[-1])[0])
 
     def delete(self) -> None:
         feature = self._feature()
-        if self._chosen:
-            self.panel.ask(self._chosen)
+        if self.chosen:
+            self.panel.ask(self.chosen)
         elif feature is not None and feature.commanding is not None:
             self._bridge.choice.remove_commanding(feature.name)
         else:
@@ -310,7 +306,7 @@ class PointChoice(QObject):
         """Clear the selection if its point is gone or another feature is shown."""
         feature = job.shown
         known = () if feature is None else [point.number for point in feature.points]
-        if self._chosen and self._chosen not in known:
+        if self.chosen and self.chosen not in known:
             self.choose(0)
 
     def _feature(self) -> FeatureView | None:

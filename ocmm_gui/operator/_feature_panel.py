@@ -19,8 +19,6 @@ from ocmm_gui.operator._feature_details import CharacteristicList, CoverageView,
 _LINE_PX = 22.0
 _TALLEST_PX = 90.0
 _WIDEST_PX = 40.0
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class ResidualChart(kit.PaintedWidget):
@@ -72,8 +70,8 @@ class ResidualChart(kit.PaintedWidget):
         reach = max(float(np.abs(self._residuals).max()), 0.005)
         kit.ink(painter, QColor(self._theme.muted), font=kit.text_font(13))
         line = QRectF(0, 0, self.width(), top)
-        painter.drawText(line, _LEFT, tr("Points from the fit"))
-        painter.drawText(line, _RIGHT, f"±{kit.length_words(reach)}")
+        painter.drawText(line, kit.LEFT, tr("Points from the fit"))
+        painter.drawText(line, kit.RIGHT, f"±{kit.length_words(reach)}")
         high = min(0.5 * (self.height() - 2.0 * top), _TALLEST_PX)
         zero = top + high
         pitch = self._pitch()
@@ -158,7 +156,7 @@ class FeaturePanel(kit.Themed, QFrame):
         grid.setColumnStretch(1, 1)
         for row, name in enumerate(_ROWS):
             value = _label(tr(name), kit.digit_font(16))
-            value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            value.setAlignment(kit.RIGHT)
             caption = _label("", kit.text_font(14), text=tr(name), muted=True)
             caption.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
             grid.addWidget(caption, row, 0)

@@ -134,14 +134,10 @@ class Readout(kit.Themed, QWidget):
         for index, (axis, value) in enumerate(zip("XYZ", self._values, strict=True)):
             place = QRectF(box.left(), box.top() + index * row, box.width(), row)
             painter.setPen(QColor(self._theme.accent))
-            painter.drawText(
-                place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, axis
-            )
+            painter.drawText(place, kit.LEFT, axis)
             if value != kit.DASHES and not large:
                 painter.setPen(QColor(self._theme.text))
-                painter.drawText(
-                    place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
-                )
+                painter.drawText(place, kit.RIGHT, value)
         if large:
             self._paint_trouble(painter, large, why)
         elif kit.DASHES in self._values:

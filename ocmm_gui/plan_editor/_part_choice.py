@@ -192,11 +192,7 @@ class ChoiceList(QListWidget):
 
     def event(self, event: QEvent) -> bool:
         """Handle Return and Esc before the sheet does."""
-        is_mine = event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
-        if is_mine and isinstance(event, QKeyEvent) and event.key() in (*_TAKE, Qt.Key.Key_Escape):
-            event.accept()
-            return True
-        return super().event(event)
+        return kit.keeps_keys(event, (*_TAKE, Qt.Key.Key_Escape)) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in _TAKE:

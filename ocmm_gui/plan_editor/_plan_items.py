@@ -21,7 +21,18 @@ from ocmm_core.inspection.plan import HEAD_FIELDS, Plan, taught_plan, usual_poin
 from ocmm_core.measuring import reported_points
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
-from ocmm_gui.kit import PathPanel, hbox, later, literal, panel, said_word, text_font, tr, vbox
+from ocmm_gui.kit import (
+    PathPanel,
+    hbox,
+    later,
+    literal,
+    panel,
+    said_word,
+    text_font,
+    tr,
+    tr_all,
+    vbox,
+)
 from ocmm_gui.plan_editor._field_labels import choice_word
 from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.work import SideProcess, Tell
@@ -177,23 +188,20 @@ def item_forms() -> dict[str, ItemForm]:
     }
 
 
-def path_panels() -> tuple[PathPanel, PathPanel, PathPanel, PathPanel, PathPanel]:
+_PANELS = (
+    (later("Write the plan into the file"), later("File of the plan"), later("Write")),
+    (later("Import the features or frame from the file"), later("File of the features or frame"),
+     later("Import")),
+    (later("Attach the picture from the file"), later("File of the picture"), later("Attach")),
+    (later("Open the plan from the file"), later("File of the plan"), later("Open")),
+    (later("Write all requirements into the file (.xlsx, .csv)"),
+     later("File of the inspection plan"), later("Write")),
+)  # fmt: skip
+
+
+def path_panels() -> tuple[PathPanel, ...]:
     """Return the questions for files of plan, import, picture, other plan, inspection plan."""
-    return (
-        PathPanel(tr("Write the plan into the file"), tr("File of the plan"), tr("Write")),
-        PathPanel(
-            tr("Import the features or frame from the file"),
-            tr("File of the features or frame"),
-            tr("Import"),
-        ),
-        PathPanel(tr("Attach the picture from the file"), tr("File of the picture"), tr("Attach")),
-        PathPanel(tr("Open the plan from the file"), tr("File of the plan"), tr("Open")),
-        PathPanel(
-            tr("Write all requirements into the file (.xlsx, .csv)"),
-            tr("File of the inspection plan"),
-            tr("Write"),
-        ),
-    )
+    return tuple(PathPanel(*tr_all(texts)) for texts in _PANELS)
 
 
 def lay_out(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from ocmm_core.documents import write_atomic
@@ -15,7 +15,7 @@ from ocmm_gui import kit
 from ocmm_gui.charts import TrendChart
 from ocmm_gui.kit import later, tr
 from ocmm_gui.reports import BatchTask
-from ocmm_gui.work import Tell, WorkSheet
+from ocmm_gui.work import WorkSheet
 
 _KEYS = (
     kit.ActionInfo(
@@ -46,18 +46,6 @@ _MOST_REASONS = 8
 """Reasons for not counting values: the chart needs the room."""
 _MOST_TOLD = 4
 """Of the last signals: the table has all of them."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """Work of the side process: compare the jobs of a folder."""
-
-    folder: Path
-    probes: Path | None
-    calibrations: Path | None
-
-    def __call__(self, tell: Tell) -> Comparison:
-        return compare_folder(self.folder, tell, self.probes, self.calibrations)
 
 
 class TrendTable(kit.DataTable):
@@ -133,7 +121,9 @@ class CompareSheet(WorkSheet):
     def read(self, folder: Path) -> None:
         """Read the jobs of a folder in the background."""
         self._folder = folder
-        self._begin(tr("Starting"), _Reading(folder, *self._records()))
+        probes, calibrations = self._records()
+        work = partial(compare_folder, folder, probes=probes, calibrations=calibrations)
+        self._begin(tr("Starting"), work)
 
     def _show(self, answer: object) -> None:
         if isinstance(answer, Path):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QFileSystemWatcher, QObject, Signal
 from PySide6.QtWidgets import QFormLayout, QWidget
@@ -273,22 +274,11 @@ class PaperForm(QWidget):
         return Path(typed).expanduser() if typed else template.template_in_use()
 
     def _given(self) -> template.Particulars:
-        typed = {name: field.text().strip() for name, field in self.fields.items()}
-        told = (part.strip() for part in typed["deviations"].split(_SEPARATOR))
+        typed = {name: self.fields[name].text().strip() for name, *_ in _FIELDS[1:]}
+        told = (part.strip() for part in typed.pop("deviations").split(_SEPARATOR))
         # Data without a field here, such as remarks, are kept.
-        return replace(
-            self._kept,
-            customer=typed["customer"],
-            order=typed["order"],
-            drawing=typed["drawing"],
-            revision=typed["revision"],
-            place=typed["place"],
-            received=typed["received"],
-            room=typed["room"],
-            humidity=typed["humidity"],
-            pressure=typed["pressure"],
-            deviations=tuple(part for part in told if part),
-        )
+        kept: dict[str, Any] = {**typed, "deviations": tuple(part for part in told if part)}
+        return replace(self._kept, **kept)
 
     def _on_typed(self) -> None:
         self._typed = True

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtCore import QRectF, Signal
 from PySide6.QtGui import QColor, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QFrame, QProgressBar
 
@@ -31,8 +31,6 @@ _COLUMNS = (
 )
 _ROW_PX, _LINE_PX = 26.0, 23
 _LEAST_SHARE, _MOST_ROWS = 1e-4, 9
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class BudgetTable(kit.NumberTable):
@@ -108,12 +106,12 @@ class BudgetBars(kit.PaintedWidget):
         for index, (name, u, colour) in enumerate(rows):
             y = index * pitch
             kit.ink(painter, QColor(self._theme.text), font=kit.text_font(13))
-            painter.drawText(QRectF(0.0, y, words, pitch), _LEFT, name)
+            painter.drawText(QRectF(0.0, y, words, pitch), kit.LEFT, name)
             bar = QRectF(words, y + 0.2 * pitch, room * u / reach, 0.6 * pitch)
             painter.fillRect(bar, QColor(colour))
             painter.setFont(kit.digit_font(12, bold=False))
             box = QRectF(self.width() - digits, y, digits, pitch)
-            painter.drawText(box, _RIGHT, kit.localised(f"{1e3 * u:.2f}"))
+            painter.drawText(box, kit.RIGHT, kit.localised(f"{1e3 * u:.2f}"))
         painter.setPen(QPen(QColor(self._theme.border), 1.0))
         line = (len(rows) - 1) * pitch
         painter.drawLine(0, round(line), self.width(), round(line))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtCore import QRectF, Signal
 from PySide6.QtGui import QPaintEvent, QResizeEvent
 
 from ocmm_core.geometry import Float
@@ -87,9 +87,7 @@ class ResultTable(kit.DataTable):
             )
             self.show_words(row, words, {_VERDICT: kit.verdict_mark(result.verdict).colour})
             for column in _NUMBERS:
-                self._cell(row, column).setTextAlignment(
-                    Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                )
+                self._cell(row, column).setTextAlignment(kit.RIGHT)
         names = [result.name for result in self._results]
         if names:
             self.setCurrentCell(names.index(chosen if chosen in names else deciding), 0)

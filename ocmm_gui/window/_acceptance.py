@@ -93,13 +93,9 @@ class AcceptanceRooms(LateParts):
         folder: Callable[[], Path],
     ) -> None:
         super().__init__()
-        self._bench, self._bridge = bench, bridge
+        self.bench, self._bridge = bench, bridge
         self._notices, self._feedback, self._folder = notices, feedback, folder
         self.papers = Certificates(notices, self)
-
-    @property
-    def bench(self) -> AcceptanceBench | None:
-        return self._bench
 
     @cached_property
     def desk(self) -> AcceptanceDesk:
@@ -184,13 +180,13 @@ class AcceptanceRooms(LateParts):
         return sheet
 
     def _is_there(self) -> bool:
-        if self._bench is None:
+        if self.bench is None:
             self._notices.inform(tr("This window was opened without acceptance tests."))
-        return self._bench is not None
+        return self.bench is not None
 
     def _required(self) -> AcceptanceBench:
-        assert self._bench is not None  # noqa: S101 - asked before anything is made
-        return self._bench
+        assert self.bench is not None  # noqa: S101 - asked before anything is made
+        return self.bench
 
     def _on_failed(self, error: OcmmError) -> None:
         self._feedback.play(Sound.REFUSED)

@@ -62,7 +62,7 @@ def test_a_late_sheet_has_what_was_measured_before_it_was_made(
     window, bridge = bench.window, bench.bridge
     bench.wait_complete(qtbot)
     assert window.findChildren(Sheet) == []
-    window.sheets.open_results()
+    window.sheets.open("results")
     results = window.sheets.results
     assert results.table.rowCount() == len(bridge.shown.job.characteristics) > 0
     assert results.summary() == counted_line(bridge.shown.job)

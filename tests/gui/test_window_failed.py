@@ -14,7 +14,8 @@ from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.app import main
-from ocmm_gui.kit import DASHES, THEMES, FitText, Mark, mark_colour, status_mark
+from ocmm_gui.kit import DASHES, THEMES, FitText, Mark, mark_colour
+from ocmm_gui.kit._marks import status_mark
 from tests.gui.conftest import Bench, OpenWindow
 from tests.host import HANG_MS, HANG_S
 
