@@ -25,8 +25,8 @@ from ocmm_core.settings import Settings
 from ocmm_core.storage import JobHead
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 from ocmm_gui.kit import dressed, later, vbox
+from ocmm_gui.reports._canvas import drawing
 from ocmm_gui.reports._certificate import certificate_pdf
-from ocmm_gui.reports._paper import drawing
 from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
 from ocmm_gui.work import Teller
 
