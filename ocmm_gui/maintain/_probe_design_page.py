@@ -249,8 +249,15 @@ class PointBudgetTable(kit.DataTable):
             sigma = kit.localised(f"{term.sigma_um:.2f}")
             self.show_words(row, (term.name, sigma, term.rests_on))
             self._cell(row, 1).setTextAlignment(kit.RIGHT)
-        self.resizeColumnToContents(0)
-        self.resizeColumnToContents(1)
+        self._fit()
+
+    def _paint(self) -> None:
+        super()._paint()
+        self._fit()
+
+    def _fit(self) -> None:
+        for column in (0, 1):
+            self.resizeColumnToContents(column)
 
 
 def _numbers(field: NumberField, what: str, text: str, count: int) -> list[float]:

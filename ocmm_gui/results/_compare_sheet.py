@@ -65,6 +65,10 @@ class TrendTable(kit.DataTable):
                 self._cell(row, column).setFont(kit.digit_font(13, bold=False))
         self.resizeColumnsToContents()
 
+    def _paint(self) -> None:
+        super()._paint()
+        self.resizeColumnsToContents()
+
     def chosen(self) -> Trend | None:
         row = self.currentRow()
         return self._trends[row] if 0 <= row < len(self._trends) else None

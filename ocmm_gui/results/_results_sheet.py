@@ -18,36 +18,27 @@ from ocmm_gui import kit
 from ocmm_gui.kit import later, tr
 from ocmm_gui.results._job_source import JobFileData, JobSource, opened_job
 from ocmm_gui.results._result_detail import ResultDetail
-from ocmm_gui.results._result_table import DeviationView, ResultTable
-from ocmm_gui.scene import Diamonds, Item, Orbit, OrbitView, Tag, paint_scene
+from ocmm_gui.results._result_table import DeviationView, JobPicture, ResultTable
+from ocmm_gui.scene import Diamonds, Tag, paint_scene
 from ocmm_gui.views import job_items
 from ocmm_gui.work import SideProcess, WorkLine
 
-_START = np.radians(38.0)
-_UP = np.array([0.0, 0.0, 1.0])
-_ROOM = 1.5
-"""Margin of points and features in the picture."""
 
+class DrivingPoints(JobPicture):
+    """Points that determine the value of a characteristic."""
 
-class DrivingPoints(OrbitView):
-    """A small 3-D view: arrow keys or the mouse turn it, plus and minus or the wheel zoom."""
+    margin = 1.5
 
     def __init__(self) -> None:
-        start = Orbit(np.zeros(3), 0.5, float(_START), 100.0, _UP)
-        super().__init__(tr("Points that determine the value"), (420, 220), (220, 130), start)
-        self._job: JobView | None = None
+        super().__init__(tr("Points that determine the value"), (420, 220), (220, 130))
         self._explained: Explanation | None = None
-        self._items: tuple[Item, ...] = ()
-        self._reach = np.empty((0, 3))
 
     def show_points(self, job: JobView | None, explained: Explanation | None, up: Float) -> None:
         """Mark the points of an explanation in a job; `up`: (3,), unit, world."""
         if job is self._job and explained == self._explained:
             return
         self._job, self._explained = job, explained
-        self._orbit = Orbit(np.zeros(3), 0.5, float(_START), 100.0, up)
-        self._make()
-        self._fit()
+        self._renew(up)
         numbers = () if explained is None else self.marked()
         self.setVisible(bool(numbers))
         self.setAccessibleDescription(
@@ -65,10 +56,6 @@ class DrivingPoints(OrbitView):
         there = {point.number for item in self._job.features for point in item.points}
         return tuple(number for number in self._explained.points if number in there)
 
-    def _paint(self) -> None:
-        self._make()
-        self.update()
-
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = self._painter()
         inside = self._paint_panel(painter).adjusted(2, 2, -2, -2)
@@ -77,13 +64,6 @@ class DrivingPoints(OrbitView):
                 painter, self._items, self._orbit, QRectF(inside), kit.text_font(13),
                 self._theme.panel,
             )  # fmt: skip
-
-    def resizeEvent(self, event: object) -> None:
-        self._fit()
-
-    def fit(self) -> None:
-        self._fit()
-        self.update()
 
     def _make(self) -> None:
         if self._job is None or self._explained is None:
@@ -111,12 +91,6 @@ class DrivingPoints(OrbitView):
         self._items = (*tags, *items, *marks)
         near = [point.surface_world for item in touched for point in item.points]
         self._reach = np.array(near) if near else np.empty((0, 3))
-
-    def _fit(self) -> None:
-        if len(self._reach):
-            self._orbit = self._orbit.fitted(
-                self._reach, float(self.width()), float(self.height()), margin=_ROOM
-            )
 
 
 _KEYS = (
