@@ -94,21 +94,21 @@ class RecallResult(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.record: RecallRecord | None = None
-        self._headline = kit.FitText(tr("Result of the recall"), limit=26, high=40)
+        self.headline = kit.FitText(tr("Result of the recall"), limit=26, high=40)
         self.totals = kit.sentence_label(tr("Findings of the recall"), 15)
         self.table = RecallTable()
         self.about_job = kit.sentence_label(
             tr("Evidence for the selected verdict"), 14, role="muted"
         )
         kit.vbox(
-            self._headline, self.totals, (self.table, 1), self.about_job, parent=self, margins=0
+            self.headline, self.totals, (self.table, 1), self.about_job, parent=self, margins=0
         )
         self.table.itemSelectionChanged.connect(self._show_job)
 
     def show_record(self, record: RecallRecord) -> str:
         """Show a recall, and return the sentence about the checked jobs."""
         self.record = record
-        self._headline.show_text(
+        self.headline.show_text(
             recall.headline(record, Speech(kit.language_in_use())), mark=mark_of(record)
         )
         found = (*recall.totals(record), recall.decided(record)) if record.jobs else ()
@@ -117,10 +117,6 @@ class RecallResult(QWidget):
         self.table.show_record(record)
         self._show_job()
         return kit.said(recall.checked(record))
-
-    def headline(self) -> str:
-        """Return the totals in large words; for tests."""
-        return self._headline.text()
 
     def _show_job(self) -> None:
         self.about_job.setText(self.table.line())

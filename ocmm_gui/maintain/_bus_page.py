@@ -118,7 +118,7 @@ class BusPage(QStackedWidget):
         super().__init__()
         self.setAccessibleName(tr("Bus"))
         self._pull = pull
-        self._phase = kit.FitText(tr("Phase of the bus"), limit=34, high=44)
+        self.phase = kit.FitText(tr("Phase of the bus"), limit=34, high=44)
         self._trouble = kit.sentence_label(tr("Bus fault"), 15)
         self.wire = WireView()
         self.cameras = CameraTable()
@@ -132,7 +132,7 @@ class BusPage(QStackedWidget):
         )
         self.facts = {name: kit.value_label(tr(name), tr(tip)) for name, tip in _FACTS}
         self.events = BusEventTable()
-        self._notes = kit.sentence_label(tr("Notes on the privileges of the bus process"), 13)
+        self.notes = kit.sentence_label(tr("Notes on the privileges of the bus process"), 13)
         self._absent = kit.sentence_label(tr("Why no data are shown"), 20)
         self._absent.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._absent.setMargin(40)
@@ -141,16 +141,10 @@ class BusPage(QStackedWidget):
         self._timer = QTimer(self, interval=REFRESH_MS)
         self._timer.timeout.connect(self.refresh)
 
-    def phase(self) -> str:
-        return self._phase.text()
-
     def trouble(self) -> str:
         """Return the sentences next to the word; without a report, the reason."""
         shown = self._trouble if self.currentIndex() else self._absent
         return shown.text()
-
-    def notes(self) -> str:
-        return self._notes.text()
 
     def refresh(self) -> None:
         view = self._pull()
@@ -212,8 +206,8 @@ class BusPage(QStackedWidget):
                     report.events_dropped,
                 )
             )
-        self._notes.setText("  ".join(notes))
-        self._notes.setVisible(bool(notes))
+        self.notes.setText("  ".join(notes))
+        self.notes.setVisible(bool(notes))
 
     def _show_phase(self, view: station.BusView, report: BusReport) -> None:
         what, remedy = trouble_words(report)
@@ -226,7 +220,7 @@ class BusPage(QStackedWidget):
             word, mark = tr("NO REPORT"), kit.Mark.BAD
             what = tr("No report from the bus process for {age_s:.0f} s.").format(age_s=view.age_s)
             remedy = tr("These are its last values. If this persists, open the job again.")
-        self._phase.show_text(word, mark=mark)
+        self.phase.show_text(word, mark=mark)
         text = f"{what} {remedy}".strip() or _in_order(report)
         if text != self._trouble.text():
             self._trouble.setText(text)
@@ -244,7 +238,7 @@ class BusPage(QStackedWidget):
     def _contents(self) -> QWidget:
         contents = QWidget()
         layout = kit.vbox(parent=contents, spacing=8, margins=0)
-        words = kit.vbox(self._phase, (self._trouble, 1))
+        words = kit.vbox(self.phase, (self._trouble, 1))
         head = kit.hbox((kit.panel(words), 2), (kit.panel(kit.stacked(self.wire)), 3), spacing=8)
         kit.fill(layout, (head, 2), self.cameras)
         facts = kit.form_grid(self.facts.values(), pixels=13)
@@ -259,7 +253,7 @@ class BusPage(QStackedWidget):
             (facts, 4),
         ):
             charts.addWidget(kit.panel(part), stretch)
-        kit.fill(layout, (charts, 6), (self.events, 6), self._notes)
+        kit.fill(layout, (charts, 6), (self.events, 6), self.notes)
         return contents
 
 

@@ -88,7 +88,7 @@ class CalibrationPage(StatusPage[CalibrationView, CalibrationOverview]):
             stacked(self.focal), stacked(*self.principal), stacked(self.baseline),
             stacked(self.error),
         )  # fmt: skip
-        self._lay_out((self._charts, 5), (self._empty, 2), (self.history, 4))
+        self._lay_out((self._charts, 5), (self.fault, 2), (self.history, 4))
 
     def _show_overview(self, view: CalibrationView, found: CalibrationOverview) -> None:
         self._show_facts(_facts(self._rig, view, found.verifications.get(view.identity)))

@@ -64,7 +64,7 @@ class FitsPage(QWidget):
             role="primary", high=40,
         )  # fmt: skip
         self.button.clicked.connect(self.toggle)
-        self._word = kit.FitText(tr("Outcome"), limit=30, high=42)
+        self.outcome = kit.FitText(tr("Outcome"), limit=30, high=42)
         self._sentence = kit.sentence_label(tr("What is compared"), 14, tr(_ASK))
         self.table = kit.NumberTable(
             tr("Worst errors"), _columns(), whole=False, font=kit.text_font(15)
@@ -78,10 +78,7 @@ class FitsPage(QWidget):
         self._process.failed.connect(self._on_failed)
         row = kit.hbox((self.folder, 1), self.convention, self.button)
         above = kit.vbox(row, self._sentence, self.progress)
-        kit.vbox(kit.panel(above), self._word, (self.table, 1), parent=self, spacing=8, margins=0)
-
-    def outcome(self) -> str:
-        return self._word.text()
+        kit.vbox(kit.panel(above), self.outcome, (self.table, 1), parent=self, spacing=8, margins=0)
 
     def toggle(self) -> None:
         if self._process.is_running():
@@ -92,7 +89,7 @@ class FitsPage(QWidget):
         self.progress.setRange(0, 0)
         self.progress.show()
         self.button.setText(tr("Cancel"))
-        self._word.show_text(tr("Fitting"), "muted", kit.Mark.ACTIVE)
+        self.outcome.show_text(tr("Fitting"), "muted", kit.Mark.ACTIVE)
         self._process.start(partial(verified, folder, convention))
 
     def cancel(self) -> None:
@@ -111,14 +108,14 @@ class FitsPage(QWidget):
         self.button.setText(tr("Verify"))
         pairs = sum(len(report.results) for report in reports)
         if not reports:
-            self._word.show_text("")
+            self.outcome.show_text("")
         elif all(report.passed for report in reports):
             words = tr("All {pairs} pairs within the limits").format(pairs=pairs)
-            self._word.show_text(words, mark=kit.Mark.GOOD)
+            self.outcome.show_text(words, mark=kit.Mark.GOOD)
         else:
             off = sum(not result.passed for report in reports for result in report.results)
             words = tr("{beyond} of {pairs} pairs beyond the limits")
-            self._word.show_text(words.format(beyond=off, pairs=pairs), mark=kit.Mark.BAD)
+            self.outcome.show_text(words.format(beyond=off, pairs=pairs), mark=kit.Mark.BAD)
         self.table.setRowCount(len(reports))
         for row, report in enumerate(reports):
             worst = [report.worst(key) for key in ("position", "size", "direction", "apex")]

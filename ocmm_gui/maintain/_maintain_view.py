@@ -39,7 +39,7 @@ class MaintainView(QWidget):
 
     def __init__(self, pages: Sequence[Page], actions: Mapping[str, QAction]) -> None:
         super().__init__()
-        self._word = kit.FitText(tr("Status"), limit=26, reserve=tr("INACCURATE"), high=40)
+        self.status = kit.FitText(tr("Status"), limit=26, reserve=tr("INACCURATE"), high=40)
         self.list = kit.dressed(
             QListWidget(), tr("Pages"), tr("Up and down select a page"),
             font=kit.text_font(18, bold=True),
@@ -60,9 +60,9 @@ class MaintainView(QWidget):
         kit.dressed(back, tr("Inspect"), font=kit.text_font(16, bold=True), high=52)
         back.setText(tr("Inspect  [M]"))
         back.setObjectName("back")
-        side = kit.vbox(heading, self._word, self.list, 1, back, spacing=6)
+        side = kit.vbox(heading, self.status, self.list, 1, back, spacing=6)
         kit.hbox(side, (self._stack, 1), parent=self, spacing=10, margins=(10, 8, 10, 8))
-        for widget in (heading, self._word, self.list, back):
+        for widget in (heading, self.status, self.list, back):
             widget.setFixedWidth(_SIDE_PX)
 
     def page(self) -> QWidget:
@@ -72,11 +72,8 @@ class MaintainView(QWidget):
         self.list.setCurrentRow(self._pages.index(page))
 
     def show_live(self, live: LiveView) -> None:
-        self._word.show_status(live.status)
-        self._word.setToolTip(kit.literal(kit.said(live.reason)))
-
-    def status(self) -> str:
-        return self._word.text()
+        self.status.show_status(live.status)
+        self.status.setToolTip(kit.literal(kit.said(live.reason)))
 
     @staticmethod
     def _with_buttons(page: Page, actions: Mapping[str, QAction]) -> QWidget:

@@ -91,7 +91,7 @@ class ProbeDesignPage(QWidget):
         self.button.clicked.connect(self.toggle)
         self._progress = kit.dressed(QProgressBar(), tr("Progress"))
         self._progress.setTextVisible(True)
-        self._number = kit.FitText(tr("Uncertainty of the tip"), limit=40, digits=True, high=48)
+        self.number = kit.FitText(tr("Uncertainty of the tip"), limit=40, digits=True, high=48)
         self._sentence = kit.sentence_label(tr("Meaning of the number"), 13)
         self._labels = kit.FitText(tr("Labels"), limit=17, high=24)
         self._nearest = kit.sentence_label(tr("Nearest wrong orders"), 13)
@@ -104,9 +104,6 @@ class ProbeDesignPage(QWidget):
         self._lay_out()
         self._sentence.setText(tr(_ASK))
         self._wait(False)
-
-    def number(self) -> str:
-        return self._number.text()
 
     def words(self) -> str:
         parts = (self._sentence, self._nearest, self._mechanics)
@@ -171,7 +168,7 @@ class ProbeDesignPage(QWidget):
         )
         number = report.number
         if np.isfinite(number.space_um):
-            self._number.show_text(kit.localised(f"{number.space_um:.1f} µm"))
+            self.number.show_text(kit.localised(f"{number.space_um:.1f} µm"))
             x, y, z = number.axes_um
             self._sentence.setText(
                 tr(
@@ -189,7 +186,7 @@ class ProbeDesignPage(QWidget):
                 )
             )
         else:
-            self._number.show_text("–", "bad")
+            self.number.show_text("–", "bad")
             self._sentence.setText(tr("No pose gives a tip: the cameras do not see enough LEDs."))
         # The worst case represents all; the terminal prints each of them.
         nearest = min(
@@ -222,7 +219,7 @@ class ProbeDesignPage(QWidget):
         grid.addWidget(self.button, len(_FIELDS), 0, 1, 2)
         grid.addWidget(self._progress, len(_FIELDS) + 1, 0, 1, 2)
         said = kit.vbox(
-            self._number, self._sentence, self._labels, self._nearest, self._mechanics, 1
+            self.number, self._sentence, self._labels, self._nearest, self._mechanics, 1
         )
         left = kit.vbox(kit.panel(grid), (kit.panel(said), 1), spacing=8)
         plots = QGridLayout()

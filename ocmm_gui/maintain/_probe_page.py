@@ -163,7 +163,7 @@ class ProbePage(status_page.StatusPage[records.ProbeView, records.ProbeOverview]
         self._charts = status_page.in_a_row(
             *(kit.stacked(one) for one in (self.diameter, self.form, self.place, self.check))
         )
-        self._lay_out((self.tips, 2), (self._charts, 4), (self._empty, 2), (self.history, 4))
+        self._lay_out((self.tips, 2), (self._charts, 4), (self.fault, 2), (self.history, 4))
 
     def _show_overview(self, view: records.ProbeView, found: records.ProbeOverview) -> None:
         self._show_facts(_facts(view))

@@ -109,13 +109,13 @@ class StatusPage(QWidget, Generic[V, H]):
         self._in_doubt = in_doubt
         self._view: V | None = None
         self.setAccessibleName(name)
-        self._word = kit.FitText(of, limit=34, high=44)
-        self._sentence = kit.sentence_label(tr("Meaning of the status"), 15)
-        self._notes = kit.sentence_label(tr("Watch list"), 14)
+        self.word = kit.FitText(of, limit=34, high=44)
+        self.sentence = kit.sentence_label(tr("Meaning of the status"), 15)
+        self.notes = kit.sentence_label(tr("Watch list"), 14)
         self.facts = {name: kit.value_label(tr(name), tr(tip)) for name, tip in facts}
-        self._empty = kit.sentence_label(tr("Why no history is shown"), 20)
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._empty.setMargin(30)
+        self.fault = kit.sentence_label(tr("Why no history is shown"), 20)
+        self.fault.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.fault.setMargin(30)
         self._timer = QTimer(self, interval=REFRESH_MS)
         self._timer.timeout.connect(self.refresh)
 
@@ -132,19 +132,6 @@ class StatusPage(QWidget, Generic[V, H]):
 
     def _show_overview(self, view: V, found: H) -> None:
         raise NotImplementedError
-
-    def word(self) -> str:
-        return self._word.text()
-
-    def sentence(self) -> str:
-        return self._sentence.text()
-
-    def notes(self) -> str:
-        return self._notes.text()
-
-    def fault(self) -> str:
-        """Return why history or trends cannot be shown; empty if they can."""
-        return self._empty.text()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Reread all files and start refreshing."""
@@ -163,9 +150,9 @@ class StatusPage(QWidget, Generic[V, H]):
         )
         word = tr("UNCALIBRATED") if view.uncalibrated else kit.said_word(view.word.value)
         mark = kit.Mark.BAD if bad else _MARKS.get(view.word, kit.Mark.BAD)
-        self._word.show_text(word, mark=mark)
+        self.word.show_text(word, mark=mark)
         in_order = self._design if view.word is records.CalibrationStatus.DESIGN else self._in_order
-        self._sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
+        self.sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
         notes = list(map(kit.said, view.warnings))
         if view.since_utc:
             notes.append(
@@ -174,8 +161,8 @@ class StatusPage(QWidget, Generic[V, H]):
                 )
                 + (self._in_doubt and f" {self._in_doubt}")
             )
-        self._notes.setText("  ".join(notes))
-        self._notes.setVisible(bool(notes))
+        self.notes.setText("  ".join(notes))
+        self.notes.setVisible(bool(notes))
 
     def _show_facts(self, words: dict[str, str]) -> None:
         for name, label in self.facts.items():
@@ -183,12 +170,12 @@ class StatusPage(QWidget, Generic[V, H]):
             label.setToolTip(kit.literal(words[name]))
 
     def _show_fault(self, why: str) -> None:
-        self._empty.setText(why)
-        self._empty.setVisible(bool(why))
+        self.fault.setText(why)
+        self.fault.setVisible(bool(why))
 
     def _lay_out(self, *parts: tuple[QWidget, int]) -> None:
         """Lay out status and facts, with the parts of the page below them."""
-        words = kit.vbox(self._word, (self._sentence, 1), self._notes)
+        words = kit.vbox(self.word, (self.sentence, 1), self.notes)
         grid = kit.form_grid(self.facts.values(), down=(len(self.facts) + 1) // 2, pixels=13)
         grid.setHorizontalSpacing(10)
         grid.setVerticalSpacing(1)

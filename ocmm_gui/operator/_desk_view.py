@@ -45,25 +45,22 @@ class CameraBar(QFrame):
     def __init__(self, rig: Rig, action: QAction) -> None:
         super().__init__()
         self._names = tuple(camera.name for camera in rig.cameras)
-        self._label = kit.dressed(
+        self.words = kit.dressed(
             kit.PlainLabel(), tr("Cameras"), font=kit.text_font(13), role="muted"
         )
         # Too long for the line with many cameras.
-        self._label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         button = kit.dressed(kit.make_button(action), font=kit.text_font(12), role="tool")
-        kit.hbox((self._label, 1), button, parent=self, spacing=8, margins=(4, 0, 0, 0))
+        kit.hbox((self.words, 1), button, parent=self, spacing=8, margins=(4, 0, 0, 0))
 
     def show_live(self, live: LiveView) -> None:
         counts = np.isfinite(live.spots).all(axis=2).sum(axis=1).tolist()
         # Without frames no camera is blind: the line must not mislead.
         silent = not any(counts) and not live.frames_per_second
         words = kit.said(live.reason) if silent else _camera_words(self._names, counts)
-        if self._label.text() != words:
-            self._label.setText(words)
-            self._label.setToolTip(kit.literal(words))
-
-    def words(self) -> str:
-        return self._label.text()
+        if self.words.text() != words:
+            self.words.setText(words)
+            self.words.setToolTip(kit.literal(words))
 
 
 def _camera_words(names: tuple[str, ...], counts: list[int]) -> str:

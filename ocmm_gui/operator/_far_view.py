@@ -56,7 +56,7 @@ class FarView(CoachedView):
             tr("Points"), limit=_TYPE_PX, align=right, digits=True, reserve="00/00"
         )
         self._feature = kit.FitText(tr("Feature name"), limit=_TYPE_PX)
-        self._verdict = kit.FitText(
+        self.verdict = kit.FitText(
             tr("Verdict"), limit=_TYPE_PX, align=right, reserve=tr("NOT MEASURED")
         )
         self.readout = Readout()
@@ -94,7 +94,7 @@ class FarView(CoachedView):
         grid.setContentsMargins(24, 4, 24, 12)
         grid.setHorizontalSpacing(28)
         grid.setVerticalSpacing(6)
-        grid.addLayout(_beside(self._status, self._verdict, 41), 0, 0)
+        grid.addLayout(_beside(self._status, self.verdict, 41), 0, 0)
         work = kit.hbox((self.readout, 38), (pictures, 12), (side, 50), spacing=24)
         self._one = QWidget()
         # Words and digits need different shares of the width.
@@ -154,7 +154,7 @@ class FarView(CoachedView):
         self._what.setCurrentWidget(self.part if job.shows_part else self._one)
         if job.shows_part:
             # Shown large below.
-            self._verdict.show_text("")
+            self.verdict.show_text("")
             return
         if feature is None:
             return
@@ -172,7 +172,7 @@ class FarView(CoachedView):
         # Provisional values are muted.
         settled = "muted" if provisional else "text"
         self._values["form"].show_text(kit.form_words(feature), settled)
-        self._verdict.show_verdict(self._verdict_words(summary), summary.verdict)
+        self.verdict.show_verdict(self._verdict_words(summary), summary.verdict)
         if result is None:
             for key in ("measured", "deviation", "uncertainty"):
                 self._values[key].show_text(kit.DASHES, "muted")
@@ -190,16 +190,12 @@ class FarView(CoachedView):
             return kit.verdict_line(summary)
         short = kit.said(summary.words.replace(" of ", "/"))
         for words in (kit.said(summary.words), short):
-            if words and self._verdict.size_of(words) >= kit.far_type(self):
+            if words and self.verdict.size_of(words) >= kit.far_type(self):
                 return words
         return kit.said_word(summary.verdict.value)
 
-    def verdict(self) -> str:
-        """Return the verdict on the shown feature; empty while that of the part is shown."""
-        return self._verdict.text()
-
     def type_pixels(self) -> dict[str, int]:
-        texts = (self._status, self._verdict, self._feature, self._count, *self._values.values())
+        texts = (self._status, self.verdict, self._feature, self._count, *self._values.values())
         if self._what.currentWidget() is self.part:
             texts = (self._status,)
         pixels = {text.accessibleName(): text.type_pixels() for text in texts}
@@ -239,7 +235,7 @@ class FarView(CoachedView):
         small = min(1.0, self.window().height() / _AIRY_LINES)
         for air in self._airs:
             air.use(small)
-        texts = (self._status, self._count, self._feature, self._verdict)
+        texts = (self._status, self._count, self._feature, self.verdict)
         for text in (*texts, *self._captions.values()):
             text.use_limit(_TYPE_PX * share)
         for text in self._values.values():

@@ -132,18 +132,18 @@ class FeaturePanel(kit.Themed, QFrame):
         self.setProperty("role", "panel")
         self.setAccessibleName(tr("Feature"))
         self._job: JobView | None = None
-        self._title = kit.FitText(tr("Feature name"), limit=26, high=36)
+        self.title = kit.FitText(tr("Feature name"), limit=26, high=36)
         self._dots = PointDots()
         self.coverage = CoverageView()
         self.coverage.setFixedSize(_PICTURE_PX, _PICTURE_PX)
         self._subject = _label(tr("Characteristic"), kit.text_font(13), muted=True)
         self._basis = _label(tr("Association and frame"), kit.text_font(12), muted=True)
-        self._outliers = _label(tr("Outliers"), kit.text_font(13))
-        self._outliers.setWordWrap(True)
-        self._outliers.hide()
+        self.outliers = _label(tr("Outliers"), kit.text_font(13))
+        self.outliers.setWordWrap(True)
+        self.outliers.hide()
         self._bar = ToleranceBar()
         self._bar.setFixedHeight(60)
-        self._verdict = kit.FitText(
+        self.verdict = kit.FitText(
             tr("Verdict"), limit=30, reserve=tr("1 of 3 NOT MEASURED"), high=42
         )
         self._note = _label(tr("Note"), kit.text_font(13), muted=True)
@@ -169,10 +169,10 @@ class FeaturePanel(kit.Themed, QFrame):
         # The panel adapts to its height; a layout that sets minimums would grow over the readout.
         layout.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
         self._column = layout
-        self._named = kit.vbox(self._title, self._dots, self._subject, self._basis)
+        self._named = kit.vbox(self.title, self._dots, self._subject, self._basis)
         kit.fill(
-            layout, kit.hbox((self._named, 1), self.coverage), grid, self._bar, self._verdict,
-            self._note, self._outliers, self._others, (self.residuals, 1),
+            layout, kit.hbox((self._named, 1), self.coverage), grid, self._bar, self.verdict,
+            self._note, self.outliers, self._others, (self.residuals, 1),
         )  # fmt: skip
         self.residuals.point_chosen.connect(self.point_chosen)
         self.coverage.point_chosen.connect(self.point_chosen)
@@ -185,17 +185,17 @@ class FeaturePanel(kit.Themed, QFrame):
         if feature is None:
             return
         summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
-        self._title.show_text(kit.feature_title(feature))
+        self.title.show_text(kit.feature_title(feature))
         self._dots.show_points(feature)
         self._show_values(feature, result)
         self._bar.show_result(result)
         self._bar.setVisible(result is not None)
-        self._verdict.show_verdict(kit.verdict_line(summary), summary.verdict)
+        self.verdict.show_verdict(kit.verdict_line(summary), summary.verdict)
         self.coverage.show_feature(feature, self._chosen)
         flagged = bool(feature.outliers)
-        self._outliers.setText(kit.outlier_words(feature, self._chosen))
-        self._outliers.setStyleSheet(f"color: {self._theme.bad if flagged else self._theme.text};")
-        self._outliers.setVisible(bool(self._outliers.text()))
+        self.outliers.setText(kit.outlier_words(feature, self._chosen))
+        self.outliers.setStyleSheet(f"color: {self._theme.bad if flagged else self._theme.text};")
+        self.outliers.setVisible(bool(self.outliers.text()))
         note = kit.said(feature.note or (result.note if result is not None else ""))
         self._note.setText(note)
         # The note explains a number; without a number it is the reason and must be visible.
@@ -228,16 +228,6 @@ class FeaturePanel(kit.Themed, QFrame):
     def value(self, name: str) -> str:
         """Return the text next to a caption."""
         return self._values[name].text()
-
-    def verdict(self) -> str:
-        return self._verdict.text()
-
-    def outliers(self) -> str:
-        """Return the text on outliers and the selected point; may be empty."""
-        return self._outliers.text()
-
-    def title(self) -> str:
-        return self._title.text()
 
     def _paint(self) -> None:
         if self._job is not None:
@@ -280,8 +270,8 @@ class FeaturePanel(kit.Themed, QFrame):
             value.setFont(kit.digit_font(pixels, bold=large))
             self._captions[name].setFont(kit.text_font(13 if tight else 14))
         for widget, usual, least in (
-            (self._title, 36, 26), (self._dots, 30, 22), (self._bar, 60, 44),
-            (self._verdict, 42, 32),
+            (self.title, 36, 26), (self._dots, 30, 22), (self._bar, 60, 44),
+            (self.verdict, 42, 32),
         ):  # fmt: skip
             widget.setFixedHeight(least if tight else usual)
         side = _SMALL_PX if tight else _PICTURE_PX

@@ -38,13 +38,13 @@ class StatusStrip(QFrame):
         self._n_leds = n_leds
         self._live: LiveView | None = None
         self._job: JobView | None = None
-        self._word = kit.FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
-        self._word.setFixedSize(250, 46)
+        self.status = kit.FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
+        self.status.setFixedSize(250, 46)
         self._reason = kit.sentence_label(tr("Reason for the status"), 14, middle=True)
         self._values: dict[str, QLabel] = {}
         self._reference: tuple[QLabel, ...] = ()
         layout = kit.hbox(
-            self._word, (self._reason, 1), parent=self, spacing=12, margins=(12, 4, 12, 4)
+            self.status, (self._reason, 1), parent=self, spacing=12, margins=(12, 4, 12, 4)
         )
         grid = QGridLayout()
         grid.setHorizontalSpacing(16)
@@ -65,7 +65,7 @@ class StatusStrip(QFrame):
 
     def show_live(self, live: LiveView) -> None:
         self._live = live
-        show_machine(self._word, self._job, live)
+        show_machine(self.status, self._job, live)
         words = tuple(map(said, (live.reason, *live.faults, live.acquisition.pace_words)))
         reason = " ".join(filter(None, words))
         if self._reason.text() != reason:
@@ -100,9 +100,6 @@ class StatusStrip(QFrame):
             value.setText(f"{reference.seen}/{reference.n_leds}")
             kit.use_role(value, "bad" if reference.seen < _NEEDED else "")
 
-    def status(self) -> str:
-        return self._word.text()
-
     def counter(self, name: str) -> str:
         """Return the text under a caption."""
         return self._values[name].text()
@@ -121,15 +118,15 @@ class Guidance(kit.Themed, QFrame):
         self._pixels = pixels
         self._job: JobView | None = None
         self._live: LiveView | None = None
-        self._step = _sentence(tr("Next step"))
+        self.step = _sentence(tr("Next step"))
         self._words = _sentence(tr("Instruction of the plan"))
-        self._mode = _sentence(tr("Probing order and probe side"))
+        self.mode = _sentence(tr("Probing order and probe side"))
         self._approach = _sentence(tr("Approach to the next point"))
-        self._trouble = _sentence(tr("Blocking reason"))
+        self.trouble = _sentence(tr("Blocking reason"))
         layout = kit.vbox(parent=self, spacing=3, margins=0)
-        for widget in (self._step, self._words, self._approach, self._mode):
+        for widget in (self.step, self._words, self._approach, self.mode):
             layout.addWidget(widget)
-        layout.addWidget(self._trouble, 1)
+        layout.addWidget(self.trouble, 1)
         self._paint()
 
     def show_job(self, job: JobView) -> None:
@@ -137,7 +134,7 @@ class Guidance(kit.Themed, QFrame):
         self._show_step()
         self._words.setText(kit.step_text(job))
         self._words.setVisible(bool(self._words.text()))
-        self._mode.setText(kit.mode_words(job))
+        self.mode.setText(kit.mode_words(job))
         self._show_approach()
         self._show_trouble()
 
@@ -147,19 +144,10 @@ class Guidance(kit.Themed, QFrame):
         self._show_approach()
         self._show_trouble()
 
-    def step(self) -> str:
-        return self._step.text()
-
-    def mode(self) -> str:
-        return self._mode.text()
-
-    def trouble(self) -> str:
-        return self._trouble.text()
-
     def _show_step(self) -> None:
         text = "" if self._job is None else kit.next_step(self._job, self._live)
-        if text != self._step.text():
-            self._step.setText(text)
+        if text != self.step.text():
+            self.step.setText(text)
 
     def _show_approach(self) -> None:
         text = kit.approach_words(self._job, self._live)
@@ -171,17 +159,17 @@ class Guidance(kit.Themed, QFrame):
         # The reason of a failure is long and shown above, instead of the digits.
         live = None if kit.has_failed(self._live) else self._live
         text = "\n".join(kit.trouble(live, self._job))
-        if text != self._trouble.text():
-            self._trouble.setText(text)
+        if text != self.trouble.text():
+            self.trouble.setText(text)
 
     def _paint(self) -> None:
         size = f"font-size: {self._pixels}px;"
         small = f"font-size: {round(0.85 * self._pixels)}px;"
-        self._step.setStyleSheet(f"{size} font-weight: bold; color: {self._theme.text};")
+        self.step.setStyleSheet(f"{size} font-weight: bold; color: {self._theme.text};")
         self._words.setStyleSheet(f"{size} color: {self._theme.text};")
         self._approach.setStyleSheet(f"{size} color: {self._theme.accent};")
-        self._mode.setStyleSheet(f"{small} color: {self._theme.muted};")
-        self._trouble.setStyleSheet(f"{size} color: {self._theme.bad};")
+        self.mode.setStyleSheet(f"{small} color: {self._theme.muted};")
+        self.trouble.setStyleSheet(f"{size} color: {self._theme.bad};")
 
 
 def _sentence(name: str) -> QLabel:

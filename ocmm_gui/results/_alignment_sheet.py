@@ -48,7 +48,7 @@ class AlignmentSheet(kit.Sheet):
             tr("Residuals"), kit.with_unit(kit.tr_all(_COLUMNS)), whole=False
         )
         self.table.right_heads(range(1, len(_COLUMNS)))
-        self._state = kit.FitText(tr("Degrees of freedom"), limit=28, high=40)
+        self.state = kit.FitText(tr("Degrees of freedom"), limit=28, high=40)
         self.words = kit.sentence_label(tr("Notes"), 15)
         self._spread = kit.sentence_label(tr("Uncertainty of the frame"), 14, role="muted")
         self.progress = kit.dressed(QProgressBar(), tr("Progress of the calculation"))
@@ -58,7 +58,7 @@ class AlignmentSheet(kit.Sheet):
         self._process.failed.connect(self._on_failed)
         left, right = kit.vbox(self.table), kit.vbox(self.words, self._spread, 1, self.progress)
         kit.fill(
-            self.body, self._state, (kit.hbox((left, 62), (kit.panel(right), 38), spacing=10), 1)
+            self.body, self.state, (kit.hbox((left, 62), (kit.panel(right), 38), spacing=10), 1)
         )
         self.use_keys({"again": self.compute, "accept": self.accept}, primary="accept")
 
@@ -102,9 +102,6 @@ class AlignmentSheet(kit.Sheet):
         self._process.cancel()
         self.progress.hide()
 
-    def state(self) -> str:
-        return self._state.text()
-
     def is_busy(self) -> bool:
         return self._process.is_running()
 
@@ -124,7 +121,7 @@ class AlignmentSheet(kit.Sheet):
         acceptable = report is not None and report.can_be_accepted and not self._is_old
         self.keys["accept"].setEnabled(acceptable)
         if report is None:
-            self._state.show_text("")
+            self.state.show_text("")
             self.words.setText("")
             self._spread.setText("")
             self.table.show_rows([])
@@ -132,14 +129,14 @@ class AlignmentSheet(kit.Sheet):
         self.say(tr("Results are in the {frame}.").format(frame=report.frame))
         if self._is_old:
             told = tr("Points have changed since: recalculate (F6)")
-            self._state.show_text(told, mark=kit.Mark.DOUBT)
+            self.state.show_text(told, mark=kit.Mark.DOUBT)
         elif not report.can_be_accepted:
-            self._state.show_text(tr("No frame yet"), mark=kit.Mark.DOUBT)
+            self.state.show_text(tr("No frame yet"), mark=kit.Mark.DOUBT)
         elif report.free:
             told = tr("Still free: {free}").format(free=", ".join(report.free))
-            self._state.show_text(told, mark=kit.Mark.DOUBT)
+            self.state.show_text(told, mark=kit.Mark.DOUBT)
         else:
-            self._state.show_text(tr("Fully constrained"), mark=kit.Mark.GOOD)
+            self.state.show_text(tr("Fully constrained"), mark=kit.Mark.GOOD)
         self.words.setText("\n".join(map(kit.said, report.advice)))
         self._spread.setText(_spread_words(report))
         self.table.show_rows([_row(item) for item in report.residuals])

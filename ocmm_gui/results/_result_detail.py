@@ -153,7 +153,7 @@ class ResultDetail(QFrame):
         self._note = kit.sentence_label(tr("Note"), 13)
         self.budget = BudgetTable()
         self.bars = BudgetBars()
-        self._check = kit.sentence_label(tr("Monte Carlo"), 13)
+        self.check = kit.sentence_label(tr("Monte Carlo"), 13)
         self.progress = kit.dressed(QProgressBar(), tr("Progress of the calculation"))
         self.progress.setTextVisible(True)
         self.progress.hide()
@@ -169,7 +169,7 @@ class ResultDetail(QFrame):
             self._standing, self._note,
         ):  # fmt: skip
             layout.addWidget(widget)
-        kit.fill(layout, (self.budget, 4), (self.bars, 3), self._check, self.progress)
+        kit.fill(layout, (self.budget, 4), (self.bars, 3), self.check, self.progress)
 
     def show_result(self, source: JobSource, result: CharacteristicResult, status: str) -> None:
         """Show a result of a job; ``status`` is the state of cameras and probe."""
@@ -192,10 +192,10 @@ class ResultDetail(QFrame):
         if self._simulation.is_running():
             self._simulation.cancel()
             self.progress.hide()
-            self._check.setText(tr("Simulation cancelled."))
+            self.check.setText(tr("Simulation cancelled."))
         elif self._source is not None and self._result is not None:
             self._wait(tr("Monte Carlo"))
-            self._check.setText(tr("Trials run in a separate process. F6 stops them."))
+            self.check.setText(tr("Trials run in a separate process. F6 stops them."))
             self._simulation.start(partial(trials_of_file, self._source.path, self._result.name))
 
     def cancel(self) -> None:
@@ -206,9 +206,6 @@ class ResultDetail(QFrame):
     def is_busy(self) -> bool:
         return self._drill.is_running() or self._simulation.is_running()
 
-    def trials(self) -> str:
-        return self._check.text()
-
     def _show_numbers(self) -> None:
         name = "" if self._result is None else self._result.name
         found = self._budgets.found.get(name)
@@ -217,14 +214,12 @@ class ResultDetail(QFrame):
         self._show_explanation()
         trials = self._trials.get(name)
         if trials is not None and self._result is not None:
-            self._check.setText(trial_words(self._result, trials))
+            self.check.setText(trial_words(self._result, trials))
         elif name in self._budgets.missing:
-            self._check.setText(kit.said(self._budgets.missing[name]))
+            self.check.setText(kit.said(self._budgets.missing[name]))
         elif not self._simulation.is_running():
             waits = self._drill.is_running()
-            self._check.setText(
-                tr(_BUSY) if waits else tr("F6 checks U by Monte Carlo (JCGM 101).")
-            )
+            self.check.setText(tr(_BUSY) if waits else tr("F6 checks U by Monte Carlo (JCGM 101)."))
 
     def explanation(self) -> Explanation | None:
         """Return why the shown result is not good; None if it is, or not yet known."""

@@ -140,8 +140,8 @@ class ResultsSheet(kit.Sheet):
         self._opening.advanced.connect(self.opening.advance)
         self._opening.finished.connect(self._on_opened)
         self._opening.failed.connect(self._on_not_opened)
-        self._summary = kit.FitText(tr("Summary"), limit=26, high=36)
-        kit.fill(self.body, self.file, self.opening, self._summary)
+        self.summary = kit.FitText(tr("Summary"), limit=26, high=36)
+        kit.fill(self.body, self.file, self.opening, self.summary)
         left = kit.vbox((self.table, 3), (self.deviations, 3), (self.points, 2), spacing=8)
         self.body.addLayout(kit.hbox((left, 62), (self.detail, 38), spacing=10), 1)
         self.table.result_chosen.connect(self._show_detail)
@@ -202,10 +202,6 @@ class ResultsSheet(kit.Sheet):
         self._opening.cancel()
         self.detail.cancel()
 
-    def summary(self) -> str:
-        """Return the counted verdicts of all characteristics."""
-        return self._summary.text()
-
     def _on_opened(self, opened: object) -> None:
         self.opening.end()
         if isinstance(opened, JobFileData):
@@ -225,7 +221,7 @@ class ResultsSheet(kit.Sheet):
         line = kit.counted_line(job)
         if self._source.read_only:
             line = tr("{name}: {verdict}").format(name=self._source.path.stem, verdict=line)
-        self._summary.show_verdict(line, job.part_verdict.shown_as)
+        self.summary.show_verdict(line, job.part_verdict.shown_as)
         self.table.show_job(job)
         self.deviations.show_job(job, self.detail.up())
         self._show_detail(self.table.chosen())

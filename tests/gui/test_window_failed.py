@@ -31,7 +31,7 @@ def _status(bench: Bench) -> str:
     if bench.window.is_far():
         texts = bench.window.far.findChildren(FitText)
         return next(text for text in texts if text.accessibleName().startswith("Status")).text()
-    return bench.window.desk.strip.status()
+    return bench.window.desk.strip.status.text()
 
 
 @pytest.mark.parametrize("far", [False, True])
@@ -80,7 +80,7 @@ def test_an_evaluation_that_fails_leaves_no_result_that_looks_current(
     for size in ((1920, 1080), (1280, 720), (1024, 640), (1920, 1080)):
         bench.window.resize(*size)
         qtbot.wait(50)
-    assert bench.window.desk.guidance.step().startswith("Open the job again: Start page")
+    assert bench.window.desk.guidance.step.text().startswith("Open the job again: Start page")
 
 
 def test_a_window_that_cannot_show_what_is_seen_shows_no_digits(
