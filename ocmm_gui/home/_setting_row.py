@@ -277,9 +277,7 @@ class TemplatePreview(QWidget):
         self.setMinimumWidth(_LEAST_PX)
         self._settings: Settings | None = None
         self._width = 0
-        self._work = SideProcess(self)
-        self._work.finished.connect(self._show)
-        self._work.failed.connect(self._fail)
+        self._work = SideProcess(self, self._show, self._fail)
         self._settling = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settling.timeout.connect(self._draw)
         # Templates are edited with other programs.

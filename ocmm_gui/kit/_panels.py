@@ -9,7 +9,15 @@ from pathlib import Path
 import msgspec
 from PySide6.QtCore import QEvent, QMimeData, QSize, Qt, QUrl, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QApplication, QFileDialog, QFrame, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QFileDialog,
+    QFrame,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QWidget,
+)
 
 from ocmm_core.documents import decode_json, read_bytes, resource, write_atomic
 from ocmm_core.errors import OcmmError
@@ -347,3 +355,24 @@ class ReasonPanel(FieldPanel):
 
     def _give(self, text: str) -> None:
         self.given.emit(self._number, text)
+
+
+class WorkBar(QProgressBar):
+    """Progress bar with the step in it; takes no room while hidden."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        self.hide()
+
+    def begin(self, what: str = "") -> None:
+        """Show the start of work; without a step only that something is done."""
+        self.setRange(0, 100 if what else 0)
+        self.setValue(0)
+        self.setFormat(what)
+        self.show()
+
+    def advance(self, what: str, share: float) -> None:
+        """Show the next step, and the share done."""
+        self.setFormat(what)
+        self.setValue(round(100.0 * share))

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QProgressBar, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.features import measured
@@ -71,11 +71,8 @@ class FitsPage(QWidget):
         )
         self.table.right_heads(range(1, _VERDICT))
         self.table.verticalHeader().setDefaultSectionSize(34)
-        self.progress = kit.dressed(QProgressBar(), tr("Progress of the comparison"))
-        self.progress.hide()
-        self._process = SideProcess(self)
-        self._process.finished.connect(self._end)
-        self._process.failed.connect(self._on_failed)
+        self.progress = kit.WorkBar(tr("Progress of the comparison"))
+        self._process = SideProcess(self, self._end, self._on_failed)
         row = kit.hbox((self.folder, 1), self.convention, self.button)
         above = kit.vbox(row, self._sentence, self.progress)
         kit.vbox(kit.panel(above), self.outcome, (self.table, 1), parent=self, spacing=8, margins=0)
@@ -86,8 +83,7 @@ class FitsPage(QWidget):
             return
         folder = Path(self.folder.text().strip() or ".").expanduser()
         convention = Convention[self.convention.currentText()]
-        self.progress.setRange(0, 0)
-        self.progress.show()
+        self.progress.begin()
         self.button.setText(tr("Cancel"))
         self.outcome.show_text(tr("Fitting"), "muted", kit.Mark.ACTIVE)
         self._process.start(partial(verified, folder, convention))

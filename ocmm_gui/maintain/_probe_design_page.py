@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QGridLayout, QProgressBar, QWidget
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core import measuring
 from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
@@ -80,17 +80,15 @@ class ProbeDesignPage(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Design of the probe"))
         self._rig, self._body = rig, body
-        self._process = SideProcess(self)
-        self._process.advanced.connect(self._on_advanced)
-        self._process.finished.connect(self._show_report)
-        self._process.failed.connect(self._on_failed)
+        self._progress = kit.WorkBar(tr("Progress"))
+        self._process = SideProcess(
+            self, self._show_report, self._on_failed, self._progress.advance
+        )
         self.fields = {
             key: kit.OwnKeysField(kit.localised(proposal)) for key, _, _, proposal in _FIELDS
         }
         self.button = kit.dressed(kit.NarrowButton(), role="primary", high=38)
         self.button.clicked.connect(self.toggle)
-        self._progress = kit.dressed(QProgressBar(), tr("Progress"))
-        self._progress.setTextVisible(True)
         self.number = kit.FitText(tr("Uncertainty of the tip"), limit=40, digits=True, high=48)
         self._sentence = kit.sentence_label(tr("Meaning of the number"), 13)
         self._labels = kit.FitText(tr("Labels"), limit=17, high=24)
@@ -144,15 +142,12 @@ class ProbeDesignPage(QWidget):
     def _wait(self, waiting: bool) -> None:
         self.button.setText(tr("Cancel") if waiting else tr("Examine"))
         self.button.setAccessibleName(self.button.text())
-        self._progress.setVisible(waiting)
-        self._progress.setValue(0)
-        self._progress.setFormat(tr("Starting"))
+        if waiting:
+            self._progress.begin(tr("Starting"))
+        else:
+            self._progress.hide()
         for field in self.fields.values():
             field.setEnabled(not waiting)
-
-    def _on_advanced(self, what: str, share: float) -> None:
-        self._progress.setFormat(what)
-        self._progress.setValue(round(100.0 * share))
 
     def _on_failed(self, error: OcmmError) -> None:
         self._wait(False)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 from PySide6.QtCore import QSize, Signal
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QProgressBar, QWidget
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from ocmm_core.alignment import Alignment
 from ocmm_core.features.measured import Construction, nominal_geometries
@@ -23,6 +23,7 @@ from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import (
     PathPanel,
+    WorkBar,
     hbox,
     later,
     literal,
@@ -212,8 +213,8 @@ def lay_out(
     hbox((items, 32), (middle, 40), (column, 28), parent=editor, spacing=10, margins=0)
 
 
-class TeachProgress(QProgressBar):
-    """Progress of teaching; hidden otherwise."""
+class TeachProgress(WorkBar):
+    """Progress of teaching."""
 
     taught = Signal(object)
     """Emits the `Plan` with its new nominals."""
@@ -221,21 +222,15 @@ class TeachProgress(QProgressBar):
     """Emits an `OcmmError`."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.setAccessibleName(tr("Progress of teaching"))
-        self.hide()
-        self._process = SideProcess(self)
-        self._process.finished.connect(self._on_finished)
-        self._process.failed.connect(self._on_failed)
-        self._process.advanced.connect(self._on_advanced)
+        super().__init__(tr("Progress of teaching"))
+        self._process = SideProcess(self, self._on_finished, self._on_failed, self.advance)
 
     def toggle(self, job: Path, plan: Plan) -> None:
         """Start with the part of a job, or cancel."""
         if self._process.is_running():
             self.cancel()
             return
-        self.setValue(0)
-        self.show()
+        self.begin("%p%")
         self._process.start(partial(taught_of_file, job, plan))
 
     def cancel(self) -> None:
@@ -249,10 +244,6 @@ class TeachProgress(QProgressBar):
     def _on_failed(self, error: object) -> None:
         self.hide()
         self.failed.emit(error)
-
-    def _on_advanced(self, what: str, share: float) -> None:
-        self.setFormat(what)
-        self.setValue(round(100.0 * share))
 
 
 def taught_of_file(path: Path, plan: Plan, tell: Tell) -> Plan:

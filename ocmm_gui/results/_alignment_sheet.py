@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from PySide6.QtWidgets import QProgressBar
 
 from ocmm_core.alignment import AlignmentReport, Residual, report_lines
 from ocmm_core.inspection.evaluation import JobView
@@ -51,11 +50,8 @@ class AlignmentSheet(kit.Sheet):
         self.state = kit.FitText(tr("Degrees of freedom"), limit=28, high=40)
         self.words = kit.sentence_label(tr("Notes"), 15)
         self._spread = kit.sentence_label(tr("Uncertainty of the frame"), 14, role="muted")
-        self.progress = kit.dressed(QProgressBar(), tr("Progress of the calculation"))
-        self.progress.hide()
-        self._process = SideProcess(self)
-        self._process.finished.connect(self._on_report)
-        self._process.failed.connect(self._on_failed)
+        self.progress = kit.WorkBar(tr("Progress of the calculation"))
+        self._process = SideProcess(self, self._on_report, self._on_failed)
         left, right = kit.vbox(self.table), kit.vbox(self.words, self._spread, 1, self.progress)
         kit.fill(
             self.body, self.state, (kit.hbox((left, 62), (kit.panel(right), 38), spacing=10), 1)
@@ -70,8 +66,7 @@ class AlignmentSheet(kit.Sheet):
         """Compute residuals and freedom from the job file, in a side process."""
         self._report, self._of, self._is_old = None, self._bridge.shown.job, False
         self._paint()
-        self.progress.setRange(0, 0)
-        self.progress.show()
+        self.progress.begin()
         self._process.start(partial(alignment_of_file, self._bridge.station.job.path))
 
     def accept(self) -> None:

@@ -70,11 +70,9 @@ class ReportSheet(kit.Sheet):
         self._texts: dict[str, str] = {}
         self._asked = 0
         self._fresh = True
-        self._previewing = SideProcess(self)
-        self._previewing.came.connect(self._on_part)
-        self._previewing.finished.connect(lambda _none: self._on_previewed())
-        self._previewing.failed.connect(self._on_no_preview)
-        self._previewing.advanced.connect(self._on_advanced)
+        self._previewing = SideProcess(
+            self, self._on_previewed, self._on_no_preview, self._on_advanced, self._on_part
+        )
         self._settling = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settling.timeout.connect(self.preview)
         self.folder = kit.form_field(tr("Report folder"), tr("Report folder"))
@@ -235,7 +233,7 @@ class ReportSheet(kit.Sheet):
         if not self._writer.is_busy():
             self.work.advance(what, share)
 
-    def _on_previewed(self) -> None:
+    def _on_previewed(self, _none: object) -> None:
         if not self._writer.is_busy():
             self.work.end()
         if not self._fresh:

@@ -73,14 +73,12 @@ class ReportWriter(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._process = SideProcess(self)
+        self._process = SideProcess(self, self._on_written, self._on_failed)
+        self._process.advanced.connect(self.advanced)
         self._request: _Request | None = None
         self._data: ReportData | None = None
         self._gathers = 0
         self._gathering = False
-        self._process.advanced.connect(self.advanced)
-        self._process.finished.connect(self._on_written)
-        self._process.failed.connect(self._on_failed)
 
     def is_busy(self) -> bool:
         return self._gathering or self._process.is_running()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QRectF, Signal
 from PySide6.QtGui import QColor, QPaintEvent, QPen, QResizeEvent
-from PySide6.QtWidgets import QFrame, QProgressBar
+from PySide6.QtWidgets import QFrame
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.causes import EXPLAINED, Cause, Explanation
@@ -154,15 +154,11 @@ class ResultDetail(QFrame):
         self.budget = BudgetTable()
         self.bars = BudgetBars()
         self.check = kit.sentence_label(tr("Monte Carlo"), 13)
-        self.progress = kit.dressed(QProgressBar(), tr("Progress of the calculation"))
-        self.progress.setTextVisible(True)
-        self.progress.hide()
-        self._drill, self._simulation = SideProcess(self), SideProcess(self)
-        for process in (self._drill, self._simulation):
-            process.advanced.connect(self._on_advanced)
-            process.failed.connect(self._on_failed)
-        self._drill.finished.connect(self._on_budgets)
-        self._simulation.finished.connect(self._on_trials)
+        self.progress = kit.WorkBar(tr("Progress of the calculation"))
+        self._drill, self._simulation = (
+            SideProcess(self, done, self._on_failed, self.progress.advance)
+            for done in (self._on_budgets, self._on_trials)
+        )
         layout = kit.vbox(parent=self, spacing=5, margins=(12, 6, 12, 8))
         for widget in (
             self._title, self._verdict, self._why, self._now, self.bar, self._rule,
@@ -194,7 +190,7 @@ class ResultDetail(QFrame):
             self.progress.hide()
             self.check.setText(tr("Simulation cancelled."))
         elif self._source is not None and self._result is not None:
-            self._wait(tr("Monte Carlo"))
+            self.progress.begin(tr("Monte Carlo"))
             self.check.setText(tr("Trials run in a separate process. F6 stops them."))
             self._simulation.start(partial(trials_of_file, self._source.path, self._result.name))
 
@@ -267,7 +263,7 @@ class ResultDetail(QFrame):
             self._budgets = _NONE
         self._of, self._path, self._trials = state, source.path, {}
         self._simulation.cancel()
-        self._wait(tr("Reading the job"))
+        self.progress.begin(tr("Reading the job"))
         self._drill.start(partial(budgets_of_file, source.path))
 
     def _on_budgets(self, found: object) -> None:
@@ -283,19 +279,10 @@ class ResultDetail(QFrame):
             self._trials[found.name] = found
         self._show_numbers()
 
-    def _on_advanced(self, what: str, share: float) -> None:
-        self.progress.setFormat(what)
-        self.progress.setValue(round(100.0 * share))
-
     def _on_failed(self, error: object) -> None:
         self.progress.hide()
         self._show_numbers()
         self.failed.emit(error)
-
-    def _wait(self, what: str) -> None:
-        self.progress.setValue(0)
-        self.progress.setFormat(what)
-        self.progress.show()
 
 
 def _is_of(found: Explanation, result: CharacteristicResult) -> bool:

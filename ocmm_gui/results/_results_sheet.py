@@ -136,10 +136,9 @@ class ResultsSheet(kit.Sheet):
             tr("Open the job from the file"), tr("File of the job"), tr("Open")
         )
         self.opening = WorkLine(tr("Opening a job"))
-        self._opening = SideProcess(self)
-        self._opening.advanced.connect(self.opening.advance)
-        self._opening.finished.connect(self._on_opened)
-        self._opening.failed.connect(self._on_not_opened)
+        self._opening = SideProcess(
+            self, self._on_opened, self._on_not_opened, self.opening.advance
+        )
         self.summary = kit.FitText(tr("Summary"), limit=26, high=36)
         kit.fill(self.body, self.file, self.opening, self.summary)
         left = kit.vbox((self.table, 3), (self.deviations, 3), (self.points, 2), spacing=8)

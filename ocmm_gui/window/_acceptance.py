@@ -36,11 +36,8 @@ class Certificates(QObject):
             tr("Write"),
         )  # fmt: skip
         self.line = WorkLine(tr("Certificate"))
-        self._work = SideProcess(self)
+        self._work = SideProcess(self, self._finish, self._fail, self.line.advance)
         self.panel.given.connect(self._write)
-        self._work.advanced.connect(self.line.advance)
-        self._work.finished.connect(self._finish)
-        self._work.failed.connect(self._fail)
 
     def ask(self, source: Path, tip: str, proposal: Path) -> None:
         """Ask for the folder of the certificates of ``source``."""

@@ -85,7 +85,10 @@ class _Done:
 
 
 class SideProcess(QObject):
-    """One computation at a time, a new one cancels the former; `helpers`: may start processes."""
+    """One computation at a time, a new one cancels the former; `helpers`: may start processes.
+
+    `receivers`: of `finished`, `failed`, `advanced` and `came`, in this order and as far as wanted.
+    """
 
     advanced = Signal(str, float)
     """Next step, and the share done."""
@@ -94,8 +97,16 @@ class SideProcess(QObject):
     finished = Signal(object)
     failed = Signal(object)
 
-    def __init__(self, parent: QObject | None = None, *, helpers: bool = False) -> None:
+    def __init__(
+        self,
+        parent: QObject | None = None,
+        *receivers: Callable[..., object],
+        helpers: bool = False,
+    ) -> None:
         super().__init__(parent)
+        signals = (self.finished, self.failed, self.advanced, self.came)
+        for signal, receiver in zip(signals, receivers, strict=False):
+            signal.connect(receiver)
         self._helpers = helpers
         self._process: BaseProcess | None = None
         self._whole: Lock | None = None
@@ -350,10 +361,7 @@ class WorkSheet(Sheet):
     def __init__(self, title: str, infos: Sequence[ActionInfo], working: str) -> None:
         super().__init__(title, infos)
         self.working = WorkLine(working)
-        self._work = SideProcess(self, helpers=True)
-        self._work.advanced.connect(self.working.advance)
-        self._work.finished.connect(self._finish)
-        self._work.failed.connect(self._fail)
+        self._work = SideProcess(self, self._finish, self._fail, self.working.advance, helpers=True)
 
     def stop(self) -> None:
         """Cancel the work; displayed results stay."""

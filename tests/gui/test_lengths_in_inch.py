@@ -21,11 +21,13 @@ from ocmm_gui.kit import (
     INCH_MM,
     NumberStyle,
     field_length,
-    length_of_field,
     quantity,
+    split_unit,
     style_of,
+    to_mm,
     use_numbers,
 )
+from ocmm_gui.kit._numbers import plain_number
 from ocmm_gui.plan_editor._field_labels import FieldUnit
 from ocmm_gui.plan_editor._item_form import ItemForm
 from tests.host import HANG_MS
@@ -146,6 +148,11 @@ def test_a_form_that_nobody_touched_changes_no_digit(
             text = field.text() if isinstance(field, QLineEdit) else ""
             assert not text or text.endswith(" in"), line.key
             assert not re.search(r"\bmm\b", f"{line.label} {line.tip}"), line.key
+
+
+def length_of_field(text: str) -> float:
+    number, unit = split_unit(text)
+    return to_mm(float(plain_number(number)), unit)
 
 
 @pytest.mark.usefixtures("inch")
