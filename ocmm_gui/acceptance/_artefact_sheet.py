@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Literal, TypeVar, cast
 
@@ -124,18 +124,13 @@ _COLUMNS = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """Read a certificate; the process that does it has no window."""
-
-    path: Path
-    kind: Literal["bar", "sphere"]
-    quantity: str
-
-    def __call__(self, tell: Teller) -> dict[str, str]:
-        tell(later("Reading the certificate"), 0.3)
-        dcc = read_dcc(read_bytes(self.path), trusted_signers(KeyFolder()))
-        return artefact_fields(dcc, self.kind, quantity=self.quantity)
+def _fields_of(
+    path: Path, kind: Literal["bar", "sphere"], quantity: str, tell: Teller
+) -> dict[str, str]:
+    """Return the fields of a certificate; the process that reads it has no window."""
+    tell(later("Reading the certificate"), 0.3)
+    dcc = read_dcc(read_bytes(path), trusted_signers(KeyFolder()))
+    return artefact_fields(dcc, kind, quantity=quantity)
 
 
 class ArtefactSheet(kit.Themed, WorkSheet):
@@ -208,7 +203,9 @@ class ArtefactSheet(kit.Themed, WorkSheet):
             )  # fmt: skip
             return
         kind = cast('Literal["bar", "sphere"]', texts["kind"])
-        self._begin(tr("Reading the certificate"), _Reading(path, kind, texts["quantity"]))
+        self._begin(
+            tr("Reading the certificate"), partial(_fields_of, path, kind, texts["quantity"])
+        )
 
     def store(self) -> None:
         """Add the entry; an existing id gets the newer certificate."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
@@ -29,34 +30,20 @@ class StudyProgress:
     following: studies.StudyRun | None
 
 
-@dataclass(frozen=True, slots=True)
-class StudyProgressTask:
-    """Read the existing measurements of a study."""
-
-    plan: studies.StudyPlan
-    jobs: Path
-
-    def __call__(self, tell: Teller) -> StudyProgress:
-        """Return the progress without computing results, to keep the study blind."""
-        tell(later("Reading the jobs"), 0.2)
-        parts = parts_of_batch(self.jobs, self.plan.name) if self.jobs.is_dir() else ()
-        left = studies.open_runs(self.plan, {one.serial for one in parts})
-        return StudyProgress(len(self.plan.runs) - len(left), left[0] if left else None)
+def progress_of(plan: studies.StudyPlan, jobs: Path, tell: Teller) -> StudyProgress:
+    """Return the progress without computing results, to keep the study blind."""
+    tell(later("Reading the jobs"), 0.2)
+    parts = parts_of_batch(jobs, plan.name) if jobs.is_dir() else ()
+    left = studies.open_runs(plan, {one.serial for one in parts})
+    return StudyProgress(len(plan.runs) - len(left), left[0] if left else None)
 
 
-@dataclass(frozen=True, slots=True)
-class StudyTask:
-    plan: studies.StudyPlan
-    jobs: Path
-    probes: Path | None
-    calibrations: Path | None
-
-    def __call__(self, tell: Teller) -> studies.StudyReport:
-        """Return the studies; InputError as `study_jobs`."""
-        return studies.study_jobs(
-            self.plan, self.jobs, progress=tell, probes=self.probes,
-            calibrations=self.calibrations,
-        )  # fmt: skip
+def studied(
+    plan: studies.StudyPlan, jobs: Path, probes: Path | None, calibrations: Path | None,
+    tell: Teller,
+) -> studies.StudyReport:  # fmt: skip
+    """Return the studies; InputError as `study_jobs`."""
+    return studies.study_jobs(plan, jobs, progress=tell, probes=probes, calibrations=calibrations)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,31 +58,25 @@ class TypeOneStudy:
     simulated: bool
 
 
-@dataclass(frozen=True, slots=True)
-class TypeOneTask:
-    """Compute Cg and Cgk of one characteristic of one part."""
+def type_one(
+    jobs: Path, name: str, reference: float, probes: Path | None, calibrations: Path | None,
+    tell: Teller,
+) -> TypeOneStudy:  # fmt: skip
+    """Return Cg and Cgk of one characteristic of one part; raise InputError without data.
 
-    jobs: Path
-    name: str
-    """Characteristic; empty for the first one of the plan."""
-    reference: float
-    """Certified value, mm."""
-    probes: Path | None
-    calibrations: Path | None
-
-    def __call__(self, tell: Teller) -> TypeOneStudy:
-        """Return the study; raise InputError without data."""
-        found = compare_folder(self.jobs, tell, probes=self.probes, calibrations=self.calibrations)
-        known = [one for one in found.trends if one.name == self.name or not self.name]
-        if not known:
-            names = ", ".join(one.name for one in found.trends)
-            raise InputError(
-                "msa.name", f"There is no characteristic '{self.name}'.", f"Give one of {names}."
-            )
-        trend = known[0]
-        width = trend.high - trend.low
-        study = studies.type1_study(trend.values, self.reference, width)
-        return TypeOneStudy(study, trend.values, trend.name, self.reference, width, found.simulated)
+    `name`: characteristic; empty for the first one of the plan. `reference`: certified value, mm.
+    """
+    found = compare_folder(jobs, tell, probes=probes, calibrations=calibrations)
+    known = [one for one in found.trends if one.name == name or not name]
+    if not known:
+        names = ", ".join(one.name for one in found.trends)
+        raise InputError(
+            "msa.name", f"There is no characteristic '{name}'.", f"Give one of {names}."
+        )
+    trend = known[0]
+    width = trend.high - trend.low
+    study = studies.type1_study(trend.values, reference, width)
+    return TypeOneStudy(study, trend.values, trend.name, reference, width, found.simulated)
 
 
 KEYS = (
@@ -237,13 +218,13 @@ class StudySheet(WorkSheet):
     def look(self) -> None:
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Reading the jobs"), StudyProgressTask(plan, self._folder()))
+            self._begin(tr("Reading the jobs"), partial(progress_of, plan, self._folder()))
 
     def analyse(self) -> None:
         """Compute the studies of all characteristics, without blocking."""
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Analysing"), StudyTask(plan, self._folder(), *self._records))
+            self._begin(tr("Analysing"), partial(studied, plan, self._folder(), *self._records))
 
     def analyse_one(self) -> None:
         """Compute Cg and Cgk of the selected characteristic."""
@@ -252,7 +233,7 @@ class StudySheet(WorkSheet):
             row, name = self.table.currentRow(), ""
             if self._report is not None and row >= 0:
                 name = self._report.characteristics[row].name
-            work = TypeOneTask(self._folder(), name, reference, *self._records)
+            work = partial(type_one, self._folder(), name, reference, *self._records)
             self._begin(tr("Analysing"), work)
 
     def _use(self, plan: studies.StudyPlan) -> None:

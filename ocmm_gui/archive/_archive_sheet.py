@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from datetime import date
+from functools import partial
 from itertools import compress
 from pathlib import Path
 
@@ -171,7 +172,8 @@ class ArchiveSheet(WorkSheet):
         question = QUESTIONS[self.question.currentIndex()]
         missing = [key for key in question.needs if not self.fields[key].text().strip()]
         name = "" if missing else question.name
-        self._begin(tr("Asking the archive"), archive_words.ArchiveTask(place, name, asked))
+        work = partial(archive_words.ask_archive, place, name, asked)
+        self._begin(tr("Asking the archive"), work)
         if missing:
             self.say(tr("Fill in what it is about, then ask (F8)."))
             self.fields[missing[0]].setFocus()

@@ -5,7 +5,7 @@ The preview is drawn in another process.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QFileSystemWatcher, QObject, QSize, Qt, QTimer, Signal
@@ -247,20 +247,16 @@ _SETTLE_MS = 300
 _SAME_PX = 8
 
 
-@dataclass(frozen=True, slots=True)
-class HeadPage:
-    """Draw the first page of an empty report. Imports happen in the drawing process only."""
+def draw_head(settings: Settings, width: int, tell: Teller) -> tuple[int, int, bytes]:
+    """Draw the first page of an empty report; imports happen in the drawing process only.
 
-    settings: Settings
-    width: int
+    Returns width, height and pixels (``QImage.Format_RGB32``); errors as `use_head`.
+    """
+    from ocmm_gui.reports import template_page
 
-    def __call__(self, tell: Teller) -> tuple[int, int, bytes]:
-        """Return width, height and pixels (``QImage.Format_RGB32``); errors as `use_head`."""
-        from ocmm_gui.reports import template_page
-
-        tell(later("Drawing the first page"), 0.5)
-        page = template_page(self.settings, self.width)
-        return page.width, page.height, page.content
+    tell(later("Drawing the first page"), 0.5)
+    page = template_page(settings, width)
+    return page.width, page.height, page.content
 
 
 class TemplatePreview(QWidget):
@@ -318,7 +314,7 @@ class TemplatePreview(QWidget):
         self._width = self._room()
         kit.use_role(self.words, "muted")
         self.words.setText(tr("Drawing the first page"))
-        self._work.start(HeadPage(self._settings, self._width))
+        self._work.start(partial(draw_head, self._settings, self._width))
 
     def _watch(self, template: Path | None) -> None:
         # Replacing a file ends its watch.

@@ -10,7 +10,7 @@ from pathlib import Path
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.inspection.recall import KeptPlaces, decide, recall
-from ocmm_gui.archive import RecallExportTask, RecallResult
+from ocmm_gui.archive import RecallResult, write_recall
 from ocmm_gui.kit import ActionInfo, PathPanel, fill, language_in_use, later, tr
 from ocmm_gui.work import Teller, WorkSheet
 
@@ -106,7 +106,9 @@ class RecallSheet(WorkSheet):
     def write(self, path: Path) -> None:
         record, _ = self._shown()
         if record is not None:
-            self._begin(tr("Creating the pages"), RecallExportTask(record, path, language_in_use()))
+            self._begin(
+                tr("Creating the pages"), partial(write_recall, record, path, language_in_use())
+            )
 
     def _folder(self) -> Path:
         return self._places.jobs[0] if self._places is not None else self._proposed()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -105,21 +104,14 @@ def _values(found: Comparison) -> bytes:
     return msgspec.json.format(msgspec.json.encode(content), indent=1)
 
 
-@dataclass(frozen=True, slots=True)
-class BatchTask:
-    """Write the pages of a batch, in a side process."""
-
-    found: Comparison
-    path: Path
-
-    def __call__(self, tell: Teller) -> Path:
-        """Return the file; errors as `written_pdf`, and of the template of the station."""
-        tell(later("Drawing the PDF"), 0.3)
-        with drawing():
-            content = batch_pdf(self.found, load_paper(template_in_use()))
-        self.found.require_names()
-        write_together({self.path: content})
-        return self.path
+def write_batch(found: Comparison, path: Path, tell: Teller) -> Path:
+    """Return the written file; errors as `written_pdf`, and of the template of the station."""
+    tell(later("Drawing the PDF"), 0.3)
+    with drawing():
+        content = batch_pdf(found, load_paper(template_in_use()))
+    found.require_names()
+    write_together({path: content})
+    return path
 
 
 def _row(trend: Trend, canvas: PageCanvas) -> list[PageField]:

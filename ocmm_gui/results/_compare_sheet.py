@@ -14,7 +14,7 @@ from ocmm_core.inspection.evaluation import SIMULATED_LINE
 from ocmm_gui import kit
 from ocmm_gui.charts import TrendChart
 from ocmm_gui.kit import later, tr
-from ocmm_gui.reports import BatchTask
+from ocmm_gui.reports import write_batch
 from ocmm_gui.work import WorkSheet
 
 _KEYS = (
@@ -159,7 +159,7 @@ class CompareSheet(WorkSheet):
             return
         self.target.hide()
         if path.suffix.lower() == ".pdf":
-            self._begin(tr("Writing the pages"), BatchTask(self._shown, path))
+            self._begin(tr("Writing the pages"), partial(write_batch, self._shown, path))
             return
         try:
             write_atomic(path, batch_table(self._shown))

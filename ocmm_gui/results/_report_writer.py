@@ -6,6 +6,7 @@ Reports that are incomplete are confirmed first.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export import missing_of, missing_words, template
 from ocmm_core.export.report import ReportData
 from ocmm_gui.kit import NoticeCentre, caption, form_field, later, said, sentence_label, tr
-from ocmm_gui.reports import ReportTask
+from ocmm_gui.reports import write_reports
 from ocmm_gui.results._job_source import JobSource
 from ocmm_gui.work import SideProcess
 
@@ -153,7 +154,7 @@ class ReportWriter(QObject):
                 return
             self._data = data = replace(data, paper=request.paper)
             self._process.start(
-                ReportTask(data, request.formats, request.folder, request.incomplete)
+                partial(write_reports, data, request.formats, request.folder, request.incomplete)
             )
 
         def failed(error: Exception) -> None:

@@ -7,7 +7,7 @@ written by a key: pages, DCC and signature, in a side process.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -17,7 +17,7 @@ from ocmm_core.errors import InputError, OcmmError
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import PROCEDURE, LateParts, NoticeCentre, PathPanel, Sheet, Sound, tr
 from ocmm_gui.operator import Feedback
-from ocmm_gui.reports import CertificateTask
+from ocmm_gui.reports import certify_records
 from ocmm_gui.work import SideProcess, WorkLine
 
 
@@ -49,7 +49,7 @@ class Certificates(QObject):
 
     def _write(self, folder: Path) -> None:
         self.line.begin(tr("Writing the certificate"))
-        self._work.start(CertificateTask(self._source, folder.absolute(), self._tip))
+        self._work.start(partial(certify_records, self._source, folder.absolute(), self._tip))
 
     def _finish(self, answer: object) -> None:
         self.line.end()
