@@ -338,7 +338,7 @@ def _begin(
     elif errand is StartPurpose.LOOK and path is not None:
         window.sheets.look_at(path)
     elif errand is StartPurpose.PLANS:
-        window.sheets.open_plan()
+        window.sheets.open("plan")
     elif errand is StartPurpose.CALIBRATE:
         window.show_mode(kit.Mode.MAINTAIN)
         window.maintenance.view.show_page(window.maintenance.calibration)

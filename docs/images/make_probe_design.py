@@ -57,7 +57,7 @@ def main() -> int:
         chapters.setCurrentRow(titles.index("Probe design"))
         page.toggle()
         until = time.monotonic() + PATIENCE_S
-        while not page.number() and time.monotonic() < until:
+        while not page.number.text() and time.monotonic() < until:
             app.processEvents()
             time.sleep(0.01)
         for theme in THEMES:

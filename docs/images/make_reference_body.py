@@ -67,7 +67,7 @@ def main() -> int:
             wait_for(lambda: built.station.looks.live().status is StatusWord.READY)
             wait_for(lambda: window.running.trust.isVisible())
             window.grab().save(str(pictures / "reference_after_a_knock.png"))
-            wait_for(lambda: window.desk.strip.status() == "LOST")
+            wait_for(lambda: window.desk.strip.status.text() == "LOST")
             window.show_far(True)
             wait_for(lambda: built.station.looks.live().frame_counter > 15 * RATE_HZ)
             window.grab().save(str(pictures / "reference_lost.png"))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Literal, TypeVar, cast
 
-from PySide6.QtWidgets import QGridLayout, QHeaderView, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.acceptance import ARTEFACT_KINDS, ArtefactEntry, typed_entry
 from ocmm_core.composition import AcceptanceBench
@@ -18,7 +18,7 @@ from ocmm_core.export.certificate import artefact_fields, read_dcc, trusted_sign
 from ocmm_core.failure import contained
 from ocmm_core.seals import KeyFolder
 from ocmm_gui import kit
-from ocmm_gui.acceptance._start_page import kind_word
+from ocmm_gui.acceptance._start_page import kind_word, named_field
 from ocmm_gui.kit import later, tr
 from ocmm_gui.work import Teller, Worker, WorkSheet
 
@@ -51,22 +51,13 @@ class ArtefactForm(QWidget):
         self.kind = kit.ChoiceBox(
             tr("Kind"), tr("What the artefact is"), [kind_word(one) for one in ARTEFACT_KINDS]
         )
-        self.fields: dict[str, kit.FormField] = {}
+        self.fields = {key: named_field(key, label, tip) for key, label, tip in _FIELDS}
         self._read: dict[str, str] = {}
-        grid = QGridLayout(self)
+        grid = kit.form_grid((self.kind, *self.fields.values()), down=_IN_COLUMN)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(10)
         grid.setVerticalSpacing(4)
-        grid.addWidget(kit.caption(tr("Kind"), self.kind), 0, 0)
-        grid.addWidget(self.kind, 0, 1)
-        for index, (key, label, tip) in enumerate(_FIELDS, start=1):
-            field = kit.form_field(tr(label), tr(tip))
-            field.setObjectName(key)
-            field.setAccessibleDescription(tr(tip))
-            self.fields[key] = field
-            column, row = divmod(index, _IN_COLUMN)
-            grid.addWidget(kit.caption(tr(label), field), row, 2 * column)
-            grid.addWidget(field, row, 2 * column + 1)
+        self.setLayout(grid)
 
     def texts(self) -> dict[str, str]:
         """Return the field texts; changed certificate data counts as typed."""
@@ -133,18 +124,13 @@ _COLUMNS = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """Read a certificate; the process that does it has no window."""
-
-    path: Path
-    kind: Literal["bar", "sphere"]
-    quantity: str
-
-    def __call__(self, tell: Teller) -> dict[str, str]:
-        tell(later("Reading the certificate"), 0.3)
-        dcc = read_dcc(read_bytes(self.path), trusted_signers(KeyFolder()))
-        return artefact_fields(dcc, self.kind, quantity=self.quantity)
+def _fields_of(
+    path: Path, kind: Literal["bar", "sphere"], quantity: str, tell: Teller
+) -> dict[str, str]:
+    """Return the fields of a certificate; the process that reads it has no window."""
+    tell(later("Reading the certificate"), 0.3)
+    dcc = read_dcc(read_bytes(path), trusted_signers(KeyFolder()))
+    return artefact_fields(dcc, kind, quantity=quantity)
 
 
 class ArtefactSheet(kit.Themed, WorkSheet):
@@ -168,10 +154,8 @@ class ArtefactSheet(kit.Themed, WorkSheet):
             tr("Register of artefacts"), kit.tr_all(_COLUMNS), whole=False, font=kit.text_font(14)
         )
         self.table.setWordWrap(False)
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(6, QHeaderView.ResizeMode.Stretch)
-        self.table.itemSelectionChanged.connect(self._show_reasons)
+        self.table.fit_columns(6)
+        self.table.itemSelectionChanged.connect(self._paint)
         self.reasons = kit.sentence_label(tr("Why the selected artefact is refused"), 14)
         self.form = ArtefactForm()
         self.file = kit.PathPanel(
@@ -219,7 +203,9 @@ class ArtefactSheet(kit.Themed, WorkSheet):
             )  # fmt: skip
             return
         kind = cast('Literal["bar", "sphere"]', texts["kind"])
-        self._begin(tr("Reading the certificate"), _Reading(path, kind, texts["quantity"]))
+        self._begin(
+            tr("Reading the certificate"), partial(_fields_of, path, kind, texts["quantity"])
+        )
 
     def store(self) -> None:
         """Add the entry; an existing id gets the newer certificate."""
@@ -261,10 +247,6 @@ class ArtefactSheet(kit.Themed, WorkSheet):
         entry = self._selected()
         if entry is not None:
             self.sure.ask(tr("Remove {id} from the register?").format(id=entry.id))
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self._show_reasons()
 
     def _do(self, call: Callable[[], T], done: Callable[[T], None], reading: str) -> None:
         self._doing += 1
@@ -317,13 +299,13 @@ class ArtefactSheet(kit.Themed, WorkSheet):
         self.say(tr("{count} in the register. Nothing is overwritten.").format(count=count))
         if self._entries:
             self.table.selectRow(0)
-        self._show_reasons()
+        self._paint()
 
     def _selected(self) -> ArtefactEntry | None:
         row = self.table.currentRow()
         return self._entries[row] if 0 <= row < len(self._entries) else None
 
-    def _show_reasons(self) -> None:
+    def _paint(self) -> None:
         entry = self._selected()
         said = () if entry is None else self._refused[entry.id]
         reasons = dict.fromkeys(f"▲ {why}" for _, why in said if why)

@@ -9,7 +9,6 @@ from typing import Protocol
 
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout
 
 from ocmm_core import acceptance
 from ocmm_core.calibration.records import Check, Finding
@@ -58,18 +57,17 @@ class MeasurePage(kit.Themed, CollectPage):
         self._shown: object = None
         self._beyond = False
         self.touches = TouchPicture(away)
-        self.chart = ErrorChart()
-        self.chart.setMinimumHeight(_CHART_PX)
-        self.errors = kit.panel(_one(self.chart))
+        self.chart = kit.dressed(ErrorChart(), high=_CHART_PX)
+        self.errors = kit.panel(kit.vbox(self.chart))
         self.errors.hide()
         self.last = kit.sentence_label(tr("Last error against its limit"), 16)
         self.hint = kit.sentence_label(tr("Why something is measured again"), 15)
         self.place = kit.sentence_label(tr("Position"), 15)
-        self.temperature = kit.OwnKeysField()
+        tip = tr("Type it when it changes, then Return")
+        self.temperature = kit.dressed(
+            kit.OwnKeysField(), tr("Room, °C"), tip, font=kit.text_font(15)
+        )
         self.temperature.setObjectName("room")
-        self.temperature.setAccessibleName(tr("Room, °C"))
-        self.temperature.setAccessibleDescription(tr("Type it when it changes, then Return"))
-        self.temperature.setFont(kit.text_font(15))
         self.temperature.returnPressed.connect(self._note_temperature)
         self.temperature.left.connect(self._give_keys_back)
         self._lay_out()
@@ -151,15 +149,8 @@ class MeasurePage(kit.Themed, CollectPage):
         self.beside.insertLayout(0, kit.vbox((pictures, 3), (self.errors, 2), spacing=8), 1)
         for widget in (self.place, self.last, self.hint):
             self.scores.addWidget(widget)
-        row = QHBoxLayout()
-        label = kit.dressed(kit.PlainLabel(tr("Room, °C")), font=kit.text_font(15), role="muted")
-        label.setBuddy(self.temperature)
-        kit.fill(row, label, (self.temperature, 1))
-        self.scores.addLayout(row)
-
-
-def _one(widget: ErrorChart) -> QVBoxLayout:
-    return kit.vbox(widget)
+        label = kit.caption(tr("Room, °C"), self.temperature, 15)
+        self.scores.addLayout(kit.hbox(label, (self.temperature, 1)))
 
 
 _MARKS = {
@@ -190,9 +181,7 @@ class AcceptanceVerdictPage(ResultFrame):
         self.chart = ErrorChart()
         self.interim = InterimPlot()
         self.values = kit.NumberTable(tr("Every value"), kit.tr_all(_COLUMNS), whole=False)
-        header = self.values.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
+        self.values.fit_columns(1)
         self.values.right_heads((2, 3, 4))
         self.values.setWordWrap(True)
         super().__init__(
@@ -202,21 +191,19 @@ class AcceptanceVerdictPage(ResultFrame):
                 (tr("Interim checks"), self.interim),
             )
         )
-        self._simulated = kit.FitText(tr("Source"), limit=20)
-        self._simulated.setFixedHeight(28)
+        self._simulated = kit.FitText(tr("Source"), limit=20, high=28)
         self.right.insertWidget(1, self._simulated)
         self.record = kit.dressed(
             kit.NarrowButton(tr("Record  [2]")), tr("Show every value of the record")
         )
         self.record.clicked.connect(lambda: self.show_plot(1))
-        self.paper = kit.NarrowButton(tr("Certificate (PDF and DCC)  [P]"))
-        self.paper.setAccessibleName(tr("Write the certificate, PDF and DCC"))
-        self.paper.setToolTip(kit.literal(tr("Write the certificate, PDF and DCC")))
+        tip = tr("Write the certificate, PDF and DCC")
+        self.paper = kit.dressed(kit.NarrowButton(tr("Certificate (PDF and DCC)  [P]")), tip)
+        self.paper.setToolTip(kit.literal(tip))
         self.paper.setShortcut("P")
         self.paper.clicked.connect(self._want_paper)
         for button in (self.record, self.paper):
-            button.setFont(kit.text_font(15, bold=True))
-            button.setMinimumHeight(44)
+            kit.dressed(button, font=kit.text_font(15, bold=True), high=44)
             self.right.addWidget(button)
 
     def allows(self, key: str) -> bool:
@@ -229,11 +216,6 @@ class AcceptanceVerdictPage(ResultFrame):
         super().show_seen(seen)
         self.paper.setEnabled(self._file() is not None)
         self._show_source(seen)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        super().set_theme(theme)
-        if self._seen is not None:
-            self._show_source(self._seen)
 
     def judge(self, outcome: object) -> ResultVerdict:
         if not isinstance(outcome, acceptance.AcceptanceOutcome):
@@ -285,7 +267,7 @@ class AcceptanceVerdictPage(ResultFrame):
         known = ", ".join(map(kit.said, instrument.states))
         if instrument.simulated and not instrument.unproven:
             known = tr("SIMULATED: virtual rig and artefact")
-        self._simulated.show_text(known, self._theme.warn, kit.Mark.DOUBT if known else None)
+        self._simulated.show_text(known, "warn", kit.Mark.DOUBT if known else None)
         self._simulated.setToolTip(kit.literal(" ".join(map(kit.said, instrument.unproven))))
         self._simulated.setVisible(bool(known))
 

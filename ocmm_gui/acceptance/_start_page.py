@@ -7,15 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QHeaderView,
-    QLineEdit,
-    QListWidget,
-    QListWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHeaderView, QLineEdit, QListWidget, QListWidgetItem, QWidget
 
 from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer, UsedArtefact
 from ocmm_gui import kit
@@ -48,11 +40,17 @@ def limits_text(offer: ProcedureOffer) -> str:
 
 def choice_list(name: str) -> QListWidget:
     """Return an empty list with its name."""
-    found = kit.dressed(QListWidget(), name, font=kit.text_font(15))
-    found.setWordWrap(True)
     # Fields below it keep their height.
-    found.setMinimumHeight(ROW_PX + 6)
+    found = kit.dressed(QListWidget(), name, font=kit.text_font(15), high=ROW_PX + 6)
+    found.setWordWrap(True)
     return found
+
+
+def named_field(key: str, label: str, tip: str, proposal: str = "") -> kit.FormField:
+    """Return a field of a form; its label and explanation are not translated yet."""
+    field = kit.dressed(kit.form_field(tr(label), tr(tip), proposal), tip=tr(tip))
+    field.setObjectName(key)
+    return field
 
 
 def add_line(where: QListWidget, text: str) -> None:
@@ -97,8 +95,9 @@ class AcceptanceStart(kit.Themed, QWidget):
         super().__init__()
         self._offers: tuple[ArtefactOffer, ...] = ()
         self._open: tuple[OpenTest, ...] = ()
-        title = kit.PlainLabel(tr("Acceptance test"))
-        title.setFont(kit.text_font(24, bold=True))
+        title = kit.dressed(
+            kit.PlainLabel(tr("Acceptance test")), font=kit.text_font(24, bold=True)
+        )
         self.table = kit.NumberTable(
             tr("Procedures"), kit.tr_all(_COLUMNS), whole=False, font=kit.text_font(15)
         )
@@ -304,26 +303,19 @@ class AcceptanceStart(kit.Themed, QWidget):
         self.trouble.setStyleSheet(f"color: {self._theme.bad}; font-weight: bold;")
 
     def _field(self, key: str, label: str, tip: str) -> kit.HintField:
-        field = kit.HintField()
+        field = kit.dressed(kit.HintField(), tr(label), tr(tip), font=kit.text_font(15))
         field.setObjectName(key)
-        field.setAccessibleName(tr(label))
-        field.setAccessibleDescription(tr(tip))
         field.setToolTip(kit.literal(tr(tip)))
         field.setPlaceholderText(tr(tip))
-        field.setFont(kit.text_font(15))
         field.textEdited.connect(lambda _text: self.show_trouble(""))
         self.fields[key] = field
         return field
 
     def _lay_out(self, title: QWidget) -> None:
         left = kit.vbox((self.table, 1), self.limits, spacing=6)
-        form = QGridLayout()
+        form = kit.form_grid(self._field(*line) for line in _FIELDS)
         form.setHorizontalSpacing(12)
         form.setVerticalSpacing(6)
-        for row, (key, label, tip) in enumerate(_FIELDS):
-            field = self._field(key, label, tip)
-            form.addWidget(kit.caption(tr(label), field), row, 0)
-            form.addWidget(field, row, 1)
         # In one row: rarely used, and the list of artefacts needs the room.
         air = kit.hbox(spacing=8)
         (first, named, first_tip), (second, other, second_tip) = _AIR
@@ -348,17 +340,12 @@ class AcceptanceStart(kit.Themed, QWidget):
             self.resume_button,
         )
         self._unfinished = kit.panel(again)
-        side = kit.vbox((kit.panel(right), 3), (self._unfinished, 2), spacing=8)
         holder = QWidget()
-        side.setContentsMargins(0, 0, 0, 0)
-        holder.setLayout(side)
+        kit.vbox((kit.panel(right), 3), (self._unfinished, 2), parent=holder, spacing=8, margins=0)
         holder.setFixedWidth(_SIDE_PX)
         middle = kit.hbox((kit.panel(left), 1), holder, spacing=10)
         row_of_buttons = kit.hbox((self.leave_button, 1), (self.begin_button, 2))
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 8, 14, 10)
-        layout.setSpacing(8)
-        layout.addWidget(title)
-        layout.addLayout(middle, 1)
-        layout.addWidget(self.trouble)
-        layout.addLayout(row_of_buttons)
+        kit.vbox(
+            title, (middle, 1), self.trouble, row_of_buttons, parent=self, spacing=8,
+            margins=(14, 8, 14, 10),
+        )  # fmt: skip

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtWidgets import QGridLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.archive import compare_folder, parts_of_batch
 from ocmm_core.typed_numbers import PARTS, REFERENCE, SEED, TRIALS
 from ocmm_gui import kit
+from ocmm_gui.acceptance._start_page import named_field
 from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
 from ocmm_gui.kit import ActionInfo, later, said, tr, tr_all
 from ocmm_gui.wizards.pages import PlotTabs
@@ -28,34 +30,20 @@ class StudyProgress:
     following: studies.StudyRun | None
 
 
-@dataclass(frozen=True, slots=True)
-class StudyProgressTask:
-    """Read the existing measurements of a study."""
-
-    plan: studies.StudyPlan
-    jobs: Path
-
-    def __call__(self, tell: Teller) -> StudyProgress:
-        """Return the progress without computing results, to keep the study blind."""
-        tell(later("Reading the jobs"), 0.2)
-        parts = parts_of_batch(self.jobs, self.plan.name) if self.jobs.is_dir() else ()
-        left = studies.open_runs(self.plan, {one.serial for one in parts})
-        return StudyProgress(len(self.plan.runs) - len(left), left[0] if left else None)
+def progress_of(plan: studies.StudyPlan, jobs: Path, tell: Teller) -> StudyProgress:
+    """Return the progress without computing results, to keep the study blind."""
+    tell(later("Reading the jobs"), 0.2)
+    parts = parts_of_batch(jobs, plan.name) if jobs.is_dir() else ()
+    left = studies.open_runs(plan, {one.serial for one in parts})
+    return StudyProgress(len(plan.runs) - len(left), left[0] if left else None)
 
 
-@dataclass(frozen=True, slots=True)
-class StudyTask:
-    plan: studies.StudyPlan
-    jobs: Path
-    probes: Path | None
-    calibrations: Path | None
-
-    def __call__(self, tell: Teller) -> studies.StudyReport:
-        """Return the studies; InputError as `study_jobs`."""
-        return studies.study_jobs(
-            self.plan, self.jobs, progress=tell, probes=self.probes,
-            calibrations=self.calibrations,
-        )  # fmt: skip
+def studied(
+    plan: studies.StudyPlan, jobs: Path, probes: Path | None, calibrations: Path | None,
+    tell: Teller,
+) -> studies.StudyReport:  # fmt: skip
+    """Return the studies; InputError as `study_jobs`."""
+    return studies.study_jobs(plan, jobs, progress=tell, probes=probes, calibrations=calibrations)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,31 +58,25 @@ class TypeOneStudy:
     simulated: bool
 
 
-@dataclass(frozen=True, slots=True)
-class TypeOneTask:
-    """Compute Cg and Cgk of one characteristic of one part."""
+def type_one(
+    jobs: Path, name: str, reference: float, probes: Path | None, calibrations: Path | None,
+    tell: Teller,
+) -> TypeOneStudy:  # fmt: skip
+    """Return Cg and Cgk of one characteristic of one part; raise InputError without data.
 
-    jobs: Path
-    name: str
-    """Characteristic; empty for the first one of the plan."""
-    reference: float
-    """Certified value, mm."""
-    probes: Path | None
-    calibrations: Path | None
-
-    def __call__(self, tell: Teller) -> TypeOneStudy:
-        """Return the study; raise InputError without data."""
-        found = compare_folder(self.jobs, tell, probes=self.probes, calibrations=self.calibrations)
-        known = [one for one in found.trends if one.name == self.name or not self.name]
-        if not known:
-            names = ", ".join(one.name for one in found.trends)
-            raise InputError(
-                "msa.name", f"There is no characteristic '{self.name}'.", f"Give one of {names}."
-            )
-        trend = known[0]
-        width = trend.high - trend.low
-        study = studies.type1_study(trend.values, self.reference, width)
-        return TypeOneStudy(study, trend.values, trend.name, self.reference, width, found.simulated)
+    `name`: characteristic; empty for the first one of the plan. `reference`: certified value, mm.
+    """
+    found = compare_folder(jobs, tell, probes=probes, calibrations=calibrations)
+    known = [one for one in found.trends if one.name == name or not name]
+    if not known:
+        names = ", ".join(one.name for one in found.trends)
+        raise InputError(
+            "msa.name", f"There is no characteristic '{name}'.", f"Give one of {names}."
+        )
+    trend = known[0]
+    width = trend.high - trend.low
+    study = studies.type1_study(trend.values, reference, width)
+    return TypeOneStudy(study, trend.values, trend.name, reference, width, found.simulated)
 
 
 KEYS = (
@@ -147,22 +129,7 @@ def row_words(one: studies.CharacteristicStudy) -> tuple[str, ...]:
     )
 
 
-def fields_of_study(fields: dict[str, kit.FormField]) -> QGridLayout:
-    """Return the form of a new study, and add its fields to ``fields`` by key."""
-    form = QGridLayout()
-    form.setHorizontalSpacing(10)
-    for index, (key, label, tip, proposal) in enumerate(FIELDS):
-        field = kit.form_field(tr(label), tr(tip), proposal)
-        field.setObjectName(key)
-        field.setAccessibleDescription(tr(tip))
-        fields[key] = field
-        row, column = divmod(index, 3)
-        form.addWidget(kit.caption(tr(label), field), row, 2 * column)
-        form.addWidget(field, row, 2 * column + 1)
-    return form
-
-
-class StudySheet(kit.Themed, WorkSheet):
+class StudySheet(WorkSheet):
     """Plan, progress, table and plots; record folders None are those of this user."""
 
     def __init__(
@@ -174,7 +141,7 @@ class StudySheet(kit.Themed, WorkSheet):
         self._jobs: Path | None = None
         self._report: studies.StudyReport | None = None
         self._type1: TypeOneStudy | None = None
-        self.fields: dict[str, kit.FormField] = {}
+        self.fields = {line[0]: named_field(*line) for line in FIELDS}
         self.store = kit.PathPanel(
             tr("Store the plan in the file"), tr("File of the plan"), tr("Store")
         )
@@ -183,8 +150,7 @@ class StudySheet(kit.Themed, WorkSheet):
         self.store.given.connect(self.draw)
         self.file.given.connect(self.open_plan)
         self.where.given.connect(self.use_jobs)
-        self.word = kit.FitText(tr("Verdict"), limit=30)
-        self.word.setFixedHeight(40)
+        self.word = kit.FitText(tr("Verdict"), limit=30, high=40)
         self.progress = kit.sentence_label(tr("Progress of the study"), 16)
         self.message = kit.sentence_label(tr("What is to be told of the study"), 14)
         self.table = kit.NumberTable(
@@ -252,13 +218,13 @@ class StudySheet(kit.Themed, WorkSheet):
     def look(self) -> None:
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Reading the jobs"), StudyProgressTask(plan, self._folder()))
+            self._begin(tr("Reading the jobs"), partial(progress_of, plan, self._folder()))
 
     def analyse(self) -> None:
         """Compute the studies of all characteristics, without blocking."""
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Analysing"), StudyTask(plan, self._folder(), *self._records))
+            self._begin(tr("Analysing"), partial(studied, plan, self._folder(), *self._records))
 
     def analyse_one(self) -> None:
         """Compute Cg and Cgk of the selected characteristic."""
@@ -267,12 +233,8 @@ class StudySheet(kit.Themed, WorkSheet):
             row, name = self.table.currentRow(), ""
             if self._report is not None and row >= 0:
                 name = self._report.characteristics[row].name
-            work = TypeOneTask(self._folder(), name, reference, *self._records)
+            work = partial(type_one, self._folder(), name, reference, *self._records)
             self._begin(tr("Analysing"), work)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self._show_characteristic()
 
     def _use(self, plan: studies.StudyPlan) -> None:
         self._plan, self._report = plan, None
@@ -294,9 +256,6 @@ class StudySheet(kit.Themed, WorkSheet):
         self._show_progress(StudyProgress(0, plan.runs[0]))
 
     def _show(self, answer: object) -> None:
-        self.show_answer(answer)
-
-    def show_answer(self, answer: object) -> None:
         if isinstance(answer, StudyProgress):
             self._show_progress(answer)
         elif isinstance(answer, studies.StudyReport):
@@ -314,7 +273,7 @@ class StudySheet(kit.Themed, WorkSheet):
             )  # fmt: skip
             mark = kit.Mark.GOOD if answer.study.capable else kit.Mark.BAD
             word = tr("CAPABLE") if answer.study.capable else tr("NOT CAPABLE")
-            self.word.show_text(word, kit.mark_colour(self._theme, mark), mark)
+            self.word.show_text(word, mark=mark)
 
     def _show_progress(self, progress: StudyProgress) -> None:
         plan, following = self._plan, progress.following
@@ -366,7 +325,7 @@ class StudySheet(kit.Themed, WorkSheet):
         self.message.setText(" ".join(map(said, filter(None, (one.why_not, stated)))))
         word = one.study.word if one.study is not None else tr("NO STUDY")
         mark = MARKS.get(word, kit.Mark.DOUBT)
-        self.word.show_text(word.upper(), kit.mark_colour(self._theme, mark), mark)
+        self.word.show_text(word.upper(), mark=mark)
 
     def _required(self) -> studies.StudyPlan | None:
         if self._plan is None:
@@ -379,17 +338,15 @@ class StudySheet(kit.Themed, WorkSheet):
         return self._jobs if self._jobs is not None else self._proposed()
 
     def _text(self, key: str) -> str:
-        text: str = self.fields[key].text()
-        return text.strip()
+        return self.fields[key].text().strip()
 
     def _lay_out(self) -> None:
-        for widget in (self.store, self.file, self.where, self.working):
-            self.body.addWidget(widget)
-        kit.fill(self.body, kit.panel(fields_of_study(self.fields)), self.progress)
-        left = kit.vbox(self.word, (self.table, 1), self.message)
+        form = kit.form_grid(self.fields.values(), across=3)
+        form.setHorizontalSpacing(10)
+        panels = (self.store, self.file, self.where)
+        kit.fill(self.body, *panels, self.working, kit.panel(form), self.progress)
         holder = QWidget()
-        left.setContentsMargins(0, 0, 0, 0)
-        holder.setLayout(left)
+        kit.vbox(self.word, (self.table, 1), self.message, parent=holder, margins=0)
         self.body.addLayout(
             kit.hbox((holder, 1), (kit.panel(kit.vbox(self.tabs)), 1), spacing=8), 1
         )

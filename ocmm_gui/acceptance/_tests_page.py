@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QHeaderView, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.acceptance import FinishedTest
 from ocmm_core.composition import AcceptanceBench, TestsMade
@@ -44,11 +44,8 @@ class TestsPage(QWidget):
         self.table = kit.NumberTable(
             tr("Acceptance tests"), kit.tr_all(_COLUMNS), whole=False, font=kit.text_font(14)
         )
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
-        self.chart = InterimPlot()
-        self.chart.setMinimumHeight(150)
+        self.table.fit_columns(1)
+        self.chart = kit.dressed(InterimPlot(), high=150)
         below = kit.vbox(self.chart)
         kit.vbox(
             self.about, (self.table, 3), (kit.panel(below), 2), parent=self, spacing=8, margins=0

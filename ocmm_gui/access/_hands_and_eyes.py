@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from PySide6.QtCore import QObject, QPoint, QPointF, QRect, QSize, QSizeF, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, QPointF, QSize, QSizeF, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QPaintEvent, QPen, QScreen
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -264,20 +264,6 @@ def _restore(widget: QWidget) -> None:
     if isinstance(least, QSize):
         widget.setMinimumSize(least)
         widget.setProperty(_LEAST, None)
-
-
-def _row_heights(view: QListWidget | QTableWidget) -> Iterator[int]:
-    """Yield the heights of the rows that are at least partly visible."""
-    room = QRect(QPoint(0, 0), view.viewport().size())
-    if isinstance(view, QListWidget):
-        for row in range(view.count()):
-            box = view.visualItemRect(view.item(row))
-            if box.intersects(room):
-                yield box.height()
-        return
-    for row in range(view.rowCount()):
-        if not view.isRowHidden(row):
-            yield view.rowHeight(row)
 
 
 class HandsAndEyes(QObject):

@@ -12,8 +12,8 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_gui.archive._archive_sheet import ArchiveSheet
-    from ocmm_gui.archive._recall_panel import RecallExportTask, RecallResult
+    from ocmm_gui.archive._recall_panel import RecallResult, write_recall
 else:
     __getattr__ = lazy_exports(__name__)
 
-__all__ = ["ArchiveSheet", "RecallExportTask", "RecallResult"]
+__all__ = ["ArchiveSheet", "RecallResult", "write_recall"]

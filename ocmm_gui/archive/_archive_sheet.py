@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from datetime import date
+from functools import partial
+from itertools import compress
 from pathlib import Path
 
 from PySide6.QtCore import QStringListModel, Qt
@@ -36,11 +38,9 @@ class AnswerTable(kit.DataTable):
 
     def __init__(self) -> None:
         super().__init__(tr("Answer of the archive"), ())
-        self._answer: ArchiveAnswer | None = None
         self.setWordWrap(False)
 
     def show_answer(self, answer: ArchiveAnswer | None) -> None:
-        self._answer = answer
         self.clear()
         self.setRowCount(0)
         columns = () if answer is None else answer.columns
@@ -50,7 +50,7 @@ class AnswerTable(kit.DataTable):
         # Column names are words of the core, which also exports them; they are not data.
         for column, title in enumerate(columns):
             item = QTableWidgetItem(kit.said_word(title))
-            item.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+            item.setTextAlignment(kit.LEFT)
             self.setHorizontalHeaderItem(column, item)
         self.setRowCount(len(answer.rows))
         numbers = [
@@ -59,30 +59,22 @@ class AnswerTable(kit.DataTable):
         ]
         for row, cells in enumerate(answer.rows):
             for column, cell in enumerate(cells):
-                self._write(row, column, _text(cell), self._colour(cell))
-                if numbers[column]:
-                    item_there = self._cell(row, column)
-                    item_there.setFont(kit.digit_font(13, bold=False))
-                    item_there.setTextAlignment(
-                        Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                    )
-        self.right_heads(column for column, is_number in enumerate(numbers) if is_number)
+                self._write(row, column, _text(cell), _colour(cell))
+            self.show_digits(row, compress(range(len(columns)), numbers), 13)
+        self.right_heads(compress(range(len(columns)), numbers))
         self.resizeColumnsToContents()
         for column in range(len(columns)):
             if self.columnWidth(column) > _LONGEST:
                 self.setColumnWidth(column, _LONGEST)
         self.horizontalHeader().setStretchLastSection(bool(columns) and not numbers[-1])
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self.show_answer(self._answer)
 
-    def _colour(self, cell: object) -> str | None:
-        if cell in _GOOD:
-            return self._colours.good
-        if cell in _BAD:
-            return self._colours.bad
-        return self._colours.warn if cell in _DOUBT else None
+def _colour(cell: object) -> str:
+    if cell in _GOOD:
+        return "good"
+    if cell in _BAD:
+        return "bad"
+    return "warn" if cell in _DOUBT else "text"
 
 
 def _text(cell: object) -> str:
@@ -135,8 +127,7 @@ class ArchiveSheet(WorkSheet):
         )
         self.table, self.chart = AnswerTable(), TrendChart()
         self.notes = kit.sentence_label(tr("What must be known about the answer"), 15)
-        self.standing = kit.sentence_label(tr("Hand-over to the archive"), 14)
-        self.standing.setProperty("role", "muted")
+        self.standing = kit.sentence_label(tr("Hand-over to the archive"), 14, role="muted")
         middle = kit.hbox((self.table, 55), (self.chart, 45), spacing=10)
         self.recall, self._asking = RecallPanel(), QWidget()
         kit.vbox(row, (middle, 1), self.notes, parent=self._asking, margins=0)
@@ -181,7 +172,8 @@ class ArchiveSheet(WorkSheet):
         question = QUESTIONS[self.question.currentIndex()]
         missing = [key for key in question.needs if not self.fields[key].text().strip()]
         name = "" if missing else question.name
-        self._begin(tr("Asking the archive"), archive_words.ArchiveTask(place, name, asked))
+        work = partial(archive_words.ask_archive, place, name, asked)
+        self._begin(tr("Asking the archive"), work)
         if missing:
             self.say(tr("Fill in what it is about, then ask (F8)."))
             self.fields[missing[0]].setFocus()
@@ -217,13 +209,6 @@ class ArchiveSheet(WorkSheet):
         if work is not None:
             self._begin(tr("Storing the recall"), work)
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self.table.set_theme(theme)
-        self.chart.set_theme(theme)
-        self.question.set_theme(theme)
-        self.kind.set_theme(theme)
-        self.recall.set_theme(theme)
-
     def show_standing(self, standing: HandOver) -> None:
         self.standing.setText(standing.line or tr("Everything measured here is in the archive."))
 
@@ -233,7 +218,7 @@ class ArchiveSheet(WorkSheet):
 
     def _show(self, answer: object) -> None:
         if isinstance(answer, RecallRecord):
-            self.say(self.recall.show_record(answer))
+            self.say(self.recall.result.show_record(answer))
         elif isinstance(answer, Path):
             self.say(tr("Recall written to {path}.").format(path=answer))
         if not isinstance(answer, archive_words.ArchiveResult):

@@ -95,22 +95,15 @@ class ArchiveResult:
     """State of the upload."""
 
 
-@dataclass(frozen=True, slots=True)
-class ArchiveTask:
-    """A query; an empty name only checks the archive."""
+def ask_archive(place: ArchivePlace, question: str, asked: Query, tell: Tell) -> ArchiveResult:
+    """Return the answer to a query; an empty name only checks the archive.
 
-    place: ArchivePlace
-    question: str
-    asked: Query
-
-    def __call__(self, tell: Tell) -> ArchiveResult:
-        """Return the answer; errors as those of `open_archive` and of the query."""
-        tell(later("Asking the archive"), 0.2)
-        standing = hand_over(self.place.outbox)
-        with open_archive(
-            self.place.address, password=self.place.password, read_only=True
-        ) as archive:
-            known = parts(archive)
-            found = next((one for one in QUESTIONS if one.name == self.question), None)
-            answer = None if found is None else found.ask(archive, self.asked)
-            return ArchiveResult(answer, archive.place, known, standing)
+    Errors as those of `open_archive` and of the query.
+    """
+    tell(later("Asking the archive"), 0.2)
+    standing = hand_over(place.outbox)
+    with open_archive(place.address, password=place.password, read_only=True) as archive:
+        known = parts(archive)
+        found = next((one for one in QUESTIONS if one.name == question), None)
+        answer = None if found is None else found.ask(archive, asked)
+        return ArchiveResult(answer, archive.place, known, standing)

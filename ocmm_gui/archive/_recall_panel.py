@@ -5,8 +5,8 @@ It is computed and stored in a side process.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
@@ -22,7 +22,7 @@ from ocmm_gui import kit
 from ocmm_gui.archive._archive_words import labelled, read_day
 from ocmm_gui.kit import later, tr
 from ocmm_gui.reports import drawing, pdf_bytes
-from ocmm_gui.work import Teller
+from ocmm_gui.work import Teller, Work
 from ocmm_shop.archive.outbox import ArchivePlace
 from ocmm_shop.archive.stores import open_archive
 from ocmm_shop.recalls import ArchiveFinding, ShopPlaces, decide_archived, recall_archive
@@ -58,14 +58,11 @@ class RecallTable(kit.DataTable):
             tr("Verdicts of the recall"),
             tuple(zip(map(kit.said_word, recall.COLUMNS), kit.tr_all(_TIPS), strict=True)),
         )
-        self._record: RecallRecord | None = None
         self._lines: list[str] = []
-        self._rows = kit.ColouredRow(self)
-        self.setItemDelegate(self._rows)
+        self.setItemDelegate(kit.ColouredRow(self))
         self.resizeColumnsToContents()
 
     def show_record(self, record: RecallRecord) -> None:
-        self._record = record
         rows = [
             (job, one) for job in recall.worst_first(record.jobs) for one in job.characteristics
         ]
@@ -75,11 +72,8 @@ class RecallTable(kit.DataTable):
         ]
         self.setRowCount(len(rows))
         for at, (job, one) in enumerate(rows):
-            for column, text in enumerate((job.label, *row(one, speech))):
-                colour = (
-                    kit.mark_colour(self._colours, _MARKS[one.outcome]) if column == 4 else None
-                )
-                self._write(at, column, text, colour)
+            colours = {4: _MARKS[one.outcome].colour}
+            self.show_words(at, (job.label, *row(one, speech)), colours)
         self.resizeColumnsToContents()
         if rows:
             self.selectRow(0)
@@ -89,109 +83,66 @@ class RecallTable(kit.DataTable):
         at = self.currentRow()
         return self._lines[at] if 0 <= at < len(self._lines) else ""
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = self._rows.theme = theme
-        if self._record is not None:
-            self.show_record(self._record)
-
 
 _MOST_LINES = 3
 """Of jobs that were not judged: the table below needs the room."""
 
 
-class RecallResult(kit.Themed, QWidget):
+class RecallResult(QWidget):
     """Result of any recall."""
 
     def __init__(self) -> None:
         super().__init__()
         self.record: RecallRecord | None = None
-        self._headline = kit.FitText(tr("Result of the recall"), limit=26)
-        self._headline.setFixedHeight(40)
+        self.headline = kit.FitText(tr("Result of the recall"), limit=26, high=40)
         self.totals = kit.sentence_label(tr("Findings of the recall"), 15)
         self.table = RecallTable()
-        self.about_job = kit.sentence_label(tr("Evidence for the selected verdict"), 14)
-        self.about_job.setProperty("role", "muted")
+        self.about_job = kit.sentence_label(
+            tr("Evidence for the selected verdict"), 14, role="muted"
+        )
         kit.vbox(
-            self._headline, self.totals, (self.table, 1), self.about_job, parent=self, margins=0
+            self.headline, self.totals, (self.table, 1), self.about_job, parent=self, margins=0
         )
         self.table.itemSelectionChanged.connect(self._show_job)
 
     def show_record(self, record: RecallRecord) -> str:
+        """Show a recall, and return the sentence about the checked jobs."""
         self.record = record
-        self._show_words(record)
-        self.table.show_record(record)
-        self._show_job()
-        return kit.said(recall.checked(record))
-
-    def headline(self) -> str:
-        """Return the totals in large words; for tests."""
-        return self._headline.text()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self.table.set_theme(theme)
-        if self.record is not None:
-            self._show_words(self.record)
-
-    def _show_words(self, record: RecallRecord) -> None:
-        mark = mark_of(record)
-        self._headline.show_text(
-            recall.headline(record, Speech(kit.language_in_use())),
-            kit.mark_colour(self._theme, mark),
-            mark,
+        self.headline.show_text(
+            recall.headline(record, Speech(kit.language_in_use())), mark=mark_of(record)
         )
         found = (*recall.totals(record), recall.decided(record)) if record.jobs else ()
         lines = (*found, *recall.not_judged(record, _MOST_LINES))
         self.totals.setText("\n".join(map(kit.said, lines)))
+        self.table.show_record(record)
+        self._show_job()
+        return kit.said(recall.checked(record))
 
     def _show_job(self) -> None:
         self.about_job.setText(self.table.line())
 
 
-@dataclass(frozen=True, slots=True)
-class RecallExportTask:
-    """Write the pages of a recall, in the side process."""
+def write_recall(record: RecallRecord, path: Path, language: str, tell: Teller) -> Path:
+    """Return the written file of the pages of a recall, in a language."""
+    tell(later("Creating the pages"), 0.3)
+    with drawing():
+        content = pdf_bytes(record, language)
+    tell.commit()
+    write_together({path: content})
+    return path
 
-    record: RecallRecord
-    path: Path
-    language: str
-    """Of the pages."""
 
-    def __call__(self, tell: Teller) -> Path:
-        tell(later("Creating the pages"), 0.3)
-        with drawing():
-            content = pdf_bytes(self.record, self.language)
+def _recalled(places: ShopPlaces, finding: ArchiveFinding | None, tell: Teller) -> RecallRecord:
+    """Return the archived jobs affected by a finding; errors as those of `recall_archive`."""
+    return recall_archive(places, datetime.now(UTC), tell, finding=finding)
+
+
+def _stored(places: ShopPlaces, record: RecallRecord, who: str, tell: Teller) -> RecallRecord:
+    """Return a recall as stored in a person's name; errors as those of `decide_archived`."""
+    tell(later("Storing the recall"), 0.5)
+    with open_archive(places.address, password=places.password) as archive:
         tell.commit()
-        write_together({self.path: content})
-        return self.path
-
-
-@dataclass(frozen=True, slots=True)
-class RecallTask:
-    """Recall the archived jobs affected by a finding; changes nothing."""
-
-    places: ShopPlaces
-    finding: ArchiveFinding | None
-
-    def __call__(self, tell: Teller) -> RecallRecord:
-        """Return the recall; errors as those of `recall_archive`."""
-        return recall_archive(self.places, datetime.now(UTC), tell, finding=self.finding)
-
-
-@dataclass(frozen=True, slots=True)
-class RecallStorageTask:
-    """Store a recall with its marks, in a person's name."""
-
-    places: ShopPlaces
-    record: RecallRecord
-    who: str
-
-    def __call__(self, tell: Teller) -> RecallRecord:
-        """Return the recall as stored; errors as those of `decide_archived`."""
-        tell(later("Storing the recall"), 0.5)
-        with open_archive(self.places.address, password=self.places.password) as archive:
-            tell.commit()
-            return decide_archived(archive, self.record, self.who, datetime.now(UTC))[0]
+        return decide_archived(archive, record, who, datetime.now(UTC))[0]
 
 
 _FINDINGS = (
@@ -229,7 +180,7 @@ class RecallPanel(QWidget):
         self.finding.currentIndexChanged.connect(lambda _index: self._show_fields())
         self._show_fields()
 
-    def work(self, place: ArchivePlace) -> RecallTask:
+    def work(self, place: ArchivePlace) -> Work:
         """Return the work that computes the recall; InputError for a missing or wrong field."""
         text = {key: field.text().strip() for key, field in self.fields.items()}
         kind = _FINDINGS[self.finding.currentIndex()][0]
@@ -250,28 +201,20 @@ class RecallPanel(QWidget):
         self._places = ShopPlaces(
             place.address, folders or (default_folder(),), None, place.password
         )
-        return RecallTask(self._places, finding)
+        return partial(_recalled, self._places, finding)
 
-    def storing(self) -> RecallStorageTask:
+    def storing(self) -> Work:
         """Return the work that stores the displayed recall; InputError without recall or name."""
         record = self.result.record
         if record is None or self._places is None:
             raise _nothing()
-        return RecallStorageTask(self._places, record, self.fields["who"].text().strip())
+        return partial(_stored, self._places, record, self.fields["who"].text().strip())
 
-    def writing(self, path: Path) -> RecallExportTask:
+    def writing(self, path: Path) -> Work:
         """Return the work that writes the displayed recall; InputError without one."""
         if self.result.record is None:
             raise _nothing()
-        return RecallExportTask(self.result.record, path, kit.language_in_use())
-
-    def show_record(self, record: RecallRecord) -> str:
-        """Show a recall, and return the sentence about the checked jobs."""
-        return self.result.show_record(record)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self.finding.set_theme(theme)
-        self.result.set_theme(theme)
+        return partial(write_recall, self.result.record, path, kit.language_in_use())
 
     def _show_fields(self) -> None:
         named = self.finding.currentIndex() > 0

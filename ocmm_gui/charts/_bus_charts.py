@@ -15,7 +15,7 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen, QPo
 from ocmm_core.calibration.records import Course, Sample
 from ocmm_core.fieldbus.report import Histogram, within_us
 from ocmm_core.geometry import Float
-from ocmm_gui.charts._plot import SMALL_HEAD, SMALL_HEAD_PX, Plot
+from ocmm_gui.charts._plot import SMALL_HEAD, SMALL_HEAD_PX, Plot, height_of
 from ocmm_gui.kit import day_words, digit_font, ink, localised, text_font, tr
 
 _FOOT_PX = 16.0
@@ -27,16 +27,31 @@ _THIN_FROM = 4.0
 """Points per pixel column above which a curve is thinned: each column keeps up to four."""
 _WIDE_PX = 26.0
 """A class this wide has room for its edge label."""
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _CENTRE = Qt.AlignmentFlag.AlignCenter
 
 
 class Chart(Plot):
     """One of several small plots side by side."""
 
-    def __init__(self, title: str) -> None:
+    def __init__(self, title: str, form: str = "") -> None:
         super().__init__(title, SMALL_HEAD, (210, 110), (120, 44))
+        self._form = form
+        """Format of values."""
+
+    def _paint_ends(self, painter: QPainter, box: QRectF, middle: float, reach: float) -> None:
+        """Paint the ends of the scale at the left of a box."""
+        ink(painter, QColor(self._theme.muted), font=digit_font(11, bold=False))
+        scale = QRectF(0.0, box.top(), box.left() - 4.0, box.height())
+        for side, value in (
+            (Qt.AlignmentFlag.AlignTop, middle + reach),
+            (Qt.AlignmentFlag.AlignBottom, middle - reach),
+        ):
+            painter.drawText(scale, Qt.AlignmentFlag.AlignRight | side, format(value, self._form))
+
+    def _colour(self, index: int) -> QColor:
+        theme = self._theme
+        colours = (theme.accent, theme.text, theme.good, theme.warn)
+        return QColor(colours[index % len(colours)])
 
 
 class HistogramChart(Chart):
@@ -106,10 +121,9 @@ class RecentChart(Chart):
     """Values over the last minutes. `reach`: Minimum half range of the scale."""
 
     def __init__(self, title: str, reach: float, span_s: float, form: str) -> None:
-        super().__init__(title)
+        super().__init__(title, form)
         self._reach = reach
         self._span_s = span_s
-        self._form = form
         self._times: tuple[float, ...] = ()
         self._curves: tuple[Curve, ...] = ()
 
@@ -138,24 +152,17 @@ class RecentChart(Chart):
         low, high = min(known), max(known)
         middle, reach = 0.5 * (low + high), max(0.5 * (high - low), self._reach)
         theme = self._theme
-        ink(painter, QColor(theme.muted), font=digit_font(11, bold=False))
-        scale = QRectF(0.0, box.top(), _SCALE_PX - 4.0, box.height())
-        for side, value in (
-            (Qt.AlignmentFlag.AlignTop, middle + 1.15 * reach),
-            (Qt.AlignmentFlag.AlignBottom, middle - 1.15 * reach),
-        ):
-            painter.drawText(scale, Qt.AlignmentFlag.AlignRight | side, format(value, self._form))
+        self._paint_ends(painter, box, middle, 1.15 * reach)
         painter.setPen(QPen(QColor(theme.border), 1.0))
         painter.drawRect(box)
         painter.setClipRect(box)
         styles = (Qt.PenStyle.SolidLine, Qt.PenStyle.DashLine, Qt.PenStyle.DotLine)
-        colours = (theme.accent, theme.text, theme.good, theme.warn)
         # Antialiased strokes of dense curves cost a hundred times more and look the same
         # (benchmarks/charts.py).
         dense = len(self._times) > _DENSE * box.width()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, not dense)
         for index, curve in enumerate(self._curves):
-            pen = QPen(QColor(colours[index % len(colours)]), 1.0 if dense else 1.5)
+            pen = QPen(self._colour(index), 1.0 if dense else 1.5)
             pen.setStyle(styles[index % len(styles)])
             painter.setPen(pen)
             painter.drawPath(self._path(curve, box, middle, 1.15 * reach))
@@ -236,12 +243,11 @@ class HistoryChart(Chart):
         limit: float = 0.0,
         form: str = "+.1f",
     ) -> None:
-        super().__init__(title)
+        super().__init__(title, form)
         self._factor = factor
         self._reach = reach
         self._changes = changes
         self._limit = limit
-        self._form = form
         self._courses: tuple[Course, ...] = ()
 
     def show_courses(self, courses: Sequence[Course]) -> None:
@@ -279,7 +285,9 @@ class HistoryChart(Chart):
             for sample in course.samples:
                 share = (sample.when.timestamp() - min(times)) / span if len(times) > 1 else 0.5
                 x = inner.left() + inner.width() * share
-                points.append(QPointF(x, _y(box, middle, reach, self._value(course, sample))))
+                points.append(
+                    QPointF(x, height_of(box, self._value(course, sample) - middle, reach))
+                )
             self._paint_course(painter, index, course, points, box.height() / (2.0 * reach))
 
     def _value(self, course: Course, sample: Sample) -> float:
@@ -308,13 +316,7 @@ class HistoryChart(Chart):
         times: tuple[float, float],
     ) -> None:
         theme = self._theme
-        ink(painter, QColor(theme.muted), font=digit_font(11, bold=False))
-        scale = QRectF(0.0, box.top(), _HISTORY_SCALE_PX - 4.0, box.height())
-        for side, value in (
-            (Qt.AlignmentFlag.AlignTop, middle + reach),
-            (Qt.AlignmentFlag.AlignBottom, middle - reach),
-        ):
-            painter.drawText(scale, Qt.AlignmentFlag.AlignRight | side, format(value, self._form))
+        self._paint_ends(painter, box, middle, reach)
         days = QRectF(box.left(), box.bottom() + 1.0, box.width(), _FOOT_PX - 1.0)
         begin, end = (_day(time) for time in times)
         single = begin == end
@@ -324,13 +326,13 @@ class HistoryChart(Chart):
             painter.drawText(days, Qt.AlignmentFlag.AlignRight, end)
         painter.setPen(QPen(QColor(theme.border), 1.0))
         painter.drawRect(box)
-        zero = _y(box, middle, reach, 0.0)
+        zero = height_of(box, -middle, reach)
         if box.top() < zero < box.bottom():
             painter.drawLine(QPointF(box.left(), zero), QPointF(box.right(), zero))
         if self._limit > 0.0:
             painter.setPen(QPen(QColor(theme.bad), 1.5, Qt.PenStyle.DashLine))
             for value in (-self._limit, self._limit):
-                y = _y(box, middle, reach, value)
+                y = height_of(box, value - middle, reach)
                 painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
 
     def _paint_names(self, painter: QPainter) -> None:
@@ -371,15 +373,6 @@ class HistoryChart(Chart):
         else:
             painter.drawEllipse(box)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-
-    def _colour(self, index: int) -> QColor:
-        theme = self._theme
-        colours = (theme.accent, theme.text, theme.good, theme.warn)
-        return QColor(colours[index % len(colours)])
-
-
-def _y(box: QRectF, middle: float, reach: float, value: float) -> float:
-    return box.center().y() - 0.5 * box.height() * (value - middle) / reach
 
 
 def _day(time: float) -> str:

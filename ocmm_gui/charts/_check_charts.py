@@ -11,8 +11,8 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.acceptance import InterimChart, InterimWord
 from ocmm_core.calibration.records import Check, VerificationRecord
-from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import digit_font, fitted, ink, localised, said, said_word, text_font, tr
+from ocmm_gui.charts._plot import Level, Plot, height_of, paint_levels
+from ocmm_gui.kit import RIGHT, digit_font, fitted, ink, localised, said, said_word, text_font, tr
 
 _SCALE_PX = 58.0
 
@@ -47,7 +47,7 @@ class ErrorChart(Plot):
         pitch = box.width() / len(checks)
 
         def y(value: float) -> float:
-            return box.center().y() - 0.5 * box.height() * value / reach
+            return height_of(box, value, reach)
 
         ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         painter.drawRect(box)
@@ -80,8 +80,7 @@ class ErrorChart(Plot):
         limit = max(one.limit_mm for one in checks)
         for value in (limit, 0.0, -limit):
             place = QRectF(0.0, y(value) - 10.0, _SCALE_PX - 6.0, 20.0)
-            right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-            painter.drawText(place, right, f"{1e3 * value:+.0f}" if value else "0")
+            painter.drawText(place, RIGHT, f"{1e3 * value:+.0f}" if value else "0")
         self._paint_groups(painter, box, pitch)
 
     def _paint_groups(self, painter: QPainter, box: QRectF, pitch: float) -> None:
@@ -178,7 +177,7 @@ class InterimPlot(Plot):
         reach = 1.1 * max([limit, *(abs(one) for one in shown)])
 
         def y(value: float) -> float:
-            return box.center().y() - 0.5 * box.height() * value / reach
+            return height_of(box, value, reach)
 
         painter.fillRect(
             QRectF(box.left(), y(limit), box.width(), y(-limit) - y(limit)), QColor(theme.zone_good)
@@ -210,16 +209,11 @@ class InterimPlot(Plot):
                 (tr("+3 s"), chart.centre + spread, Qt.PenStyle.DashLine),
                 (tr("-3 s"), chart.centre - spread, Qt.PenStyle.DashLine),
             ]
-        painter.setFont(digit_font(12, bold=False))
-        taken: list[float] = []
-        for name, value, style in levels:
-            painter.setPen(QPen(QColor(self._theme.text), 1.4, style))
-            painter.drawLine(QPointF(box.left(), y(value)), QPointF(box.right(), y(value)))
-            if all(abs(y(value) - other) > 15.0 for other in taken):
-                taken.append(y(value))
-                place = QRectF(0.0, y(value) - 9.0, _INTERIM_SCALE_PX - 6.0, 18.0)
-                right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                painter.drawText(place, right, localised(f"{name} {1e3 * value:+.1f}"))
+        lines = [
+            Level(y(value), localised(f"{name} {1e3 * value:+.1f}"), style)
+            for name, value, style in levels
+        ]
+        paint_levels(painter, box, lines, box.left() - 6.0, self._theme)
 
     def _paint_checks(
         self, painter: QPainter, box: QRectF, chart: InterimChart, y: Callable[[float], float]

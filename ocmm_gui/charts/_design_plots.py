@@ -10,11 +10,9 @@ from ocmm_core.calibration.probe_design import TipMap
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Mechanics, colour_at
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import fitted, ink, localised, text_font, tr
+from ocmm_gui.kit import LEFT, RIGHT, fitted, ink, localised, text_font, tr
 
 _LEFT_PX, _FOOT_PX, _SCALE_PX = 44.0, 36.0, 70.0
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _CENTRE = Qt.AlignmentFlag.AlignCenter
 _HATCHED = Qt.BrushStyle.BDiagPattern
 
@@ -68,7 +66,7 @@ class MapPlot(Plot):
             painter.drawText(QRectF(x - 30.0, box.bottom() + 1.0, 60.0, 16.0), _CENTRE, across)
             y = min(max(y, box.top() + 8.0), box.bottom() - 8.0)
             along = f"{_at(found.rows, share):.0f}"
-            painter.drawText(QRectF(box.left() - 46.0, y - 8.0, 42.0, 16.0), _RIGHT, along)
+            painter.drawText(QRectF(box.left() - 46.0, y - 8.0, 42.0, 16.0), RIGHT, along)
         painter.setPen(QColor(self._theme.muted))
         names = tr("across: {across}   up: {up}").format(across=found.names[0], up=found.names[1])
         painter.setFont(fitted(text_font(13), names, self.width(), 17.0, 13))
@@ -89,7 +87,7 @@ class MapPlot(Plot):
             y = box.bottom() - share * box.height()
             y = min(max(y, box.top() + 8.0), box.bottom() - 8.0)
             place = QRectF(left + 16.0, y - 8.0, _SCALE_PX - 26.0, 16.0)
-            painter.drawText(place, _LEFT, localised(f"{low + share * (top - low):.1f}"))
+            painter.drawText(place, LEFT, localised(f"{low + share * (top - low):.1f}"))
 
 
 class BendingPlot(Plot):
@@ -125,7 +123,7 @@ class BendingPlot(Plot):
     ) -> None:
         theme = self._theme
         ink(painter, QColor(theme.muted), font=text_font(13))
-        painter.drawText(QRectF(part.left(), part.top(), part.width(), 16.0), _RIGHT, words)
+        painter.drawText(QRectF(part.left(), part.top(), part.width(), 16.0), RIGHT, words)
         room = part.adjusted(0.0, 18.0, 0.0, -8.0)
         low, top = min(float(line.min()), 0.0), max(float(line.max()), 0.0)
         span, length = max(top - low, 1e-9), float(found.x_mm[-1])
@@ -150,7 +148,7 @@ class BendingPlot(Plot):
             painter.drawLine(at - QPointF(0.0, 4.0), at + QPointF(0.0, 4.0))
         for value in (low, top):
             y = place(0.0, value).y()
-            painter.drawText(QRectF(0.0, y - 8.0, _LEFT_PX - 5.0, 16.0), _RIGHT, f"{round(value)}")
+            painter.drawText(QRectF(0.0, y - 8.0, _LEFT_PX - 5.0, 16.0), RIGHT, f"{round(value)}")
 
 
 def _at(values: Float, share: float) -> float:

@@ -17,13 +17,12 @@ from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts._plot import Plot, rms_of
 from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
-from ocmm_gui.kit import digit_font, ink, localised, text_font, tr, vbox
+from ocmm_gui.kit import RIGHT, digit_font, ink, localised, text_font, tr, vbox
 from ocmm_gui.scene import Dots, Item, Lines, Tag, paint_scene
 from ocmm_gui.views import seen_from, upright
 
 _SCALE_PX, _MOST = 58.0, 3000
 _REACH_SIGMAS = 5.0
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class TipCourse(Plot):
@@ -77,7 +76,7 @@ class TipCourse(Plot):
         ink(painter, QColor(theme.muted), font=digit_font(13, bold=False))
         scale = strip.adjusted(-_SCALE_PX, 0.0, 0.0, 0.0)
         scale.setWidth(_SCALE_PX - 6.0)
-        painter.drawText(scale, _RIGHT, f"{'XYZ'[axis]}  0")
+        painter.drawText(scale, RIGHT, f"{'XYZ'[axis]}  0")
         top = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop
         painter.drawText(scale, top, f"{reach:+.0f}")
         values = self._off_um[:, axis]

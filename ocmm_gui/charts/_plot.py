@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import PaintedWidget, digit_font, fitted, text_font
+from ocmm_gui.kit import LEFT, RIGHT, PaintedWidget, Theme, digit_font, fitted, text_font
 
 HEAD_PX, SMALL_HEAD_PX, LEGEND_PX = 24.0, 18.0, 24.0
 ARROW_SHARE = 0.07
 """Length of an RMS arrow, relative to the picture's shorter side."""
 _BARB = 0.3
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_LABEL_PX = 15.0
+"""Least distance of two labels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +70,7 @@ class Plot(PaintedWidget):
         loud, soft = QColor(theme.text), QColor(theme.muted)
         painter.setFont(text_font(look.text_px, bold=not look.loud_word))
         painter.setPen(soft if look.loud_word else loud)
-        painter.drawText(head, _LEFT, self._title)
+        painter.drawText(head, LEFT, self._title)
         room = head.width()
         if lines == 1:
             room -= painter.fontMetrics().horizontalAdvance(self._title) + look.gap_px
@@ -78,7 +80,7 @@ class Plot(PaintedWidget):
         place = head.translated(0.0, (lines - 1) * (look.height_px - look.tuck_px))
         if lines == 1:
             place.setLeft(head.right() - room)
-        painter.drawText(place, _RIGHT if lines == 1 else _LEFT, self._word)
+        painter.drawText(place, RIGHT if lines == 1 else LEFT, self._word)
         return QRectF(self.rect()).adjusted(0.0, place.bottom() + 2.0, 0.0, 0.0)
 
     def _paint_legend(self, painter: QPainter, box: QRectF, pixels: float, text: str) -> None:
@@ -89,7 +91,35 @@ class Plot(PaintedWidget):
         painter.drawLines(arrow_lines(np.array([[start.x(), y]]), np.array([[pixels, 0.0]])))
         painter.setFont(digit_font(15, bold=False))
         place = QRectF(start.x() + pixels + 8.0, y - 0.5 * LEGEND_PX, 240.0, LEGEND_PX)
-        painter.drawText(place, _LEFT, text)
+        painter.drawText(place, LEFT, text)
+
+
+class Level(NamedTuple):
+    """A line across a plot, at a height in px, with its label."""
+
+    y: float
+    label: str
+    style: Qt.PenStyle
+
+
+def paint_levels(
+    painter: QPainter, box: QRectF, levels: Sequence[Level], right: float, theme: Theme
+) -> None:
+    """Paint levels with their labels at the left of a box, up to ``right``, px."""
+    painter.setFont(digit_font(12, bold=False))
+    taken: list[float] = []
+    for y, label, style in levels:
+        painter.setPen(QPen(QColor(theme.text), 1.4, style))
+        painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
+        # Avoid overlapping labels.
+        if all(abs(y - other) > _LABEL_PX for other in taken):
+            taken.append(y)
+            painter.drawText(QRectF(0.0, y - 9.0, right, 18.0), RIGHT, label)
+
+
+def height_of(box: QRectF, value: float, reach: float) -> float:
+    """Return the height of a value in a box that shows minus to plus ``reach``, px."""
+    return box.center().y() - 0.5 * box.height() * value / reach
 
 
 def rms_of(values: Float) -> float:

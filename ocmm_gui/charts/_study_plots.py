@@ -9,15 +9,13 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.geometry import Float
-from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import digit_font, ink, localised, text_font, tr
+from ocmm_gui.charts._plot import Plot, height_of
+from ocmm_gui.kit import LEFT, RIGHT, digit_font, ink, localised, text_font, tr
 from ocmm_shop.studies import GaugeStudy, Type1Study
 
 _SCALE_PX, _FOOT_PX = 84.0, 24.0
 _GOOD, _CONDITIONAL = 10.0, 30.0
 """Per cent of study or tolerance (AIAG): good below the first, bad above the second."""
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 class ComponentsPlot(Plot):
@@ -61,10 +59,10 @@ class ComponentsPlot(Plot):
             bar = QRectF(box.left(), top + 0.2 * high, box.width() * share / 100.0, 0.6 * high)
             painter.fillRect(bar, QColor(theme.accent if index else theme.text))
             ink(painter, QColor(theme.text), font=text_font(14, bold=not index))
-            painter.drawText(QRectF(0.0, top, 144.0, high), _RIGHT, name)
+            painter.drawText(QRectF(0.0, top, 144.0, high), RIGHT, name)
             painter.setFont(digit_font(14, bold=False))
             place = QRectF(box.right() + 8.0, top, 142.0, high)
-            painter.drawText(place, _LEFT, localised(f"{share:.1f} %  {um:.1f} µm"))
+            painter.drawText(place, LEFT, localised(f"{share:.1f} %  {um:.1f} µm"))
         for level in (_GOOD, _CONDITIONAL):
             x = box.left() + 0.01 * level * box.width()
             painter.setPen(QPen(QColor(theme.warn), 1.6, Qt.PenStyle.DashLine))
@@ -111,8 +109,8 @@ class OperatorsPlot(Plot):
             for number, value in enumerate(own.ravel()):
                 x = left + wide * (0.15 + 0.7 * (number + 0.5) / own.size)
                 ink(painter, Qt.PenStyle.NoPen, QColor(theme.accent))
-                painter.drawEllipse(QPointF(x, _y(box, float(value), reach)), 3.5, 3.5)
-            mean = _y(box, float(own.mean()), reach)
+                painter.drawEllipse(QPointF(x, height_of(box, float(value), reach)), 3.5, 3.5)
+            mean = height_of(box, float(own.mean()), reach)
             painter.setPen(QPen(QColor(theme.text), 2.4))
             painter.drawLine(QPointF(left + 0.1 * wide, mean), QPointF(left + 0.9 * wide, mean))
             ink(painter, QColor(theme.text), font=text_font(13, bold=True))
@@ -148,28 +146,24 @@ class RunPlot(Plot):
         reach = 1.15 * max(self._tenth, float(np.max(np.abs(values))))
         _frame(painter, box, theme.border, theme.background)
         band = QRectF(
-            box.left(), _y(box, self._tenth, reach), box.width(),
-            _y(box, -self._tenth, reach) - _y(box, self._tenth, reach),
+            box.left(), height_of(box, self._tenth, reach), box.width(),
+            height_of(box, -self._tenth, reach) - height_of(box, self._tenth, reach),
         )  # fmt: skip
         painter.fillRect(band, QColor(theme.zone_good))
         _scale(painter, box, reach, theme.muted)
-        mean = _y(box, float(values.mean()), reach)
+        mean = height_of(box, float(values.mean()), reach)
         painter.setPen(QPen(QColor(theme.text), 1.6, Qt.PenStyle.DashLine))
         painter.drawLine(QPointF(box.left(), mean), QPointF(box.right(), mean))
         pitch = box.width() / len(values)
         before: QPointF | None = None
         for index, value in enumerate(values):
-            place = QPointF(box.left() + (index + 0.5) * pitch, _y(box, float(value), reach))
+            place = QPointF(box.left() + (index + 0.5) * pitch, height_of(box, float(value), reach))
             painter.setPen(QPen(QColor(theme.muted), 1.2))
             if before is not None:
                 painter.drawLine(before, place)
             before = place
             painter.setBrush(QColor(theme.accent if abs(value) <= self._tenth else theme.bad))
             painter.drawEllipse(place, 4.0, 4.0)
-
-
-def _y(box: QRectF, value: float, reach: float) -> float:
-    return box.center().y() - 0.5 * box.height() * value / reach
 
 
 def _frame(painter: QPainter, box: QRectF, border: str, background: str) -> None:
@@ -180,7 +174,7 @@ def _frame(painter: QPainter, box: QRectF, border: str, background: str) -> None
 def _scale(painter: QPainter, box: QRectF, reach: float, colour: str) -> None:
     ink(painter, QColor(colour), font=digit_font(12, bold=False))
     for share in (0.9, 0.0, -0.9):
-        y = _y(box, share * reach, reach)
+        y = height_of(box, share * reach, reach)
         painter.drawLine(QPointF(box.left(), y), QPointF(box.left() + 6.0, y))
         place = QRectF(0.0, y - 9.0, _SCALE_PX - 8.0, 18.0)
-        painter.drawText(place, _RIGHT, localised(f"{share * reach:+.1f}") if share else "0")
+        painter.drawText(place, RIGHT, localised(f"{share * reach:+.1f}") if share else "0")

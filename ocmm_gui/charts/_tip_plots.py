@@ -11,7 +11,17 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QRadialGradient
 
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3, unit
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, PaintedWidget, fitted, ink, text_font, tr
+from ocmm_gui.kit import (
+    LEFT,
+    RIGHT,
+    SCENE_LEAST,
+    SCENE_SIZE,
+    PaintedWidget,
+    fitted,
+    ink,
+    text_font,
+    tr,
+)
 from ocmm_gui.views import upright
 
 _RING = np.radians(15.0)
@@ -166,8 +176,6 @@ class SphereMap(PaintedWidget):
 
 
 _ROW_PX, _ROOMY_PX, _LEAST_PX, _BAR_PX = 46.0, 32.0, 18.0, 9.0
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,8 +233,8 @@ class Bars(PaintedWidget):
         bold = text_font(18, bold=True)
         painter.setFont(fitted(bold, value, 0.5 * text.width(), text.height(), 20.0))
         painter.setPen(QColor(theme.text))
-        painter.drawText(text, _RIGHT, value)
+        painter.drawText(text, RIGHT, value)
         room = text.width() - painter.fontMetrics().horizontalAdvance(value) - 8.0
         painter.setFont(fitted(text_font(16), row.name, room, text.height(), 16.0))
         painter.setPen(QColor(theme.text))
-        painter.drawText(text, _LEFT, row.name)
+        painter.drawText(text, LEFT, row.name)

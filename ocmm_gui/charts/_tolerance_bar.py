@@ -12,6 +12,7 @@ from ocmm_core.inspection.archive import Trend
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_gui import kit
+from ocmm_gui.charts._plot import Level, paint_levels
 from ocmm_gui.kit import tr
 
 _MARGIN_SHARE = 0.4
@@ -216,7 +217,6 @@ class TrendChart(kit.PaintedWidget):
         bottom = y(max(trend.low, low))
         kit.ink(painter, Qt.PenStyle.NoPen, QColor(self._theme.zone_good))
         painter.drawRect(QRectF(box.left(), top, box.width(), bottom - top))
-        painter.setFont(kit.digit_font(12, bold=False))
         levels: list[tuple[str, float, Qt.PenStyle]] = [
             (tr("limit"), value, Qt.PenStyle.SolidLine)
             for value in (trend.low, trend.high)
@@ -228,16 +228,11 @@ class TrendChart(kit.PaintedWidget):
                 (tr("UCL"), trend.chart.high, Qt.PenStyle.DashLine),
                 (tr("LCL"), trend.chart.low, Qt.PenStyle.DashLine),
             ]
-        taken: list[float] = []
-        for name, value, style in levels:
-            painter.setPen(QPen(QColor(self._theme.text), 1.4, style))
-            painter.drawLine(QPointF(box.left(), y(value)), QPointF(box.right(), y(value)))
-            # Avoid overlapping labels.
-            if all(abs(y(value) - other) > 15.0 for other in taken):
-                taken.append(y(value))
-                place = QRectF(box.left() - _SCALE_PX + 6.0, y(value) - 9.0, _SCALE_PX - 12.0, 18.0)
-                right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                painter.drawText(place, right, f"{name} {kit.kind_value(trend.kind, value, 3)}")
+        lines = [
+            Level(y(value), f"{name} {kit.kind_value(trend.kind, value, 3)}", style)
+            for name, value, style in levels
+        ]
+        paint_levels(painter, box, lines, box.left() - 6.0, self._theme)
 
     def _paint_parts(
         self, painter: QPainter, trend: Trend, box: QRectF, low: float, high: float

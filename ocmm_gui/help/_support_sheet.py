@@ -1,4 +1,4 @@
-"""Sheets of help: the keys of the page, and the support bundle with a preview of its contents."""
+"""Sheets of help: support bundle with its contents, all keys, about OCMM, the second screen."""
 
 from __future__ import annotations
 
@@ -8,18 +8,12 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QHeaderView,
-    QLabel,
-    QListWidget,
-    QPlainTextEdit,
-    QVBoxLayout,
-)
+from PySide6.QtGui import QGuiApplication, QImage, QPixmap
+from PySide6.QtWidgets import QCheckBox, QLabel, QListWidget, QPlainTextEdit
 
 from ocmm_core import support
 from ocmm_core.errors import OcmmError
+from ocmm_core.station import ServiceState
 from ocmm_core.support import DOCUMENTS, SupportSite, about_lines
 from ocmm_gui import kit
 from ocmm_gui.kit import later, tr
@@ -77,14 +71,10 @@ class SupportSheet(kit.Sheet):
         self.files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.files.currentRowChanged.connect(self._show_text)
         side.addWidget(self.files, 1)
-        self.text = kit.dressed(QPlainTextEdit(), tr("What is in the selected file"))
-        self.text.setReadOnly(True)
-        self.text.setTabChangesFocus(True)
-        self.text.setFont(kit.text_font(13))
+        self.text = _text_view(tr("What is in the selected file"))
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
-        right = QVBoxLayout()
         self._name: QLabel = kit.caption("", self.text)
-        kit.fill(right, self._name, (self.text, 1))
+        right = kit.vbox(self._name, (self.text, 1))
         both = kit.hbox((side, 2), (right, 5), spacing=12)
         self.panel = kit.PathPanel(
             tr("Write the support bundle to"), tr("File of the support bundle"), tr("Write")
@@ -209,6 +199,13 @@ class SupportSheet(kit.Sheet):
         self.failed.emit(error)
 
 
+def _text_view(name: str) -> QPlainTextEdit:
+    text = kit.dressed(QPlainTextEdit(), name, font=kit.text_font(13))
+    text.setReadOnly(True)
+    text.setTabChangesFocus(True)
+    return text
+
+
 _COLUMNS = (
     (later("Where"), later("mode in which the key works")),
     (later("Key"), later("any of them")),
@@ -232,9 +229,7 @@ class KeysSheet(kit.Sheet):
         self.table.verticalHeader().setMinimumSectionSize(_ROW_PX)
         self.table.setRowCount(len(kit.ACTIONS))
         self._show()
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setStretchLastSection(True)
+        self.table.fit_columns(len(_COLUMNS) - 1)
         self.body.addWidget(self.table, 1)
         self.say(
             tr(
@@ -284,17 +279,12 @@ class AboutSheet(kit.Sheet):
         super().__init__(tr("About OCMM"), _ABOUT_KEYS)
         self._site = site
         self.table = kit.NumberTable(tr("About OCMM"), kit.tr_all(_FACTS), font=kit.text_font(14))
-        self.text = kit.dressed(QPlainTextEdit(), tr("Text of the licence"))
-        self.text.setReadOnly(True)
-        self.text.setTabChangesFocus(True)
-        self.text.setFont(kit.text_font(13))
+        self.text = _text_view(tr("Text of the licence"))
         self._name = kit.caption("", self.text)
         kit.fill(self.body, self.table, self._name, (self.text, 1))
         shown = {info.key: partial(self._show, at) for at, info in enumerate(_ABOUT_KEYS[1:])}
         self.use_keys({"copy": self.copy, **shown}, primary="copy")
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setStretchLastSection(True)
+        self.table.fit_columns(len(_FACTS) - 1)
 
     def open(self) -> None:
         self.table.show_rows(
@@ -313,3 +303,68 @@ class AboutSheet(kit.Sheet):
         document = DOCUMENTS[number]
         self._name.setText(kit.said_word(document.title))
         self.text.setPlainText(document.text())
+
+
+_SCREEN_KEYS = (
+    kit.ActionInfo("start", later("Start"), later("Start the page for the tablet"), ("F6",)),
+    kit.ActionInfo("stop", later("Stop"), later("End the page on all tablets"), ("F7",)),
+)
+_CODE_PX = 380
+
+
+class SecondScreenSheet(kit.Sheet):
+    """QR code and address of the page; `start` and `stop` return at once."""
+
+    def __init__(self, start: Callable[[], None], stop: Callable[[], None]) -> None:
+        super().__init__(tr("Second screen"), _SCREEN_KEYS)
+        self._start = start
+        self.code = kit.dressed(kit.PlainLabel(), tr("QR code of the page"))
+        self.code.setFixedSize(_CODE_PX, _CODE_PX)
+        self.code.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.readers = kit.sentence_label(tr("Open pages"), 26)
+        self.doubt = kit.sentence_label(tr("About the connection"), 18)
+        kit.use_role(self.doubt, "warn")
+        self.address = kit.sentence_label(tr("Address of the page"), 16)
+        self.address.setTextInteractionFlags(
+            Qt.TextInteractionFlag.TextSelectableByMouse
+            | Qt.TextInteractionFlag.TextSelectableByKeyboard
+        )
+        words = kit.vbox(self.readers, self.doubt, self.address, 1, spacing=14)
+        row = kit.hbox(self.code, (words, 1), spacing=28)
+        row.setAlignment(self.code, Qt.AlignmentFlag.AlignTop)
+        self.body.addLayout(row, 1)
+        self.say(tr("Scan the code with the camera of the tablet; the page opens in its browser."))
+        self.use_keys({"start": start, "stop": stop}, primary="start")
+        self.show_state(None)
+
+    def open(self) -> None:
+        """Start the page, unless it runs."""
+        self._start()
+
+    def show_state(self, state: ServiceState | None) -> None:
+        """Show the running server; None: none runs."""
+        self.keys["start"].setEnabled(state is None)
+        self.keys["stop"].setEnabled(state is not None)
+        self.code.setVisible(state is not None)
+        if state is None:
+            self.readers.setText(tr("The second screen is off."))
+            self.doubt.clear()
+            self.address.clear()
+            return
+        words = tr("No page is open yet.")
+        if state.open_pages:
+            words = tr("%n pages are open.", "One page is open.", state.open_pages)
+        self.readers.setText(words)
+        self.doubt.setText(kit.said(state.sentence))
+        if state.page != self.address.text():
+            self.address.setText(state.page)
+            self.code.setPixmap(_picture(state.code))
+
+
+def _picture(code: tuple[bytes, ...]) -> QPixmap:
+    """Return a QR code, black on white in every theme, with whole pixels a module."""
+    size = len(code)
+    pixels = bytes(0 if module else 255 for row in code for module in row)
+    image = QImage(pixels, size, size, size, QImage.Format.Format_Grayscale8).copy()
+    side = size * (_CODE_PX // size)
+    return QPixmap.fromImage(image.scaled(side, side))

@@ -9,7 +9,6 @@ from itertools import islice
 
 import msgspec
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
@@ -270,18 +269,12 @@ class _AnswerTable(kit.DataTable):
                 (tr("Code"), tr("of errors and refusals")),
             ),
         )
-        self._found: tuple[RemedyEntry, ...] = ()
 
     def show_answers(self, found: tuple[RemedyEntry, ...]) -> None:
-        self._found = found
         self.setRowCount(len(found))
         for row, one in enumerate(found):
             self.show_words(row, (one.sign, one.steps, one.codes))
         self.resizeRowsToContents()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self.show_answers(self._found)
 
 
 class WhatToDoSheet(kit.Sheet):
@@ -294,12 +287,9 @@ class WhatToDoSheet(kit.Sheet):
         self.table.setWordWrap(True)
         self.table.setFont(kit.text_font(15))
         self.table.setShowGrid(True)
-        head = self.table.horizontalHeader()
-        head.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        head.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
-        head.setSectionResizeMode(2, QHeaderView.ResizeMode.ResizeToContents)
+        self.table.fit_columns(0, 1)
         # A scroll bar narrows the columns, and rows may need another line.
-        head.sectionResized.connect(
+        self.table.horizontalHeader().sectionResized.connect(
             lambda _column, _before, _now: QTimer.singleShot(
                 0, self.table, self.table.resizeRowsToContents
             )

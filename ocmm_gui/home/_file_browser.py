@@ -8,11 +8,11 @@ from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QWidget
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from ocmm_core.documents import resource
 from ocmm_gui import kit
-from ocmm_gui.home._setting_row import HIGH_PX
+from ocmm_gui.home._setting_row import HIGH_PX, wide_button
 from ocmm_gui.kit import tr
 from ocmm_gui.work import Worker
 
@@ -55,20 +55,17 @@ class FileBrowser(QWidget):
         self._wanted = FileType.ANY
         self._folder = Path.home()
         self._worker = Worker("ocmm-files", self)
-        self.title = kit.PlainLabel()
-        self.title.setFont(kit.text_font(18, bold=True))
+        self.title = kit.dressed(kit.PlainLabel(), font=kit.text_font(18, bold=True))
         self.path = kit.form_field(tr("Path"), tr("Path of the file; Return opens it"))
-        self.path.setMinimumHeight(HIGH_PX)
-        self.path.setFont(kit.text_font(17))
+        kit.dressed(self.path, font=kit.text_font(17), high=HIGH_PX)
         self.path.left.connect(self.left)
         self.path.returnPressed.connect(self._on_typed)
         self.places = _list(tr("Recent places"))
         self.files = _list(tr("Files of the folder"))
-        self.told = kit.sentence_label(tr("About the folder"), 14)
-        self.told.setProperty("role", "muted")
-        self.take = _wide(tr("Choose this folder"), "primary")
+        self.told = kit.sentence_label(tr("About the folder"), 14, role="muted")
+        self.take = wide_button(tr("Choose this folder"), "primary")
         self.take.clicked.connect(lambda: self._give(self._folder))
-        cancel = _wide(tr("Cancel"), "plain")
+        cancel = wide_button(tr("Cancel"), "plain")
         cancel.clicked.connect(self.left)
         head = kit.hbox((self.path, 1), self.take, cancel)
         lists = kit.hbox((self.places, 2), (self.files, 5))
@@ -196,10 +193,3 @@ def _add(to: QListWidget, text: str, path: Path) -> None:
     item.setData(_PATH, path)
     item.setToolTip(kit.literal(str(path)))
     item.setSizeHint(QSize(120, _ROW_PX))
-
-
-def _wide(text: str, role: str) -> QPushButton:
-    button = kit.dressed(kit.NarrowButton(text), text, role=role)
-    button.setMinimumHeight(HIGH_PX)
-    button.setFont(kit.text_font(16))
-    return button

@@ -32,10 +32,9 @@ class FindAction(QFrame):
         self.setAccessibleName(tr("Find an action"))
         self._actions: dict[str, QAction] = {}
         self._others: frozenset[str] = frozenset()
-        self.field = dressed(_Field(), tr("What do you want to do?"))
+        name = tr("What do you want to do?")
+        self.field = dressed(_Field(), name, font=text_font(20), high=57)
         self.field.setPlaceholderText(tr("What do you want to do? Return does it, Esc closes."))
-        self.field.setFont(text_font(20))
-        self.field.setMinimumHeight(57)
         self.list = dressed(QListWidget(), tr("Actions that fit"), font=text_font(17))
         self.list.setFixedHeight(_SHOWN * _ROW_PX + 8)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)

@@ -5,11 +5,11 @@ The preview is drawn in another process.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QFileSystemWatcher, QObject, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QImage, QKeyEvent, QPixmap, QResizeEvent, QShowEvent
+from PySide6.QtCore import QFileSystemWatcher, QObject, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QImage, QPixmap, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QCompleter, QGridLayout, QPushButton, QWidget
 
 from ocmm_core.errors import InputError, OcmmError
@@ -62,10 +62,8 @@ class SettingRow(QObject):
         self.choice: kit.ChoiceBox | None = None
         self.switch: QPushButton | None = None
         # Without a place in the grid it would be a top-level window.
-        self.field = _Field()
         # After the first show the style sheet overrides later fonts.
-        self.field.setFont(kit.text_font(_FONT_PX))
-        self.field.setAccessibleName(label)
+        self.field = kit.dressed(_Field(), label, font=kit.text_font(_FONT_PX))
         self.field.setToolTip(kit.literal(tip))
         self.field.setParent(parent)
         self.field.hide()
@@ -74,9 +72,8 @@ class SettingRow(QObject):
             editor = self.choice = kit.ChoiceBox(label, tip, kit.tr_all(spec.choices))
             self.choice.activated.connect(lambda index: self._commit(spec.choices[index]))
         elif spec.kind is Kind.SWITCH:
-            editor = self.switch = kit.NarrowButton()
+            editor = self.switch = kit.dressed(kit.NarrowButton(), label)
             self.switch.setCheckable(True)
-            self.switch.setAccessibleName(label)
             self.switch.setToolTip(kit.literal(tip))
             self.switch.clicked.connect(self._commit)
         else:
@@ -93,14 +90,12 @@ class SettingRow(QObject):
         if editor is not self.field:
             editor.setFont(kit.text_font(_FONT_PX))
         self.editor = editor
-        self.mark = kit.PlainLabel()
-        self.mark.setFont(kit.text_font(20, bold=True))
+        self.mark = kit.dressed(kit.PlainLabel(), font=kit.text_font(20, bold=True))
         self.mark.setFixedWidth(18)
-        words = kit.caption(_with_unit(label, spec.quantity.unit), editor)
-        words.setFont(kit.text_font(16))
-        self.told = kit.sentence_label(tr("About {setting}").format(setting=label), 14)
-        self.told.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self.told.setProperty("role", "muted")
+        words = kit.caption(_with_unit(label, spec.quantity.unit), editor, 16)
+        self.told = kit.sentence_label(
+            tr("About {setting}").format(setting=label), 14, role="muted", middle=True
+        )
         # Every second line is for messages.
         row = 2 * row
         grid.addWidget(self.mark, row, 0)
@@ -209,23 +204,21 @@ class SettingRow(QObject):
 class _Field(kit.OwnKeysField):
     """F-keys act on the page; Esc first undoes typing."""
 
-    def event(self, event: QEvent) -> bool:
-        """Leave the F-keys to the page."""
-        if isinstance(event, QKeyEvent) and event.type() is QEvent.Type.ShortcutOverride:
-            own = not Qt.Key.Key_F1 <= event.key() <= Qt.Key.Key_F12
-            if not own:
-                event.ignore()
-                return False
-        return super().event(event)
+    given_keys = kit.F_KEYS
 
 
 def _button(text: str, name: str) -> QPushButton:
-    button = kit.dressed(kit.NarrowButton(text), name)
+    button = kit.dressed(kit.NarrowButton(text), name, font=kit.text_font(20))
     button.setToolTip(kit.literal(name))
-    button.setFont(kit.text_font(20))
     button.setFixedSize(QSize(HIGH_PX, HIGH_PX))
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     return button
+
+
+def wide_button(text: str, role: str = "") -> QPushButton:
+    """Return a button for a gloved finger."""
+    font = kit.text_font(16)
+    return kit.dressed(kit.NarrowButton(text), text, font=font, role=role, high=HIGH_PX)
 
 
 def _typed(spec: SettingSpec, value: Value) -> str:
@@ -254,20 +247,16 @@ _SETTLE_MS = 300
 _SAME_PX = 8
 
 
-@dataclass(frozen=True, slots=True)
-class HeadPage:
-    """Draw the first page of an empty report. Imports happen in the drawing process only."""
+def draw_head(settings: Settings, width: int, tell: Teller) -> tuple[int, int, bytes]:
+    """Draw the first page of an empty report; imports happen in the drawing process only.
 
-    settings: Settings
-    width: int
+    Returns width, height and pixels (``QImage.Format_RGB32``); errors as `use_head`.
+    """
+    from ocmm_gui.reports import template_page
 
-    def __call__(self, tell: Teller) -> tuple[int, int, bytes]:
-        """Return width, height and pixels (``QImage.Format_RGB32``); errors as `use_head`."""
-        from ocmm_gui.reports import template_page
-
-        tell(later("Drawing the first page"), 0.5)
-        page = template_page(self.settings, self.width)
-        return page.width, page.height, page.content
+    tell(later("Drawing the first page"), 0.5)
+    page = template_page(settings, width)
+    return page.width, page.height, page.content
 
 
 class TemplatePreview(QWidget):
@@ -284,9 +273,7 @@ class TemplatePreview(QWidget):
         self.setMinimumWidth(_LEAST_PX)
         self._settings: Settings | None = None
         self._width = 0
-        self._work = SideProcess(self)
-        self._work.finished.connect(self._show)
-        self._work.failed.connect(self._fail)
+        self._work = SideProcess(self, self._show, self._fail)
         self._settling = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settling.timeout.connect(self._draw)
         # Templates are edited with other programs.
@@ -327,7 +314,7 @@ class TemplatePreview(QWidget):
         self._width = self._room()
         kit.use_role(self.words, "muted")
         self.words.setText(tr("Drawing the first page"))
-        self._work.start(HeadPage(self._settings, self._width))
+        self._work.start(partial(draw_head, self._settings, self._width))
 
     def _watch(self, template: Path | None) -> None:
         # Replacing a file ends its watch.

@@ -22,7 +22,7 @@ from ocmm_core.settings import (
 from ocmm_gui import kit
 from ocmm_gui.access import RulerLine
 from ocmm_gui.home._file_browser import FileBrowser, FileType
-from ocmm_gui.home._setting_row import HIGH_PX, SettingRow, TemplatePreview
+from ocmm_gui.home._setting_row import HIGH_PX, SettingRow, TemplatePreview, wide_button
 from ocmm_gui.home._settings_parts import KeyList, SoundsPage
 from ocmm_gui.kit import later, tr
 
@@ -50,8 +50,7 @@ class SettingsPage(kit.Sheet):
         self._store, self._reopens = store, apply is not None
         self._waiting: set[str] = set()
         self.loaded = store.load()
-        self.notes = kit.sentence_label(tr("What was not used"), 15)
-        self.notes.setProperty("role", "warn")
+        self.notes = kit.sentence_label(tr("What was not used"), 15, role="warn")
         self.rows: dict[str, SettingRow] = {}
         self.ruler = RulerLine()
         self.preview = TemplatePreview()
@@ -139,11 +138,8 @@ class SettingsPage(kit.Sheet):
         return both
 
     def _section_button(self, title: str, number: int) -> QPushButton:
-        button = kit.NarrowButton(title)
+        button = kit.dressed(wide_button(title), font=kit.text_font(17))
         button.setCheckable(True)
-        button.setAccessibleName(title)
-        button.setMinimumHeight(HIGH_PX)
-        button.setFont(kit.text_font(17))
         self._sections.addButton(button, number)
         return button
 

@@ -10,7 +10,7 @@ from PySide6.QtGui import QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QGridLayout, QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from ocmm_gui import kit
-from ocmm_gui.home._setting_row import HIGH_PX
+from ocmm_gui.home._setting_row import wide_button
 from ocmm_gui.kit import later, tr
 
 _ROW_PX = 40
@@ -33,16 +33,16 @@ class KeyList(QWidget):
         self.setAccessibleName(tr("Keys"))
         self._changed: dict[str, tuple[str, ...]] = {}
         self.list = kit.dressed(QListWidget(), tr("Actions and their keys"), font=kit.text_font(16))
-        self.told = kit.sentence_label(tr("About the chosen key"), 15)
-        self.told.setText(
-            tr("Choose an action and press Change; a foot switch is set up likewise.")
-        )
+        self.told = kit.sentence_label(
+            tr("About the chosen key"), 15,
+            tr("Choose an action and press Change; a foot switch is set up likewise."),
+        )  # fmt: skip
         self.capture = _Capture()
         self.capture.pressed_key.connect(self.take)
         self.capture.given_up.connect(self._give_up)
-        self._change = _wide(tr("Change"))
+        self._change = wide_button(tr("Change"))
         self._change.clicked.connect(self._begin)
-        self._default = _wide(tr("Default key"))
+        self._default = wide_button(tr("Default key"))
         self._default.clicked.connect(self.restore)
         row = kit.hbox(self._change, self._default, (self.capture, 1))
         kit.vbox((self.list, 1), self.told, row, parent=self, margins=0)
@@ -166,13 +166,6 @@ class _Capture(kit.PlainLabel):
         self.releaseKeyboard()
 
 
-def _wide(text: str) -> QPushButton:
-    button = kit.dressed(kit.NarrowButton(text), text)
-    button.setMinimumHeight(HIGH_PX)
-    button.setFont(kit.text_font(16))
-    return button
-
-
 _APPROACH_HZ = (587.0, 740.0, 880.0)
 _NEAR_MS = 250
 
@@ -251,25 +244,19 @@ class SoundsPage(QWidget):
         )  # fmt: skip
         for row, (sound, words) in enumerate(lines):
             name, goes, means = tr(words.name), tr(words.goes), tr(words.means)
-            button = kit.NarrowButton(f"♪ {name}")
-            button.setAccessibleName(tr("Play: {name}").format(name=name))
-            button.setAccessibleDescription(f"{goes}. {means}")
+            button = wide_button(f"♪ {name}")
+            kit.dressed(button, tr("Play: {name}").format(name=name), f"{goes}. {means}")
             button.setToolTip(kit.literal(f"{goes}. {means}"))
-            button.setMinimumHeight(HIGH_PX)
-            button.setFont(kit.text_font(16))
             button.clicked.connect(lambda _checked=False, sound=sound: self.play(sound))
             self.buttons[sound] = button
             grid.addWidget(button, row, 0)
             for column, text in enumerate((goes, means), 1):
-                label = kit.sentence_label(tr("About {setting}").format(setting=name), 15)
-                label.setText(text)
-                label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+                about = tr("About {setting}").format(setting=name)
+                label = kit.sentence_label(about, 15, text, middle=True)
                 grid.addWidget(label, row, column)
         grid.setRowStretch(99, 1)
         head = kit.PlainLabel(tr("Everything that is heard is seen, too. Volume and off: Window."))
-        head.setFont(kit.text_font(15))
-        head.setProperty("role", "muted")
-        head.setWordWrap(True)
+        kit.dressed(head, font=kit.text_font(15), role="muted").setWordWrap(True)
         kit.vbox(head, (kit.scrolled(kit.panel(grid)), 1), self.told, parent=self, margins=0)
 
     def use(self, *, enabled: bool, volume: int) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,25 +43,19 @@ class JobCardData:
     fault: OcmmError | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class ReopeningTask:
-    """Give a `JobCardData` for each path, in a process of its own."""
+def judge_jobs(
+    paths: tuple[Path, ...], probes: Path | None, calibrations: Path | None, tell: Teller
+) -> None:
+    """Send a `JobCardData` for each path; folders as `reopen_job`."""
+    from ocmm_core.inspection.archive import reopen_job
 
-    paths: tuple[Path, ...]
-    probes: Path | None
-    calibrations: Path | None
-
-    def __call__(self, tell: Teller) -> None:
-        """Recompute the jobs."""
-        from ocmm_core.inspection.archive import reopen_job
-
-        for path in self.paths:
-            try:
-                job = reopen_job(path, self.probes, calibrations=self.calibrations)
-            except OcmmError as fault:
-                tell.give(JobCardData(path, fault=fault))
-            else:
-                tell.give(JobCardData(path, job.view, job.doubts))
+    for path in paths:
+        try:
+            job = reopen_job(path, probes, calibrations=calibrations)
+        except OcmmError as fault:
+            tell.give(JobCardData(path, fault=fault))
+        else:
+            tell.give(JobCardData(path, job.view, job.doubts))
 
 
 class JobCards(kit.Themed, QListWidget):
@@ -95,7 +90,7 @@ class JobCards(kit.Themed, QListWidget):
         """Compute the verdicts of the listed jobs; folders as `reopen_job`."""
         paths = tuple(job.path for job in self._jobs if job.fault is None and job.points)
         if paths:
-            self.judging.start(ReopeningTask(paths, probes, calibrations))
+            self.judging.start(partial(judge_jobs, paths, probes, calibrations))
 
     def show_verdict(self, judged: JobCardData) -> None:
         self._judged[judged.path] = judged
@@ -108,8 +103,7 @@ class JobCards(kit.Themed, QListWidget):
         row = self.currentRow()
         return self._jobs[row].path if 0 <= row < len(self._jobs) else None
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
+    def _paint(self) -> None:
         for row, job in enumerate(self._jobs):
             self._show(self.item(row), job)
 

@@ -67,10 +67,8 @@ class StartPage(QWidget):
         self.setAccessibleName(tr("Start page"))
         self.keys: dict[str, QAction] = {}
         self._simulated = False
-        title = kit.PlainLabel("OCMM")
-        title.setFont(kit.text_font(34, bold=True))
-        self.hint = kit.sentence_label(tr("What to do first"), 17)
-        self.hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        title = kit.dressed(kit.PlainLabel("OCMM"), font=kit.text_font(34, bold=True))
+        self.hint = kit.sentence_label(tr("What to do first"), 17, middle=True)
         buttons = kit.vbox(spacing=8)
         row = kit.hbox(spacing=8)
         small = kit.hbox(spacing=4)
@@ -82,30 +80,28 @@ class StartPage(QWidget):
                 small.addWidget(button)
             else:
                 buttons.addWidget(button)
-        buttons.addLayout(row)
-        buttons.addStretch(1)
-        buttons.addLayout(small)
+        kit.fill(buttons, row, 1, small)
         self.state = QGridLayout()
         self.state.setHorizontalSpacing(14)
         self.state.setVerticalSpacing(4)
         self.state.setColumnStretch(1, 1)
         self.state_words: list[QLabel] = []
         self._tell_state(tr("Reading the records of cameras and tip"))
-        self.hand_over = kit.sentence_label(tr("Hand-over to the archive"), 15)
-        self.hand_over.setProperty("role", "muted")
+        self.hand_over = kit.sentence_label(tr("Hand-over to the archive"), 15, role="muted")
         self.hand_over.hide()
-        self.heading = kit.PlainLabel(tr("Last jobs"))
-        self.heading.setFont(kit.text_font(18, bold=True))
+        heading = kit.PlainLabel(tr("Last jobs"))
+        self.heading = kit.dressed(heading, font=kit.text_font(18, bold=True))
         self.jobs = JobCards()
         self.jobs.itemActivated.connect(lambda _item: self.job_chosen.emit(self.jobs.chosen()))
-        self.first_steps = kit.sentence_label(tr("First steps"), 17)
-        self.first_steps.setText(
+        self.first_steps = kit.sentence_label(
+            tr("First steps"),
+            17,
             tr(
                 "1. Demo (F9): a robot hand measures a virtual part; take over and try.\n"
                 "2. Settings (Ctrl+,): choose cameras, probe and folders of this station.\n"
                 "3. Calibrate (M): cameras, then probe and tip, each with a guided procedure.\n"
                 "4. New job (F2): choose a plan and measure the first part."
-            )
+            ),
         )
         jobs = kit.vbox(self.heading, (self.jobs, 1), (self.first_steps, 1))
         right = kit.vbox(kit.panel(self.state), self.hand_over, (kit.panel(jobs), 1), spacing=12)
@@ -120,13 +116,11 @@ class StartPage(QWidget):
         self._clear_state()
         for row, line in enumerate(state.lines):
             what = kit.PlainLabel(kit.said_word(line.what))
-            what.setFont(kit.text_font(18, bold=True))
+            kit.dressed(what, font=kit.text_font(18, bold=True))
             word = _word(line, simulated=state.simulated)
-            sentence = kit.sentence_label(
-                tr("About {what}").format(what=kit.said_word(line.what)), 16
-            )
-            sentence.setText(_sentence(line))
-            sentence.setToolTip(kit.literal(sentence.text()))
+            about = tr("About {what}").format(what=kit.said_word(line.what))
+            sentence = kit.sentence_label(about, 16, _sentence(line))
+            sentence.setToolTip(sentence.text())
             for column, label in enumerate((what, sentence, word)):
                 self.state.addWidget(label, row, column)
             self.state_words += [what, sentence, word]
@@ -168,8 +162,7 @@ class StartPage(QWidget):
 
     def _tell_state(self, text: str) -> None:
         self._clear_state()
-        label = kit.sentence_label(tr("Station"), 16)
-        label.setText(text)
+        label = kit.sentence_label(tr("Station"), 16, text)
         self.state.addWidget(label, 0, 0, 1, 3)
         self.state_words = [label]
 
@@ -185,10 +178,8 @@ class StartPage(QWidget):
         self.keys[info.key] = action
         button = kit.make_button(action, primary=info.key == "new")
         button.setObjectName(f"button_{info.key}")
-        small = info.key in _SMALL
-        button.setMinimumHeight(57 if small else _BUTTON_PX)
-        button.setFont(kit.text_font(15 if small else 20, bold=info.key == "new"))
-        return button
+        high, pixels = (57, 15) if info.key in _SMALL else (_BUTTON_PX, 20)
+        return kit.dressed(button, font=kit.text_font(pixels, bold=info.key == "new"), high=high)
 
 
 def _word(line: StateLine, *, simulated: bool) -> QLabel:

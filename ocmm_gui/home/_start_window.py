@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from PySide6.QtCore import QTimer, Signal
-from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeySequence
+from PySide6.QtGui import QAction, QCloseEvent
 from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import OcmmError
@@ -80,8 +80,6 @@ class StartWindow(kit.NoticeWindow):
     ) -> None:
         super().__init__()
         self.setWindowTitle("OCMM")
-        self.setMinimumSize(1024, 640)
-        self.setAcceptDrops(True)
         self.choice: StartChoice | None = None
         self._store, self._notices = store, notices
         self._recent = recent or kit.RecentPlaces()
@@ -190,16 +188,6 @@ class StartWindow(kit.NoticeWindow):
         """View a job, or start one with a plan."""
         errand = StartPurpose.LOOK if path.suffix.lower() == ".ocmm" else StartPurpose.NEW
         self._leave_for(errand, path)
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        if kit.dropped_file(event.mimeData()) is not None:
-            event.acceptProposedAction()
-
-    def dropEvent(self, event: QDropEvent) -> None:
-        path = kit.dropped_file(event.mimeData())
-        if path is not None:
-            event.acceptProposedAction()
-            self.take_file(path)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         self._look.stop()
@@ -338,13 +326,8 @@ class StartWindow(kit.NoticeWindow):
         made: dict[str, QAction] = {}
         for info in kit.ACTIONS:
             if info.key in calls:
-                action = QAction(tr(info.text), self)
-                action.setObjectName(info.key)
-                action.setShortcuts([QKeySequence(key) for key in kit.shortcuts_of(info, changed)])
-                action.setAutoRepeat(False)
+                made[info.key] = action = kit.make_action(info, self, changed, everywhere=True)
                 action.triggered.connect(lambda _checked, call=calls[info.key]: call())
-                self.addAction(action)
-                made[info.key] = action
         return made
 
     def _next_theme(self) -> None:

@@ -2,7 +2,7 @@
 
 English fits and is painted by Qt. In other languages labels, buttons and field hints first use a
 second line, if high enough, then smaller type, down to `LEAST` of their size. Their minimum width
-follows, so that no page becomes wider than its window. `FitText` fills its area in every language.
+follows, so that no page becomes wider than its window.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from itertools import pairwise
 from pathlib import PurePath
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPalette
+from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPaintEvent, QPalette
 from PySide6.QtWidgets import (
+    QLabel,
     QLineEdit,
     QPushButton,
     QStyle,
@@ -22,11 +23,12 @@ from PySide6.QtWidgets import (
     QStyleOptionFrame,
     QStyleOptionViewItem,
     QStylePainter,
+    QWidget,
 )
 
-from ocmm_gui.kit._language import LANGUAGES, language_in_use
-from ocmm_gui.kit._marks import Mark, PaintedWidget, ink, paint_mark
-from ocmm_gui.kit._theme import digit_font, fitted, text_font
+from ocmm_gui.kit._marks import ink
+from ocmm_gui.kit._texts import LANGUAGES, language_in_use, literal
+from ocmm_gui.kit._theme import LEFT
 
 LEAST = 0.7
 """Minimum relative type size: 14 px become 10."""
@@ -105,6 +107,44 @@ def least_width(text: str, font: QFont, *, rows: int) -> float:
     metrics = QFontMetricsF(least)
     broken = halved(text, least) if rows > 1 and "\n" not in text else text
     return max(metrics.horizontalAdvance(line) for line in broken.split("\n")) + 1.0
+
+
+class PlainLabel(QLabel):
+    """A label with literal text and tool tip, fully visible in every language."""
+
+    def __init__(self, text: str = "", parent: QWidget | None = None) -> None:
+        super().__init__(text, parent, textFormat=Qt.TextFormat.PlainText)
+
+    def setToolTip(self, text: str) -> None:
+        super().setToolTip(literal(text))
+
+    def minimumSizeHint(self) -> QSize:
+        hint = super().minimumSizeHint()
+        if not is_longer() or self.wordWrap() or not self.text():
+            return hint
+        full = max(self.fontMetrics().horizontalAdvance(line) for line in self.text().split("\n"))
+        need = least_width(self.text(), self.font(), rows=1)
+        return QSize(min(hint.width(), round(hint.width() - full + need) + 1), hint.height())
+
+    def fitted(self) -> FittedText | None:
+        """Return the layout of the text; None if it does not fit."""
+        room = self.contentsRect()
+        return fit_words(
+            self.text(), self.font(), room.width(), room.height(), wraps=self.wordWrap()
+        )
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        found = self.fitted() if is_longer() and self.text() else None
+        if found is None or (found.text == self.text() and found.font == self.font()):
+            super().paintEvent(event)
+            return
+        painter = QPainter(self)
+        painter.setFont(found.font)
+        flags = self.alignment() | (Qt.TextFlag.TextWordWrap if self.wordWrap() else 0)
+        self.style().drawItemText(
+            painter, self.contentsRect(), int(flags), self.palette(), self.isEnabled(),
+            found.text, self.foregroundRole(),
+        )  # fmt: skip
 
 
 class NarrowButton(QPushButton):
@@ -210,11 +250,7 @@ class HintField(QLineEdit):
         found = self.fitted() or FittedText(short, self.font())
         painter = QPainter(self)
         ink(painter, self.palette().color(QPalette.ColorRole.PlaceholderText), font=found.font)
-        painter.drawText(
-            room,
-            Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextWordWrap,
-            found.text,
-        )
+        painter.drawText(room, LEFT | Qt.TextFlag.TextWordWrap, found.text)
 
     def _shows_file(self) -> bool:
         """Return whether it shows a path and is not being edited."""
@@ -230,110 +266,17 @@ class HintField(QLineEdit):
         painter.drawPrimitive(QStyle.PrimitiveElement.PE_PanelLineEdit, option)
         painter.setFont(self.font())
         room, metrics, path = self._room(), self.fontMetrics(), PurePath(self.text())
-        where = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         elide = Qt.TextElideMode.ElideLeft
         painter.setPen(self.palette().color(QPalette.ColorRole.Text))
-        painter.drawText(room, where, metrics.elidedText(path.name, elide, room.width()))
+        painter.drawText(room, LEFT, metrics.elidedText(path.name, elide, room.width()))
         rest = room.adjusted(metrics.horizontalAdvance(f"{path.name}    "), 0, 0, 0)
         if rest.width() >= _FOLDER_PX:
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
             folder = metrics.elidedText(str(path.parent), elide, rest.width())
-            painter.drawText(rest, where, folder)
+            painter.drawText(rest, LEFT, folder)
 
     def _room(self) -> QRect:
         option = QStyleOptionFrame()
         self.initStyleOption(option)
         room = self.style().subElementRect(QStyle.SubElement.SE_LineEditContents, option, self)
         return room.adjusted(_INSET_PX, 0, -_INSET_PX, 0)
-
-
-_LEAST_PX = 9
-
-
-class FitText(PaintedWidget):
-    """One line in the largest type that also fits ``reserve``: digits do not resize it."""
-
-    def __init__(
-        self,
-        name: str,
-        *,
-        limit: float = 400.0,
-        align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
-        digits: bool = False,
-        reserve: str = "",
-    ) -> None:
-        super().__init__(name, (80, 24), (20, 14))
-        self._name = name
-        self._limit = limit
-        self._align = align
-        self._digits = digits
-        self._reserve = reserve
-        self._text = ""
-        self._colour: str | None = None
-        self._mark: Mark | None = None
-
-    def show_text(self, text: str, colour: str | None = None, mark: Mark | None = None) -> None:
-        """Show a line; the default colour is that of text."""
-        if (text, colour, mark) != (self._text, self._colour, self._mark):
-            self._text, self._colour, self._mark = text, colour, mark
-            self.setAccessibleName(f"{self._name}: {text}" if text else self._name)
-            self.update()
-
-    def use_limit(self, limit: float) -> None:
-        if limit != self._limit:
-            self._limit = limit
-            self.update()
-
-    def text(self) -> str:
-        return self._text
-
-    def type_pixels(self) -> int:
-        return self._font_size()
-
-    def size_of(self, text: str) -> int:
-        """Return the pixel size of a line with a mark."""
-        return self._size(text, marked=True)
-
-    def fits(self) -> bool:
-        """Return whether the whole line is visible in readable type."""
-        size = self._font_size()
-        font = digit_font(size) if self._digits else text_font(size, bold=True)
-        used = QFontMetricsF(font).horizontalAdvance(self._text)
-        if self._mark is not None:
-            used += 0.95 * size
-        return size >= _LEAST_PX and used <= self.width() + 1.0
-
-    def _font_size(self) -> int:
-        longest = max(self._text, self._reserve, key=len)
-        return self._size(longest, marked=self._mark is not None)
-
-    def _size(self, text: str, *, marked: bool) -> int:
-        base = digit_font(10) if self._digits else text_font(10, bold=True)
-        width = float(self.width())
-        if marked:
-            width -= 0.95 * min(self._limit, self.height() / 1.17)
-        return fitted(base, text, width, self.height(), self._limit).pixelSize()
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        size = self._font_size()
-        painter = QPainter(self)
-        painter.setFont(digit_font(size) if self._digits else text_font(size, bold=True))
-        colour = self._colour or self._theme.text
-        box = QRectF(self.rect())
-        if self._mark is not None:
-            side = 0.72 * size
-            advance = painter.fontMetrics().horizontalAdvance(self._text)
-            left = 0.0
-            if self._align & Qt.AlignmentFlag.AlignRight:
-                left = box.width() - advance - 0.95 * size
-            elif self._align & Qt.AlignmentFlag.AlignHCenter:
-                left = 0.5 * (box.width() - advance - 0.95 * size)
-            left = max(left, 0.0)
-            mark_box = QRectF(left, 0.5 * (box.height() - side), side, side)
-            paint_mark(painter, self._mark, mark_box, colour, self._theme.background)
-            box.setLeft(left + 0.95 * size)
-            align = Qt.AlignmentFlag.AlignLeft
-        else:
-            align = self._align
-        painter.setPen(QColor(colour))
-        painter.drawText(box, align | Qt.AlignmentFlag.AlignVCenter, self._text)

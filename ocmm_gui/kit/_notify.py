@@ -15,16 +15,18 @@ from pathlib import Path
 from types import TracebackType
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
-from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtGui import QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QFrame, QMainWindow, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.failure import contained
-from ocmm_gui.kit._narrow import NarrowButton
+from ocmm_gui.kit._narrow import NarrowButton, PlainLabel
+from ocmm_gui.kit._panels import dropped_file
 from ocmm_gui.kit._parts import dressed, hbox
-from ocmm_gui.kit._texts import PlainLabel, said, tr
-from ocmm_gui.kit._theme import Theme, text_font
+from ocmm_gui.kit._shortcuts import keeps_keys
+from ocmm_gui.kit._texts import said, tr
+from ocmm_gui.kit._theme import Themed, text_font
 
 INFO_SECONDS = 12
 _MOST_WAITING = 20
@@ -44,6 +46,7 @@ class Level(Enum):
 
 
 _MARKS = {Level.INFO: "✔", Level.WARNING: "⚠", Level.ERROR: "✖"}
+_COLOURS = {Level.INFO: "good", Level.WARNING: "warn", Level.ERROR: "bad"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,20 +181,17 @@ class ErrorHooks(logging.Handler):
             self._centre.error(args.exc_value)
 
 
-class Banner(QFrame):
+class Banner(Themed, QFrame):
     """The only display of notices; takes no focus and never blocks."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("banner")
         self.setAccessibleName(tr("Notice"))
-        self._theme: Theme | None = None
         self._shown: list[Notice] = []
         self._job = ""
-        self._text = PlainLabel()
-        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self._text = dressed(PlainLabel(), tr("Notice text"))
         self._text.setWordWrap(True)
-        self._text.setAccessibleName(tr("Notice text"))
         self._far = False
         self._set_font()
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
@@ -278,10 +278,6 @@ class Banner(QFrame):
     def text(self) -> str:
         return self._text.text()
 
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self._paint()
-
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._set_font()
@@ -291,12 +287,8 @@ class Banner(QFrame):
         self._text.setFont(text_font(pixels, bold=True))
 
     def _paint(self) -> None:
-        if self._theme is not None and self._shown:
-            colour = {
-                Level.INFO: self._theme.good,
-                Level.WARNING: self._theme.warn,
-                Level.ERROR: self._theme.bad,
-            }[self._shown[0].level]
+        if self._shown:
+            colour = self._theme.colour(_COLOURS[self._shown[0].level])
             self.setStyleSheet(
                 f"#banner {{ background: {self._theme.panel}; border: 2px solid {colour};"
                 f" border-radius: 6px; }} QLabel {{ color: {colour}; }}"
@@ -304,23 +296,36 @@ class Banner(QFrame):
 
 
 class NoticeWindow(QMainWindow):
-    """A window with a banner, which Esc dismisses before it leaves a page."""
+    """A window that takes dropped files, with a banner, which Esc dismisses before a page."""
 
     def __init__(self) -> None:
         super().__init__()
+        self.setMinimumSize(1024, 640)
+        self.setAcceptDrops(True)
         self.banner = Banner()
+
+    def take_file(self, path: Path) -> None:
+        """Open a plan or a job."""
+        raise NotImplementedError
+
+    def may_take_files(self) -> bool:
+        """Return whether the shown page may be left."""
+        return True
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        if dropped_file(event.mimeData()) is not None and self.may_take_files():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        path = dropped_file(event.mimeData())
+        if path is not None and self.may_take_files():
+            event.acceptProposedAction()
+            self.take_file(path)
 
     def event(self, event: QEvent) -> bool:
         """Keep Esc from the shortcuts of the page while a notice is shown."""
-        if (
-            event.type() is QEvent.Type.ShortcutOverride
-            and isinstance(event, QKeyEvent)
-            and event.key() == Qt.Key.Key_Escape
-            and self.banner.keeps_esc()
-        ):
-            event.accept()
-            return True
-        return super().event(event)
+        keys = (Qt.Key.Key_Escape,) if self.banner.keeps_esc() else ()
+        return keeps_keys(event, keys) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if not (event.key() == Qt.Key.Key_Escape and self.banner.dismiss()):

@@ -117,7 +117,7 @@ _WITH_UNIT = re.compile(r"(?P<number>.*?[\d.,])?\s*(?P<unit>[^\d\s.,+-]\D*)")
 
 
 def field_length(value_mm: float) -> str:
-    """Return a length for a field (`length_of_field`), with the unit only in inch."""
+    """Return a length for a field, with the unit only in inch."""
     if not _InUse.style.inch:
         short = f"{value_mm:g}"
         return localised(short if float(short) == value_mm else str(value_mm))
@@ -137,12 +137,6 @@ def to_mm(value: float, unit: str) -> float:
     """Return a length in mm; without a unit it is in the one that is shown."""
     factor = named_unit(unit or unit_word(), "length").factor
     return value if factor == 1.0 else round(scaled(value, factor), _READ_DECIMALS)
-
-
-def length_of_field(text: str) -> float:
-    """Return a typed length, mm, in its own or the displayed unit; or ValueError."""
-    number, unit = split_unit(text)
-    return to_mm(float(plain_number(number)), unit)
 
 
 def day_words(when: date | str) -> str:

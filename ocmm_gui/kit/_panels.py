@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Container, Sequence
 from pathlib import Path
 
 import msgspec
 from PySide6.QtCore import QEvent, QMimeData, QSize, Qt, QUrl, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QApplication, QFileDialog, QFrame, QSizePolicy, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QFileDialog,
+    QFrame,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QWidget,
+)
 
 from ocmm_core.documents import decode_json, read_bytes, resource, write_atomic
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit._narrow import HintField, NarrowButton
+from ocmm_gui.kit._narrow import HintField, NarrowButton, PlainLabel
 from ocmm_gui.kit._parts import dressed, hbox
-from ocmm_gui.kit._shortcuts import is_never_typed
-from ocmm_gui.kit._texts import PlainLabel, later, tr
+from ocmm_gui.kit._shortcuts import is_never_typed, keeps_keys
+from ocmm_gui.kit._texts import later, tr
 from ocmm_gui.kit._theme import Themed, text_font
 
 _SCHEMA = "ocmm.recent/1"
@@ -100,42 +109,62 @@ def _there(names: list[str]) -> tuple[Path, ...]:
     return tuple(found)
 
 
-class PathPanel(QFrame):
+class FieldPanel(QFrame):
+    """One line: text, field, buttons of which the last one gives the text, Cancel."""
+
+    def __init__(self, name: str, field: str, buttons: Sequence[QPushButton], decline: str) -> None:
+        super().__init__()
+        self.setProperty("role", "panel")
+        self.setAccessibleName(name)
+        self.field = dressed(OwnKeysField(), field)
+        self._label = PlainLabel()
+        self._label.setBuddy(self.field)
+        cancel = dressed(NarrowButton(tr("Cancel")), decline)
+        hbox(self._label, (self.field, 1), *buttons, cancel, parent=self, margins=(12, 6, 8, 6))
+        self.field.returnPressed.connect(self._accept)
+        self.field.left.connect(self.hide)
+        buttons[-1].clicked.connect(self._accept)
+        cancel.clicked.connect(self.hide)
+        self.hide()
+
+    def _open(self, text: str) -> None:
+        """Open the panel with the focus in the field."""
+        self.field.setText(text)
+        self.show()
+        self.field.setFocus()
+        self.field.selectAll()
+
+    def _accept(self) -> None:
+        text = self.field.text().strip()
+        if text:
+            self.hide()
+            self._give(text)
+
+    def _give(self, text: str) -> None:
+        raise NotImplementedError
+
+
+class PathPanel(FieldPanel):
     """One line: text ``what``, path with hint ``asked``, Browse, Write, Cancel."""
 
     given = Signal(object)
 
     def __init__(self, what: str, asked: str, verb: str, *, folders: bool = False) -> None:
-        super().__init__()
-        self._folders = folders
-        self.setProperty("role", "panel")
-        self.setAccessibleName(what)
-        self._proposal = Path.home()
-        self._field = OwnKeysField()
-        self._field.setObjectName("path")
-        self._field.setAccessibleName(asked)
-        self._field.setMinimumWidth(300)
         write = dressed(NarrowButton(verb), what, role="primary")
         find = dressed(NarrowButton(tr("Browse")), tr("Look for the file or folder"))
+        super().__init__(what, asked, (find, write), tr("Close without changes"))
+        self._folders = folders
+        self._proposal = Path.home()
+        self._label.setText(what)
+        self.field.setObjectName("path")
+        self.field.setMinimumWidth(300)
         find.clicked.connect(self._browse)
         self._files: QFileDialog | None = None
-        cancel = dressed(NarrowButton(tr("Cancel")), tr("Close without changes"))
-        label = PlainLabel(what)
-        label.setBuddy(self._field)
-        hbox(label, (self._field, 1), find, write, cancel, parent=self, margins=(12, 6, 8, 6))
-        self._field.returnPressed.connect(self._give)
-        self._field.left.connect(self.hide)
-        write.clicked.connect(self._give)
-        cancel.clicked.connect(self.hide)
-        self.hide()
 
     def ask(self, proposal: Path) -> None:
-        """Open the panel with the focus in the field."""
+        """Open the panel with a proposed path."""
         self._proposal = proposal
-        self._field.setText(str(proposal))
-        self.show()
-        self._field.setFocus()
-        self._field.selectAll()
+        self._open(str(proposal))
 
     def _browse(self) -> None:
         """Browse without blocking: the page behind remains active."""
@@ -145,7 +174,7 @@ class PathPanel(QFrame):
             self._files.setOption(QFileDialog.Option.DontUseNativeDialog)
             self._files.setModal(False)
             self._files.fileSelected.connect(self._on_found)
-        at = Path(self._field.text().strip() or self._proposal).expanduser()
+        at = Path(self.field.text().strip() or self._proposal).expanduser()
         folder = at if at.is_dir() else at.parent
         self._files.setFileMode(
             QFileDialog.FileMode.Directory if self._folders else QFileDialog.FileMode.AnyFile
@@ -156,25 +185,26 @@ class PathPanel(QFrame):
         self._files.show()
 
     def _on_found(self, path: str) -> None:
-        self._field.setText(path)
-        self._field.setFocus()
+        self.field.setText(path)
+        self.field.setFocus()
 
-    def _give(self) -> None:
-        text = self._field.text().strip()
-        if text:
-            self.hide()
-            self.given.emit(Path(text).expanduser())
+    def _give(self, text: str) -> None:
+        self.given.emit(Path(text).expanduser())
 
 
 class OwnKeysField(HintField):
     """A field that captures its keys, so that a space in a path records no point."""
 
     left = Signal()
+    given_keys: Container[int] = ()
+    """Keys that act on the page."""
 
     def event(self, event: QEvent) -> bool:
-        """Keep all keys from window shortcuts except F1 and zoom."""
+        """Keep all keys from window shortcuts except F1, zoom, and those of the page."""
         if event.type() is QEvent.Type.ShortcutOverride:
-            if isinstance(event, QKeyEvent) and is_never_typed(event):
+            if isinstance(event, QKeyEvent) and (
+                is_never_typed(event) or event.key() in self.given_keys
+            ):
                 event.ignore()
                 return False
             event.accept()
@@ -223,15 +253,11 @@ class AnswerPanel(Themed, QFrame):
         self._before: QWidget | None = None
         self._far = False
         self._label = dressed(PlainLabel(), tr("Question"))
-        self._label.setTextFormat(Qt.TextFormat.PlainText)
         self._label.setWordWrap(True)
         self._label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._yes, self._no = (
-            NarrowButton(tr("{verb}  [Return]").format(verb=verb)),
-            NarrowButton(tr("Back  [Esc]")),
-        )
+        self._yes = NarrowButton(tr("{verb}  [Return]").format(verb=verb))
         self._yes.setAccessibleName(tr("{verb} anyway").format(verb=verb))
-        self._no.setAccessibleName(tr("Cancel and go back"))
+        self._no = dressed(NarrowButton(tr("Back  [Esc]")), tr("Cancel and go back"))
         layout = hbox((self._label, 1), parent=self, spacing=8, margins=(14, 6, 8, 6))
         for button in (self._yes, self._no):
             # The panel keeps the focus, so that Return answers wherever the mouse was.
@@ -274,14 +300,7 @@ class AnswerPanel(Themed, QFrame):
 
     def event(self, event: QEvent) -> bool:
         """Keep Return and Esc from the shortcuts of the window."""
-        if (
-            event.type() is QEvent.Type.ShortcutOverride
-            and isinstance(event, QKeyEvent)
-            and event.key() in (*_YES, Qt.Key.Key_Escape)
-        ):
-            event.accept()
-            return True
-        return super().event(event)
+        return keeps_keys(event, (*_YES, Qt.Key.Key_Escape)) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in _YES:
@@ -314,41 +333,46 @@ class AnswerPanel(Themed, QFrame):
 PROPOSAL = later("missed the surface")
 
 
-class ReasonPanel(QFrame):
+class ReasonPanel(FieldPanel):
     """One line: object, reason, Delete, Cancel."""
 
     given = Signal(int, str)
     """Emits the number of the point and the reason."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.setProperty("role", "panel")
-        self.setAccessibleName(tr("Delete a point"))
-        self._number = 0
-        self._label = PlainLabel()
-        self.field = dressed(OwnKeysField(), tr("Reason for deletion"))
-        self.field.setMinimumWidth(260)
-        self._label.setBuddy(self.field)
         delete = dressed(NarrowButton(tr("Delete")), tr("Delete the point now"), role="primary")
-        cancel = dressed(NarrowButton(tr("Cancel")), tr("Close without deleting"))
-        hbox(self._label, (self.field, 1), delete, cancel, parent=self, margins=(12, 6, 8, 6))
-        self.field.returnPressed.connect(self._give)
-        self.field.left.connect(self.hide)
-        delete.clicked.connect(self._give)
-        cancel.clicked.connect(self.hide)
-        self.hide()
+        super().__init__(
+            tr("Delete a point"), tr("Reason for deletion"), (delete,), tr("Close without deleting")
+        )
+        self._number = 0
+        self.field.setMinimumWidth(260)
 
     def ask(self, number: int) -> None:
-        """Open the panel for a point, with the focus in the field."""
+        """Open the panel for a point."""
         self._number = number
         self._label.setText(tr("Reason for deleting point {number}").format(number=number))
-        self.field.setText(tr(PROPOSAL))
-        self.show()
-        self.field.setFocus()
-        self.field.selectAll()
+        self._open(tr(PROPOSAL))
 
-    def _give(self) -> None:
-        reason = self.field.text().strip()
-        if reason:
-            self.hide()
-            self.given.emit(self._number, reason)
+    def _give(self, text: str) -> None:
+        self.given.emit(self._number, text)
+
+
+class WorkBar(QProgressBar):
+    """Progress bar with the step in it; takes no room while hidden."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        self.hide()
+
+    def begin(self, what: str = "") -> None:
+        """Show the start of work; without a step only that something is done."""
+        self.setRange(0, 100 if what else 0)
+        self.setValue(0)
+        self.setFormat(what)
+        self.show()
+
+    def advance(self, what: str, share: float) -> None:
+        """Show the next step, and the share done."""
+        self.setFormat(what)
+        self.setValue(round(100.0 * share))

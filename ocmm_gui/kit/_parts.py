@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeVar
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt, QTimer
@@ -27,11 +27,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ocmm_gui.kit._texts import PlainLabel, literal
-from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
+from ocmm_gui.kit._narrow import PlainLabel
+from ocmm_gui.kit._texts import literal
+from ocmm_gui.kit._theme import DEFAULT_THEME, LEFT, RIGHT, THEMES, Themed, digit_font, text_font
 
-Part = QWidget | QLayout | tuple[QWidget | QLayout, int]
-"""Widget or layout, with its stretch if not zero."""
+Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int]
+"""Widget or layout, with its stretch if not zero; the stretch alone is empty room."""
 B = TypeVar("B", bound=QBoxLayout)
 W = TypeVar("W", bound=QWidget)
 
@@ -61,6 +62,9 @@ def hbox(
 def fill(layout: QBoxLayout, *parts: Part) -> None:
     """Append parts to a layout."""
     for part in parts:
+        if isinstance(part, int):
+            layout.addStretch(part)
+            continue
         content, stretch = part if isinstance(part, tuple) else (part, 0)
         if isinstance(content, QWidget):
             layout.addWidget(content, stretch)
@@ -69,9 +73,15 @@ def fill(layout: QBoxLayout, *parts: Part) -> None:
 
 
 def dressed(
-    widget: W, name: str = "", tip: str = "", *, font: QFont | None = None, role: str = ""
+    widget: W,
+    name: str = "",
+    tip: str = "",
+    *,
+    font: QFont | None = None,
+    role: str = "",
+    high: int = 0,
 ) -> W:
-    """Return a widget with its accessible name and description, font, and role of the styles."""
+    """Return a widget with accessible name and description, font, role, and least height, px."""
     if name:
         widget.setAccessibleName(name)
     if tip:
@@ -80,6 +90,8 @@ def dressed(
         widget.setFont(font)
     if role:
         widget.setProperty("role", role)
+    if high:
+        widget.setMinimumHeight(high)
     return widget
 
 
@@ -101,9 +113,7 @@ def _filled(
 class ColouredRow(QStyledItemDelegate):
     """Cells keep their colours in the selected row."""
 
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.theme = THEMES[DEFAULT_THEME]
+    theme = THEMES[DEFAULT_THEME]
 
     def paint(
         self,
@@ -130,8 +140,12 @@ _ABOVE_PX = 6
 _HIGH_PX = 1 << 14
 
 
-class DataTable(QTableWidget):
-    """A read-only table.
+_COLOUR = Qt.ItemDataRole(Qt.ItemDataRole.UserRole + 96)
+"""Name of the colour of a cell."""
+
+
+class DataTable(Themed, QTableWidget):
+    """A read-only table, whose cells have colours of the theme.
 
     `columns`: Title and explanation of each.
     `font`: Font of the cells. Fonts set later are overridden by an applied style sheet.
@@ -144,11 +158,10 @@ class DataTable(QTableWidget):
         self.setFont(font or text_font(13))
         self.setAccessibleName(name)
         self._wraps = False
-        self._colours = THEMES[DEFAULT_THEME]
         for column, (title, tip) in enumerate(columns):
             item = QTableWidgetItem(title)
             item.setToolTip(literal(tip))
-            item.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+            item.setTextAlignment(LEFT)
             self.setHorizontalHeaderItem(column, item)
         self.horizontalHeader().setFont(text_font(12))
         self.horizontalHeader().setHighlightSections(False)
@@ -193,15 +206,31 @@ class DataTable(QTableWidget):
             high = max(high, needed + _ABOVE_PX)
         return high
 
-    def show_words(self, row: int, words: Sequence[str]) -> None:
+    def fit_columns(self, *stretched: int) -> None:
+        """Make columns as wide as their cells; those that stretch share the remaining width."""
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        for column in stretched:
+            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Stretch)
+
+    def show_words(
+        self, row: int, words: Sequence[str], colours: Mapping[int, str] | None = None
+    ) -> None:
+        """Show a row; `colours`: of the theme by name, by column; others are that of text."""
         for column, word in enumerate(words):
-            self._write(row, column, word)
+            self._write(row, column, word, (colours or {}).get(column, "text"))
 
     def right_heads(self, columns: Iterable[int]) -> None:
         for column in columns:
             head = self.horizontalHeaderItem(column)
             if head is not None:
-                head.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                head.setTextAlignment(RIGHT)
+
+    def show_digits(self, row: int, columns: Iterable[int], pixels: int) -> None:
+        """Write cells at the right, in digits of equal width."""
+        for column in columns:
+            self._cell(row, column).setFont(digit_font(pixels, bold=False))
+            self._cell(row, column).setTextAlignment(RIGHT)
 
     def words(self, row: int) -> tuple[str, ...]:
         return tuple(self._cell(row, column).text() for column in range(self.columnCount()))
@@ -213,12 +242,26 @@ class DataTable(QTableWidget):
             self.setItem(row, column, item)
         return item
 
-    def _write(self, row: int, column: int, text: str, colour: str | None = None) -> None:
+    def _paint(self) -> None:
+        delegate = self.itemDelegate()
+        if isinstance(delegate, ColouredRow):
+            delegate.theme = self._theme
+        self.blockSignals(True)
+        for row in range(self.rowCount()):
+            for column in range(self.columnCount()):
+                item = self.item(row, column)
+                if item is not None:
+                    item.setForeground(QColor(self._theme.colour(item.data(_COLOUR) or "text")))
+        self.blockSignals(False)
+        self.viewport().update()
+
+    def _write(self, row: int, column: int, text: str, colour: str = "text") -> None:
         item = self._cell(row, column)
         if item.text() != text:
             item.setText(text)
             item.setToolTip(literal(text))
-        item.setForeground(QColor(colour or self._colours.text))
+        item.setData(_COLOUR, colour)
+        item.setForeground(QColor(self._theme.colour(colour)))
 
 
 _ROW_PX = 28
@@ -238,19 +281,10 @@ class NumberTable(DataTable):
         super().__init__(name, columns, font=font or digit_font(15, bold=False))
         self._whole = whole
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        header = self.horizontalHeader()
         # Names are cut before numbers.
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.fit_columns(0)
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
-
-    def set_theme(self, theme: Theme) -> None:
-        self._colours = theme
-        self.blockSignals(True)
-        for row in range(self.rowCount()):
-            self.show_words(row, self.words(row))
-        self.blockSignals(False)
 
     def show_rows(self, rows: Sequence[Sequence[str]]) -> None:
         self.setRowCount(len(rows))
@@ -287,24 +321,24 @@ def stacked(*widgets: QWidget) -> QVBoxLayout:
     return layout
 
 
-def sentence_label(name: str, pixels: int) -> QLabel:
-    """Return a label for running text that wraps and requests no additional width."""
-    label = PlainLabel()
-    label.setAccessibleName(name)
-    label.setTextFormat(Qt.TextFormat.PlainText)
+def sentence_label(
+    name: str, pixels: int, text: str = "", *, role: str = "", middle: bool = False
+) -> QLabel:
+    """Return a label for running text that wraps and requests no additional width.
+
+    `role`: of the styles. `middle`: at half the height of its place instead of the top.
+    """
+    label = dressed(PlainLabel(text), name, font=text_font(pixels), role=role)
     label.setWordWrap(True)
-    label.setFont(text_font(pixels))
-    label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+    if not middle:
+        label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
     return label
 
 
 def value_label(name: str, tip: str) -> QLabel:
     """Return a label for a number to the right of its caption."""
-    label = PlainLabel("–")
-    label.setAccessibleName(name)
-    label.setAccessibleDescription(tip)
-    label.setToolTip(literal(tip))
-    label.setFont(digit_font(13))
-    label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    label = dressed(PlainLabel("–"), name, tip, font=digit_font(13))
+    label.setToolTip(tip)
+    label.setAlignment(RIGHT)
     return label

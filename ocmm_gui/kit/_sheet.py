@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeVar
 
-from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
+from PySide6.QtCore import QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QKeyEvent, QPainter, QPaintEvent, QPolygonF
 from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_gui.kit._actions import ActionInfo
 from ocmm_gui.kit._marks import ink
+from ocmm_gui.kit._narrow import PlainLabel
 from ocmm_gui.kit._panels import OwnKeysField
 from ocmm_gui.kit._parts import dressed, hbox, sentence_label, vbox
-from ocmm_gui.kit._shortcuts import make_action, make_button
-from ocmm_gui.kit._texts import PlainLabel, later, literal, tr
-from ocmm_gui.kit._theme import Theme, Themed, text_font, use_role
+from ocmm_gui.kit._shortcuts import F_KEYS, make_action, make_button
+from ocmm_gui.kit._texts import later, literal, tr
+from ocmm_gui.kit._theme import Themed, text_font, use_role
 
 LEAVE = ActionInfo("leave", later("Back"), later("Back to measuring; nothing is lost"), ("Esc",))
 _BUTTON_PX = 42
@@ -48,17 +49,13 @@ class Sheet(QWidget):
         self.setAccessibleName(title)
         self._infos = (LEAVE, *infos)
         self.keys: dict[str, QAction] = {}
-        self._title = PlainLabel(title)
-        self._title.setFont(text_font(22, bold=True))
-        self._title.setTextFormat(Qt.TextFormat.PlainText)
-        self._about = sentence_label(tr("About this page"), 14)
-        self._about.setProperty("role", "muted")
-        self._about.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self._head = hbox(self._title, (self._about, 1), spacing=18)
+        head = dressed(PlainLabel(title), font=text_font(22, bold=True))
+        self._about = sentence_label(tr("About this page"), 14, role="muted", middle=True)
         self.body = vbox(spacing=8)
         self._row = QGridLayout()
         self._row.setSpacing(8)
-        vbox(self._head, (self.body, 1), self._row, parent=self, spacing=8, margins=(14, 8, 14, 10))
+        above = hbox(head, (self._about, 1), spacing=18)
+        vbox(above, (self.body, 1), self._row, parent=self, spacing=8, margins=(14, 8, 14, 10))
 
     def say(self, about: str, *, warns: bool = False) -> None:
         """Show a sentence next to the title, optionally in warning colour."""
@@ -94,12 +91,12 @@ class Sheet(QWidget):
             if info.key == aside:
                 continue
             index = shown.index(info)
+            font = text_font(14, bold=info.key == primary)
             button = make_button(action, primary=info.key == primary)
+            dressed(button, font=font, high=_BUTTON_PX)
             button.setObjectName(f"button_{info.key}")
             # The full text would not fit into the row.
             button.setText(button.text().replace(f"{shift}+", "⇧"))
-            button.setMinimumHeight(_BUTTON_PX)
-            button.setFont(text_font(14, bold=info.key == primary))
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             self._row.addWidget(button, index // in_row, index % in_row)
 
@@ -107,14 +104,7 @@ class Sheet(QWidget):
 class FormField(OwnKeysField):
     """A field of a sheet: letters are its own, F-keys and Esc act on the sheet."""
 
-    def event(self, event: QEvent) -> bool:
-        """Leave F-keys and Esc to the sheet."""
-        if event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            key = event.key()
-            if Qt.Key.Key_F1 <= key <= Qt.Key.Key_F12 or key == Qt.Key.Key_Escape:
-                event.ignore()
-                return False
-        return super().event(event)
+    given_keys = (*F_KEYS, Qt.Key.Key_Escape)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Leave Esc to the sheet or, with a notice, to the window."""
@@ -144,10 +134,6 @@ class ChoiceBox(Themed, QComboBox):
     def choose(self, choice: str) -> None:
         self.setCurrentIndex(self.findData(choice))
 
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self.update()
-
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
         painter = QPainter(self)
@@ -168,8 +154,27 @@ def form_field(name: str, tip: str, text: str = "") -> FormField:
     return field
 
 
-def caption(text: str, buddy: QWidget | None = None) -> QLabel:
-    label = dressed(PlainLabel(text), font=text_font(14), role="muted")
+def caption(text: str, buddy: QWidget | None = None, pixels: int = 14) -> QLabel:
+    label = dressed(PlainLabel(text), font=text_font(pixels), role="muted")
     if buddy is not None:
         label.setBuddy(buddy)
     return label
+
+
+def form_grid(
+    fields: Iterable[QWidget], *, across: int = 1, down: int = 0, first: int = 0, pixels: int = 14
+) -> QGridLayout:
+    """Return fields with their accessible names as captions.
+
+    `across`: Fields of a row; or `down`, fields of a column. `first`: row. `pixels`: of captions.
+    """
+    grid = QGridLayout()
+    for number, field in enumerate(fields):
+        row, column = divmod(number, across)
+        if down:
+            column, row = divmod(number, down)
+        buddy = None if isinstance(field, QLabel) else field
+        words = caption(field.accessibleName(), buddy, pixels)
+        grid.addWidget(words, first + row, 2 * column)
+        grid.addWidget(field, first + row, 2 * column + 1)
+    return grid

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
@@ -108,23 +108,47 @@ def is_never_typed(event: QKeyEvent) -> bool:
     )
 
 
+F_KEYS = range(Qt.Key.Key_F1.value, Qt.Key.Key_F12.value + 1)
+
+
+def keeps_keys(event: QEvent, keys: Container[int]) -> bool:
+    """Return whether an event asks for one of these keys, and keep it from shortcuts then."""
+    asks = event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
+    if asks and isinstance(event, QKeyEvent) and event.key() in keys:
+        event.accept()
+        return True
+    return False
+
+
 def use_shortcuts(actions: Mapping[str, QAction], changed: Mapping[str, Sequence[str]]) -> None:
     """Assign the keys of every action."""
     for info in ACTIONS:
-        keys = shortcuts_of(info, changed)
-        action = actions[info.key]
-        named = ", ".join(map(key_words, keys))
-        action.setToolTip(literal(f"{tr(info.tip)} ({named})"))
-        action.setShortcuts([QKeySequence(key) for key in keys])
+        _use_keys(actions[info.key], info, changed)
 
 
-def make_action(info: ActionInfo, owner: QWidget) -> QAction:
-    """Return an action of a widget, not connected; its shortcuts work while this has the focus."""
+def _use_keys(action: QAction, info: ActionInfo, changed: Mapping[str, Sequence[str]]) -> None:
+    keys = shortcuts_of(info, changed)
+    action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(map(key_words, keys))})"))
+    action.setShortcuts([QKeySequence(key) for key in keys])
+
+
+def make_action(
+    info: ActionInfo,
+    owner: QWidget,
+    changed: Mapping[str, Sequence[str]] | None = None,
+    *,
+    everywhere: bool = False,
+) -> QAction:
+    """Return an action of a widget, not connected; its shortcuts work while this has the focus.
+
+    `changed`: Chosen keys. `everywhere`: Shortcuts work in the whole window.
+    """
     action = QAction(tr(info.text), owner)
     action.setObjectName(info.key)
-    action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(map(key_words, info.shortcuts))})"))
-    action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
-    action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+    _use_keys(action, info, changed or {})
+    if not everywhere:
+        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+    # A held pedal must not flood the job with points.
     action.setAutoRepeat(False)
     owner.addAction(action)
     return action
@@ -132,17 +156,7 @@ def make_action(info: ActionInfo, owner: QWidget) -> QAction:
 
 def make_actions(window: QWidget) -> dict[str, QAction]:
     """Return the actions by key, with shortcuts in ``window``, not connected yet."""
-    actions: dict[str, QAction] = {}
-    for info in ACTIONS:
-        action = QAction(tr(info.text), window)
-        action.setObjectName(info.key)
-        action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
-        # A held pedal must not flood the job with points.
-        action.setAutoRepeat(False)
-        window.addAction(action)
-        actions[info.key] = action
-    use_shortcuts(actions, {})
-    return actions
+    return {info.key: make_action(info, window, everywhere=True) for info in ACTIONS}
 
 
 def bind_actions(actions: Mapping[str, QAction], calls: Mapping[str, Callable[[], None]]) -> None:
@@ -184,11 +198,10 @@ def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
 
 def large_button(text: str, name: str, key: str = "") -> QPushButton:
     """Return a button of a start page, optionally with its key; that of Return is primary."""
-    button = dressed(NarrowButton(text), name, font=text_font(18, bold=True))
-    button.setMinimumHeight(54)
+    role = "primary" if key == "Return" else "plain"
+    button = dressed(NarrowButton(text), name, font=text_font(18, bold=True), role=role, high=54)
     if key:
         button.setShortcut(key)
-    button.setProperty("role", "primary" if key == "Return" else "plain")
     return button
 
 

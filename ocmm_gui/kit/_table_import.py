@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtGui import QColor, QKeyEvent
-from PySide6.QtWidgets import QGridLayout, QWidget
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.tables import TableOptions, TablePreview
-from ocmm_gui.kit._narrow import NarrowButton
+from ocmm_gui.kit._narrow import NarrowButton, PlainLabel
 from ocmm_gui.kit._parts import DataTable, dressed, hbox, sentence_label, vbox
-from ocmm_gui.kit._sheet import ChoiceBox, caption, form_field
-from ocmm_gui.kit._texts import PlainLabel, said, tr
-from ocmm_gui.kit._theme import Theme, Themed, text_font
+from ocmm_gui.kit._sheet import ChoiceBox, form_field, form_grid
+from ocmm_gui.kit._texts import said, tr
+from ocmm_gui.kit._theme import Themed, text_font
 
 _SIGNS = ("", "point", "comma")
 _CELL_PX = 110
@@ -40,8 +40,7 @@ class TableImport(Themed, QWidget):
         self._path = Path()
         self._found: TablePreview[Any] | None = None
         self.summary = sentence_label(tr("What the reader makes of the table"), 15)
-        self.title = PlainLabel()
-        self.title.setFont(text_font(18, bold=True))
+        self.title = dressed(PlainLabel(), font=text_font(18, bold=True))
         self.table = DataTable(tr("First and last lines"), (), font=text_font(14))
         self.unit = form_field(tr("Unit of lengths"), tr("as in the file, else mm"))
         self.columns = form_field(
@@ -51,9 +50,8 @@ class TableImport(Themed, QWidget):
         names = {"": tr("by the numbers"), "point": tr("point"), "comma": tr("comma")}
         tip = tr("Sign before the decimals")
         self.decimal = ChoiceBox(tr("Decimal sign"), tip, _SIGNS, names.__getitem__)
-        self.take = NarrowButton(tr("Take over  [Return]"))
-        self.take.setAccessibleName(tr("Take the table over"))
-        self.take.setProperty("role", "primary")
+        take = NarrowButton(tr("Take over  [Return]"))
+        self.take = dressed(take, tr("Take the table over"), role="primary")
         self.back = dressed(NarrowButton(tr("Back  [Esc]")), tr("Go back without the table"))
         self.take.clicked.connect(self._emit_taken)
         self.back.clicked.connect(self.declined)
@@ -98,7 +96,8 @@ class TableImport(Themed, QWidget):
         self.table.setRowCount(len(rows))
         for row, one in enumerate(rows):
             cells = [*one.cells, *[""] * (width - len(one.cells))]
-            self.table.show_words(row, (str(one.line), said(one.why) if one.why else "", *cells))
+            muted = dict.fromkeys(range(width + 2), "muted") if one.why else None
+            self.table.show_words(row, (str(one.line), said(one.why or ""), *cells), muted)
         for column in range(width + 2):
             self.table.setColumnWidth(column, (60, 170)[column] if column < 2 else _CELL_PX)
         if found.error is not None:
@@ -114,15 +113,10 @@ class TableImport(Themed, QWidget):
             words = f"{words}  {hidden}"
         self.summary.setText(words)
         self.take.setEnabled(found.table is not None)
-        self._colour()
+        self._paint()
         if not self.isVisible():
             self.show()
             (self.take if found.table is not None else self.columns).setFocus()
-
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self.decimal.set_theme(theme)
-        self._colour()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Take over with Return, go back with Esc."""
@@ -133,18 +127,10 @@ class TableImport(Themed, QWidget):
         else:
             super().keyPressEvent(event)
 
-    def _colour(self) -> None:
-        found = self._found
-        if found is None:
-            return
-        is_good = found.error is None
-        colour = self._theme.text if is_good else self._theme.bad
-        self.summary.setStyleSheet(f"color: {colour};")
-        for row, one in enumerate(found.rows):
-            for column in range(self.table.columnCount()):
-                item = self.table.item(row, column)
-                if item is not None:
-                    item.setForeground(QColor(self._theme.muted if one.why else self._theme.text))
+    def _paint(self) -> None:
+        if self._found is not None:
+            colour = self._theme.text if self._found.error is None else self._theme.bad
+            self.summary.setStyleSheet(f"color: {colour};")
 
     def _emit_changed(self) -> None:
         if self.isVisible():
@@ -159,12 +145,7 @@ class TableImport(Themed, QWidget):
                 self._emit_changed()
 
     def _lay_out(self) -> None:
-        form = QGridLayout()
-        fields = ((self.unit, self.decimal), (self.columns, self.skip))
-        for row, pair in enumerate(fields):
-            for place, field in enumerate(pair):
-                form.addWidget(caption(field.accessibleName(), field), row, 2 * place)
-                form.addWidget(field, row, 2 * place + 1)
+        form = form_grid((self.unit, self.decimal, self.columns, self.skip), across=2)
         form.setColumnStretch(1, 1)
         form.setColumnStretch(3, 1)
         keys = hbox((self.take, 2), (self.back, 1))

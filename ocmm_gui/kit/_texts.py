@@ -1,4 +1,4 @@
-"""Sentences of the window in the user's language.
+"""Sentences of the window in the user's language, and switching between languages.
 
 Every displayed literal is in one of two calls, which Qt's `lupdate` extracts:
 
@@ -15,24 +15,32 @@ translate them if possible.
 Filled-in values come from plans, jobs and paths, and Qt interprets HTML-like text, with links and
 images. No text of the window is HTML: labels are `PlainLabel`, and every tool tip goes through
 `literal`.
+
+Sentences of a language are a Qt file, made from `resources/i18n/ocmm_de.ts` by ``python -m
+docs.make_texts``. Qt's own texts (dialog buttons, field menus) come from the file that PySide6
+ships.
 """
 
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TypeVar, cast
 
 from PySide6 import QtGui
-from PySide6.QtCore import QCoreApplication, QSize, Qt
-from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtCore import QCoreApplication, QLibraryInfo, QLocale, QTranslator
 
+from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.wording import ENGLISH, Translation, load_translation
-from ocmm_gui.kit._language import language_in_use
-from ocmm_gui.kit._narrow import FittedText, fit_words, is_longer, least_width
 from ocmm_gui.kit._numbers import Sentence, numbers_in_use, unit_word
 
+LANGUAGES = ("en", "de")
+"""Available languages; sentences of the first are in the sources."""
+
+_MARK = "ocmm_language"
+_FOLDER = "i18n"
 _JOINER = "\N{WORD JOINER}"
 
 T = TypeVar("T", bound=tuple[object, ...])
@@ -109,39 +117,61 @@ def literal(text: str) -> str:
     return text.replace("<", f"<{_JOINER}").replace("&", f"&{_JOINER}")
 
 
-class PlainLabel(QLabel):
-    """A label with literal text and tool tip, fully visible in every language."""
+def chosen_language(setting: str, wanted: Sequence[str] | None = None) -> str:
+    """Return the language of a setting, or for ``system`` of ``wanted``, None: the system's."""
+    if setting in LANGUAGES:
+        return setting
+    if wanted is None:
+        wanted = QLocale.system().uiLanguages()
+    for name in wanted:
+        language = name.replace("_", "-").partition("-")[0].lower()
+        if language in LANGUAGES:
+            return language
+    return LANGUAGES[0]
 
-    def __init__(self, text: str = "", parent: QWidget | None = None) -> None:
-        super().__init__(text, parent, textFormat=Qt.TextFormat.PlainText)
 
-    def setToolTip(self, text: str) -> None:
-        super().setToolTip(literal(text))
+def language_file(language: str) -> Path:
+    """Return the compiled sentences of a language; English has no such file."""
+    return resource(_FOLDER, f"ocmm_{language}.qm")
 
-    def minimumSizeHint(self) -> QSize:
-        hint = super().minimumSizeHint()
-        if not is_longer() or self.wordWrap() or not self.text():
-            return hint
-        full = max(self.fontMetrics().horizontalAdvance(line) for line in self.text().split("\n"))
-        need = least_width(self.text(), self.font(), rows=1)
-        return QSize(min(hint.width(), round(hint.width() - full + need) + 1), hint.height())
 
-    def fitted(self) -> FittedText | None:
-        """Return the layout of the text; None if it does not fit."""
-        room = self.contentsRect()
-        return fit_words(
-            self.text(), self.font(), room.width(), room.height(), wraps=self.wordWrap()
-        )
+def use_language(app: QCoreApplication, language: str) -> bool:
+    """Use a language from now on; return whether its files were complete.
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        found = self.fitted() if is_longer() and self.text() else None
-        if found is None or (found.text == self.text() and found.font == self.font()):
-            super().paintEvent(event)
-            return
-        painter = QPainter(self)
-        painter.setFont(found.font)
-        flags = self.alignment() | (Qt.TextFlag.TextWordWrap if self.wordWrap() else 0)
-        self.style().drawItemText(
-            painter, self.contentsRect(), int(flags), self.palette(), self.isEnabled(),
-            found.text, self.foregroundRole(),
-        )  # fmt: skip
+    Call it before creating windows. Without a file, sentences are English; nothing is raised.
+    """
+    for translator in app.findChildren(QTranslator):
+        if translator.objectName() == _MARK:
+            app.removeTranslator(translator)
+            translator.setParent(None)
+            translator.deleteLater()
+    app.setProperty(_MARK, language)
+    if language == LANGUAGES[0]:
+        return True
+    of_qt = Path(QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath))
+    # The later one has priority: our texts override Qt's.
+    found = [
+        _install(app, path) for path in (of_qt / f"qtbase_{language}.qm", language_file(language))
+    ]
+    return all(found) and _core_speaks(language)
+
+
+def language_in_use(app: QCoreApplication | None = None) -> str:
+    """Return the language in use; English by default."""
+    app = app or QCoreApplication.instance()
+    name = None if app is None else app.property(_MARK)
+    return name if isinstance(name, str) else LANGUAGES[0]
+
+
+def _install(app: QCoreApplication, path: Path) -> bool:
+    translator = QTranslator(app)
+    translator.setObjectName(_MARK)
+    return translator.load(str(path)) and app.installTranslator(translator)
+
+
+def _core_speaks(language: str) -> bool:
+    try:
+        load_translation(language)
+    except OcmmError:
+        return False
+    return True

@@ -15,7 +15,6 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontMetricsF, QPalette
 from PySide6.QtWidgets import QApplication, QWidget
 
-from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.tolerances.decisions import Verdict
 
 CAP_HEIGHT = 0.729
@@ -23,7 +22,10 @@ CAP_HEIGHT = 0.729
 
 FAR_SHARE = 63.0 / 1080.0
 """Capitals readable at three metres: 17.5 mm, 20 minutes of arc, on a screen of 24 inches."""
+LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 WRAPPED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+"""`LEFT`, `RIGHT`, `WRAPPED`: places of a painted text in its box."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,10 @@ class Theme:
     zone_bad: str
     """`zone_good`, `zone_warn`, `zone_bad`: of the tolerance bar; marks on them: ``text``."""
     border_px: int
+
+    def colour(self, name: str) -> str:
+        """Return the colour of a field such as ``warn``; any other text is returned unchanged."""
+        return str(getattr(self, name, name))
 
 
 THEMES = {
@@ -86,7 +92,9 @@ class Themed:
         self._paint()
 
     def _paint(self) -> None:
-        """Show the present state in the colours of the theme."""
+        """Show the present state in the colours of the theme; by default paint again."""
+        if isinstance(self, QWidget):
+            self.update()
 
 
 def verdict_colour(theme: Theme, verdict: Verdict | None) -> str:
@@ -95,17 +103,6 @@ def verdict_colour(theme: Theme, verdict: Verdict | None) -> str:
         Verdict.NOT_CONFORM: theme.bad,
         Verdict.NOT_PROVEN: theme.warn,
     }.get(verdict or Verdict.NOT_MEASURED, theme.muted)
-
-
-def status_colour(theme: Theme, status: StatusWord) -> str:
-    return {
-        StatusWord.READY: theme.good,
-        StatusWord.MEASURING: theme.accent,
-        StatusWord.NOT_READY: theme.warn,
-        StatusWord.INACCURATE: theme.warn,
-        StatusWord.LOST: theme.bad,
-        StatusWord.FAILED: theme.bad,
-    }[status]
 
 
 def text_font(pixels: float, *, bold: bool = False) -> QFont:

@@ -9,13 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy
+from PySide6.QtWidgets import QFrame, QPushButton
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView
-from ocmm_gui.kit import Theme, Themed, hbox, later, make_button, sentence_label, text_font, tr
+from ocmm_gui.kit import Themed, dressed, hbox, later, make_button, sentence_label, text_font, tr
 
 _BUTTON_PX = 40
 
@@ -30,17 +29,15 @@ class HandStrip(Themed, QFrame):
         self._step = self._words = ""
         self._practises = False
         self._said = ""
-        self.text = sentence_label(tr("What to do"), 17)
-        self.text.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self.text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.hand_button = _button(make_button(hand, primary=True))
-        self.tour_button = _button(make_button(tour))
-        self.skip_button = _button(QPushButton(tr("Skip step")))
-        self.skip_button.setAccessibleName(tr("Skip this step of the tour"))
+        self.text = sentence_label(tr("What to do"), 17, middle=True)
+        self.hand_button = make_button(hand, primary=True)
+        self.tour_button = make_button(tour)
+        self.skip_button = dressed(QPushButton(tr("Skip step")), tr("Skip this step of the tour"))
         self._hand, self._tour = hand, tour
-        layout = hbox((self.text, 1), parent=self, spacing=10, margins=(14, 5, 14, 5))
-        for button in (self.skip_button, self.hand_button, self.tour_button):
-            layout.addWidget(button)
+        buttons = (self.skip_button, self.hand_button, self.tour_button)
+        for button in buttons:
+            dressed(button, font=text_font(15, bold=True), high=_BUTTON_PX)
+        hbox((self.text, 1), *buttons, parent=self, spacing=10, margins=(14, 5, 14, 5))
         self.skip_button.hide()
         self.hide()
 
@@ -94,8 +91,8 @@ class HandStrip(Themed, QFrame):
         self.skip_button.setVisible(bool(self._step) and not practises)
         self._show(self._words or self._said)
 
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
+    def _paint(self) -> None:
+        theme = self._theme
         self.setStyleSheet(
             f"#hand {{ background: {theme.panel}; border-bottom: 3px solid {theme.accent}; }}"
             f" #hand QLabel {{ color: {theme.text}; font-weight: bold; }}"
@@ -109,12 +106,6 @@ class HandStrip(Themed, QFrame):
             )
         if self.text.text() != text:
             self.text.setText(text)
-
-
-def _button(button: QPushButton) -> QPushButton:
-    button.setMinimumHeight(_BUTTON_PX)
-    button.setFont(text_font(15, bold=True))
-    return button
 
 
 _MOVED_MM = 40.0

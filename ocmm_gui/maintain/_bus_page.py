@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QRectF, Qt, QTimer
 from PySide6.QtGui import QColor, QHideEvent, QPainter, QPaintEvent, QShowEvent
-from PySide6.QtWidgets import QGridLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from ocmm_core import station
 from ocmm_core.fieldbus.report import (
@@ -26,8 +26,6 @@ from ocmm_gui.maintain._wire_view import BusEventTable, CameraTable, WireView
 _ROW_PX = 19.0
 _BAR_PX = 12.0
 _NAMES = (later("good"), later("late"), later("lost"), later("bad"))
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class CycleAccounts(kit.PaintedWidget):
@@ -60,7 +58,7 @@ class CycleAccounts(kit.PaintedWidget):
         painter = QPainter(self)
         theme = self._theme
         kit.ink(painter, QColor(theme.muted), font=kit.text_font(13))
-        painter.drawText(QRectF(0.0, 0.0, self.width(), _ROW_PX), _LEFT, tr("Bus cycles"))
+        painter.drawText(QRectF(0.0, 0.0, self.width(), _ROW_PX), kit.LEFT, tr("Bus cycles"))
         colours = (theme.good, theme.warn, theme.accent, theme.bad)
         self._paint_bar(painter, colours)
         top = _ROW_PX + _BAR_PX + 5.0
@@ -76,10 +74,10 @@ class CycleAccounts(kit.PaintedWidget):
             wrong = not known and index < len(rows) - 1
             painter.setPen(QColor(theme.bad if wrong else theme.text))
             painter.setFont(kit.text_font(13, bold=not known))
-            painter.drawText(line.adjusted(16.0, 0.0, 0.0, 0.0), _LEFT, name)
+            painter.drawText(line.adjusted(16.0, 0.0, 0.0, 0.0), kit.LEFT, name)
             painter.setFont(kit.digit_font(13, bold=not known))
-            painter.drawText(line.adjusted(0.0, 0.0, -84.0, 0.0), _RIGHT, count)
-            painter.drawText(line, _RIGHT, share)
+            painter.drawText(line.adjusted(0.0, 0.0, -84.0, 0.0), kit.RIGHT, count)
+            painter.drawText(line, kit.RIGHT, share)
 
     def _paint_bar(self, painter: QPainter, colours: tuple[str, ...]) -> None:
         bar = QRectF(0.0, _ROW_PX + 1.0, self.width(), _BAR_PX)
@@ -96,6 +94,7 @@ class CycleAccounts(kit.PaintedWidget):
             left += width
 
 
+_MARKS = {BusPhase.OPERATION: kit.Mark.GOOD, BusPhase.FAILED: kit.Mark.BAD}
 REFRESH_MS = 250
 _OLD_S = 1.0
 """A live bus process reports every 50 ms."""
@@ -112,16 +111,14 @@ _FACTS = (
 )
 
 
-class BusPage(kit.Themed, QStackedWidget):
+class BusPage(QStackedWidget):
     """The bus report, refreshed four times a second while visible."""
 
     def __init__(self, pull: Callable[[], station.BusView | None]) -> None:
         super().__init__()
         self.setAccessibleName(tr("Bus"))
         self._pull = pull
-        self._view: station.BusView | None = None
-        self._phase = kit.FitText(tr("Phase of the bus"), limit=34)
-        self._phase.setFixedHeight(44)
+        self.phase = kit.FitText(tr("Phase of the bus"), limit=34, high=44)
         self._trouble = kit.sentence_label(tr("Bus fault"), 15)
         self.wire = WireView()
         self.cameras = CameraTable()
@@ -135,7 +132,7 @@ class BusPage(kit.Themed, QStackedWidget):
         )
         self.facts = {name: kit.value_label(tr(name), tr(tip)) for name, tip in _FACTS}
         self.events = BusEventTable()
-        self._notes = kit.sentence_label(tr("Notes on the privileges of the bus process"), 13)
+        self.notes = kit.sentence_label(tr("Notes on the privileges of the bus process"), 13)
         self._absent = kit.sentence_label(tr("Why no data are shown"), 20)
         self._absent.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._absent.setMargin(40)
@@ -144,19 +141,13 @@ class BusPage(kit.Themed, QStackedWidget):
         self._timer = QTimer(self, interval=REFRESH_MS)
         self._timer.timeout.connect(self.refresh)
 
-    def phase(self) -> str:
-        return self._phase.text()
-
     def trouble(self) -> str:
         """Return the sentences next to the word; without a report, the reason."""
         shown = self._trouble if self.currentIndex() else self._absent
         return shown.text()
 
-    def notes(self) -> str:
-        return self._notes.text()
-
     def refresh(self) -> None:
-        self._view = view = self._pull()
+        view = self._pull()
         if view is None or view.report is None:
             pair = (
                 (station.NO_BUS, station.NO_BUS_REMEDY)
@@ -170,11 +161,6 @@ class BusPage(kit.Themed, QStackedWidget):
             return
         self.setCurrentIndex(1)
         self._show_report(view, view.report)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        if self._view is not None and self._view.report is not None:
-            self._show_phase(self._view, self._view.report)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -220,26 +206,21 @@ class BusPage(kit.Themed, QStackedWidget):
                     report.events_dropped,
                 )
             )
-        self._notes.setText("  ".join(notes))
-        self._notes.setVisible(bool(notes))
+        self.notes.setText("  ".join(notes))
+        self.notes.setVisible(bool(notes))
 
     def _show_phase(self, view: station.BusView, report: BusReport) -> None:
-        theme = self._theme
         what, remedy = trouble_words(report)
         word = kit.said_word(report.phase.value).upper()
+        mark = _MARKS.get(report.phase, kit.Mark.DOUBT)
         if view.ended:
-            self._phase.show_text(tr("ENDED"), theme.bad, kit.Mark.BAD)
+            word, mark = tr("ENDED"), kit.Mark.BAD
             what, remedy = view.ended, tr("These are the last values.")
         elif view.age_s > _OLD_S:
-            self._phase.show_text(tr("NO REPORT"), theme.bad, kit.Mark.BAD)
+            word, mark = tr("NO REPORT"), kit.Mark.BAD
             what = tr("No report from the bus process for {age_s:.0f} s.").format(age_s=view.age_s)
             remedy = tr("These are its last values. If this persists, open the job again.")
-        elif report.phase is BusPhase.OPERATION:
-            self._phase.show_text(word, theme.good, kit.Mark.GOOD)
-        elif report.phase is BusPhase.FAILED:
-            self._phase.show_text(word, theme.bad, kit.Mark.BAD)
-        else:
-            self._phase.show_text(word, theme.warn, kit.Mark.DOUBT)
+        self.phase.show_text(word, mark=mark)
         text = f"{what} {remedy}".strip() or _in_order(report)
         if text != self._trouble.text():
             self._trouble.setText(text)
@@ -257,30 +238,23 @@ class BusPage(kit.Themed, QStackedWidget):
     def _contents(self) -> QWidget:
         contents = QWidget()
         layout = kit.vbox(parent=contents, spacing=8, margins=0)
-        words = kit.vbox(self._phase, (self._trouble, 1))
+        words = kit.vbox(self.phase, (self._trouble, 1))
         head = kit.hbox((kit.panel(words), 2), (kit.panel(kit.stacked(self.wire)), 3), spacing=8)
         kit.fill(layout, (head, 2), self.cameras)
+        facts = kit.form_grid(self.facts.values(), pixels=13)
+        facts.setHorizontalSpacing(8)
+        facts.setVerticalSpacing(0)
         charts = kit.hbox(spacing=8)
         for part, stretch in (
             (kit.stacked(self.accounts), 5),
             (kit.stacked(self.lateness), 6),
             (kit.stacked(self.round_trip), 6),
             (kit.stacked(*self.clocks), 6),
-            (self._fact_grid(), 4),
+            (facts, 4),
         ):
             charts.addWidget(kit.panel(part), stretch)
-        kit.fill(layout, (charts, 6), (self.events, 6), self._notes)
+        kit.fill(layout, (charts, 6), (self.events, 6), self.notes)
         return contents
-
-    def _fact_grid(self) -> QGridLayout:
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(8)
-        grid.setVerticalSpacing(0)
-        for row, (name, value) in enumerate(self.facts.items()):
-            caption = kit.dressed(kit.PlainLabel(tr(name)), font=kit.text_font(13), role="muted")
-            grid.addWidget(caption, row, 0)
-            grid.addWidget(value, row, 1)
-        return grid
 
 
 def _in_order(report: BusReport) -> str:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtWidgets import QVBoxLayout
-
+from ocmm_core.calibration import records
 from ocmm_core.calibration.records import (
     CalibrationOverview,
     CalibrationView,
@@ -14,8 +13,8 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.camera import Rig
 from ocmm_gui.charts import HistoryChart, session_of
-from ocmm_gui.kit import later, localised, stacked, tr
-from ocmm_gui.maintain._status_page import HistoryTable, StatusPage, in_a_row, local_time
+from ocmm_gui.kit import later, localised, said, stacked, tr
+from ocmm_gui.maintain._status_page import EventLine, EventTable, StatusPage, in_a_row, local_time
 
 DESIGN = later("Virtual cameras: the geometry of the rig document is used.")
 _IN_ORDER = later("Calibrated, verified and in date. Points can be taken.")
@@ -36,6 +35,23 @@ _FACTS = (
 )
 
 
+_COLUMNS = (
+    (later("Time"), later("Local time")),
+    (later("What happened"), later("Calibration concerned, see the last column")),
+    (later("Who"), later("As entered")),
+    (later("Why"), later("As entered, or the rule applied")),
+    (later("Good until"), later("If suspect: last time known good")),
+    (later("Calibration"), later("First digits of its hash")),
+)
+_EVENTS = {
+    records.EventKind.ACCEPTED: (later("Activated"), "text"),
+    records.EventKind.PASSED: (later("Verification passed"), "good"),
+    records.EventKind.FAILED: (later("Verification FAILED"), "bad"),
+    records.EventKind.SUSPECTED: (later("Marked suspect"), "warn"),
+    records.EventKind.FALLEN: (later("Artefact found WRONG"), "bad"),
+    records.EventKind.RECALLED: (later("Jobs recalled"), "text"),
+}
+"""Word and colour of each kind."""
 _IN_DOUBT = later("Recall jobs (F12) shows which of their verdicts hold.")
 
 
@@ -67,18 +83,12 @@ class CalibrationPage(StatusPage[CalibrationView, CalibrationOverview]):
             limit=100.0,
             form="+.0f",
         )
-        self.history = HistoryTable()
+        self.history = EventTable(_COLUMNS, toned=(1,), plain=(3,), long=(3,))
         self._charts = in_a_row(
             stacked(self.focal), stacked(*self.principal), stacked(self.baseline),
             stacked(self.error),
         )  # fmt: skip
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addLayout(self._head())
-        layout.addWidget(self._charts, 5)
-        layout.addWidget(self._empty, 2)
-        layout.addWidget(self.history, 4)
+        self._lay_out((self._charts, 5), (self.fault, 2), (self.history, 4))
 
     def _show_overview(self, view: CalibrationView, found: CalibrationOverview) -> None:
         self._show_facts(_facts(self._rig, view, found.verifications.get(view.identity)))
@@ -89,10 +99,23 @@ class CalibrationPage(StatusPage[CalibrationView, CalibrationOverview]):
             chart.show_courses(courses)
         self.baseline.show_courses(found.trends.baseline)
         self.error.show_courses((found.trends.error,))
-        self.history.show_events(found.events)
+        self.history.show_lines([_line(event) for event in found.events])
         self._show_fault(found.fault or ("" if found.events else tr(_NO_HISTORY)))
         self._charts.setVisible(bool(found.trends.focal))
         self.history.setVisible(bool(found.events))
+
+
+def _line(event: records.Event) -> EventLine:
+    word, tone = _EVENTS[event.kind]
+    cells = (
+        local_time(event.utc),
+        tr(word),
+        event.who,
+        said(event.reason),
+        local_time(event.since_utc) if event.since_utc else "",
+        event.calibration[:12],
+    )
+    return EventLine(cells, tone)
 
 
 def _facts(
@@ -116,8 +139,8 @@ def _facts(
             error_mm=1e3 * worst.error_mm,
             limit_mm=1e3 * worst.limit_mm,
         )
-        for name, said in session_of(verification):
-            words["Verified"] += f"; {name.lower()} {said}"
+        for name, fact in session_of(verification):
+            words["Verified"] += f"; {name.lower()} {fact}"
     return words
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QProgressBar, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.features import measured
@@ -40,7 +40,7 @@ def verified(folder: Path, convention: Convention, tell: Tell) -> tuple[measured
     return measured.verify_folder(folder, convention)
 
 
-class FitsPage(kit.Themed, QWidget):
+class FitsPage(QWidget):
     """Folder and convention above, a table of the worst errors below."""
 
     failed = Signal(object)
@@ -50,39 +50,32 @@ class FitsPage(kit.Themed, QWidget):
         super().__init__()
         self.setAccessibleName(tr("Fits against certified pairs"))
         self._reports: tuple[measured.SetReport, ...] = ()
-        self.folder = kit.dressed(kit.OwnKeysField(), tr("Folder of reference pairs"))
-        self.folder.setPlaceholderText(tr("Folder of reference pairs"))
-        self.folder.setFont(kit.text_font(15))
+        name = tr("Folder of reference pairs")
+        self.folder = kit.dressed(kit.OwnKeysField(), name, font=kit.text_font(15))
+        self.folder.setPlaceholderText(name)
         self.folder.returnPressed.connect(self.toggle)
         self.convention = kit.ChoiceBox(
             tr("Convention"),
             tr("Convention of the certified values"),
             [item.name for item in Convention],
         )
-        self.button = kit.dressed(kit.NarrowButton(tr("Verify")), tr("Verify"), role="primary")
-        self.button.setMinimumHeight(40)
-        self.button.setFont(kit.text_font(15, bold=True))
+        self.button = kit.dressed(
+            kit.NarrowButton(tr("Verify")), tr("Verify"), font=kit.text_font(15, bold=True),
+            role="primary", high=40,
+        )  # fmt: skip
         self.button.clicked.connect(self.toggle)
-        self._word = kit.FitText(tr("Outcome"), limit=30)
-        self._word.setFixedHeight(42)
-        self._sentence = kit.sentence_label(tr("What is compared"), 14)
-        self._sentence.setText(tr(_ASK))
+        self.outcome = kit.FitText(tr("Outcome"), limit=30, high=42)
+        self._sentence = kit.sentence_label(tr("What is compared"), 14, tr(_ASK))
         self.table = kit.NumberTable(
             tr("Worst errors"), _columns(), whole=False, font=kit.text_font(15)
         )
         self.table.right_heads(range(1, _VERDICT))
         self.table.verticalHeader().setDefaultSectionSize(34)
-        self.progress = kit.dressed(QProgressBar(), tr("Progress of the comparison"))
-        self.progress.hide()
-        self._process = SideProcess(self)
-        self._process.finished.connect(self._on_reports)
-        self._process.failed.connect(self._on_failed)
+        self.progress = kit.WorkBar(tr("Progress of the comparison"))
+        self._process = SideProcess(self, self._end, self._on_failed)
         row = kit.hbox((self.folder, 1), self.convention, self.button)
         above = kit.vbox(row, self._sentence, self.progress)
-        kit.vbox(kit.panel(above), self._word, (self.table, 1), parent=self, spacing=8, margins=0)
-
-    def outcome(self) -> str:
-        return self._word.text()
+        kit.vbox(kit.panel(above), self.outcome, (self.table, 1), parent=self, spacing=8, margins=0)
 
     def toggle(self) -> None:
         if self._process.is_running():
@@ -90,67 +83,43 @@ class FitsPage(kit.Themed, QWidget):
             return
         folder = Path(self.folder.text().strip() or ".").expanduser()
         convention = Convention[self.convention.currentText()]
-        self.progress.setRange(0, 0)
-        self.progress.show()
+        self.progress.begin()
         self.button.setText(tr("Cancel"))
-        self._word.show_text(tr("Fitting"), self._theme.muted, kit.Mark.ACTIVE)
+        self.outcome.show_text(tr("Fitting"), "muted", kit.Mark.ACTIVE)
         self._process.start(partial(verified, folder, convention))
 
     def cancel(self) -> None:
         self._process.cancel()
-        self._end()
-        self._paint()
-
-    def _end(self) -> None:
-        self.progress.hide()
-        self.button.setText(tr("Verify"))
-
-    def _on_reports(self, reports: object) -> None:
-        self._end()
-        if isinstance(reports, tuple):
-            self._reports = reports
-        self._paint()
+        self._end(self._reports)
 
     def _on_failed(self, error: OcmmError) -> None:
-        self._end()
         self._sentence.setText(kit.said(f"{error.what} {error.remedy}"))
-        self._reports = ()
-        self._paint()
+        self._end(())
         self.failed.emit(error)
 
-    def _paint(self) -> None:
-        theme, reports = self._theme, self._reports
+    def _end(self, reports: tuple[measured.SetReport, ...]) -> None:
+        """Show reports, of a finished comparison or an earlier one."""
+        self._reports = reports
+        self.progress.hide()
+        self.button.setText(tr("Verify"))
         pairs = sum(len(report.results) for report in reports)
         if not reports:
-            self._word.show_text("", theme.muted)
+            self.outcome.show_text("")
         elif all(report.passed for report in reports):
-            self._word.show_text(
-                tr("All {pairs} pairs within the limits").format(pairs=pairs),
-                theme.good,
-                kit.Mark.GOOD,
-            )
+            words = tr("All {pairs} pairs within the limits").format(pairs=pairs)
+            self.outcome.show_text(words, mark=kit.Mark.GOOD)
         else:
             off = sum(not result.passed for report in reports for result in report.results)
-            self._word.show_text(
-                tr("{beyond} of {pairs} pairs beyond the limits").format(beyond=off, pairs=pairs),
-                theme.bad,
-                kit.Mark.BAD,
-            )
+            words = tr("{beyond} of {pairs} pairs beyond the limits")
+            self.outcome.show_text(words.format(beyond=off, pairs=pairs), mark=kit.Mark.BAD)
         self.table.setRowCount(len(reports))
         for row, report in enumerate(reports):
-            self._write(row, report)
-
-    def _write(self, row: int, report: measured.SetReport) -> None:
-        worst = [report.worst(key) for key in ("position", "size", "direction", "apex")]
-        words = (
-            report.name,
-            str(len(report.results)),
-            *("–" if value is None else kit.localised(f"{value:.1e}") for value in worst),
-            tr("✔  AGREES") if report.passed else tr("✖  OFF"),
-        )
-        self.table.show_words(row, words)
-        for column in range(1, _VERDICT):
-            cell = self.table.item(row, column)
-            if cell is not None:
-                cell.setFont(kit.digit_font(15, bold=False))
-                cell.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            worst = [report.worst(key) for key in ("position", "size", "direction", "apex")]
+            cells = (
+                report.name,
+                str(len(report.results)),
+                *("–" if value is None else kit.localised(f"{value:.1e}") for value in worst),
+                tr("✔  AGREES") if report.passed else tr("✖  OFF"),
+            )
+            self.table.show_words(row, cells)
+            self.table.show_digits(row, range(1, _VERDICT), 15)

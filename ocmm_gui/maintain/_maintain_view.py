@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QSize
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QStackedWidget, QWidget
 
@@ -34,18 +34,16 @@ class Page:
     """Keys of its actions; each gets a button."""
 
 
-class MaintainView(kit.Themed, QWidget):
+class MaintainView(QWidget):
     """Pages with a list; up and down select."""
 
     def __init__(self, pages: Sequence[Page], actions: Mapping[str, QAction]) -> None:
         super().__init__()
-        self._live: LiveView | None = None
-        self._word = kit.FitText(tr("Status"), limit=26, reserve=tr("INACCURATE"))
-        self._word.setFixedHeight(40)
-        self.list = QListWidget()
-        self.list.setAccessibleName(tr("Pages"))
-        self.list.setAccessibleDescription(tr("Up and down select a page"))
-        self.list.setFont(kit.text_font(18, bold=True))
+        self.status = kit.FitText(tr("Status"), limit=26, reserve=tr("INACCURATE"), high=40)
+        self.list = kit.dressed(
+            QListWidget(), tr("Pages"), tr("Up and down select a page"),
+            font=kit.text_font(18, bold=True),
+        )  # fmt: skip
         self.list.setItemDelegate(kit.NarrowItems(self.list))
         self._stack = QStackedWidget()
         self._pages = tuple(page.widget for page in pages)
@@ -57,19 +55,14 @@ class MaintainView(kit.Themed, QWidget):
         self.list.currentRowChanged.connect(self._stack.setCurrentIndex)
         self.list.setCurrentRow(0)
         self.list.setFixedHeight(_ROW_PX * len(pages) + 4)
-        heading = kit.PlainLabel(tr("Maintain"))
-        heading.setFont(kit.text_font(20, bold=True))
-        side = kit.vbox(heading, self._word, self.list, spacing=6)
-        side.addStretch(1)
+        heading = kit.dressed(kit.PlainLabel(tr("Maintain")), font=kit.text_font(20, bold=True))
         back = kit.make_button(actions["mode"])
+        kit.dressed(back, tr("Inspect"), font=kit.text_font(16, bold=True), high=52)
         back.setText(tr("Inspect  [M]"))
         back.setObjectName("back")
-        back.setAccessibleName(tr("Inspect"))
-        back.setMinimumHeight(52)
-        back.setFont(kit.text_font(16, bold=True))
-        side.addWidget(back)
+        side = kit.vbox(heading, self.status, self.list, 1, back, spacing=6)
         kit.hbox(side, (self._stack, 1), parent=self, spacing=10, margins=(10, 8, 10, 8))
-        for widget in (heading, self._word, self.list, back):
+        for widget in (heading, self.status, self.list, back):
             widget.setFixedWidth(_SIDE_PX)
 
     def page(self) -> QWidget:
@@ -79,18 +72,8 @@ class MaintainView(kit.Themed, QWidget):
         self.list.setCurrentRow(self._pages.index(page))
 
     def show_live(self, live: LiveView) -> None:
-        self._live = live
-        colour = kit.status_colour(self._theme, live.status)
-        self._word.show_text(kit.said_word(live.status.value), colour, kit.status_mark(live.status))
-        self._word.setToolTip(kit.literal(kit.said(live.reason)))
-
-    def status(self) -> str:
-        return self._word.text()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        if self._live is not None:
-            self.show_live(self._live)
+        self.status.show_status(live.status)
+        self.status.setToolTip(kit.literal(kit.said(live.reason)))
 
     @staticmethod
     def _with_buttons(page: Page, actions: Mapping[str, QAction]) -> QWidget:
@@ -98,15 +81,11 @@ class MaintainView(kit.Themed, QWidget):
         layout = kit.vbox((page.widget, 1), parent=whole, spacing=8, margins=0)
         if page.actions:
             layout.addLayout(_large_buttons([actions[key] for key in page.actions]))
-        row = kit.hbox(spacing=6)
         hint = kit.dressed(kit.PlainLabel(page.tip), font=kit.text_font(12), role="muted")
-        hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        row.addWidget(hint, 1)
-        for key in _TOOLS:
-            button = kit.make_button(actions[key])
-            button.setFont(kit.text_font(13))
-            row.addWidget(button)
-        layout.addLayout(row)
+        tools = (
+            kit.dressed(kit.make_button(actions[key]), font=kit.text_font(13)) for key in _TOOLS
+        )
+        layout.addLayout(kit.hbox((hint, 1), *tools, spacing=6))
         return whole
 
 
@@ -115,9 +94,8 @@ def _large_buttons(actions: Sequence[QAction]) -> QHBoxLayout:
     row = kit.hbox(spacing=6)
     for action in actions:
         button = kit.make_button(action, primary=True)
+        kit.dressed(button, font=kit.text_font(15), high=_LARGE_PX)
         button.setText(button.text().replace("  [", "\n["))
-        button.setFont(kit.text_font(15))
-        button.setMinimumHeight(_LARGE_PX)
         row.addWidget(button, 1)
     return row
 

@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QProgressBar, QVBoxLayout, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core import measuring
 from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
@@ -69,7 +69,7 @@ def plain_body(probe: ProbeInUse) -> ProbeBody:
     return probe_from_records(probe.design, records.calibration, records.qualification)
 
 
-class ProbeDesignPage(kit.Themed, QWidget):
+class ProbeDesignPage(QWidget):
     """Uncertainty, maps, labels, mechanics and budget of a probe, computed on request."""
 
     failed = Signal(object)
@@ -80,26 +80,18 @@ class ProbeDesignPage(kit.Themed, QWidget):
         super().__init__()
         self.setAccessibleName(tr("Design of the probe"))
         self._rig, self._body = rig, body
-        self._report: measuring.ProbeReport | None = None
-        self._process = SideProcess(self)
-        self._process.advanced.connect(self._on_advanced)
-        self._process.finished.connect(self._show_report)
-        self._process.failed.connect(self._on_failed)
+        self._progress = kit.WorkBar(tr("Progress"))
+        self._process = SideProcess(
+            self, self._show_report, self._on_failed, self._progress.advance
+        )
         self.fields = {
             key: kit.OwnKeysField(kit.localised(proposal)) for key, _, _, proposal in _FIELDS
         }
-        self.button = kit.NarrowButton(tr("Examine"))
-        self.button.setProperty("role", "primary")
-        self.button.setMinimumHeight(38)
-        self.button.setAccessibleName(tr("Examine"))
+        self.button = kit.dressed(kit.NarrowButton(), role="primary", high=38)
         self.button.clicked.connect(self.toggle)
-        self._progress = kit.dressed(QProgressBar(), tr("Progress"))
-        self._progress.setTextVisible(True)
-        self._number = kit.FitText(tr("Uncertainty of the tip"), limit=40, digits=True)
-        self._number.setFixedHeight(48)
+        self.number = kit.FitText(tr("Uncertainty of the tip"), limit=40, digits=True, high=48)
         self._sentence = kit.sentence_label(tr("Meaning of the number"), 13)
-        self._labels = kit.FitText(tr("Labels"), limit=17)
-        self._labels.setFixedHeight(24)
+        self._labels = kit.FitText(tr("Labels"), limit=17, high=24)
         self._nearest = kit.sentence_label(tr("Nearest wrong orders"), 13)
         self._mechanics = kit.sentence_label(tr("Growth and bending"), 13)
         self.budget = PointBudgetTable()
@@ -110,9 +102,6 @@ class ProbeDesignPage(kit.Themed, QWidget):
         self._lay_out()
         self._sentence.setText(tr(_ASK))
         self._wait(False)
-
-    def number(self) -> str:
-        return self._number.text()
 
     def words(self) -> str:
         parts = (self._sentence, self._nearest, self._mechanics)
@@ -137,11 +126,6 @@ class ProbeDesignPage(kit.Themed, QWidget):
             self._sentence.setText(tr(_ASK))
         self._wait(False)
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        if self._report is not None:
-            self._paint_words(self._report)
-
     def _request(self) -> DesignRequest:
         words = {key: field.text().strip() for key, field in self.fields.items()}
         tilt = tuple(_numbers(TILT, tr("Tilts"), words["tilt"], 3))
@@ -158,41 +142,28 @@ class ProbeDesignPage(kit.Themed, QWidget):
     def _wait(self, waiting: bool) -> None:
         self.button.setText(tr("Cancel") if waiting else tr("Examine"))
         self.button.setAccessibleName(self.button.text())
-        self._progress.setVisible(waiting)
-        self._progress.setValue(0)
-        self._progress.setFormat(tr("Starting"))
+        if waiting:
+            self._progress.begin(tr("Starting"))
+        else:
+            self._progress.hide()
         for field in self.fields.values():
             field.setEnabled(not waiting)
-
-    def _on_advanced(self, what: str, share: float) -> None:
-        self._progress.setFormat(what)
-        self._progress.setValue(round(100.0 * share))
 
     def _on_failed(self, error: OcmmError) -> None:
         self._wait(False)
         self._sentence.setText(said(f"{error.what} {error.remedy}"))
         self.failed.emit(error)
 
-    def _paint_words(self, report: measuring.ProbeReport) -> None:
-        theme, number = self._theme, report.number
-        seen = bool(np.isfinite(number.space_um))
-        self._number.show_text(
-            kit.localised(f"{number.space_um:.1f} µm") if seen else "–",
-            theme.text if seen else theme.bad,
-        )
+    def _show_report(self, report: measuring.ProbeReport) -> None:
+        self._wait(False)
         safe = report.coded or all(item.is_safe for item in report.labels)
         self._labels.show_text(
             tr("LEDs cannot be confused") if safe else tr("LEDs can be confused"),
-            theme.good if safe else theme.bad,
-            kit.Mark.GOOD if safe else kit.Mark.BAD,
+            mark=kit.Mark.GOOD if safe else kit.Mark.BAD,
         )
-
-    def _show_report(self, report: measuring.ProbeReport) -> None:
-        self._report = report
-        self._wait(False)
-        self._paint_words(report)
         number = report.number
         if np.isfinite(number.space_um):
+            self.number.show_text(kit.localised(f"{number.space_um:.1f} µm"))
             x, y, z = number.axes_um
             self._sentence.setText(
                 tr(
@@ -210,6 +181,7 @@ class ProbeDesignPage(kit.Themed, QWidget):
                 )
             )
         else:
+            self.number.show_text("–", "bad")
             self._sentence.setText(tr("No pose gives a tip: the cameras do not see enough LEDs."))
         # The worst case represents all; the terminal prints each of them.
         nearest = min(
@@ -231,28 +203,19 @@ class ProbeDesignPage(kit.Themed, QWidget):
         self.shown.emit()
 
     def _lay_out(self) -> None:
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(8)
-        grid.setVerticalSpacing(4)
-        for row, (key, label, tip, _) in enumerate(_FIELDS):
-            caption, field = kit.PlainLabel(tr(label)), self.fields[key]
-            caption.setProperty("role", "muted")
-            caption.setFont(kit.text_font(13))
-            field.setFont(kit.text_font(13))
-            field.setAccessibleName(tr(label))
+        for key, label, tip, _ in _FIELDS:
+            field = kit.dressed(self.fields[key], tr(label), font=kit.text_font(13))
             field.setToolTip(kit.literal(tr(tip)))
             field.setPlaceholderText(tr(_EMPTY.get(key, "")))
             field.returnPressed.connect(self.toggle)
-            grid.addWidget(caption, row, 0)
-            grid.addWidget(field, row, 1)
+        grid = kit.form_grid(self.fields.values(), pixels=13)
+        grid.setHorizontalSpacing(8)
+        grid.setVerticalSpacing(4)
         grid.addWidget(self.button, len(_FIELDS), 0, 1, 2)
         grid.addWidget(self._progress, len(_FIELDS) + 1, 0, 1, 2)
-        said = QVBoxLayout()
-        for widget in (
-            self._number, self._sentence, self._labels, self._nearest, self._mechanics,
-        ):  # fmt: skip
-            said.addWidget(widget)
-        said.addStretch(1)
+        said = kit.vbox(
+            self.number, self._sentence, self._labels, self._nearest, self._mechanics, 1
+        )
         left = kit.vbox(kit.panel(grid), (kit.panel(said), 1), spacing=8)
         plots = QGridLayout()
         plots.setSpacing(8)
@@ -271,24 +234,22 @@ class PointBudgetTable(kit.DataTable):
         self.verticalHeader().setDefaultSectionSize(20)
         self.setWordWrap(False)
         self.setFixedHeight(196)
-        self._terms: tuple[measuring.BudgetTerm, ...] = ()
 
     def show_terms(self, terms: tuple[measuring.BudgetTerm, ...]) -> None:
-        self._terms = terms
         self.setRowCount(len(terms))
         for row, term in enumerate(terms):
-            self._write(row, 0, term.name)
-            self._write(row, 1, kit.localised(f"{term.sigma_um:.2f}"))
-            self._cell(row, 1).setTextAlignment(
-                Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-            )
-            self._write(row, 2, term.rests_on)
-        self.resizeColumnToContents(0)
-        self.resizeColumnToContents(1)
+            sigma = kit.localised(f"{term.sigma_um:.2f}")
+            self.show_words(row, (term.name, sigma, term.rests_on))
+            self._cell(row, 1).setTextAlignment(kit.RIGHT)
+        self._fit()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self.show_terms(self._terms)
+    def _paint(self) -> None:
+        super()._paint()
+        self._fit()
+
+    def _fit(self) -> None:
+        for column in (0, 1):
+            self.resizeColumnToContents(column)
 
 
 def _numbers(field: NumberField, what: str, text: str, count: int) -> list[float]:

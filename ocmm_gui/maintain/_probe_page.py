@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from PySide6.QtWidgets import QHeaderView, QVBoxLayout
-
 from ocmm_core.calibration import records
 from ocmm_gui import kit
 from ocmm_gui.charts import HistoryChart
@@ -32,14 +30,15 @@ _HISTORY = (
     (later("Record"), later("First digits of its hash")),
 )
 _TONES = {
-    records.TipEventKind.QUALIFIED: status_page.Tone.GOOD,
-    records.TipEventKind.PASSED: status_page.Tone.GOOD,
-    records.TipEventKind.NOT_QUALIFIED: status_page.Tone.BAD,
-    records.TipEventKind.FAILED: status_page.Tone.BAD,
-    records.TipEventKind.DOUBTED: status_page.Tone.WARN,
-    records.TipEventKind.MOUNTED: status_page.Tone.WARN,
+    records.TipEventKind.QUALIFIED: "good",
+    records.TipEventKind.PASSED: "good",
+    records.TipEventKind.NOT_QUALIFIED: "bad",
+    records.TipEventKind.FAILED: "bad",
+    records.TipEventKind.DOUBTED: "warn",
+    records.TipEventKind.MOUNTED: "warn",
 }
 _STANDING, _ROW_PX = 1, 38
+_TIP_TONES = {records.State.VALID: "good", records.State.DUE: "warn"}
 
 
 class TipTable(kit.DataTable):
@@ -49,9 +48,7 @@ class TipTable(kit.DataTable):
         super().__init__(tr("Tips"), kit.tr_all(_TIPS))
         self.setAccessibleDescription(tr("Up and down select a tip"))
         self.setFont(kit.text_font(14))
-        header = self.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(len(_TIPS) - 1, QHeaderView.ResizeMode.Stretch)
+        self.fit_columns(len(_TIPS) - 1)
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
         self.setMinimumHeight(2 * _ROW_PX + 20)
@@ -65,36 +62,14 @@ class TipTable(kit.DataTable):
         """Show tips, keeping the selection."""
         chosen = self.chosen()
         self._tips = tuple(tips)
-        self._show()
+        self.setRowCount(len(tips))
+        for row, one in enumerate(tips):
+            self.show_words(
+                row, _tip_words(one), {_STANDING: _TIP_TONES.get(one.status.state, "bad")}
+            )
         names = [one.tip for one in tips]
         if names:
             self.setCurrentCell(names.index(chosen) if chosen in names else 0, 0)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self._show()
-
-    def _show(self) -> None:
-        theme = self._colours
-        colours = {records.State.VALID: theme.good, records.State.DUE: theme.warn}
-        self.setRowCount(len(self._tips))
-        for row, one in enumerate(self._tips):
-            for column, text in enumerate(_tip_words(one)):
-                colour = theme.text
-                if column == _STANDING:
-                    colour = colours.get(one.status.state, theme.bad)
-                self._write(row, column, text, colour)
-
-
-class TipHistoryTable(status_page.EventTable):
-    """Events of the tips, newest first."""
-
-    def __init__(self) -> None:
-        super().__init__(kit.tr_all(_HISTORY), what=1, why=4)
-
-    def show_events(self, events: Sequence[records.TipEvent]) -> None:
-        """Show events, given oldest first."""
-        self.show_lines([_line(event) for event in events])
 
 
 def _tip_words(one: records.TipState) -> tuple[str, ...]:
@@ -137,7 +112,7 @@ def _line(event: records.TipEvent) -> status_page.EventLine:
         status_page.local_time(event.since_utc) if event.since_utc else "",
         event.record[:12],
     )
-    return status_page.EventLine(cells, _TONES.get(kind, status_page.Tone.PLAIN))
+    return status_page.EventLine(cells, _TONES.get(kind, "text"))
 
 
 DESIGN = later("Virtual probe: the geometry of its document is used.")
@@ -184,18 +159,11 @@ class ProbePage(status_page.StatusPage[records.ProbeView, records.ProbeOverview]
             tr("Quick check, % of limit"), factor=100.0, reach=100.0, changes=False, limit=100.0,
             form="+.0f",
         )  # fmt: skip
-        self.history = TipHistoryTable()
+        self.history = status_page.EventTable(_HISTORY, toned=(1,), plain=(4,), long=(4,))
         self._charts = status_page.in_a_row(
             *(kit.stacked(one) for one in (self.diameter, self.form, self.place, self.check))
         )
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addLayout(self._head())
-        layout.addWidget(self.tips, 2)
-        layout.addWidget(self._charts, 4)
-        layout.addWidget(self._empty, 2)
-        layout.addWidget(self.history, 4)
+        self._lay_out((self.tips, 2), (self._charts, 4), (self.fault, 2), (self.history, 4))
 
     def _show_overview(self, view: records.ProbeView, found: records.ProbeOverview) -> None:
         self._show_facts(_facts(view))
@@ -208,7 +176,7 @@ class ProbePage(status_page.StatusPage[records.ProbeView, records.ProbeOverview]
             (self.check, trends.check),
         ):
             chart.show_courses(courses)
-        self.history.show_events(found.events)
+        self.history.show_lines([_line(event) for event in found.events])
         why = found.fault
         if not why and not found.tips:
             why = tr(_NO_RECORDS if view.word is records.CalibrationStatus.DESIGN else _NO_TIP)

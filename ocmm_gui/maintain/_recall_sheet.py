@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.inspection.recall import KeptPlaces, decide, recall
-from ocmm_gui.archive import RecallExportTask, RecallResult
-from ocmm_gui.kit import ActionInfo, PathPanel, Theme, language_in_use, later, tr
+from ocmm_gui.archive import RecallResult, write_recall
+from ocmm_gui.kit import ActionInfo, PathPanel, fill, language_in_use, later, tr
 from ocmm_gui.work import Teller, WorkSheet
 
 _KEYS = (
@@ -29,24 +29,14 @@ _KEYS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class _Recalling:
-    places: KeptPlaces
-
-    def __call__(self, tell: Teller) -> RecallRecord:
-        return recall(self.places, datetime.now(UTC), tell)
+def _recalled(places: KeptPlaces, tell: Teller) -> RecallRecord:
+    return recall(places, datetime.now(UTC), tell)
 
 
-@dataclass(frozen=True, slots=True)
-class _Deciding:
-    record: RecallRecord
-    places: KeptPlaces
-    who: str
-
-    def __call__(self, tell: Teller) -> RecallRecord:
-        tell(later("Storing the recall"), 0.5)
-        tell.commit()
-        return decide(self.record, self.places, self.who, datetime.now(UTC))
+def _decided(record: RecallRecord, places: KeptPlaces, who: str, tell: Teller) -> RecallRecord:
+    tell(later("Storing the recall"), 0.5)
+    tell.commit()
+    return decide(record, places, who, datetime.now(UTC))
 
 
 class RecallSheet(WorkSheet):
@@ -71,9 +61,7 @@ class RecallSheet(WorkSheet):
             tr("Write the recall into the file"), tr("File of the recall"), tr("Write")
         )
         self.result = RecallResult()
-        for widget in (self.file, self.pages, self.working):
-            self.body.addWidget(widget)
-        self.body.addWidget(self.result, 1)
+        fill(self.body, self.file, self.pages, self.working, (self.result, 1))
         self.file.given.connect(self.read)
         self.pages.given.connect(self.write)
         self.use_keys(
@@ -96,7 +84,7 @@ class RecallSheet(WorkSheet):
     def read(self, folder: Path) -> None:
         """Recall the jobs of a folder, without blocking."""
         self._asked = KeptPlaces((folder,), self._calibrations(), self._probes())
-        self._begin(tr("Starting"), _Recalling(self._asked))
+        self._begin(tr("Starting"), partial(_recalled, self._asked))
         self.say(
             tr("Checks the jobs in {folder}. Job files are not changed.").format(folder=folder)
         )
@@ -108,7 +96,7 @@ class RecallSheet(WorkSheet):
         if record is None or places is None:
             return
         self._asked = places
-        self._begin(tr("Storing the recall"), _Deciding(record, places, self._who()))
+        self._begin(tr("Storing the recall"), partial(_decided, record, places, self._who()))
 
     def ask_for_pages(self) -> None:
         record, _ = self._shown()
@@ -118,10 +106,9 @@ class RecallSheet(WorkSheet):
     def write(self, path: Path) -> None:
         record, _ = self._shown()
         if record is not None:
-            self._begin(tr("Creating the pages"), RecallExportTask(record, path, language_in_use()))
-
-    def set_theme(self, theme: Theme) -> None:
-        self.result.set_theme(theme)
+            self._begin(
+                tr("Creating the pages"), partial(write_recall, record, path, language_in_use())
+            )
 
     def _folder(self) -> Path:
         return self._places.jobs[0] if self._places is not None else self._proposed()

@@ -1,126 +1,65 @@
-"""Base of the status pages, and the history of calibrations as a table."""
+"""Base of the status pages, and events as a table."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from enum import Enum
 from typing import Generic, TypeVar
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.calibration import records
 from ocmm_gui import kit
-from ocmm_gui.kit import later, tr
-
-_COLUMNS = (
-    (later("Time"), later("Local time")),
-    (later("What happened"), later("Calibration concerned, see the last column")),
-    (later("Who"), later("As entered")),
-    (later("Why"), later("As entered, or the rule applied")),
-    (later("Good until"), later("If suspect: last time known good")),
-    (later("Calibration"), later("First digits of its hash")),
-)
-_WORDS = {
-    records.EventKind.ACCEPTED: later("Activated"),
-    records.EventKind.PASSED: later("Verification passed"),
-    records.EventKind.FAILED: later("Verification FAILED"),
-    records.EventKind.SUSPECTED: later("Marked suspect"),
-    records.EventKind.FALLEN: later("Artefact found WRONG"),
-    records.EventKind.RECALLED: later("Jobs recalled"),
-}
-
-
-class Tone(Enum):
-    """Colour of an event."""
-
-    PLAIN = "plain"
-    GOOD = "good"
-    WARN = "warn"
-    BAD = "bad"
-
-
-_TONES = {
-    records.EventKind.PASSED: Tone.GOOD,
-    records.EventKind.FAILED: Tone.BAD,
-    records.EventKind.FALLEN: Tone.BAD,
-    records.EventKind.SUSPECTED: Tone.WARN,
-}
+from ocmm_gui.kit import tr
 
 
 @dataclass(frozen=True, slots=True)
 class EventLine:
     cells: tuple[str, ...]
-    tone: Tone = Tone.PLAIN
+    tone: str = "text"
+    """Colour of the theme."""
 
 
 class EventTable(kit.DataTable):
-    """Events, newest first. `what`, `why`: Columns with the event, and with long text."""
+    """Events, newest first, muted except in some columns.
 
-    def __init__(self, columns: Sequence[tuple[str, str]], what: int, why: int) -> None:
-        super().__init__(tr("History, newest first"), columns)
-        self._what, self._why = what, why
-        header = self.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(why, QHeaderView.ResizeMode.Stretch)
+    `toned`: Columns in the tone of the event. `plain`: Columns in the colour of text. `long`:
+    Columns with long texts.
+    """
+
+    def __init__(
+        self,
+        columns: Sequence[tuple[str, str]],
+        *,
+        toned: Sequence[int],
+        plain: Sequence[int] = (),
+        long: Sequence[int],
+        name: str = "",
+    ) -> None:
+        super().__init__(name or tr("History, newest first"), kit.tr_all(tuple(columns)))
+        self._toned, self._plain, self._long = toned, plain, long
+        self.fit_columns(*long)
         self.setWordWrap(True)
         self._lines: tuple[EventLine, ...] = ()
-        header.sectionResized.connect(self._fit_rows)
+        self.horizontalHeader().sectionResized.connect(self._fit_rows)
 
     def show_lines(self, lines: Sequence[EventLine]) -> None:
         """Show events, given oldest first."""
         if tuple(lines) != self._lines:
             self._lines = tuple(lines)
-            self._show()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self._show()
-
-    def _show(self) -> None:
-        theme = self._colours
-        tones = {
-            Tone.PLAIN: theme.text, Tone.GOOD: theme.good, Tone.WARN: theme.warn,
-            Tone.BAD: theme.bad,
-        }  # fmt: skip
-        self.setRowCount(len(self._lines))
-        for row, line in enumerate(reversed(self._lines)):
-            for column, text in enumerate(line.cells):
-                colour = theme.text if column == self._why else theme.muted
-                if column == self._what:
-                    colour = tones[line.tone]
-                self._write(row, column, text, colour)
-        self.resizeRowsToContents()
-
-    def _fit_rows(self, column: int) -> None:
-        if column == self._why:
+            self.setRowCount(len(lines))
+            usual = dict.fromkeys(range(self.columnCount()), "muted")
+            usual |= dict.fromkeys(self._plain, "text")
+            for row, line in enumerate(reversed(lines)):
+                self.show_words(row, line.cells, usual | dict.fromkeys(self._toned, line.tone))
             self.resizeRowsToContents()
 
-
-class HistoryTable(EventTable):
-    """Events of the calibrations, newest first."""
-
-    def __init__(self) -> None:
-        super().__init__(kit.tr_all(_COLUMNS), what=1, why=3)
-
-    def show_events(self, events: Sequence[records.Event]) -> None:
-        """Show events, given oldest first."""
-        self.show_lines([_line(event) for event in events])
-
-
-def _line(event: records.Event) -> EventLine:
-    cells = (
-        local_time(event.utc),
-        tr(_WORDS[event.kind]),
-        event.who,
-        kit.said(event.reason),
-        local_time(event.since_utc) if event.since_utc else "",
-        event.calibration[:12],
-    )
-    return EventLine(cells, _TONES.get(event.kind, Tone.PLAIN))
+    def _fit_rows(self, column: int) -> None:
+        if column in self._long:
+            self.resizeRowsToContents()
 
 
 def local_time(utc: str) -> str:
@@ -143,7 +82,7 @@ H = TypeVar("H")
 """Contents of the store: history and trends."""
 
 
-class StatusPage(kit.Themed, QWidget, Generic[V, H]):
+class StatusPage(QWidget, Generic[V, H]):
     """A large status word, its meaning, and facts; refreshed while visible.
 
     ``pull_overview`` returns the contents of the store, on opening and after status changes, as it
@@ -170,15 +109,13 @@ class StatusPage(kit.Themed, QWidget, Generic[V, H]):
         self._in_doubt = in_doubt
         self._view: V | None = None
         self.setAccessibleName(name)
-        self._mark = kit.Mark.OPEN
-        self._word = kit.FitText(of, limit=34)
-        self._word.setFixedHeight(44)
-        self._sentence = kit.sentence_label(tr("Meaning of the status"), 15)
-        self._notes = kit.sentence_label(tr("Watch list"), 14)
+        self.word = kit.FitText(of, limit=34, high=44)
+        self.sentence = kit.sentence_label(tr("Meaning of the status"), 15)
+        self.notes = kit.sentence_label(tr("Watch list"), 14)
         self.facts = {name: kit.value_label(tr(name), tr(tip)) for name, tip in facts}
-        self._empty = kit.sentence_label(tr("Why no history is shown"), 20)
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._empty.setMargin(30)
+        self.fault = kit.sentence_label(tr("Why no history is shown"), 20)
+        self.fault.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.fault.setMargin(30)
         self._timer = QTimer(self, interval=REFRESH_MS)
         self._timer.timeout.connect(self.refresh)
 
@@ -196,23 +133,6 @@ class StatusPage(kit.Themed, QWidget, Generic[V, H]):
     def _show_overview(self, view: V, found: H) -> None:
         raise NotImplementedError
 
-    def word(self) -> str:
-        return self._word.text()
-
-    def sentence(self) -> str:
-        return self._sentence.text()
-
-    def notes(self) -> str:
-        return self._notes.text()
-
-    def fault(self) -> str:
-        """Return why history or trends cannot be shown; empty if they can."""
-        return self._empty.text()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self._paint_word(self._word.text())
-
     def showEvent(self, event: QShowEvent) -> None:
         """Reread all files and start refreshing."""
         super().showEvent(event)
@@ -228,12 +148,11 @@ class StatusPage(kit.Themed, QWidget, Generic[V, H]):
         bad = view.uncalibrated or (
             view.word is records.CalibrationStatus.DESIGN and view.blocker is not None
         )
-        self._mark = kit.Mark.BAD if bad else _MARKS.get(view.word, kit.Mark.BAD)
-        self._paint_word(
-            tr("UNCALIBRATED") if view.uncalibrated else kit.said_word(view.word.value)
-        )
+        word = tr("UNCALIBRATED") if view.uncalibrated else kit.said_word(view.word.value)
+        mark = kit.Mark.BAD if bad else _MARKS.get(view.word, kit.Mark.BAD)
+        self.word.show_text(word, mark=mark)
         in_order = self._design if view.word is records.CalibrationStatus.DESIGN else self._in_order
-        self._sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
+        self.sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
         notes = list(map(kit.said, view.warnings))
         if view.since_utc:
             notes.append(
@@ -242,8 +161,8 @@ class StatusPage(kit.Themed, QWidget, Generic[V, H]):
                 )
                 + (self._in_doubt and f" {self._in_doubt}")
             )
-        self._notes.setText("  ".join(notes))
-        self._notes.setVisible(bool(notes))
+        self.notes.setText("  ".join(notes))
+        self.notes.setVisible(bool(notes))
 
     def _show_facts(self, words: dict[str, str]) -> None:
         for name, label in self.facts.items():
@@ -251,29 +170,19 @@ class StatusPage(kit.Themed, QWidget, Generic[V, H]):
             label.setToolTip(kit.literal(words[name]))
 
     def _show_fault(self, why: str) -> None:
-        self._empty.setText(why)
-        self._empty.setVisible(bool(why))
+        self.fault.setText(why)
+        self.fault.setVisible(bool(why))
 
-    def _head(self) -> QHBoxLayout:
-        words = kit.vbox(self._word, (self._sentence, 1), self._notes)
-        return kit.hbox((kit.panel(words), 2), (kit.panel(self._fact_grid()), 3), spacing=8)
-
-    def _fact_grid(self) -> QGridLayout:
-        grid = QGridLayout()
+    def _lay_out(self, *parts: tuple[QWidget, int]) -> None:
+        """Lay out status and facts, with the parts of the page below them."""
+        words = kit.vbox(self.word, (self.sentence, 1), self.notes)
+        grid = kit.form_grid(self.facts.values(), down=(len(self.facts) + 1) // 2, pixels=13)
         grid.setHorizontalSpacing(10)
         grid.setVerticalSpacing(1)
-        half = (len(self.facts) + 1) // 2
-        for index, (name, label) in enumerate(self.facts.items()):
-            caption = kit.dressed(kit.PlainLabel(tr(name)), font=kit.text_font(13), role="muted")
-            row, column = index % half, 2 * (index // half)
-            grid.addWidget(caption, row, column)
-            grid.addWidget(label, row, column + 1)
         for column in (1, 3):
             grid.setColumnStretch(column, 1)
-        return grid
-
-    def _paint_word(self, word: str) -> None:
-        self._word.show_text(word, kit.mark_colour(self._theme, self._mark), self._mark)
+        head = kit.hbox((kit.panel(words), 2), (kit.panel(grid), 3), spacing=8)
+        kit.vbox(head, *parts, parent=self, spacing=8, margins=0)
 
 
 def in_a_row(*panels: QVBoxLayout) -> QWidget:

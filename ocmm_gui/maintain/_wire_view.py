@@ -6,7 +6,6 @@ from datetime import datetime
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.fieldbus.report import (
     BusEvent,
@@ -19,13 +18,13 @@ from ocmm_core.fieldbus.report import (
 )
 from ocmm_gui import kit
 from ocmm_gui.kit import later, tr
+from ocmm_gui.maintain._status_page import EventLine, EventTable
 
 _WORDS_PX = 20.0
 _BOX_SHARE = 0.78
 """Box width over box pitch; the rest is cable."""
 _BOX_LIMIT = 220.0
 _RETURN_PX = 18.0
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _CENTRE = Qt.AlignmentFlag.AlignCenter
 
 
@@ -88,7 +87,7 @@ class WireView(kit.PaintedWidget):
                 14,
             )
         )
-        painter.drawText(line, _LEFT, kit.said(wire.words))
+        painter.drawText(line, kit.LEFT, kit.said(wire.words))
 
     def _camera(self, painter: QPainter, box: QRectF, camera: CameraReport) -> None:
         theme = self._theme
@@ -184,7 +183,6 @@ _EVENT_COLUMNS = (
     (later("Cycles"), later("Number of cycles affected")),
     (later("Code"), later("For support")),
 )
-_WORD_COLUMNS = (2, 3)
 
 
 class CameraTable(kit.DataTable):
@@ -192,78 +190,32 @@ class CameraTable(kit.DataTable):
 
     def __init__(self) -> None:
         super().__init__(tr("Cameras on the bus"), kit.tr_all(_CAMERA_COLUMNS))
-        header = self.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(_AL_COLUMN, QHeaderView.ResizeMode.Stretch)
+        self.fit_columns(_AL_COLUMN)
         self.verticalHeader().setDefaultSectionSize(24)
-        self._report: BusReport | None = None
 
     def show_report(self, report: BusReport) -> None:
         """Show the cameras of a report, in the order of the rig."""
-        self._report = report
         if self.rowCount() != len(report.cameras):
             self.setRowCount(len(report.cameras))
             frame = 2 * self.frameWidth() + 6
             high = self.horizontalHeader().sizeHint().height() + frame
             self.setFixedHeight(high + sum(self.rowHeight(r) for r in range(self.rowCount())))
         for row, camera in enumerate(report.cameras):
-            colours = self._colours_of(camera)
-            for column, text in enumerate(_camera_words(camera)):
-                self._write(row, column, text, colours.get(column))
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        if self._report is not None:
-            self.show_report(self._report)
-
-    def _colours_of(self, camera: CameraReport) -> dict[int, str]:
-        theme = self._colours
-        in_order = camera.state == "OP" and camera.al_code == 0
-        state = theme.good if in_order else theme.warn if is_present(camera) else theme.bad
-        code = theme.bad if camera.al_code else theme.muted
-        colours = {_STATE_COLUMN: state, _AL_COLUMN: code}
-        counts = (camera.frames_lost, camera.overruns, camera.bad_cycles)
-        for column, count in enumerate(counts, start=_LOSS_COLUMN):
-            if count:
-                colours[column] = theme.warn
-        return colours
+            self.show_words(row, _camera_words(camera), _colours(camera))
 
 
-class BusEventTable(kit.DataTable):
+class BusEventTable(EventTable):
     """Events, newest first."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Events, newest first"), kit.tr_all(_EVENT_COLUMNS))
-        header = self.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        for column in _WORD_COLUMNS:
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Stretch)
-        self.setWordWrap(True)
+        name = tr("Events, newest first")
+        super().__init__(_EVENT_COLUMNS, toned=(1, 2, 3), long=(2, 3), name=name)
         self._events: tuple[BusEvent, ...] = ()
-        header.sectionResized.connect(self._fit_rows)
 
     def show_report(self, report: BusReport) -> None:
         if report.events != self._events:
             self._events = report.events
-            self._show_events()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self._show_events()
-
-    def _show_events(self) -> None:
-        theme = self._colours
-        self.setRowCount(len(self._events))
-        for row, event in enumerate(reversed(self._events)):
-            back = event.code == "bus.operation"
-            for column, text in enumerate(_event_words(event)):
-                colour = theme.muted if column in (0, 4, 5) else theme.good if back else None
-                self._write(row, column, text, colour)
-        self.resizeRowsToContents()
-
-    def _fit_rows(self, column: int) -> None:
-        if column in _WORD_COLUMNS:
-            self.resizeRowsToContents()
+            self.show_lines([_event_line(event) for event in self._events])
 
 
 def _camera_words(camera: CameraReport) -> tuple[str, ...]:
@@ -288,11 +240,21 @@ def _camera_words(camera: CameraReport) -> tuple[str, ...]:
     )
 
 
-def _event_words(event: BusEvent) -> tuple[str, ...]:
+def _colours(camera: CameraReport) -> dict[int, str]:
+    """Return the colours of its row by column."""
+    in_order = camera.state == "OP" and camera.al_code == 0
+    state = "good" if in_order else "warn" if is_present(camera) else "bad"
+    colours = {_STATE_COLUMN: state, _AL_COLUMN: "bad" if camera.al_code else "muted"}
+    counts = (camera.frames_lost, camera.overruns, camera.bad_cycles)
+    lost = (column for column, count in enumerate(counts, start=_LOSS_COLUMN) if count)
+    return colours | dict.fromkeys(lost, "warn")
+
+
+def _event_line(event: BusEvent) -> EventLine:
     when = datetime.fromtimestamp(event.utc_ns * 1e-9).astimezone()
     today = when.date() == datetime.now().astimezone().date()
     stamp = f"{when:%H:%M:%S.%f}"[:-3]
-    return (
+    cells = (
         stamp if today else f"{kit.day_words(when)} {stamp}",
         event.camera or tr("all"),
         kit.said(event.what),
@@ -300,3 +262,4 @@ def _event_words(event: BusEvent) -> tuple[str, ...]:
         str(event.cycles),
         event.code,
     )
+    return EventLine(cells, "good" if event.code == "bus.operation" else "text")

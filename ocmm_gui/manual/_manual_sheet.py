@@ -95,15 +95,12 @@ class ManualSheet(kit.Sheet):
         )
         self.list.setWordWrap(True)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        side = kit.vbox(self.field, (self.list, 1), spacing=6)
         left = QWidget()
-        left.setLayout(side)
-        side.setContentsMargins(0, 0, 0, 0)
+        kit.vbox(self.field, (self.list, 1), parent=left, spacing=6, margins=0)
         left.setFixedWidth(_SIDE_PX)
         self.text = DocumentView(self._manual) if self._manual is not None else None
         both = kit.hbox(left, spacing=10)
-        self.remark = kit.sentence_label(tr("Language of this page"), 14)
-        self.remark.setProperty("role", "muted")
+        self.remark = kit.sentence_label(tr("Language of this page"), 14, role="muted")
         if self.text is not None:
             both.addLayout(kit.vbox(self.remark, (self.text, 1), spacing=4), 1)
             self.text.link_wanted.connect(self._follow)

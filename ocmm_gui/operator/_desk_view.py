@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QSizePolicy,
     QSplitter,
     QStyle,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -46,25 +45,22 @@ class CameraBar(QFrame):
     def __init__(self, rig: Rig, action: QAction) -> None:
         super().__init__()
         self._names = tuple(camera.name for camera in rig.cameras)
-        self._label = kit.dressed(
+        self.words = kit.dressed(
             kit.PlainLabel(), tr("Cameras"), font=kit.text_font(13), role="muted"
         )
         # Too long for the line with many cameras.
-        self._label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         button = kit.dressed(kit.make_button(action), font=kit.text_font(12), role="tool")
-        kit.hbox((self._label, 1), button, parent=self, spacing=8, margins=(4, 0, 0, 0))
+        kit.hbox((self.words, 1), button, parent=self, spacing=8, margins=(4, 0, 0, 0))
 
     def show_live(self, live: LiveView) -> None:
         counts = np.isfinite(live.spots).all(axis=2).sum(axis=1).tolist()
         # Without frames no camera is blind: the line must not mislead.
         silent = not any(counts) and not live.frames_per_second
         words = kit.said(live.reason) if silent else _camera_words(self._names, counts)
-        if self._label.text() != words:
-            self._label.setText(words)
-            self._label.setToolTip(kit.literal(words))
-
-    def words(self) -> str:
-        return self._label.text()
+        if self.words.text() != words:
+            self.words.setText(words)
+            self.words.setToolTip(kit.literal(words))
 
 
 def _camera_words(names: tuple[str, ...], counts: list[int]) -> str:
@@ -123,25 +119,16 @@ class DeskView(CoachedView):
         # The part has priority; a key or the bar opens the cameras.
         self.cameras.hide()
         self.camera_bar = CameraBar(rig, actions["cameras"])
-        self._heading = kit.dressed(kit.PlainLabel(), tr("Job"))
-        self._heading.setTextFormat(Qt.TextFormat.PlainText)
-        self._heading.setFont(kit.text_font(14, bold=True))
-        self._header = kit.sentence_label(tr("Operator and part"), 12)
-        self._header.setProperty("role", "muted")
-        self._climate = kit.sentence_label(tr("Temperatures"), 12)
-        self._climate.setProperty("role", "muted")
         # Too long for one line with hundreds of features.
-        self._heading.setWordWrap(True)
-        self._heading.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._heading = kit.sentence_label(tr("Job"), 14, middle=True)
+        self._heading.setFont(kit.text_font(14, bold=True))
+        self._header = kit.sentence_label(tr("Operator and part"), 12, role="muted")
+        self._climate = kit.sentence_label(tr("Temperatures"), 12, role="muted")
         self.part = PartVerdictView(limit=92, least=15)
         self.part.setFixedHeight(_PART_PX)
         self.part.hide()
-        centre = QVBoxLayout()
-        centre.setSpacing(8)
-        centre.addWidget(self.part)
-        centre.addWidget(self.points, 1)
         # Below the picture: next to it the digits need the height.
-        centre.addWidget(self._guided())
+        centre = kit.vbox(self.part, (self.points, 1), self._guided(), spacing=8)
         work = QWidget()
         kit.hbox(self._left(actions), (centre, 1), parent=work, spacing=8, margins=0)
         self._split = QSplitter(Qt.Orientation.Vertical)
@@ -151,15 +138,13 @@ class DeskView(CoachedView):
         self._split.setStretchFactor(0, 3)
         self._split.setStretchFactor(1, 1)
         self._split.setSizes([690, 230])
-        middle = kit.hbox((kit.vbox((self._split, 1), self.camera_bar, spacing=4), 1), spacing=8)
+        left = kit.vbox((self._split, 1), self.camera_bar, spacing=4)
         self._side = self._right(actions)
-        middle.addWidget(self._side)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(10, 8, 10, 8)
-        layout.setSpacing(8)
-        layout.addWidget(self.strip)
-        layout.addLayout(middle, 1)
-        layout.addLayout(_tool_row(actions))
+        middle = kit.hbox((left, 1), self._side, spacing=8)
+        kit.vbox(
+            self.strip, (middle, 1), _tool_row(actions), parent=self, spacing=8,
+            margins=(10, 8, 10, 8),
+        )  # fmt: skip
 
     def use_plan(self, plan: Plan, folder: Path | None) -> None:
         """Set the plan; ``folder`` has its pictures."""
@@ -220,8 +205,7 @@ class DeskView(CoachedView):
                 shortcut = actions[key].shortcuts()[0].toString()
                 if len(shortcut) > 1:
                     button.setText(actions[key].text())
-                button.setProperty("role", "tool")
-                button.setFont(kit.text_font(12))
+                kit.dressed(button, font=kit.text_font(12), role="tool")
                 grid.addWidget(button, row, span * column, 1, span)
         kit.fill(layout, grid, self._climate)
         return side
@@ -242,9 +226,8 @@ class DeskView(CoachedView):
         row = kit.hbox(spacing=8)
         for key in ("take", "undo", "finish"):
             button = kit.make_button(actions[key], primary=key == "take")
-            button.setMinimumHeight(_TOUCHED_PX)
+            kit.dressed(button, font=kit.text_font(18, bold=True), high=_TOUCHED_PX)
             button.setText(actions[key].text())
-            button.setFont(kit.text_font(18, bold=True))
             row.addWidget(button, 1)
         layout.addLayout(row)
         return side
@@ -257,20 +240,13 @@ def _animated() -> bool:
 
 
 def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:
-    row = kit.hbox(spacing=5)
-    for key in _PAGES:
-        row.addWidget(_tool(actions[key]))
-    row.addStretch(1)
-    for key in _TOOLS:
-        row.addWidget(_tool(actions[key]))
-    return row
+    pages, tools = ([_tool(actions[key]) for key in keys] for keys in (_PAGES, _TOOLS))
+    return kit.hbox(*pages, 1, *tools, spacing=5)
 
 
 def _tool(action: QAction) -> QPushButton:
-    button = kit.make_button(action)
+    button = kit.dressed(kit.make_button(action), font=kit.text_font(13), role="tool")
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-    button.setProperty("role", "tool")
-    button.setFont(kit.text_font(13))
     return button
 
 
@@ -282,19 +258,15 @@ class PointChoice(QObject):
         self._bridge = bridge
         self._desk = desk
         self._notices = notices
-        self._chosen = 0
+        self.chosen = 0
+        """Selected point; zero for none."""
         self.panel = kit.ReasonPanel()
         self.panel.given.connect(self._delete)
         desk.feature.point_chosen.connect(self.choose)
 
-    @property
-    def chosen(self) -> int:
-        """Return the selected point; zero for none."""
-        return self._chosen
-
     def choose(self, number: int) -> None:
         """Mark a point; zero marks none."""
-        self._chosen = number
+        self.chosen = number
         self._desk.feature.choose(number)
         self._desk.points.choose(number)
 
@@ -305,15 +277,15 @@ class PointChoice(QObject):
             self._notices.inform(tr("No points to select yet."))
             return
         numbers = [point.number for point in feature.points]
-        if self._chosen in numbers:
-            self.choose(numbers[(numbers.index(self._chosen) + way) % len(numbers)])
+        if self.chosen in numbers:
+            self.choose(numbers[(numbers.index(self.chosen) + way) % len(numbers)])
         else:
             self.choose((*feature.outliers, numbers[-1])[0])
 
     def delete(self) -> None:
         feature = self._feature()
-        if self._chosen:
-            self.panel.ask(self._chosen)
+        if self.chosen:
+            self.panel.ask(self.chosen)
         elif feature is not None and feature.commanding is not None:
             self._bridge.choice.remove_commanding(feature.name)
         else:
@@ -331,7 +303,7 @@ class PointChoice(QObject):
         """Clear the selection if its point is gone or another feature is shown."""
         feature = job.shown
         known = () if feature is None else [point.number for point in feature.points]
-        if self._chosen and self._chosen not in known:
+        if self.chosen and self.chosen not in known:
             self.choose(0)
 
     def _feature(self) -> FeatureView | None:

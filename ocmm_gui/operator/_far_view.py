@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QLayout,
     QPushButton,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -26,7 +25,7 @@ from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import later, tr
 from ocmm_gui.operator._feature_details import CoverageView
 from ocmm_gui.operator._readout import CoachedView, Readout
-from ocmm_gui.operator._view_parts import FarMessage, PartVerdictView, TargetRing
+from ocmm_gui.operator._view_parts import FarMessage, PartVerdictView, TargetRing, show_machine
 
 _VALUES = (
     ("measured", later("Measured"), "0000.000"),
@@ -44,7 +43,7 @@ _PART_PX = (220, 30)
 """Maximum type of the part verdict, and minimum type below it."""
 
 
-class FarView(kit.Themed, CoachedView):
+class FarView(CoachedView):
     """Status, feature, digits, tolerance bar, verdict and three large buttons."""
 
     def __init__(self, actions: dict[str, QAction]) -> None:
@@ -57,7 +56,7 @@ class FarView(kit.Themed, CoachedView):
             tr("Points"), limit=_TYPE_PX, align=right, digits=True, reserve="00/00"
         )
         self._feature = kit.FitText(tr("Feature name"), limit=_TYPE_PX)
-        self._verdict = kit.FitText(
+        self.verdict = kit.FitText(
             tr("Verdict"), limit=_TYPE_PX, align=right, reserve=tr("NOT MEASURED")
         )
         self.readout = Readout()
@@ -89,20 +88,18 @@ class FarView(kit.Themed, CoachedView):
             side.addWidget(self._captions[key], line, 0)
             side.addWidget(self._values[key], line, 1)
             side.setRowStretch(line, 1)
-            self._captions[key].show_text(tr(name))
+            self._captions[key].show_text(tr(name), "muted")
         pictures = kit.vbox((self._coverage, 1), (self._ring, 1), (self.coach, 2))
         grid = QGridLayout(self)
         grid.setContentsMargins(24, 4, 24, 12)
         grid.setHorizontalSpacing(28)
         grid.setVerticalSpacing(6)
-        grid.addLayout(_beside(self._status, self._verdict, 41), 0, 0)
+        grid.addLayout(_beside(self._status, self.verdict, 41), 0, 0)
         work = kit.hbox((self.readout, 38), (pictures, 12), (side, 50), spacing=24)
         self._one = QWidget()
-        one = QVBoxLayout(self._one)
-        one.setContentsMargins(0, 0, 0, 0)
-        one.setSpacing(6)
         # Words and digits need different shares of the width.
-        kit.fill(one, (_beside(self._feature, self._count, 80), 107), (work, 434), (self._bar, 83))
+        named = _beside(self._feature, self._count, 80)
+        kit.vbox((named, 107), (work, 434), (self._bar, 83), parent=self._one, spacing=6, margins=0)
         self.part = PartVerdictView(*_PART_PX)
         self._what = QStackedWidget()
         self._what.addWidget(self._one)
@@ -157,7 +154,7 @@ class FarView(kit.Themed, CoachedView):
         self._what.setCurrentWidget(self.part if job.shows_part else self._one)
         if job.shows_part:
             # Shown large below.
-            self._verdict.show_text("")
+            self.verdict.show_text("")
             return
         if feature is None:
             return
@@ -167,23 +164,22 @@ class FarView(kit.Themed, CoachedView):
         if what == tr("Form"):  # the form of the fit is next to it
             what = tr("Measured")
         warm = ", 20 °C" if job.at_20_c else ""
-        self._captions["measured"].show_text(f"{what}{warm}", self._theme.muted)
+        self._captions["measured"].show_text(f"{what}{warm}", "muted")
         self._count.show_text(feature.count_text.replace(" ", ""))
         self._coverage.show_feature(feature, 0)
         self._bar.show_result(result)
         provisional = summary.verdict is Verdict.PROVISIONAL
         # Provisional values are muted.
-        settled = self._theme.muted if provisional else self._theme.text
+        settled = "muted" if provisional else "text"
         self._values["form"].show_text(kit.form_words(feature), settled)
-        colour = kit.verdict_colour(self._theme, summary.verdict)
-        mark = None if summary.verdict is None else kit.verdict_mark(summary.verdict)
-        self._verdict.show_text(self._verdict_words(summary), colour, mark)
+        self.verdict.show_verdict(self._verdict_words(summary), summary.verdict)
         if result is None:
             for key in ("measured", "deviation", "uncertainty"):
-                self._values[key].show_text(kit.DASHES, self._theme.muted)
+                self._values[key].show_text(kit.DASHES, "muted")
             return
         self._values["measured"].show_text(kit.quantity(result, result.measured), settled)
         self._values["uncertainty"].show_text(kit.quantity(result, result.uncertainty), settled)
+        colour = kit.verdict_mark(summary.verdict).colour if summary.verdict else "muted"
         self._values["deviation"].show_text(
             kit.quantity(result, result.deviation, signed=True), colour
         )
@@ -194,16 +190,12 @@ class FarView(kit.Themed, CoachedView):
             return kit.verdict_line(summary)
         short = kit.said(summary.words.replace(" of ", "/"))
         for words in (kit.said(summary.words), short):
-            if words and self._verdict.size_of(words) >= kit.far_type(self):
+            if words and self.verdict.size_of(words) >= kit.far_type(self):
                 return words
         return kit.said_word(summary.verdict.value)
 
-    def verdict(self) -> str:
-        """Return the verdict on the shown feature; empty while that of the part is shown."""
-        return self._verdict.text()
-
     def type_pixels(self) -> dict[str, int]:
-        texts = (self._status, self._verdict, self._feature, self._count, *self._values.values())
+        texts = (self._status, self.verdict, self._feature, self._count, *self._values.values())
         if self._what.currentWidget() is self.part:
             texts = (self._status,)
         pixels = {text.accessibleName(): text.type_pixels() for text in texts}
@@ -213,15 +205,6 @@ class FarView(kit.Themed, CoachedView):
             # A reason needs all its words: as large as they allow.
             return pixels
         return pixels | {self._message.text(): self._message.type_pixels()}
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        for caption in self._captions.values():
-            caption.show_text(caption.text(), theme.muted)
-        if self._live is not None:
-            self.show_live(self._live)
-        if self._job is not None:
-            self.show_job(self._job)
 
     def show_coach(self, view: CoachView) -> None:
         """Show the coach, replacing unknown values while the probe is lost."""
@@ -238,17 +221,8 @@ class FarView(kit.Themed, CoachedView):
         self._ring.setHidden(self.coach.is_trouble())
 
     def _show_status(self) -> None:
-        if self._live is None:
-            return
-        if kit.is_held(self._job, self._live):
-            self._status.show_text(tr(kit.PAUSED), self._theme.warn, kit.Mark.DOUBT)
-            return
-        status = self._live.status
-        self._status.show_text(
-            kit.said_word(status.value),
-            kit.status_colour(self._theme, status),
-            kit.status_mark(status),
-        )
+        if self._live is not None:
+            show_machine(self._status, self._job, self._live)
 
     def _show_ring(self) -> None:
         target = None if self._job is None else self._job.target
@@ -261,7 +235,7 @@ class FarView(kit.Themed, CoachedView):
         small = min(1.0, self.window().height() / _AIRY_LINES)
         for air in self._airs:
             air.use(small)
-        texts = (self._status, self._count, self._feature, self._verdict)
+        texts = (self._status, self._count, self._feature, self.verdict)
         for text in (*texts, *self._captions.values()):
             text.use_limit(_TYPE_PX * share)
         for text in self._values.values():

@@ -40,10 +40,6 @@ class PointDots(kit.Themed, QWidget):
         self.setAccessibleDescription(points_words(feature))
         self.update()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self.update()
-
     def sizeHint(self) -> QSize:
         return QSize(200, 30)
 
@@ -53,9 +49,7 @@ class PointDots(kit.Themed, QWidget):
         painter.setFont(kit.digit_font(20))
         wide = painter.fontMetrics().horizontalAdvance(self._words)
         painter.setPen(QColor(self._theme.text))
-        painter.drawText(
-            self.rect(), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self._words
-        )
+        painter.drawText(self.rect(), kit.LEFT, self._words)
         total = max(self._needed, self._taken)
         room = self.width() - wide - 16.0
         pitch = min(22.0, room / max(1, total))
@@ -92,10 +86,6 @@ class CharacteristicList(kit.Themed, QWidget):
         )
         self.update()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self.update()
-
     def sizeHint(self) -> QSize:
         return QSize(200, round(_LINE_PX * (len(self._results) + 1)))
 
@@ -118,11 +108,9 @@ class CharacteristicList(kit.Themed, QWidget):
             box = QRectF(0, index * line, self.width(), line)
             painter.setFont(kit.text_font(13))
             painter.setPen(QColor(self._theme.text if index else self._theme.muted))
-            painter.drawText(box, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, name)
+            painter.drawText(box, kit.LEFT, name)
             kit.ink(painter, QColor(colour), font=kit.digit_font(13, bold=False))
-            painter.drawText(
-                box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
-            )
+            painter.drawText(box, kit.RIGHT, value)
 
 
 _MARGIN = 0.16

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QLayout, QSizePolicy, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QLayout, QSizePolicy
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureView, JobView
@@ -19,8 +19,6 @@ from ocmm_gui.operator._feature_details import CharacteristicList, CoverageView,
 _LINE_PX = 22.0
 _TALLEST_PX = 90.0
 _WIDEST_PX = 40.0
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class ResidualChart(kit.PaintedWidget):
@@ -72,8 +70,8 @@ class ResidualChart(kit.PaintedWidget):
         reach = max(float(np.abs(self._residuals).max()), 0.005)
         kit.ink(painter, QColor(self._theme.muted), font=kit.text_font(13))
         line = QRectF(0, 0, self.width(), top)
-        painter.drawText(line, _LEFT, tr("Points from the fit"))
-        painter.drawText(line, _RIGHT, f"±{kit.length_words(reach)}")
+        painter.drawText(line, kit.LEFT, tr("Points from the fit"))
+        painter.drawText(line, kit.RIGHT, f"±{kit.length_words(reach)}")
         high = min(0.5 * (self.height() - 2.0 * top), _TALLEST_PX)
         zero = top + high
         pitch = self._pitch()
@@ -134,20 +132,20 @@ class FeaturePanel(kit.Themed, QFrame):
         self.setProperty("role", "panel")
         self.setAccessibleName(tr("Feature"))
         self._job: JobView | None = None
-        self._title = kit.FitText(tr("Feature name"), limit=26)
-        self._title.setFixedHeight(36)
+        self.title = kit.FitText(tr("Feature name"), limit=26, high=36)
         self._dots = PointDots()
         self.coverage = CoverageView()
         self.coverage.setFixedSize(_PICTURE_PX, _PICTURE_PX)
         self._subject = _label(tr("Characteristic"), kit.text_font(13), muted=True)
         self._basis = _label(tr("Association and frame"), kit.text_font(12), muted=True)
-        self._outliers = _label(tr("Outliers"), kit.text_font(13))
-        self._outliers.setWordWrap(True)
-        self._outliers.hide()
+        self.outliers = _label(tr("Outliers"), kit.text_font(13))
+        self.outliers.setWordWrap(True)
+        self.outliers.hide()
         self._bar = ToleranceBar()
         self._bar.setFixedHeight(60)
-        self._verdict = kit.FitText(tr("Verdict"), limit=30, reserve=tr("1 of 3 NOT MEASURED"))
-        self._verdict.setFixedHeight(42)
+        self.verdict = kit.FitText(
+            tr("Verdict"), limit=30, reserve=tr("1 of 3 NOT MEASURED"), high=42
+        )
         self._note = _label(tr("Note"), kit.text_font(13), muted=True)
         self._note.setWordWrap(True)
         self._note.hide()
@@ -158,7 +156,7 @@ class FeaturePanel(kit.Themed, QFrame):
         grid.setColumnStretch(1, 1)
         for row, name in enumerate(_ROWS):
             value = _label(tr(name), kit.digit_font(16))
-            value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            value.setAlignment(kit.RIGHT)
             caption = _label("", kit.text_font(14), text=tr(name), muted=True)
             caption.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
             grid.addWidget(caption, row, 0)
@@ -170,14 +168,12 @@ class FeaturePanel(kit.Themed, QFrame):
         layout = kit.vbox(parent=self, spacing=6, margins=(14, 8, 14, 8))
         # The panel adapts to its height; a layout that sets minimums would grow over the readout.
         layout.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
-        self._column, self._named = layout, QVBoxLayout()
-        named = self._named
-        for widget in (self._title, self._dots, self._subject, self._basis):
-            named.addWidget(widget)
-        kit.fill(layout, kit.hbox((named, 1), self.coverage), grid)
-        for below in (self._bar, self._verdict, self._note, self._outliers, self._others):
-            layout.addWidget(below)
-        layout.addWidget(self.residuals, 1)
+        self._column = layout
+        self._named = kit.vbox(self.title, self._dots, self._subject, self._basis)
+        kit.fill(
+            layout, kit.hbox((self._named, 1), self.coverage), grid, self._bar, self.verdict,
+            self._note, self.outliers, self._others, (self.residuals, 1),
+        )  # fmt: skip
         self.residuals.point_chosen.connect(self.point_chosen)
         self.coverage.point_chosen.connect(self.point_chosen)
         self._fit()
@@ -189,19 +185,17 @@ class FeaturePanel(kit.Themed, QFrame):
         if feature is None:
             return
         summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
-        self._title.show_text(kit.feature_title(feature))
+        self.title.show_text(kit.feature_title(feature))
         self._dots.show_points(feature)
         self._show_values(feature, result)
         self._bar.show_result(result)
         self._bar.setVisible(result is not None)
-        colour = kit.verdict_colour(self._theme, summary.verdict)
-        mark = None if summary.verdict is None else kit.verdict_mark(summary.verdict)
-        self._verdict.show_text(kit.verdict_line(summary), colour, mark)
+        self.verdict.show_verdict(kit.verdict_line(summary), summary.verdict)
         self.coverage.show_feature(feature, self._chosen)
         flagged = bool(feature.outliers)
-        self._outliers.setText(kit.outlier_words(feature, self._chosen))
-        self._outliers.setStyleSheet(f"color: {self._theme.bad if flagged else self._theme.text};")
-        self._outliers.setVisible(bool(self._outliers.text()))
+        self.outliers.setText(kit.outlier_words(feature, self._chosen))
+        self.outliers.setStyleSheet(f"color: {self._theme.bad if flagged else self._theme.text};")
+        self.outliers.setVisible(bool(self.outliers.text()))
         note = kit.said(feature.note or (result.note if result is not None else ""))
         self._note.setText(note)
         # The note explains a number; without a number it is the reason and must be visible.
@@ -235,18 +229,7 @@ class FeaturePanel(kit.Themed, QFrame):
         """Return the text next to a caption."""
         return self._values[name].text()
 
-    def verdict(self) -> str:
-        return self._verdict.text()
-
-    def outliers(self) -> str:
-        """Return the text on outliers and the selected point; may be empty."""
-        return self._outliers.text()
-
-    def title(self) -> str:
-        return self._title.text()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
+    def _paint(self) -> None:
         if self._job is not None:
             self.show_job(self._job)
 
@@ -287,8 +270,8 @@ class FeaturePanel(kit.Themed, QFrame):
             value.setFont(kit.digit_font(pixels, bold=large))
             self._captions[name].setFont(kit.text_font(13 if tight else 14))
         for widget, usual, least in (
-            (self._title, 36, 26), (self._dots, 30, 22), (self._bar, 60, 44),
-            (self._verdict, 42, 32),
+            (self.title, 36, 26), (self._dots, 30, 22), (self._bar, 60, 44),
+            (self.verdict, 42, 32),
         ):  # fmt: skip
             widget.setFixedHeight(least if tight else usual)
         side = _SMALL_PX if tight else _PICTURE_PX
@@ -341,11 +324,7 @@ def subject(result: CharacteristicResult) -> str:
 
 
 def _label(name: str, font: QFont, *, text: str = "", muted: bool = False) -> QLabel:
-    label = kit.PlainLabel(text)
-    label.setFont(font)
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setAccessibleName(name or text)
-    if muted:
-        label.setProperty("role", "muted")
+    role = "muted" if muted else ""
+    label = kit.dressed(kit.PlainLabel(text), name or text, font=font, role=role)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
     return label

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from functools import partial
+from itertools import zip_longest
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QCompleter, QGridLayout, QLineEdit, QListWidget, QListWidgetItem
+from PySide6.QtWidgets import QCompleter, QLineEdit, QListWidget, QListWidgetItem
 
 from ocmm_core.ambient import TypedRoom
 from ocmm_core.errors import OcmmError
@@ -52,10 +53,8 @@ class JobSheet(kit.Sheet):
     def __init__(self, bridge: StationBridge) -> None:
         super().__init__(tr("Job"), _KEYS)
         self._bridge = bridge
-        self.fields = {key: kit.form_field(tr(label), tr(tip)) for key, label, tip in _FIELDS}
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(14)
-        grid.setVerticalSpacing(12)
+        self.fields = self._form(_FIELDS, self.begin)
+        self.room = self._form(_ROOM, self.note_room)
         # A folder may hold many files on a slow disk.
         self._lists = Worker("ocmm-lists", self)
         self._offered: dict[Path, PlanSummary] = {}
@@ -65,56 +64,38 @@ class JobSheet(kit.Sheet):
         bridge.failed.connect(self._on_failed)
         self._cards: list[PlanSummary | None] = [None]
         self.plans = kit.ChoiceBox(tr("Plan"), tr("Plan of the next job"), ())
-        self.plans.setFont(kit.text_font(18))
-        self.plans.setMinimumHeight(44)
+        kit.dressed(self.plans, font=kit.text_font(18), high=44)
         self.plans.currentIndexChanged.connect(lambda _row: self._show_part())
         self.plan_file = kit.PathPanel(
             tr("Choose the plan from the file"), tr("File of the plan"), tr("Choose")
         )
         self.plan_file.given.connect(self.choose_plan)
         kit.fill(self.body, self.plan_file, self.work)
+        for field in self.fields.values():
+            kit.dressed(field, font=kit.text_font(20), high=44)
+        grid = kit.form_grid((self.plans, *self.fields.values()), first=1, pixels=18)
+        grid.setHorizontalSpacing(14)
+        grid.setVerticalSpacing(12)
         self._part = kit.dressed(kit.PlainLabel(), tr("Part"), font=kit.text_font(20, bold=True))
         grid.addWidget(self._part, 0, 0, 1, 2)
-        keys = [key for key, _, _ in _FIELDS]
-        words = kit.caption(tr("Plan"), self.plans)
-        words.setFont(kit.text_font(18))
-        grid.addWidget(words, 1, 0)
-        grid.addWidget(self.plans, 1, 1)
-        for row, (key, label, _) in enumerate(_FIELDS, start=2):
-            field = self.fields[key]
-            field.setFont(kit.text_font(20))
-            field.setMinimumHeight(44)
-            words = kit.caption(tr(label), field)
-            words.setFont(kit.text_font(18))
-            grid.addWidget(words, row, 0)
-            grid.addWidget(field, row, 1)
-            field.left.connect(self.left)
-            after = keys[keys.index(key) + 1 : keys.index(key) + 2]
-            if after:
-                field.returnPressed.connect(partial(_enter, self.fields[after[0]]))
-            else:
-                field.returnPressed.connect(self.begin)
-        hint = kit.sentence_label(tr("What to do next"), 14)
-        hint.setText(
-            tr(
-                "Return moves to the next field and, after the last one, starts the job. "
-                "Unfinished jobs are saved with all their points and paused when the next job has "
-                "another plan; choose Continue to resume."
-            )
+        words = tr(
+            "Return moves to the next field and, after the last one, starts the job. "
+            "Unfinished jobs are saved with all their points and paused when the next job has "
+            "another plan; choose Continue to resume."
         )
-        hint.setProperty("role", "muted")
+        hint = kit.sentence_label(tr("What to do next"), 14, words, role="muted")
         grid.addWidget(hint, len(_FIELDS) + 2, 0, 1, 2)
         grid.setRowStretch(len(_FIELDS) + 3, 1)
-        self.jobs = QListWidget()
-        self.jobs.setAccessibleName(tr("Jobs of this batch"))
-        self.jobs.setAccessibleDescription(tr("Up and down select a job; F7 resumes it"))
-        self.jobs.setFont(kit.text_font(15))
-        beside = QGridLayout()
+        tip = tr("Up and down select a job; F7 resumes it")
+        self.jobs = kit.dressed(
+            QListWidget(), tr("Jobs of this batch"), tip, font=kit.text_font(15)
+        )
         self._heading = kit.sentence_label(tr("Which jobs"), 15)
-        beside.addWidget(self._heading, 0, 0)
-        beside.addWidget(self.jobs, 1, 0)
-        beside.setRowStretch(1, 1)
-        beside.addLayout(self._room_form(), 2, 0)
+        room = kit.form_grid(self.room.values())
+        self._kept = kit.sentence_label(tr("What the job keeps of the room"), 14)
+        room.addWidget(self._kept, len(_ROOM), 0, 1, 2)
+        bridge.job_changed.connect(self._show_room)
+        beside = kit.vbox(self._heading, (self.jobs, 1), room)
         self.body.addLayout(kit.hbox((kit.panel(grid), 1), (kit.panel(beside), 1), spacing=12), 1)
         self.fields["batch"].editingFinished.connect(self._list_jobs)
         self.jobs.itemActivated.connect(lambda _item: self.go_on())
@@ -128,23 +109,15 @@ class JobSheet(kit.Sheet):
             primary="begin",
         )
 
-    def _room_form(self) -> QGridLayout:
-        self.room = {key: kit.form_field(tr(label), tr(tip)) for key, label, tip in _ROOM}
-        grid = QGridLayout()
-        keys = tuple(self.room)
-        for row, (key, label, _) in enumerate(_ROOM):
-            field = self.room[key]
-            grid.addWidget(kit.caption(tr(label), field), row, 0)
-            grid.addWidget(field, row, 1)
+    def _form(
+        self, lines: Sequence[tuple[str, str, str]], end: Callable[[], None]
+    ) -> dict[str, kit.FormField]:
+        """Return fields by key; Return moves on, and calls ``end`` after the last one."""
+        fields = {key: kit.form_field(tr(label), tr(tip)) for key, label, tip in lines}
+        for field, after in zip_longest(fields.values(), tuple(fields.values())[1:]):
+            field.returnPressed.connect(end if after is None else partial(_enter, after))
             field.left.connect(self.left)
-            after = keys[row + 1 : row + 2]
-            field.returnPressed.connect(
-                partial(_enter, self.room[after[0]]) if after else self.note_room
-            )
-        self._kept = kit.sentence_label(tr("What the job keeps of the room"), 14)
-        grid.addWidget(self._kept, len(_ROOM), 0, 1, 2)
-        self._bridge.job_changed.connect(self._show_room)
-        return grid
+        return fields
 
     def note_room(self) -> None:
         """Store the typed conditions in the current job; the core determines start or end."""
@@ -177,13 +150,7 @@ class JobSheet(kit.Sheet):
 
     def begin(self) -> None:
         words = {key: field.text().strip() for key, field in self.fields.items()}
-        header = JobHeader(
-            operator=words["operator"],
-            part=self._bridge.station.job.plan.part,
-            serial=words["serial"],
-            order=words["order"],
-            batch=words["batch"],
-        )
+        header = JobHeader(part=self._bridge.station.job.plan.part, **words)
         card = self._cards[self.plans.currentIndex()]
         if card is None:
             self._bridge.jobs.next_part(header)

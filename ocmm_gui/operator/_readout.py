@@ -108,10 +108,6 @@ class Readout(kit.Themed, QWidget):
         self._end_of_flash.start()
         self.update()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self.update()
-
     def cap_height(self) -> float:
         """Return the height of the digits, px; for tests."""
         return kit.CAP_HEIGHT * self._type()
@@ -138,14 +134,10 @@ class Readout(kit.Themed, QWidget):
         for index, (axis, value) in enumerate(zip("XYZ", self._values, strict=True)):
             place = QRectF(box.left(), box.top() + index * row, box.width(), row)
             painter.setPen(QColor(self._theme.accent))
-            painter.drawText(
-                place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, axis
-            )
+            painter.drawText(place, kit.LEFT, axis)
             if value != kit.DASHES and not large:
                 painter.setPen(QColor(self._theme.text))
-                painter.drawText(
-                    place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
-                )
+                painter.drawText(place, kit.RIGHT, value)
         if large:
             self._paint_trouble(painter, large, why)
         elif kit.DASHES in self._values:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from enum import Enum
 
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QFrame, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QWidget
 
 from ocmm_core.calibration.records import CalibrationStatus, CalibrationView, ProbeView
 from ocmm_core.inspection.evaluation import SIMULATED
@@ -67,27 +67,52 @@ _CALM_SHARE = 0.35
 """Relative to far type: good order need not be readable at three metres."""
 
 
-class TipLine(kit.Themed, QFrame):
+class MarkedLine(kit.Themed, QFrame):
+    """A mark with a sentence of its height; `key`: name in the style sheet."""
+
+    def __init__(self, key: str, name: str, sentence: str, spacing: int, margin: int) -> None:
+        super().__init__()
+        self.setObjectName(key)
+        self.setAccessibleName(name)
+        self._mark = MarkView()
+        self._text = kit.sentence_label(sentence, _NEAR_PX, middle=True)
+        kit.hbox(
+            self._mark, (self._text, 1), parent=self, spacing=spacing,
+            margins=(14, margin, 14, margin),
+        )  # fmt: skip
+
+    def text(self) -> str:
+        return self._text.text()
+
+    def _say(self, text: str) -> None:
+        self._text.setText(text)
+        self._text.setToolTip(text)
+        self._paint()
+
+    def _use_style(self, mark: kit.Mark, pixels: int, words: str, line: str) -> None:
+        """Use a mark, a size, the style of the words, and that of the line below."""
+        theme, key = self._theme, self.objectName()
+        self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
+        self._mark.show_mark(mark, kit.mark_colour(theme, mark), theme.panel)
+        self.setStyleSheet(
+            f"#{key} {{ background: {theme.panel}; border-bottom: {line}; }}"
+            f" #{key} QLabel {{ font-size: {pixels}px; {words} }}"
+        )
+
+
+class TipLine(MarkedLine):
     """A mark and a sentence about the probe; always visible."""
 
     turned = Signal(object)
     """Emits the `ProbeView` when the tip starts or stops blocking points."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.setObjectName("tipline")
-        self.setAccessibleName(tr("Probe and tip"))
+        super().__init__("tipline", tr("Probe and tip"), tr("Status of the tip"), 8, 2)
         self._view: ProbeView | None = None
         self._place = TrustPlace.DESK
         self._pixels = _NEAR_PX
-        self._mark = MarkView()
         # Nothing to mark before the first view.
         self._mark.hide()
-        self._text = kit.dressed(kit.PlainLabel(), tr("Status of the tip"))
-        self._text.setTextFormat(Qt.TextFormat.PlainText)
-        self._text.setWordWrap(True)
-        self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        kit.hbox(self._mark, (self._text, 1), parent=self, spacing=8, margins=(14, 2, 14, 2))
 
     def show_probe(self, view: ProbeView, place: TrustPlace) -> None:
         pixels = _NEAR_PX
@@ -96,32 +121,20 @@ class TipLine(kit.Themed, QFrame):
         if (view, place, pixels) == (self._view, self._place, self._pixels):
             return
         before, self._view, self._place, self._pixels = self._view, view, place, pixels
-        text = tip_words(view, place)
         self._mark.show()
-        self._text.setText(text)
-        self._text.setToolTip(kit.literal(text))
-        self._paint()
+        self._say(tip_words(view, place))
         if before is not None and (before.blocking_reason is None) != (
             view.blocking_reason is None
         ):
             self.turned.emit(view)
 
-    def text(self) -> str:
-        return self._text.text()
-
     def _paint(self) -> None:
         theme, view = self._theme, self._view
         mark = kit.Mark.DONE if view is None else tip_mark(view)
-        calm = view is None or _is_calm(view)
-        colour = theme.muted if calm else kit.mark_colour(theme, mark)
-        pixels = self._pixels
-        self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
-        self._mark.show_mark(mark, kit.mark_colour(theme, mark), theme.panel)
-        weight = "normal" if calm else "bold"
-        self.setStyleSheet(
-            f"#tipline {{ background: {theme.panel}; border-bottom: 1px solid {theme.border}; }}"
-            f" #tipline QLabel {{ color: {colour}; font-size: {pixels}px; font-weight: {weight}; }}"
-        )
+        words = f"color: {kit.mark_colour(theme, mark)}; font-weight: bold;"
+        if view is None or _is_calm(view):
+            words = f"color: {theme.muted}; font-weight: normal;"
+        self._use_style(mark, self._pixels, words, f"1px solid {theme.border}")
 
 
 def tip_mark(view: ProbeView) -> kit.Mark:
@@ -181,23 +194,15 @@ class TrustPlace(Enum):
     MAINTAIN = "maintain"
 
 
-class TrustBar(kit.Themed, QFrame):
-    """A mark with UNCALIBRATED, NO POINTS or a warning; hidden in good order."""
+class TrustBar(MarkedLine):
+    """A mark with UNCALIBRATED, NO POINTS or a warning; hidden, without text, in good order."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.setObjectName("trust")
-        self.setAccessibleName(tr("Calibration"))
+        super().__init__("trust", tr("Calibration"), "", 10, 4)
         self._view: CalibrationView | None = None
         self._place = TrustPlace.DESK
         self._beside = ""
         self._pixels = _TRUST_NEAR_PX
-        self._mark = MarkView()
-        self._text = kit.PlainLabel()
-        self._text.setTextFormat(Qt.TextFormat.PlainText)
-        self._text.setWordWrap(True)
-        self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        kit.hbox(self._mark, (self._text, 1), parent=self, spacing=10, margins=(14, 4, 14, 4))
         self.hide()
 
     def show_calibration(self, view: CalibrationView, place: TrustPlace, beside: str = "") -> None:
@@ -209,26 +214,16 @@ class TrustBar(kit.Themed, QFrame):
         text = trust_words(view, place)
         if place is not TrustPlace.FAR:
             text = f"{text} {beside}".strip()
-        self._text.setText(text)
-        self._text.setToolTip(kit.literal(text))
-        self._paint()
+        self._say(text)
         self.setVisible(bool(text))
 
-    def text(self) -> str:
-        """Return the text; empty while hidden."""
-        return self._text.text()
-
     def _paint(self) -> None:
-        theme, view = self._theme, self._view
+        view = self._view
         severe = view is not None and (view.uncalibrated or view.blocker is not None)
-        colour = theme.bad if severe else theme.warn
-        pixels = self._pixels
-        self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
-        self._mark.show_mark(kit.Mark.BAD if severe else kit.Mark.DOUBT, colour, theme.panel)
-        self.setStyleSheet(
-            f"#trust {{ background: {theme.panel}; border-bottom: 3px solid {colour}; }}"
-            f" #trust QLabel {{ color: {colour}; font-size: {pixels}px; font-weight: bold; }}"
-        )
+        mark = kit.Mark.BAD if severe else kit.Mark.DOUBT
+        colour = kit.mark_colour(self._theme, mark)
+        words = f"color: {colour}; font-weight: bold;"
+        self._use_style(mark, self._pixels, words, f"3px solid {colour}")
 
 
 class MarkView(QWidget):

@@ -9,6 +9,7 @@ from ocmm_core.inspection.evaluation import JobView, LiveView, ReferenceView
 from ocmm_core.station import ServiceState
 from ocmm_gui import kit
 from ocmm_gui.kit import later, said, tr
+from ocmm_gui.operator._view_parts import show_machine
 
 _COUNTERS = (
     (later("Cameras"), later("cameras that see the probe / in the rig")),
@@ -27,7 +28,7 @@ _NEEDED = 3
 """Minimum LEDs for a pose of the reference body."""
 
 
-class StatusStrip(kit.Themed, QFrame):
+class StatusStrip(QFrame):
     """Word and reason on the left, counters on the right."""
 
     def __init__(self, n_cameras: int, n_leds: int) -> None:
@@ -37,30 +38,22 @@ class StatusStrip(kit.Themed, QFrame):
         self._n_leds = n_leds
         self._live: LiveView | None = None
         self._job: JobView | None = None
-        self._word = kit.FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
-        self._word.setFixedSize(250, 46)
-        self._reason = kit.dressed(kit.PlainLabel(), tr("Reason for the status"))
-        self._reason.setTextFormat(Qt.TextFormat.PlainText)
-        self._reason.setWordWrap(True)
-        self._reason.setFont(kit.text_font(14))
-        self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.status = kit.FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
+        self.status.setFixedSize(250, 46)
+        self._reason = kit.sentence_label(tr("Reason for the status"), 14, middle=True)
         self._values: dict[str, QLabel] = {}
         self._reference: tuple[QLabel, ...] = ()
         layout = kit.hbox(
-            self._word, (self._reason, 1), parent=self, spacing=12, margins=(12, 4, 12, 4)
+            self.status, (self._reason, 1), parent=self, spacing=12, margins=(12, 4, 12, 4)
         )
         grid = QGridLayout()
         grid.setHorizontalSpacing(16)
         grid.setVerticalSpacing(0)
         for column, (name, tip) in enumerate(_COUNTERS):
             said = tr(tip).replace("{unit}", kit.unit_word())
-            caption, value = kit.PlainLabel(tr(name)), kit.PlainLabel("–")
-            caption.setProperty("role", "muted")
-            caption.setFont(kit.text_font(12))
+            caption = kit.dressed(kit.PlainLabel(tr(name)), font=kit.text_font(12), role="muted")
+            value = kit.value_label(tr(name), said)
             value.setFont(kit.digit_font(16))
-            value.setAccessibleName(tr(name))
-            value.setAccessibleDescription(said)
-            value.setToolTip(kit.literal(said))
             for row, label in enumerate((caption, value)):
                 label.setAlignment(Qt.AlignmentFlag.AlignRight)
                 grid.addWidget(label, row, column)
@@ -72,13 +65,7 @@ class StatusStrip(kit.Themed, QFrame):
 
     def show_live(self, live: LiveView) -> None:
         self._live = live
-        if kit.is_held(self._job, live):
-            self._word.show_text(tr(kit.PAUSED), self._theme.warn, kit.Mark.DOUBT)
-        else:
-            colour = kit.status_colour(self._theme, live.status)
-            self._word.show_text(
-                kit.said_word(live.status.value), colour, kit.status_mark(live.status)
-            )
+        show_machine(self.status, self._job, live)
         words = tuple(map(said, (live.reason, *live.faults, live.acquisition.pace_words)))
         reason = " ".join(filter(None, words))
         if self._reason.text() != reason:
@@ -109,21 +96,13 @@ class StatusStrip(kit.Themed, QFrame):
         for label in self._reference:
             label.setVisible(reference is not None)
         if reference is not None:
-            lost = reference.seen < _NEEDED
-            self._values["Reference"].setText(f"{reference.seen}/{reference.n_leds}")
-            self._values["Reference"].setStyleSheet(f"color: {self._theme.bad};" if lost else "")
-
-    def status(self) -> str:
-        return self._word.text()
+            value = self._values["Reference"]
+            value.setText(f"{reference.seen}/{reference.n_leds}")
+            kit.use_role(value, "bad" if reference.seen < _NEEDED else "")
 
     def counter(self, name: str) -> str:
         """Return the text under a caption."""
         return self._values[name].text()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        if self._live is not None:
-            self.show_live(self._live)
 
 
 def _short(count: int) -> str:
@@ -139,15 +118,15 @@ class Guidance(kit.Themed, QFrame):
         self._pixels = pixels
         self._job: JobView | None = None
         self._live: LiveView | None = None
-        self._step = _sentence(tr("Next step"))
+        self.step = _sentence(tr("Next step"))
         self._words = _sentence(tr("Instruction of the plan"))
-        self._mode = _sentence(tr("Probing order and probe side"))
+        self.mode = _sentence(tr("Probing order and probe side"))
         self._approach = _sentence(tr("Approach to the next point"))
-        self._trouble = _sentence(tr("Blocking reason"))
+        self.trouble = _sentence(tr("Blocking reason"))
         layout = kit.vbox(parent=self, spacing=3, margins=0)
-        for widget in (self._step, self._words, self._approach, self._mode):
+        for widget in (self.step, self._words, self._approach, self.mode):
             layout.addWidget(widget)
-        layout.addWidget(self._trouble, 1)
+        layout.addWidget(self.trouble, 1)
         self._paint()
 
     def show_job(self, job: JobView) -> None:
@@ -155,7 +134,7 @@ class Guidance(kit.Themed, QFrame):
         self._show_step()
         self._words.setText(kit.step_text(job))
         self._words.setVisible(bool(self._words.text()))
-        self._mode.setText(kit.mode_words(job))
+        self.mode.setText(kit.mode_words(job))
         self._show_approach()
         self._show_trouble()
 
@@ -165,19 +144,10 @@ class Guidance(kit.Themed, QFrame):
         self._show_approach()
         self._show_trouble()
 
-    def step(self) -> str:
-        return self._step.text()
-
-    def mode(self) -> str:
-        return self._mode.text()
-
-    def trouble(self) -> str:
-        return self._trouble.text()
-
     def _show_step(self) -> None:
         text = "" if self._job is None else kit.next_step(self._job, self._live)
-        if text != self._step.text():
-            self._step.setText(text)
+        if text != self.step.text():
+            self.step.setText(text)
 
     def _show_approach(self) -> None:
         text = kit.approach_words(self._job, self._live)
@@ -189,25 +159,21 @@ class Guidance(kit.Themed, QFrame):
         # The reason of a failure is long and shown above, instead of the digits.
         live = None if kit.has_failed(self._live) else self._live
         text = "\n".join(kit.trouble(live, self._job))
-        if text != self._trouble.text():
-            self._trouble.setText(text)
+        if text != self.trouble.text():
+            self.trouble.setText(text)
 
     def _paint(self) -> None:
         size = f"font-size: {self._pixels}px;"
         small = f"font-size: {round(0.85 * self._pixels)}px;"
-        self._step.setStyleSheet(f"{size} font-weight: bold; color: {self._theme.text};")
+        self.step.setStyleSheet(f"{size} font-weight: bold; color: {self._theme.text};")
         self._words.setStyleSheet(f"{size} color: {self._theme.text};")
         self._approach.setStyleSheet(f"{size} color: {self._theme.accent};")
-        self._mode.setStyleSheet(f"{small} color: {self._theme.muted};")
-        self._trouble.setStyleSheet(f"{size} color: {self._theme.bad};")
+        self.mode.setStyleSheet(f"{small} color: {self._theme.muted};")
+        self.trouble.setStyleSheet(f"{size} color: {self._theme.bad};")
 
 
 def _sentence(name: str) -> QLabel:
-    label = kit.PlainLabel()
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setWordWrap(True)
-    label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
-    label.setAccessibleName(name)
+    label = kit.sentence_label(name, 14)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
     return label
 
@@ -222,7 +188,7 @@ _WORDS = (
 """Words of the operator, with the text and the tip of their buttons."""
 
 
-class ServiceStrip(QFrame):
+class ServiceStrip(kit.Themed, QFrame):
     """Address and program, last sentence, last command with its answer, and the operator's words.
 
     Hidden while no server runs.
@@ -240,9 +206,7 @@ class ServiceStrip(QFrame):
         self.lines = kit.dressed(
             kit.PlainLabel(), tr("Last command and answer"), font=kit.text_font(13)
         )
-        self.lines.setTextFormat(Qt.TextFormat.PlainText)
-        for label in (self.status, self.lines):
-            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.lines.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.buttons = {word: _button(tr(text), tr(tip)) for word, text, tip in _WORDS}
         for word, button in self.buttons.items():
             button.clicked.connect(lambda _checked=False, word=word: self.pressed.emit(word))
@@ -254,7 +218,7 @@ class ServiceStrip(QFrame):
             (self.lines, 1), *self.buttons.values(), self.stop_button, spacing=8, margins=0
         )
         kit.vbox(self.status, row, parent=self, spacing=2, margins=(14, 4, 14, 4))
-        self.set_theme(kit.THEMES[kit.DEFAULT_THEME])
+        self._paint()
         self.hide()
 
     def show_state(self, state: ServiceState | None) -> None:
@@ -271,7 +235,8 @@ class ServiceStrip(QFrame):
         for button in self.buttons.values():
             button.setEnabled(bool(state.client))
 
-    def set_theme(self, theme: kit.Theme) -> None:
+    def _paint(self) -> None:
+        theme = self._theme
         self.setStyleSheet(
             f"#service {{ background: {theme.panel}; border-bottom: 3px solid {theme.accent}; }}"
             f" #service QLabel {{ color: {theme.text}; }}"
@@ -279,8 +244,8 @@ class ServiceStrip(QFrame):
 
 
 def _button(text: str, tip: str) -> QPushButton:
-    button = kit.dressed(kit.NarrowButton(text), tip, font=kit.text_font(15, bold=True))
+    font = kit.text_font(15, bold=True)
+    button = kit.dressed(kit.NarrowButton(text), tip, font=font, high=_BUTTON_PX)
     button.setToolTip(kit.literal(tip))
-    button.setMinimumHeight(_BUTTON_PX)
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     return button

@@ -20,6 +20,7 @@ from ocmm_core.inspection.evaluation import (
     FeatureState,
     FeatureView,
     JobView,
+    LiveView,
     Target,
     cue,
 )
@@ -125,8 +126,6 @@ class _Row(QStyledItemDelegate):
         side = 20.0
         mark = QRectF(box.left() + 12, box.center().y() - 0.5 * side, side, side)
         kit.paint_mark(painter, kit.feature_mark(feature, verdict), mark, colour, theme.panel)
-        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         text = box.adjusted(42, 4, -10, -4)
         upper = QRectF(text.left(), text.top(), text.width(), 0.5 * text.height())
         lower = QRectF(text.left(), upper.bottom(), text.width(), 0.5 * text.height())
@@ -140,23 +139,30 @@ class _Row(QStyledItemDelegate):
         if alone:
             shape = f"{shape}  {count}"
         else:
-            painter.drawText(upper, right, count)
+            painter.drawText(upper, kit.RIGHT, count)
         painter.setFont(kit.fitted(bold, feature.name, upper.width(), upper.height() + 2.0, 14))
         name = painter.fontMetrics().elidedText(
             feature.name, Qt.TextElideMode.ElideMiddle, int(upper.width())
         )
-        painter.drawText(upper, left, name)
+        painter.drawText(upper, kit.LEFT, name)
         kit.ink(painter, QColor(theme.muted), font=kit.text_font(12))
-        painter.drawText(lower, left, shape)
+        painter.drawText(lower, kit.LEFT, shape)
         kit.ink(painter, QColor(colour), font=kit.text_font(12, bold=True))
-        painter.drawText(lower, right, kit.progress_word(feature, verdict))
+        painter.drawText(lower, kit.RIGHT, kit.progress_word(feature, verdict))
         painter.restore()
+
+
+def show_machine(place: kit.FitText, job: JobView | None, live: LiveView) -> None:
+    """Show the status of the machine, or that the job is paused."""
+    if kit.is_held(job, live):
+        place.show_text(tr(kit.PAUSED), mark=kit.Mark.DOUBT)
+    else:
+        place.show_status(live.status)
 
 
 _LINE = 1.17
 _LEAST_PX = 16
 """Minimum size for text below the step."""
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 class FarMessage(kit.PaintedWidget):
@@ -193,7 +199,7 @@ class FarMessage(kit.PaintedWidget):
         first = self._first()
         painter.setFont(kit.text_font(self.type_pixels(), bold=True))
         painter.setPen(QColor(self._theme.bad if self._trouble else self._theme.text))
-        painter.drawText(first, _LEFT | Qt.TextFlag.TextWordWrap, self.text())
+        painter.drawText(first, kit.LEFT | Qt.TextFlag.TextWordWrap, self.text())
         if self._trouble or not self._words:
             return
         second = QRectF(self.rect())
@@ -204,7 +210,7 @@ class FarMessage(kit.PaintedWidget):
         if font.pixelSize() < _LEAST_PX:
             return
         kit.ink(painter, QColor(self._theme.muted), font=font)
-        painter.drawText(second, _LEFT, self._words)
+        painter.drawText(second, kit.LEFT, self._words)
 
     def _first(self) -> QRectF:
         """Return the place of the first sentence: one line if there is a second one."""
@@ -323,7 +329,7 @@ class PartVerdictView(kit.PaintedWidget):
         place = QRectF(box.left(), box.center().y() - 0.5 * side, side, side)
         kit.paint_mark(painter, mark, place, colour, self._theme.background)
         kit.ink(painter, QColor(colour), font=kit.text_font(size, bold=True))
-        painter.drawText(box.adjusted(1.05 * size, 0.0, 0.0, 0.0), _LEFT, self.word())
+        painter.drawText(box.adjusted(1.05 * size, 0.0, 0.0, 0.0), kit.LEFT, self.word())
         lines, pixels = self.lines(), self._line_px()
         stated, bold = kit.said(part.requirement_words), kit.text_font(pixels, bold=True)
         line = QRectF(box.left(), box.bottom(), self.width(), 1.25 * pixels)
@@ -336,7 +342,7 @@ class PartVerdictView(kit.PaintedWidget):
                 kit.fitted(bold, text, self.width(), line.height(), pixels) if is_count else bold
             )
             painter.setFont(whole)
-            painter.drawText(line, _LEFT, with_room(text, metrics, self.width()))
+            painter.drawText(line, kit.LEFT, with_room(text, metrics, self.width()))
             line.translate(0.0, line.height())
 
     def _word_box(self) -> QRectF:

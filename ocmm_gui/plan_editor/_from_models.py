@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QHeaderView, QVBoxLayout, QWidget
 
-from ocmm_cad.drawing import Account, AccountItem
+from ocmm_cad.drawing import Account
 from ocmm_cad.step import Offer
 from ocmm_core.alignment import ModelBestFit
 from ocmm_core.errors import InputError
@@ -32,7 +31,8 @@ from ocmm_gui.plan_editor._plan_checks import PlanDraft
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, ItemKey
 
 _STATUS = {"taken": later("✔ taken"), "partly": later("▲ in part"), "refused": later("✖ refused")}
-_ORDER = ("refused", "partly", "taken")
+_COLOURS = {"refused": "bad", "partly": "warn", "taken": "good"}
+"""By status, in the order shown."""
 _GROUPS = {
     "dimension": later("dimensions"),
     "tolerance": later("tolerances"),
@@ -44,7 +44,7 @@ _GROUPS = {
 }
 
 
-class ToleranceAccount(kit.Themed, QWidget):
+class ToleranceAccount(QWidget):
     """Number of imported items, and each with its reason: refused ones first.
 
     Datum references and labels are counted; they follow their items. Return accepts features and
@@ -60,7 +60,6 @@ class ToleranceAccount(kit.Themed, QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Tolerances of the model"))
-        self._items: list[AccountItem] = []
         self.summary = kit.sentence_label(tr("What became of the tolerances of the model"), 14)
         self.table = kit.DataTable(
             tr("Every item of the model"),
@@ -96,8 +95,16 @@ class ToleranceAccount(kit.Themed, QWidget):
             )
         taken = tr("Taken as a whole: {counts}.").format(counts=", ".join(told))
         self.summary.setText("\n".join((taken, *account.remarks)))
-        self._items = sorted(account.by_itself(), key=lambda item: _ORDER.index(item.status))
-        self._fill()
+        order = list(_COLOURS)
+        items = sorted(account.by_itself(), key=lambda item: order.index(item.status))
+        self.table.setRowCount(len(items))
+        for row, item in enumerate(items):
+            became = ", ".join(item.became)
+            words = "; ".join(
+                part for part in (became, kit.said(item.why), kit.said(item.remark)) if part
+            )
+            cells = (tr(_STATUS[item.status]), item.name, item.kind, words)
+            self.table.show_words(row, cells, {0: _COLOURS[item.status]})
         self.show()
         self.table.resizeRowsToContents()
         self.question.ask(
@@ -111,24 +118,6 @@ class ToleranceAccount(kit.Themed, QWidget):
     def close_account(self) -> None:
         self.question.hide()
         self.hide()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self.question.set_theme(theme)
-        self._fill()
-
-    def _fill(self) -> None:
-        self.table.setRowCount(len(self._items))
-        for row, item in enumerate(self._items):
-            became = ", ".join(item.became)
-            words = "; ".join(
-                part for part in (became, kit.said(item.why), kit.said(item.remark)) if part
-            )
-            self.table.show_words(row, (tr(_STATUS[item.status]), item.name, item.kind, words))
-            cell = self.table.item(row, 0)
-            if cell is not None:
-                colours = {"taken": self._theme.good, "partly": self._theme.warn}
-                cell.setForeground(QColor(colours.get(item.status, self._theme.bad)))
 
 
 class FaceChoice(PartChoice):

@@ -220,36 +220,23 @@ class ImportLine(WorkLine):
         `relocate`: relocate a frame at its control points instead of using it as saved. `up`: axis
         of a model that points up. `options`: user's statements about a table.
         """
-        self._given_up.set()
-        given_up = self._given_up = threading.Event()
-        self._reads = True
-        self.begin(tr("Importing {name}.").format(name=path.name), tr("Shift+F9 cancels."))
         is_model = path.suffix.lower() in STEP_ENDINGS
         in_use = None if self._in_use is None else self._in_use()
 
-        def work() -> object:
+        def work(given_up: threading.Event) -> object:
             if is_model:
                 return model_of(path, up, in_use, given_up.is_set, self._reading.emit)
             if path.suffix.lower() == _FRAME:
                 return _with_frame(plan, path, relocate=relocate)
             return preview_table(path, options or TableOptions(), plans.feature_table)
 
-        self._worker.do(
-            work,
-            lambda found: self._done(given_up, found),
-            lambda error: self._not_done(given_up, error),
-        )
+        self._start(tr("Importing {name}.").format(name=path.name), work)
 
     def read_part(self, plan: plans.Plan, folder: Path | None) -> None:
         """Start to load the part of a plan, cached or read from its model."""
-        self._given_up.set()
-        given_up = self._given_up = threading.Event()
-        self._reads = True
-        self.begin(tr("Reading the model of the plan."), tr("Shift+F9 cancels."))
-        self._worker.do(
-            lambda: plans.part_of_plan(plan, folder, given_up.is_set, self._reading.emit),
-            lambda found: self._done(given_up, found),
-            lambda error: self._not_done(given_up, error),
+        self._start(
+            tr("Reading the model of the plan."),
+            lambda given_up: plans.part_of_plan(plan, folder, given_up.is_set, self._reading.emit),
         )
 
     def take(
@@ -261,14 +248,21 @@ class ImportLine(WorkLine):
         zone_mm: float | None = None,
     ) -> None:
         """Add the selection from a model to a plan; see `with_offers`."""
+        self._start(
+            tr("Importing {name}.").format(name=model.path.name),
+            lambda given_up: with_offers(
+                plan, model, taken, plan_file, zone_mm, given_up.is_set, self._reading.emit
+            ),
+        )
+
+    def _start(self, words: str, work: Callable[[threading.Event], object]) -> None:
+        """Start work, which the event cancels, and cancel earlier work."""
         self._given_up.set()
         given_up = self._given_up = threading.Event()
         self._reads = True
-        self.begin(tr("Importing {name}.").format(name=model.path.name), tr("Shift+F9 cancels."))
+        self.begin(words, tr("Shift+F9 cancels."))
         self._worker.do(
-            lambda: with_offers(
-                plan, model, taken, plan_file, zone_mm, given_up.is_set, self._reading.emit
-            ),
+            lambda: work(given_up),
             lambda found: self._done(given_up, found),
             lambda error: self._not_done(given_up, error),
         )

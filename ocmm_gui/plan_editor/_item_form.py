@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QPlainTextEdit, QS
 
 from ocmm_core.errors import InputError
 from ocmm_core.tolerances.kinds import KINDS, spec_of
-from ocmm_gui.kit import ChoiceBox, Theme, Themed, caption, form_field, literal, text_font
+from ocmm_gui.kit import ChoiceBox, Themed, caption, form_field, literal, text_font
 from ocmm_gui.plan_editor._field_labels import choice_word
 from ocmm_gui.plan_editor._form_lines import (
     FLAGS,
@@ -137,8 +137,7 @@ class ItemForm(Themed, QScrollArea):
             if isinstance(field, QLineEdit):
                 field.selectAll()
 
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
+    def _paint(self) -> None:
         self.mark(self._faulty)
 
     def _show(self, data: dict[str, Any]) -> None:

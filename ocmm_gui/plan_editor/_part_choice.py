@@ -7,15 +7,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import (
-    QFrame,
-    QHBoxLayout,
-    QLayout,
-    QListWidget,
-    QListWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QFrame, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
 from ocmm_cad.step import Offer
 from ocmm_core.part_model import PartModel
@@ -54,7 +46,7 @@ class ChoiceWords:
     about: str
 
 
-class PartChoice(QFrame):
+class PartChoice(kit.Themed, QFrame):
     """Selection of a part's faces; subclasses define their meaning.
 
     A click on a face toggles its line, as Space does; Return accepts, Esc discards.
@@ -67,24 +59,17 @@ class PartChoice(QFrame):
     def __init__(self, words: ChoiceWords) -> None:
         super().__init__()
         self.setAccessibleName(words.choice)
-        self.theme = kit.THEMES[kit.DEFAULT_THEME]
         self._lines: tuple[ChoiceLine, ...] = ()
         self._row_of: dict[int, int] = {}
         self.picture = PartPicture()
         self.list = ChoiceList(words.list)
-        self._told, self._about = kit.PlainLabel(), kit.PlainLabel()
-        self._told.setAccessibleName(tr("What is chosen"))
-        self._about.setAccessibleName(words.about)
+        self._told = kit.dressed(kit.PlainLabel(), tr("What is chosen"))
+        self._about = kit.dressed(kit.PlainLabel(), words.about, high=44)
         for label in (self._told, self._about):
-            label.setWordWrap(True)
-            label.setFont(kit.text_font(14))
+            kit.dressed(label, font=kit.text_font(14)).setWordWrap(True)
             label.setFixedWidth(_LIST_PX)
-        self._about.setMinimumHeight(44)
-        self._take = kit.NarrowButton(words.take)
-        self._back = kit.NarrowButton(tr("Back  [Esc]"))
-        self._take.setAccessibleName(words.take_long)
-        self._back.setAccessibleName(words.back_long)
-        self._take.setProperty("role", "primary")
+        self._take = kit.dressed(kit.NarrowButton(words.take), words.take_long, role="primary")
+        self._back = kit.dressed(kit.NarrowButton(tr("Back  [Esc]")), words.back_long)
         self._take.clicked.connect(self._emit_taken)
         self._back.clicked.connect(self.declined)
         self.list.taken.connect(self._emit_taken)
@@ -117,10 +102,7 @@ class PartChoice(QFrame):
 
     def add_row(self, *widgets: QWidget) -> None:
         """Add widgets under the list in a row; the last one is the widest."""
-        row = QHBoxLayout()
-        for widget in widgets:
-            row.addWidget(widget, int(widget is widgets[-1]))
-        self._more.addLayout(row)
+        self._more.addLayout(kit.hbox(*widgets[:-1], (widgets[-1], 1)))
 
     def chosen_rows(self) -> list[int]:
         """Return the selected lines, from 0."""
@@ -130,19 +112,17 @@ class PartChoice(QFrame):
         """Return the message about the selection."""
         return f"{self._told.text()} {self._about.text()}".strip()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self.theme = theme
-        self.list.set_theme(theme)
+    def _paint(self) -> None:
         self.show_choice()
 
     def show_choice(self) -> None:
         """Show the selection in colour and words; call it after changes."""
         marked: dict[int, str] = {}
         for row in self.chosen_rows():
-            marked.update(dict.fromkeys(self._lines[row].places, self.theme.good))
+            marked.update(dict.fromkeys(self._lines[row].places, self._theme.good))
         row = max(self.list.currentRow(), 0)
         if row < len(self._lines):
-            marked.update(dict.fromkeys(self._lines[row].places, self.theme.accent))
+            marked.update(dict.fromkeys(self._lines[row].places, self._theme.accent))
         self.picture.highlight(marked)
         self._take.setEnabled(self.can_be_taken())
         self._told.setText(self.said())
@@ -182,15 +162,7 @@ class PartChoice(QFrame):
 
     def _lay_out(self) -> None:
         keys = kit.hbox((self._take, 2), (self._back, 1))
-        side = kit.vbox(spacing=8)
-        parts: tuple[QWidget | QLayout, ...] = (
-            self._told, self.list, self._about, self._more, keys
-        )  # fmt: skip
-        for part in parts:
-            if isinstance(part, QLayout):
-                side.addLayout(part)
-            else:
-                side.addWidget(part, int(part is self.list))
+        side = kit.vbox(self._told, (self.list, 1), self._about, self._more, keys, spacing=8)
         kit.hbox((self.picture, 1), side, parent=self, spacing=10)
         self.list.setFixedWidth(_LIST_PX)
 
@@ -220,11 +192,7 @@ class ChoiceList(QListWidget):
 
     def event(self, event: QEvent) -> bool:
         """Handle Return and Esc before the sheet does."""
-        is_mine = event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
-        if is_mine and isinstance(event, QKeyEvent) and event.key() in (*_TAKE, Qt.Key.Key_Escape):
-            event.accept()
-            return True
-        return super().event(event)
+        return kit.keeps_keys(event, (*_TAKE, Qt.Key.Key_Escape)) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in _TAKE:

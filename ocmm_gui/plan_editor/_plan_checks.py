@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 from PySide6.QtWidgets import QWidget
@@ -19,7 +19,7 @@ from ocmm_core.features.measured import Construction, PartOf
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection import plan as plans
 from ocmm_core.tolerances.zones import Characteristic
-from ocmm_gui.kit import Theme, Themed, said, sentence_label, tr, vbox
+from ocmm_gui.kit import Themed, said, sentence_label, tr, vbox
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, item_of, place_of
 from ocmm_gui.views import read_picture
 
@@ -89,8 +89,6 @@ class PlanDraft:
         return path
 
 
-Tone = Literal["good", "warn", "bad"]
-
 _MOST_SHOWN = 3
 """Errors come first; the others follow once these are corrected."""
 
@@ -103,7 +101,7 @@ class PlanChecks(Themed, QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._tone: Tone = "good"
+        self._tone = "good"
         self._label = sentence_label(tr("Checks"), 15)
         vbox(self._label, parent=self, margins=0)
 
@@ -122,7 +120,7 @@ class PlanChecks(Themed, QWidget):
     def show_good(self, draft: PlanDraft) -> None:
         """Show the contradictions of the plan, or that it is valid; and missing pictures."""
         words = tr("✔  The plan is valid and can be measured.")
-        tone: Tone = "good"
+        tone = "good"
         found = plans.plan_findings(draft.plan)
         shown = [f"{said(one.what)} {said(one.remedy)}" for one in found[:_MOST_SHOWN]]
         count = plans.requirement_count(draft.plan)
@@ -146,17 +144,13 @@ class PlanChecks(Themed, QWidget):
             words += f" {drawn.format(names=', '.join(missing))}"
         self._say(words, tone)
 
-    def set_theme(self, theme: Theme) -> None:
-        self._theme = theme
-        self._say(self.text(), self._tone)
+    def _paint(self) -> None:
+        self._label.setStyleSheet(f"color: {self._theme.colour(self._tone)};")
 
-    def _say(self, words: str, tone: Tone) -> None:
+    def _say(self, words: str, tone: str) -> None:
         self._tone = tone
-        colours: dict[Tone, str] = {
-            "good": self._theme.good, "warn": self._theme.warn, "bad": self._theme.bad,
-        }  # fmt: skip
         self._label.setText(words)
-        self._label.setStyleSheet(f"color: {colours[tone]};")
+        self._paint()
 
 
 def faulty_field(fault: OcmmError, plan: plans.Plan, key: ItemKey) -> str:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 from PySide6.QtCore import QSize, Signal
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QProgressBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from ocmm_core.alignment import Alignment
 from ocmm_core.features.measured import Construction, nominal_geometries
@@ -21,7 +21,19 @@ from ocmm_core.inspection.plan import HEAD_FIELDS, Plan, taught_plan, usual_poin
 from ocmm_core.measuring import reported_points
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
-from ocmm_gui.kit import PathPanel, hbox, later, literal, panel, said_word, text_font, tr
+from ocmm_gui.kit import (
+    PathPanel,
+    WorkBar,
+    hbox,
+    later,
+    literal,
+    panel,
+    said_word,
+    text_font,
+    tr,
+    tr_all,
+    vbox,
+)
 from ocmm_gui.plan_editor._field_labels import choice_word
 from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.work import SideProcess, Tell
@@ -177,40 +189,32 @@ def item_forms() -> dict[str, ItemForm]:
     }
 
 
-def path_panels() -> tuple[PathPanel, PathPanel, PathPanel, PathPanel, PathPanel]:
+_PANELS = (
+    (later("Write the plan into the file"), later("File of the plan"), later("Write")),
+    (later("Import the features or frame from the file"), later("File of the features or frame"),
+     later("Import")),
+    (later("Attach the picture from the file"), later("File of the picture"), later("Attach")),
+    (later("Open the plan from the file"), later("File of the plan"), later("Open")),
+    (later("Write all requirements into the file (.xlsx, .csv)"),
+     later("File of the inspection plan"), later("Write")),
+)  # fmt: skip
+
+
+def path_panels() -> tuple[PathPanel, ...]:
     """Return the questions for files of plan, import, picture, other plan, inspection plan."""
-    return (
-        PathPanel(tr("Write the plan into the file"), tr("File of the plan"), tr("Write")),
-        PathPanel(
-            tr("Import the features or frame from the file"),
-            tr("File of the features or frame"),
-            tr("Import"),
-        ),
-        PathPanel(tr("Attach the picture from the file"), tr("File of the picture"), tr("Attach")),
-        PathPanel(tr("Open the plan from the file"), tr("File of the plan"), tr("Open")),
-        PathPanel(
-            tr("Write all requirements into the file (.xlsx, .csv)"),
-            tr("File of the inspection plan"),
-            tr("Write"),
-        ),
-    )
+    return tuple(PathPanel(*tr_all(texts)) for texts in _PANELS)
 
 
 def lay_out(
     editor: QWidget, items: QWidget, form: QWidget, right: Sequence[tuple[QWidget, int]]
 ) -> None:
     """Lay out list, form and, stacked by their shares, the right column."""
-    middle, column = QVBoxLayout(), QVBoxLayout()
-    middle.addWidget(form)
-    for widget, share in right:
-        column.addWidget(widget, share)
-    hbox(
-        (items, 32), (panel(middle), 40), (panel(column), 28), parent=editor, spacing=10, margins=0
-    )
+    middle, column = panel(vbox(form)), panel(vbox(*right))
+    hbox((items, 32), (middle, 40), (column, 28), parent=editor, spacing=10, margins=0)
 
 
-class TeachProgress(QProgressBar):
-    """Progress of teaching; hidden otherwise."""
+class TeachProgress(WorkBar):
+    """Progress of teaching."""
 
     taught = Signal(object)
     """Emits the `Plan` with its new nominals."""
@@ -218,21 +222,15 @@ class TeachProgress(QProgressBar):
     """Emits an `OcmmError`."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.setAccessibleName(tr("Progress of teaching"))
-        self.hide()
-        self._process = SideProcess(self)
-        self._process.finished.connect(self._on_finished)
-        self._process.failed.connect(self._on_failed)
-        self._process.advanced.connect(self._on_advanced)
+        super().__init__(tr("Progress of teaching"))
+        self._process = SideProcess(self, self._on_finished, self._on_failed, self.advance)
 
     def toggle(self, job: Path, plan: Plan) -> None:
         """Start with the part of a job, or cancel."""
         if self._process.is_running():
             self.cancel()
             return
-        self.setValue(0)
-        self.show()
+        self.begin("%p%")
         self._process.start(partial(taught_of_file, job, plan))
 
     def cancel(self) -> None:
@@ -246,10 +244,6 @@ class TeachProgress(QProgressBar):
     def _on_failed(self, error: object) -> None:
         self.hide()
         self.failed.emit(error)
-
-    def _on_advanced(self, what: str, share: float) -> None:
-        self.setFormat(what)
-        self.setValue(round(100.0 * share))
 
 
 def taught_of_file(path: Path, plan: Plan, tell: Tell) -> Plan:

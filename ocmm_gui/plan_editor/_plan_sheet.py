@@ -12,7 +12,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export.report import write_account
 from ocmm_core.inspection.plan import EDITED, Plan, check_plan, load_plan
 from ocmm_core.names import file_stem
-from ocmm_gui.kit import ActionInfo, Sheet, is_shipped, later, make_button, tr
+from ocmm_gui.kit import ActionInfo, Sheet, dressed, fill, is_shipped, later, make_button, tr
 from ocmm_gui.plan_editor import _plan_checks as plan_checks
 from ocmm_gui.plan_editor import _plan_items as plan_items
 from ocmm_gui.plan_editor._from_models import ModelImport
@@ -101,7 +101,8 @@ class PlanSheet(Sheet):
         self._teaching = plan_items.TeachProgress()
         self._teaching.taught.connect(self._on_taught)
         self._teaching.failed.connect(self.failed)
-        self.file, self.source, self.image, self.other, self.listing = plan_items.path_panels()
+        panels = plan_items.path_panels()
+        self.file, self.source, self.image, self.other, self.listing = panels
         self.file.given.connect(self.save_as)
         self.source.given.connect(self.import_file)
         self.models = ModelImport(lambda: self.draft, self._did, in_use)
@@ -113,9 +114,7 @@ class PlanSheet(Sheet):
         self.image.given.connect(self.attach_picture)
         self.other.given.connect(self.open_file)
         self.listing.given.connect(self.write_requirements)
-        for line in (self.file, self.source, self.image, self.other, self.listing):
-            self.body.addWidget(line)
-        self.body.addWidget(self._editor, 1)
+        fill(self.body, *panels, (self._editor, 1))
         self.models.add_to(self.body)
         self.items.item_chosen.connect(lambda _key: self._show_item())
         self.use_keys(
@@ -146,8 +145,7 @@ class PlanSheet(Sheet):
             primary="save",
             aside="requirements",
         )
-        listing = make_button(self.keys["requirements"])
-        listing.setMinimumHeight(42)
+        listing = dressed(make_button(self.keys["requirements"]), high=42)
         right = ((self.picture, 3), (self.checks, 2), (listing, 0), (self._teaching, 0))
         plan_items.lay_out(self._editor, self.items, self._stack, right)
         self._refresh(plan_items.HEAD)

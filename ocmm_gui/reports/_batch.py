@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from ocmm_core.inspection.archive import Comparison, Trend, compare_files
 from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.wording import ENGLISH, Speech
+from ocmm_gui import kit
 from ocmm_gui.kit import ink, later
 from ocmm_gui.reports._canvas import (
     INK,
@@ -30,10 +30,11 @@ from ocmm_gui.reports._canvas import (
     PageCanvas,
     PageField,
     Style,
+    draw,
+    drawing,
     paint_text,
 )
-from ocmm_gui.reports._paper import draw, drawing, paper_letterhead, write_end
-from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+from ocmm_gui.reports._paper import letterhead, paint_with_foot, write_end, written_pdf
 from ocmm_gui.work import Teller
 
 COLUMNS = (
@@ -62,14 +63,14 @@ def lay_out(found: Comparison, paper: Paper) -> PageCanvas:
     """Return the pages: letterhead, table of all characteristics, a chart for each, signatures."""
     canvas = PageCanvas(Speech(paper.template.language), PaperLengths(paper.template.lengths))
     speech = canvas.speech
-    paper_letterhead(canvas, paper)
-    canvas.text(speech.say("Statistics of a batch"), TITLE)
+    letterhead(canvas, paper)
+    canvas.say("Statistics of a batch", TITLE)
     if found.simulated:
-        canvas.text(speech.say(SIMULATED_LINE), Style(34.0, bold=True, colour=INK.warn))
+        canvas.say(SIMULATED_LINE, Style(34.0, bold=True, colour=INK.warn))
     jobs = f"{len(found.jobs)} jobs of plan {found.plan}, {found.jobs[0]} to {found.jobs[-1]}."
     canvas.text(f"{speech.say(jobs)} {speech.say(canvas.lengths.sentence)}")
     canvas.table(COLUMNS, [_row(trend, canvas) for trend in found.trends])
-    canvas.text(speech.say(_RULES), SMALL)
+    canvas.say(_RULES, SMALL)
     _reasons(canvas, found.left_out)
     for trend in found.trends:
         _characteristic(canvas, trend)
@@ -103,21 +104,14 @@ def _values(found: Comparison) -> bytes:
     return msgspec.json.format(msgspec.json.encode(content), indent=1)
 
 
-@dataclass(frozen=True, slots=True)
-class BatchTask:
-    """Write the pages of a batch, in a side process."""
-
-    found: Comparison
-    path: Path
-
-    def __call__(self, tell: Teller) -> Path:
-        """Return the file; errors as `written_pdf`, and of the template of the station."""
-        tell(later("Drawing the PDF"), 0.3)
-        with drawing():
-            content = batch_pdf(self.found, load_paper(template_in_use()))
-        self.found.require_names()
-        write_together({self.path: content})
-        return self.path
+def write_batch(found: Comparison, path: Path, tell: Teller) -> Path:
+    """Return the written file; errors as `written_pdf`, and of the template of the station."""
+    tell(later("Drawing the PDF"), 0.3)
+    with drawing():
+        content = batch_pdf(found, load_paper(template_in_use()))
+    found.require_names()
+    write_together({path: content})
+    return path
 
 
 def _row(trend: Trend, canvas: PageCanvas) -> list[PageField]:
@@ -198,9 +192,8 @@ def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend, canvas: PageCa
         if all(abs(y(value) - other) > 34.0 for other in taken):
             taken.append(y(value))
             told = QRectF(box.left(), y(value) - 18.0, _SCALE - 12.0, 36.0)
-            right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             words = f"{canvas.speech.word(name)} {_quantity(value, trend, canvas)}"
-            paint_text(painter, told, words, SMALL, right)
+            paint_text(painter, told, words, SMALL, kit.RIGHT)
     _paint_parts(painter, plot, trend, low, high)
     foot = QRectF(plot.left(), plot.bottom() + 8.0, plot.width(), 36.0)
     paint_text(painter, foot, trend.parts[0].serial, SMALL)

@@ -1,19 +1,25 @@
 """Page layout from top to bottom, in tenths of a millimetre.
 
 Drawings are kept as functions and painted later, so that the same pages go into a PDF, a preview
-and a test picture, and every page knows the total number.
+and a test picture, and every page knows the total number. The process that draws has no
+application and no screen.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTextLayout
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QGuiApplication, QPainter, QPen, QTextLayout
 
+from ocmm_core.errors import InternalError
 from ocmm_core.export.template import PaperLengths
+from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.wording import Speech
 from ocmm_gui.kit import THEMES, ink, text_font
 from ocmm_gui.reports._archival import PageTag, paint_tag
@@ -121,13 +127,16 @@ class PageCanvas:
         self.y += height
 
     def text(self, text: str, style: Style = BODY, *, left: float = LEFT) -> None:
-        height = text_height(text, style, RIGHT - left)
-        self.room(height)
-        box = QRectF(left, self.y, RIGHT - left, height)
+        def paint(painter: QPainter, box: QRectF) -> None:
+            paint_text(painter, box.adjusted(left - LEFT, 0.0, 0.0, 0.0), text, style)
+
         role = {TITLE: "H1", HEADING: "H2"}.get(style, "P")
-        draw = self.tagged(lambda painter: paint_text(painter, box, text, style), role)
-        self.pages[-1].append(draw)
-        self.y += height + 6.0
+        self.draw(text_height(text, style, RIGHT - left), paint, role=role)
+        self.skip(6.0)
+
+    def say(self, sentence: str, style: Style = BODY) -> None:
+        """Write a sentence of the core in the language of the report."""
+        self.text(self.speech.say(sentence), style)
 
     def heading(self, text: str, below: float) -> None:
         """Write a heading, kept together with ``below`` of the following content."""
@@ -223,10 +232,37 @@ def _face(size: float, bold: bool) -> tuple[QFont, QFontMetricsF]:
     return font, QFontMetricsF(font)
 
 
-def forget_faces() -> None:
-    """Release the fonts; call it before their application ends."""
-    _face.cache_clear()
-    _has_glyph.cache_clear()
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Provide the application that fonts and painters need, while held."""
+    if sys.platform == "linux":
+        # A report needs no screen, and there may be none.
+        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    application = None if QGuiApplication.instance() else QGuiApplication([])
+    try:
+        yield
+    finally:
+        if application is not None:
+            for cached in (_face, _has_glyph):
+                cached.cache_clear()
+            # Deleting the last reference does not suffice: PySide keeps one.
+            application.shutdown()
+
+
+def draw(write: Callable[[], None], part: str, safe: str) -> int:
+    """Draw and write in a separate program, and return its exit code.
+
+    0, 2 on failure, and 3 after an unexpected error, with a line on stderr. `part`, `safe`: the
+    failed part and what is not lost, as for `contained`.
+    """
+    try:
+        with drawing():
+            write()
+    except Exception as error:
+        told = contained(error, part, safe)
+        sys.stderr.write(f"{told.what} {told.remedy}\n")
+        return EXIT_INTERNAL if isinstance(told, InternalError) else 2
+    return 0
 
 
 def printable(text: str) -> str:

@@ -30,6 +30,7 @@ from ocmm_core.export.certificate import (
 from ocmm_core.export.report import NOT_STATED
 from ocmm_core.export.template import PaperLengths, Particulars, load_paper, template_in_use
 from ocmm_core.wording import Speech
+from ocmm_gui import kit
 from ocmm_gui.kit import ink
 from ocmm_gui.reports._canvas import (
     INK,
@@ -41,12 +42,12 @@ from ocmm_gui.reports._canvas import (
     PageCanvas,
     PageField,
     Style,
+    draw,
     paint_text,
     text_height,
 )
 from ocmm_gui.reports._messages import table_of_values
-from ocmm_gui.reports._paper import draw, paper_letterhead, write_end
-from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+from ocmm_gui.reports._paper import letterhead, paint_with_foot, write_end, written_pdf
 
 _COLUMNS = (
     Column("Test", 485.0),
@@ -68,18 +69,16 @@ def lay_out(paper: Certificate) -> PageCanvas:
     template = paper.paper.template
     canvas = PageCanvas(Speech(template.language), PaperLengths(template.lengths))
     speech = canvas.speech
-    paper_letterhead(canvas, paper.paper)
+    letterhead(canvas, paper.paper)
     canvas.text(certificate_title(paper, speech), TITLE)
     last = paper.final
     if last is None and paper.not_after:
-        canvas.text(
-            speech.say("NO STATEMENT OF CONFORMITY"), Style(40.0, bold=True, colour=INK.warn)
-        )
+        canvas.say("NO STATEMENT OF CONFORMITY", Style(40.0, bold=True, colour=INK.warn))
     if last is not None:
         colour = {"pass": INK.good, "fail": INK.bad}.get(last.word, INK.warn)
         canvas.text(speech.say(last.words).upper(), Style(40.0, bold=True, colour=colour))
     for state in paper.states:
-        canvas.text(speech.say(state), Style(34.0, bold=True, colour=INK.warn))
+        canvas.say(state, Style(34.0, bold=True, colour=INK.warn))
     canvas.skip(10.0)
     for fact in certificate_facts(paper, speech, canvas.lengths):
         if fact.name not in ("Title", "Statement"):
@@ -135,10 +134,10 @@ def _run(canvas: PageCanvas, run: CertificateRun) -> None:
     rule = rule_said(run.rule, speech).removesuffix(".")
     canvas.text(f"{when} UTC, {run.made_by}, {warm}. {rule[:1].upper()}{rule[1:]}.", SMALL)
     for note in run.notes:
-        canvas.text(speech.say(note), SMALL)
+        canvas.say(note, SMALL)
     canvas.table(_COLUMNS, [_row(line, speech, canvas.lengths) for line in run.lines])
     canvas.skip(12.0)
-    canvas.text(speech.say(f"Record {run.record}; observations {run.data_sha256} (SHA-256)"), SMALL)
+    canvas.say(f"Record {run.record}; observations {run.data_sha256} (SHA-256)", SMALL)
 
 
 def _line_said(name: str, speech: Speech) -> str:
@@ -257,9 +256,8 @@ def _paint_scales(
     for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
         y = plot.center().y() - 0.5 * plot.height() * share
         told = QRectF(box.left(), y - 18.0, 180.0, 36.0)
-        align = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         value = speech.number(f"{small * share * highest:+g}") if share else "0"
-        paint_text(painter, told, f"{value} {unit}", SMALL, align)
+        paint_text(painter, told, f"{value} {unit}", SMALL, kit.RIGHT)
     for share in (0.0, 0.5, 1.0):
         x = plot.left() + plot.width() * share / 1.05
         told = QRectF(x - 100.0, plot.bottom() + 8.0, 200.0, 36.0)

@@ -1,31 +1,38 @@
-"""Head and end of a report, drawn without a window.
+"""Head and end of a report, and its PDF file.
 
 Head: laboratory, customer, part, place, time, equipment. End: records, statements, signatures, end
-mark. The process that draws has no application and no screen.
+mark. The file has the data of its pages inside, and is verified by reading back (decision 18).
 """
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 import segno
-from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QColor, QGuiApplication, QImage, QPainter, QPainterPath, QPen
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QRectF, Qt
+from PySide6.QtGui import (
+    QColor,
+    QImage,
+    QPageLayout,
+    QPageSize,
+    QPainter,
+    QPainterPath,
+    QPdfWriter,
+    QPen,
+)
 
-from ocmm_core.errors import InputError, InternalError
+from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import report
 from ocmm_core.export.template import Paper
-from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.seals import shown_key
 from ocmm_core.wording import Speech
 from ocmm_gui.kit import ink
+from ocmm_gui.reports._archival import PdfFacts, archival_pdf, attached
 from ocmm_gui.reports._canvas import (
     BODY,
+    BOTTOM,
     HEADING,
     INK,
     LEFT,
@@ -33,43 +40,82 @@ from ocmm_gui.reports._canvas import (
     WIDTH,
     PageCanvas,
     Style,
-    forget_faces,
+    paint_line,
     paint_text,
     text_height,
     whole_words,
 )
 
-
-@contextmanager
-def drawing() -> Iterator[None]:
-    """Provide the application that fonts and painters need, while held."""
-    if sys.platform == "linux":
-        # A report needs no screen, and there may be none.
-        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    application = None if QGuiApplication.instance() else QGuiApplication([])
-    try:
-        yield
-    finally:
-        if application is not None:
-            forget_faces()
-            # Deleting the last reference does not suffice: PySide keeps one.
-            application.shutdown()
+_RESOLUTION = 1200
+_UNITS_PER_INCH = 254.0
+_NUMBER = 320.0
+"""Width reserved for the page number."""
 
 
-def draw(write: Callable[[], None], part: str, safe: str) -> int:
-    """Draw and write in a separate program, and return its exit code.
+def written_pdf(
+    canvas: PageCanvas,
+    paint: Callable[[QPainter, int], None],
+    attachments: Mapping[str, bytes],
+    *,
+    title: str,
+    software: str,
+    utc: str,
+) -> bytes:
+    """Return pages as PDF/A-3a with their data as associated files.
 
-    0, 2 on failure, and 3 after an unexpected error, with a line on stderr. `part`, `safe`: the
-    failed part and what is not lost, as for `contained`.
+    ``paint``: paints the page of an index, see `paint_with_foot`; in tenths of a millimetre;
+    ``attachments``: by name; others as in `PdfFacts`. StorageError if the file read back differs.
     """
+    content = QByteArray()
+    buffer = QBuffer(content)
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    writer = QPdfWriter(buffer)
+    writer.setPdfVersion(QPdfWriter.PdfVersion.PdfVersion_1_6)
+    writer.setPageSize(QPageSize(QPageSize.PageSizeId.A4))
+    writer.setPageMargins(QMarginsF(0.0, 0.0, 0.0, 0.0), QPageLayout.Unit.Millimeter)
+    writer.setResolution(_RESOLUTION)
+    painter = QPainter(writer)
+    painter.scale(_RESOLUTION / _UNITS_PER_INCH, _RESOLUTION / _UNITS_PER_INCH)
+    for index in range(len(canvas.pages)):
+        if index:
+            writer.newPage()
+        paint(painter, index)
+    painter.end()
+    buffer.close()
+    facts = PdfFacts(title, canvas.speech.language, software, utc)
+    made = archival_pdf(bytes(content.data()), canvas.tags, facts, attachments)
+    _require_whole(made, len(canvas.pages), attachments)
+    return made
+
+
+def paint_with_foot(painter: QPainter, canvas: PageCanvas, index: int, foot: str) -> None:
+    """Paint a page with its foot: identification, page number and count."""
+    for draw in canvas.pages[index]:
+        draw(painter)
+    box = QRectF(LEFT, BOTTOM + 30.0, WIDTH, 60.0)
+    paint_line(painter, box.adjusted(0.0, 0.0, -_NUMBER, 0.0), foot, SMALL)
+    paint_line(
+        painter, box, canvas.speech.say(f"page {index + 1} of {len(canvas.pages)}"), SMALL,
+        Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop,
+    )  # fmt: skip
+
+
+def _require_whole(pdf: bytes, pages: int, attachments: Mapping[str, bytes]) -> None:
     try:
-        with drawing():
-            write()
-    except Exception as error:
-        told = contained(error, part, safe)
-        sys.stderr.write(f"{told.what} {told.remedy}\n")
-        return EXIT_INTERNAL if isinstance(told, InternalError) else 2
-    return 0
+        counted, inside = attached(pdf)
+    except ValueError as error:
+        raise _incomplete(str(error)) from error
+    missing = [name for name, content in attachments.items() if inside.get(name) != content]
+    if missing or counted != pages:
+        without = f", without {', '.join(missing)}" if missing else ""
+        raise _incomplete(f"{counted} of {pages} pages{without}")
+
+
+def _incomplete(why: str) -> StorageError:
+    return StorageError(
+        "export.pdf", f"The PDF is incomplete: {why}.",
+        "Write it again; other files are not affected.",
+    )  # fmt: skip
 
 
 _LOGO = (420.0, 150.0)
@@ -89,12 +135,8 @@ _COLUMNS = ((("laboratory", "Laboratory"), ("customer", "Customer"), ("item", "I
              ("instrument", "Instrument")), (("measurement", "Measurement"),))  # fmt: skip
 
 
-def letterhead(canvas: PageCanvas, data: report.ReportData) -> None:
+def letterhead(canvas: PageCanvas, paper: Paper) -> None:
     """Write the laboratory with its logo across the top of the first page, if known."""
-    paper_letterhead(canvas, data.paper)
-
-
-def paper_letterhead(canvas: PageCanvas, paper: Paper) -> None:
     house = paper.template.laboratory
     logo = _picture(paper.logo)
     if not house.name and logo is None:
@@ -308,11 +350,7 @@ def _paint_code(painter: QPainter, box: QRectF, *, line: str, speech: Speech) ->
                 path.addRect(box.left() + x * side, box.top() + y * side, side, side)
     painter.drawPath(path)
     words = QRectF(box.left() + _CODE_SIDE + 40.0, box.top(), 1200.0, 110.0)
-    paint_text(
-        painter, words,
-        speech.say(_CODE_WORDS),
-        SMALL,
-    )  # fmt: skip
+    paint_text(painter, words, speech.say(_CODE_WORDS), SMALL)
 
 
 def _fact(canvas: PageCanvas, name: str, value: str, style: Style = BODY) -> None:

@@ -16,6 +16,7 @@ from ocmm_core.export.template import Section
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_core.tolerances.decisions import U_LABEL, DeviationPicture
+from ocmm_gui import kit
 from ocmm_gui.kit import ink, text_font, verdict_colour
 from ocmm_gui.rendering import RenderMode
 from ocmm_gui.reports._canvas import (
@@ -30,8 +31,14 @@ from ocmm_gui.reports._canvas import (
     printable,
 )
 from ocmm_gui.reports._messages import lengths_of, numbers_of, speech_of
-from ocmm_gui.reports._paper import closing, head_facts, letterhead, records
-from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+from ocmm_gui.reports._paper import (
+    closing,
+    head_facts,
+    letterhead,
+    paint_with_foot,
+    records,
+    written_pdf,
+)
 from ocmm_gui.reports._sections import basis, features, title, verdicts, why_not
 from ocmm_gui.scene import Orbit, StillScene, Tag, paint_scene, painted_still
 from ocmm_gui.views import SCALE_PX, deviation_part, deviations_of, job_items, paint_scale
@@ -53,12 +60,7 @@ def deviation_scale(
     without = [item.name for item in data.view.features if item.points and item.name not in shown]
     if without:
         names = ", ".join(without)
-        canvas.text(
-            canvas.speech.say(
-                f"Without a whisker, as no zone of their surface has a value: {names}."
-            ),
-            SMALL,
-        )
+        canvas.say(f"Without a whisker, as no zone of their surface has a value: {names}.", SMALL)
 
 
 _BOLDER = 2.2
@@ -104,22 +106,15 @@ def picture(canvas: PageCanvas, data: report.ReportData) -> None:
         painter.restore()
         ink(painter, QPen(QColor(INK.border), 2.0), Qt.BrushStyle.NoBrush)
         painter.drawRect(box)
-        tags = [item for item in items if isinstance(item, Tag)]
-        places = orbit.project(
-            np.array([tag.point for tag in tags]).reshape(-1, 3), box.width(), box.height()
-        )
         _paint_words(painter, box, tags, places)
 
-    canvas.draw(height, paint, canvas.speech.word("The part as measured"))
     tags = [item for item in items if isinstance(item, Tag)]
     places = orbit.project(np.array([tag.point for tag in tags]).reshape(-1, 3), WIDTH, height)
+    canvas.draw(height, paint, canvas.speech.word("The part as measured"))
     written = sum(1 for _ in placed_words(QRectF(0.0, 0.0, WIDTH, height), tags, places))
     if written < len(tags):
         # A missing label must not suggest a missing feature.
-        canvas.text(
-            canvas.speech.say(f"{len(tags) - written} of {len(tags)} names have no room here."),
-            SMALL,
-        )
+        canvas.say(f"{len(tags) - written} of {len(tags)} names have no room here.", SMALL)
     deviation_scale(canvas, data, seen, colour_mm)
 
 
@@ -216,7 +211,7 @@ def deviations(canvas: PageCanvas, data: report.ReportData) -> None:
     if not shown:
         return
     canvas.heading("Deviations within their tolerances", 4.0 * _ROW)
-    canvas.text(canvas.speech.say(f"Band: tolerance about its middle. Whisker: {U_LABEL}."), SMALL)
+    canvas.say(f"Band: tolerance about its middle. Whisker: {U_LABEL}.", SMALL)
     for item in shown:
         paint = partial(_paint_deviation, item=item, canvas=canvas)
         canvas.draw(_ROW, paint, item.result.name)
@@ -240,10 +235,8 @@ def _paint_deviation(
     if found is None or result.deviation is None:
         return
     where, u = found
-    paint_text(
-        painter, QRectF(box.left(), box.top(), _NAME, box.height()), result.name, Style(28.0),
-        Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
-    )  # fmt: skip
+    named = QRectF(box.left(), box.top(), _NAME, box.height())
+    paint_text(painter, named, result.name, Style(28.0), kit.LEFT)
     plot = box.adjusted(_NAME, 8.0, -360.0, -8.0)
     scale = 0.5 * plot.width() / _BEYOND
     centre = plot.center()
@@ -274,8 +267,7 @@ def _paint_deviation(
     paint_text(
         painter, QRectF(plot.right() + 20.0, box.top(), 340.0, box.height()),
         canvas.speech.number(f"{told}{unit}"),
-        Style(28.0, bold=True, colour=verdict_colour(INK, result.verdict)),
-        Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
+        Style(28.0, bold=True, colour=verdict_colour(INK, result.verdict)), kit.LEFT,
     )  # fmt: skip
 
 
@@ -299,7 +291,7 @@ SECTION_PAINTERS: dict[Section, Callable[[PageCanvas, report.ReportData], None]]
 def lay_out(data: report.ReportData) -> PageCanvas:
     canvas = PageCanvas(speech_of(data), lengths_of(data))
     with numbers_of(data):
-        letterhead(canvas, data)
+        letterhead(canvas, data.paper)
         title(canvas, data)
         head_facts(canvas, data)
         for name in data.paper.template.sections:

@@ -25,8 +25,8 @@ from ocmm_core.settings import Settings
 from ocmm_core.storage import JobHead
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 from ocmm_gui.kit import dressed, later, vbox
+from ocmm_gui.reports._canvas import drawing
 from ocmm_gui.reports._certificate import certificate_pdf
-from ocmm_gui.reports._paper import drawing
 from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
 from ocmm_gui.work import Teller
 
@@ -39,74 +39,62 @@ _FAST = 1
 """Level of zlib: 20 ms a page, and compression to 2 %."""
 
 
-@dataclass(frozen=True, slots=True)
-class ReportTask:
-    """Write reports, all files or none."""
+def write_reports(
+    data: ReportData, formats: tuple[str, ...], folder: Path, incomplete: bool, tell: Teller
+) -> tuple[FileIdentity, ...]:
+    """Return the written files, all or none; errors as `write_report` and `pdf_file`.
 
-    data: ReportData
-    formats: tuple[str, ...]
-    folder: Path
-    incomplete: bool
-    """The user requested the report of a possibly incomplete job."""
-
-    def __call__(self, tell: Teller) -> tuple[FileIdentity, ...]:
-        """Return the written files; errors as `write_report` and `pdf_file`."""
-        beside: dict[str, bytes] = {}
-        if PDF.name in self.formats:
-            tell(later("Drawing the PDF"), 0.3)
-            with drawing():
-                name, content = pdf_file(
-                    self.data,
-                    lambda page, pages: tell(
-                        f"Drawing page {page} of {pages}", 0.3 + 0.4 * page / pages
-                    ),
-                )
-            beside[name] = content
-        tables = tuple(name for name in self.formats if name != PDF.name)
-        tell(later("Writing and verifying the files"), 0.7)
-        tell.commit()
-        paths = write_report(
-            self.data, tables, self.folder, incomplete=self.incomplete, beside=beside
-        )
-        return tuple(map(FileIdentity.of_written, paths))
-
-
-@dataclass(frozen=True, slots=True)
-class CertificateTask:
-    """Write the certificates of records: pages, DCC and its signature, all files or none."""
-
-    source: Path
-    """Folder of the records of a rig or a probe, or the file of an acceptance record."""
-    folder: Path
-    tip: str = ""
-    """Of the probe; empty for everything else."""
-
-    def __call__(self, tell: Teller) -> tuple[Path, ...]:
-        """Return the paths of the files, pages first; errors as `certificate_of_folder`."""
-        papers = self._papers()
-        tell(later("Drawing the PDF"), 0.1)
+    `incomplete`: the user requested the report of a possibly incomplete job.
+    """
+    beside: dict[str, bytes] = {}
+    if PDF.name in formats:
+        tell(later("Drawing the PDF"), 0.3)
         with drawing():
-            pages = [(paper, partial(certificate_pdf, paper)) for paper in papers]
-            files = signed_certificates(pages, self.folder)
-        tell(later("Writing and verifying the files"), 0.7)
-        tell.commit()
-        write_together(files)
-        return tuple(files)
+            name, content = pdf_file(
+                data,
+                lambda page, pages: tell(
+                    f"Drawing page {page} of {pages}", 0.3 + 0.4 * page / pages
+                ),
+            )
+        beside[name] = content
+    tables = tuple(name for name in formats if name != PDF.name)
+    tell(later("Writing and verifying the files"), 0.7)
+    tell.commit()
+    paths = write_report(data, tables, folder, incomplete=incomplete, beside=beside)
+    return tuple(map(FileIdentity.of_written, paths))
 
-    def _papers(self) -> tuple[Certificate, ...]:
-        """Return the certificates; for cameras, of verification and calibration."""
-        sheet = load_paper(template_in_use(), Particulars())
-        if self.tip or self.source.is_file():
-            return (certificate_of_folder(self.source, sheet, self.tip),)
-        found, faults = [], []
-        for calibration in (False, True):
-            try:
-                found.append(certificate_of_folder(self.source, sheet, calibration=calibration))
-            except InputError as error:
-                faults.append(error)
-        if not found:
-            raise faults[0]
-        return tuple(found)
+
+def certify_records(source: Path, folder: Path, tip: str, tell: Teller) -> tuple[Path, ...]:
+    """Return the paths of pages, DCC and signature, all or none; errors as `certificate_of_folder`.
+
+    `source`: folder of the records of a rig or a probe, or the file of an acceptance record. `tip`:
+    of the probe; empty for everything else.
+    """
+    papers = _certificates(source, tip)
+    tell(later("Drawing the PDF"), 0.1)
+    with drawing():
+        pages = [(paper, partial(certificate_pdf, paper)) for paper in papers]
+        files = signed_certificates(pages, folder)
+    tell(later("Writing and verifying the files"), 0.7)
+    tell.commit()
+    write_together(files)
+    return tuple(files)
+
+
+def _certificates(source: Path, tip: str) -> tuple[Certificate, ...]:
+    """Return the certificates; for cameras, of verification and calibration."""
+    sheet = load_paper(template_in_use(), Particulars())
+    if tip or source.is_file():
+        return (certificate_of_folder(source, sheet, tip),)
+    found, faults = [], []
+    for calibration in (False, True):
+        try:
+            found.append(certificate_of_folder(source, sheet, calibration=calibration))
+        except InputError as error:
+            faults.append(error)
+    if not found:
+        raise faults[0]
+    return tuple(found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,24 +127,16 @@ class PagePicture:
         return QImage(self.content, self.width, self.height, QImage.Format.Format_RGB32)
 
 
-@dataclass(frozen=True, slots=True)
-class PreviewTask:
-    """Preview all formats: texts first, then the pages one by one."""
-
-    data: ReportData
-    width: int
-
-    def __call__(self, tell: Teller) -> None:
-        """Send a `FormatText` for every format of the core, then every `PagePicture`."""
-        for name in EXPORTERS:
-            tell.give(FormatText(name, _text(self.data, name)))
-        with drawing():
-            canvas = lay_out(self.data)
-            count = len(canvas.pages)
-            for index in range(count):
-                tell(f"Drawing page {index + 1} of {count}", (1 + index) / (1 + count))
-                image = page_picture(canvas, index, self.data, self.width)
-                tell.give(_pictured(image, index, count))
+def preview_formats(data: ReportData, width: int, tell: Teller) -> None:
+    """Send a `FormatText` for every format of the core, then every `PagePicture`."""
+    for name in EXPORTERS:
+        tell.give(FormatText(name, _text(data, name)))
+    with drawing():
+        canvas = lay_out(data)
+        count = len(canvas.pages)
+        for index in range(count):
+            tell(f"Drawing page {index + 1} of {count}", (1 + index) / (1 + count))
+            tell.give(_pictured(page_picture(canvas, index, data, width), index, count))
 
 
 def _specimen_report() -> ReportData:

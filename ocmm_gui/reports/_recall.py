@@ -26,9 +26,9 @@ from ocmm_gui.reports._canvas import (
     PageCanvas,
     PageField,
     Style,
+    draw,
 )
-from ocmm_gui.reports._paper import draw
-from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+from ocmm_gui.reports._paper import paint_with_foot, written_pdf
 
 _WIDTHS = (340.0, 390.0, 390.0, 230.0, 450.0)
 _COLOURS = {Outcome.HOLDS: INK.good, Outcome.CHANGES: INK.bad, Outcome.UNKNOWN: INK.warn}
@@ -41,17 +41,17 @@ def lay_out(record: RecallRecord, language: str = ENGLISH) -> PageCanvas:
     canvas.text(canvas.speech.word("Recall"), TITLE)
     canvas.text(recall.headline(record, canvas.speech), HEADING)
     for sentence in (*recall.totals(record), recall.decided(record)) if record.jobs else ():
-        canvas.text(say(sentence))
+        canvas.say(sentence)
     made = f"{record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}."
     canvas.text(f"{say(recall.checked(record))} {made}", SMALL)
     for sentence in recall.not_judged(record):
-        canvas.text(say(sentence), Style(colour=INK.warn))
+        canvas.say(sentence, Style(colour=INK.warn))
     columns = [Column(name, w) for name, w in zip(recall.COLUMNS[1:], _WIDTHS, strict=True)]
     for job in recall.worst_first(record.jobs):
         canvas.skip(24.0)
         canvas.room(260.0)
         canvas.text(recall.job_line(job, canvas.speech), STRONG)
-        canvas.text(say(recall.rests_on(job)), SMALL)
+        canvas.say(recall.rests_on(job), SMALL)
         canvas.table(
             columns,
             [

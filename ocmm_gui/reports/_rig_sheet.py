@@ -20,9 +20,9 @@ from ocmm_gui.reports._canvas import (
     PageCanvas,
     PageField,
     Style,
+    draw,
 )
-from ocmm_gui.reports._paper import draw
-from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+from ocmm_gui.reports._paper import paint_with_foot, written_pdf
 from ocmm_planner import RigSheet, read_sheet, sheet_sentences, shopping_list
 
 _NAMES = ("X", "Y", "Z", "Azimuth °", "Elevation °", "Roll °", "Focus", "Stop", "Exposure / µs")
@@ -33,12 +33,12 @@ _CELL = Style(24.0)
 def lay_out(sheet: RigSheet, language: str = ENGLISH) -> PageCanvas:
     """Return the pages: U first, then places, and what to buy."""
     canvas = PageCanvas(Speech(language))
-    say, number = canvas.speech.say, canvas.speech.number
+    number = canvas.speech.number
     canvas.text(canvas.speech.word("Planned rig"), TITLE)
     canvas.text(f"{sheet.plan}: {sheet.probe}", HEADING)
     canvas.text(sheet.frame, SMALL)
     for sentence in sheet_sentences(sheet):
-        canvas.text(say(sentence))
+        canvas.say(sentence)
     canvas.heading("Places of the cameras", 200.0)
     columns = [Column(name, 175.0, right=True, length=name in _LENGTHS) for name in _NAMES]
     rows = []
@@ -49,9 +49,7 @@ def lay_out(sheet: RigSheet, language: str = ENGLISH) -> PageCanvas:
         cells = [PageField(number(text), _CELL) for text in texts]
         rows.append([PageField(one.name, STRONG), *cells])
     canvas.table([Column("Camera", 225.0), *columns], rows)
-    canvas.text(
-        say("X, Y, Z: projection centre. Azimuth from +Y towards +X, elevation upwards."), SMALL
-    )
+    canvas.say("X, Y, Z: projection centre. Azimuth from +Y towards +X, elevation upwards.", SMALL)
     canvas.heading("What to buy", 100.0)
     for item in shopping_list(sheet):
         canvas.text(item)

@@ -134,15 +134,16 @@ def title(canvas: PageCanvas, data: ReportData) -> None:
         canvas.text(told, Style(34.0, bold=True, colour=colour))
     names = (one.result.name for one in data.reported)
     if any(printable(one) != one for one in (data.head.part, data.head.operator, *names)):
-        words = "Signs such as [U+4E2D] are in no font of this computer; data files have them."
-        canvas.text(speech.say(words), SMALL)
+        canvas.say(
+            "Signs such as [U+4E2D] are in no font of this computer; data files have them.", SMALL
+        )
     for line in (*origin, *(part.reasons or (part.summary.counted,))):
         fails = line.startswith(Verdict.NOT_CONFORM.value)
         plain = INK.text if line == part.summary.counted else INK.warn
         told = _shortened(line, speech)
         canvas.text(told, Style(34.0, bold=True, colour=INK.bad if fails else plain))
     if part.reasons:
-        canvas.text(speech.say(part.summary.counted), SMALL)
+        canvas.say(part.summary.counted, SMALL)
     for note in (data.view.unproven, *data.view.camera_doubts, *data.view.noise, *data.notes):
         if note:
             canvas.skip(6.0)
@@ -252,7 +253,7 @@ def features(canvas: PageCanvas, data: ReportData) -> None:
     if data.annulled:
         canvas.skip(10.0)
         numbers = ", ".join(str(number) for number in data.annulled)
-        canvas.text(canvas.speech.say(f"Points undone, kept in the job file: {numbers}."), SMALL)
+        canvas.say(f"Points undone, kept in the job file: {numbers}.", SMALL)
 
 
 def _verdict_field(summary: VerdictSummary, speech: Speech, *, undone: bool) -> PageField:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QProgressBar, QVBoxLayout
 
 from ocmm_core.alignment import AlignmentReport, Residual, report_lines
 from ocmm_core.inspection.evaluation import JobView
@@ -36,7 +34,7 @@ _COLUMNS = (
 )
 
 
-class AlignmentSheet(kit.Themed, kit.Sheet):
+class AlignmentSheet(kit.Sheet):
     """Residuals on the left; on the right the frame, open degrees of freedom, and remarks."""
 
     def __init__(self, bridge: StationBridge) -> None:
@@ -49,23 +47,14 @@ class AlignmentSheet(kit.Themed, kit.Sheet):
             tr("Residuals"), kit.with_unit(kit.tr_all(_COLUMNS)), whole=False
         )
         self.table.right_heads(range(1, len(_COLUMNS)))
-        self._state = kit.FitText(tr("Degrees of freedom"), limit=28)
-        self._state.setFixedHeight(40)
+        self.state = kit.FitText(tr("Degrees of freedom"), limit=28, high=40)
         self.words = kit.sentence_label(tr("Notes"), 15)
-        self._spread = kit.sentence_label(tr("Uncertainty of the frame"), 14)
-        self._spread.setProperty("role", "muted")
-        self.progress = kit.dressed(QProgressBar(), tr("Progress of the calculation"))
-        self.progress.hide()
-        self._process = SideProcess(self)
-        self._process.finished.connect(self._on_report)
-        self._process.failed.connect(self._on_failed)
-        left, right = QVBoxLayout(), QVBoxLayout()
-        left.addWidget(self.table)
-        kit.fill(right, self.words, self._spread)
-        right.addStretch(1)
-        right.addWidget(self.progress)
+        self._spread = kit.sentence_label(tr("Uncertainty of the frame"), 14, role="muted")
+        self.progress = kit.WorkBar(tr("Progress of the calculation"))
+        self._process = SideProcess(self, self._on_report, self._on_failed)
+        left, right = kit.vbox(self.table), kit.vbox(self.words, self._spread, 1, self.progress)
         kit.fill(
-            self.body, self._state, (kit.hbox((left, 62), (kit.panel(right), 38), spacing=10), 1)
+            self.body, self.state, (kit.hbox((left, 62), (kit.panel(right), 38), spacing=10), 1)
         )
         self.use_keys({"again": self.compute, "accept": self.accept}, primary="accept")
 
@@ -77,8 +66,7 @@ class AlignmentSheet(kit.Themed, kit.Sheet):
         """Compute residuals and freedom from the job file, in a side process."""
         self._report, self._of, self._is_old = None, self._bridge.shown.job, False
         self._paint()
-        self.progress.setRange(0, 0)
-        self.progress.show()
+        self.progress.begin()
         self._process.start(partial(alignment_of_file, self._bridge.station.job.path))
 
     def accept(self) -> None:
@@ -109,9 +97,6 @@ class AlignmentSheet(kit.Themed, kit.Sheet):
         self._process.cancel()
         self.progress.hide()
 
-    def state(self) -> str:
-        return self._state.text()
-
     def is_busy(self) -> bool:
         return self._process.is_running()
 
@@ -127,11 +112,11 @@ class AlignmentSheet(kit.Themed, kit.Sheet):
         self.failed.emit(error)
 
     def _paint(self) -> None:
-        report, theme = self._report, self._theme
+        report = self._report
         acceptable = report is not None and report.can_be_accepted and not self._is_old
         self.keys["accept"].setEnabled(acceptable)
         if report is None:
-            self._state.show_text("", theme.muted)
+            self.state.show_text("")
             self.words.setText("")
             self._spread.setText("")
             self.table.show_rows([])
@@ -139,30 +124,23 @@ class AlignmentSheet(kit.Themed, kit.Sheet):
         self.say(tr("Results are in the {frame}.").format(frame=report.frame))
         if self._is_old:
             told = tr("Points have changed since: recalculate (F6)")
-            self._state.show_text(told, theme.warn, kit.Mark.DOUBT)
+            self.state.show_text(told, mark=kit.Mark.DOUBT)
         elif not report.can_be_accepted:
-            self._state.show_text(tr("No frame yet"), theme.warn, kit.Mark.DOUBT)
+            self.state.show_text(tr("No frame yet"), mark=kit.Mark.DOUBT)
         elif report.free:
-            free = ", ".join(report.free)
-            self._state.show_text(
-                tr("Still free: {free}").format(free=free), theme.warn, kit.Mark.DOUBT
-            )
+            told = tr("Still free: {free}").format(free=", ".join(report.free))
+            self.state.show_text(told, mark=kit.Mark.DOUBT)
         else:
-            self._state.show_text(tr("Fully constrained"), theme.good, kit.Mark.GOOD)
+            self.state.show_text(tr("Fully constrained"), mark=kit.Mark.GOOD)
         self.words.setText("\n".join(map(kit.said, report.advice)))
         self._spread.setText(_spread_words(report))
         self.table.show_rows([_row(item) for item in report.residuals])
         for row in range(self.table.rowCount()):
-            for column in range(1, len(_COLUMNS)):
+            self.table.show_digits(row, range(1, len(_COLUMNS)), 15)
+            for column, font in ((0, kit.text_font(15)), (_OFF, kit.digit_font(15))):
                 cell = self.table.item(row, column)
                 if cell is not None:
-                    cell.setTextAlignment(
-                        Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                    )
-                    cell.setFont(kit.digit_font(15, bold=column == _OFF))
-            name = self.table.item(row, 0)
-            if name is not None:
-                name.setFont(kit.text_font(15))
+                    cell.setFont(font)
 
 
 def _points_of(job: JobView, names: set[str]) -> object:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from ocmm_core.documents import write_atomic
@@ -14,8 +14,8 @@ from ocmm_core.inspection.evaluation import SIMULATED_LINE
 from ocmm_gui import kit
 from ocmm_gui.charts import TrendChart
 from ocmm_gui.kit import later, tr
-from ocmm_gui.reports import BatchTask
-from ocmm_gui.work import Tell, WorkSheet
+from ocmm_gui.reports import write_batch
+from ocmm_gui.work import WorkSheet
 
 _KEYS = (
     kit.ActionInfo(
@@ -48,18 +48,6 @@ _MOST_TOLD = 4
 """Of the last signals: the table has all of them."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """Work of the side process: compare the jobs of a folder."""
-
-    folder: Path
-    probes: Path | None
-    calibrations: Path | None
-
-    def __call__(self, tell: Tell) -> Comparison:
-        return compare_folder(self.folder, tell, self.probes, self.calibrations)
-
-
 class TrendTable(kit.DataTable):
     """One row per characteristic."""
 
@@ -71,23 +59,19 @@ class TrendTable(kit.DataTable):
         self._trends = trends
         self.setRowCount(len(trends))
         for row, trend in enumerate(trends):
-            for column, text in enumerate(_cells(trend)):
-                self._write(row, column, text, self._colour(trend, column))
-                if column in _NUMBERS:
-                    self._cell(row, column).setFont(kit.digit_font(13, bold=False))
+            warned = trend.chart is not None and trend.chart.signals
+            self.show_words(row, _cells(trend), {len(_COLUMNS) - 1: "warn"} if warned else None)
+            for column in _NUMBERS:
+                self._cell(row, column).setFont(kit.digit_font(13, bold=False))
         self.resizeColumnsToContents()
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = theme
-        self.show_trends(self._trends)
+    def _paint(self) -> None:
+        super()._paint()
+        self.resizeColumnsToContents()
 
     def chosen(self) -> Trend | None:
         row = self.currentRow()
         return self._trends[row] if 0 <= row < len(self._trends) else None
-
-    def _colour(self, trend: Trend, column: int) -> str | None:
-        warned = trend.chart is not None and trend.chart.signals
-        return self._colours.warn if warned and column == len(_COLUMNS) - 1 else None
 
 
 class CompareSheet(WorkSheet):
@@ -108,8 +92,7 @@ class CompareSheet(WorkSheet):
         self.table = TrendTable()
         self.chart = TrendChart()
         self.words = kit.sentence_label(tr("Findings of the chart"), 15)
-        self.left_out = kit.sentence_label(tr("Excluded"), 14)
-        self.left_out.setProperty("role", "muted")
+        self.left_out = kit.sentence_label(tr("Excluded"), 14, role="muted")
         right = kit.vbox((self.chart, 1), self.words, self.left_out)
         row = kit.hbox((self.table, 50), (right, 50), spacing=10)
         chosen = kit.hbox(kit.caption(tr("Feature"), self.feature), (self.feature, 1))
@@ -142,11 +125,9 @@ class CompareSheet(WorkSheet):
     def read(self, folder: Path) -> None:
         """Read the jobs of a folder in the background."""
         self._folder = folder
-        self._begin(tr("Starting"), _Reading(folder, *self._records()))
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self.table.set_theme(theme)
-        self.chart.set_theme(theme)
+        probes, calibrations = self._records()
+        work = partial(compare_folder, folder, probes=probes, calibrations=calibrations)
+        self._begin(tr("Starting"), work)
 
     def _show(self, answer: object) -> None:
         if isinstance(answer, Path):
@@ -178,7 +159,7 @@ class CompareSheet(WorkSheet):
             return
         self.target.hide()
         if path.suffix.lower() == ".pdf":
-            self._begin(tr("Writing the pages"), BatchTask(self._shown, path))
+            self._begin(tr("Writing the pages"), partial(write_batch, self._shown, path))
             return
         try:
             write_atomic(path, batch_table(self._shown))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal
@@ -14,7 +15,7 @@ from ocmm_core.export import DEFAULT_FORMAT, FORMATS, PDF
 from ocmm_core.export.report import ReportData
 from ocmm_gui import kit
 from ocmm_gui.kit import later, tr
-from ocmm_gui.reports import FormatText, PagePicture, PagePreview, PreviewTask
+from ocmm_gui.reports import FormatText, PagePicture, PagePreview, preview_formats
 from ocmm_gui.results._job_source import JobSource
 from ocmm_gui.results._report_writer import PaperForm, ReportWriter
 from ocmm_gui.work import SideProcess, WorkLine
@@ -70,11 +71,9 @@ class ReportSheet(kit.Sheet):
         self._texts: dict[str, str] = {}
         self._asked = 0
         self._fresh = True
-        self._previewing = SideProcess(self)
-        self._previewing.came.connect(self._on_part)
-        self._previewing.finished.connect(lambda _none: self._on_previewed())
-        self._previewing.failed.connect(self._on_no_preview)
-        self._previewing.advanced.connect(self._on_advanced)
+        self._previewing = SideProcess(
+            self, self._on_previewed, self._on_no_preview, self._on_advanced, self._on_part
+        )
         self._settling = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settling.timeout.connect(self.preview)
         self.folder = kit.form_field(tr("Report folder"), tr("Report folder"))
@@ -141,7 +140,7 @@ class ReportSheet(kit.Sheet):
             self.paper.show_fault(None)
             self._keep()
             width = self.pages.width_in(self.shown.width())
-            self._previewing.start(PreviewTask(replace(data, paper=paper), width))
+            self._previewing.start(partial(preview_formats, replace(data, paper=paper), width))
 
         def failed(error: Exception) -> None:
             if asked == self._asked:
@@ -235,7 +234,7 @@ class ReportSheet(kit.Sheet):
         if not self._writer.is_busy():
             self.work.advance(what, share)
 
-    def _on_previewed(self) -> None:
+    def _on_previewed(self, _none: object) -> None:
         if not self._writer.is_busy():
             self.work.end()
         if not self._fresh:

@@ -6,7 +6,9 @@ Reports that are incomplete are confirmed first.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QFileSystemWatcher, QObject, Signal
 from PySide6.QtWidgets import QFormLayout, QWidget
@@ -15,7 +17,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export import missing_of, missing_words, template
 from ocmm_core.export.report import ReportData
 from ocmm_gui.kit import NoticeCentre, caption, form_field, later, said, sentence_label, tr
-from ocmm_gui.reports import ReportTask
+from ocmm_gui.reports import write_reports
 from ocmm_gui.results._job_source import JobSource
 from ocmm_gui.work import SideProcess
 
@@ -72,14 +74,12 @@ class ReportWriter(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._process = SideProcess(self)
+        self._process = SideProcess(self, self._on_written, self._on_failed)
+        self._process.advanced.connect(self.advanced)
         self._request: _Request | None = None
         self._data: ReportData | None = None
         self._gathers = 0
         self._gathering = False
-        self._process.advanced.connect(self.advanced)
-        self._process.finished.connect(self._on_written)
-        self._process.failed.connect(self._on_failed)
 
     def is_busy(self) -> bool:
         return self._gathering or self._process.is_running()
@@ -154,7 +154,7 @@ class ReportWriter(QObject):
                 return
             self._data = data = replace(data, paper=request.paper)
             self._process.start(
-                ReportTask(data, request.formats, request.folder, request.incomplete)
+                partial(write_reports, data, request.formats, request.folder, request.incomplete)
             )
 
         def failed(error: Exception) -> None:
@@ -273,22 +273,11 @@ class PaperForm(QWidget):
         return Path(typed).expanduser() if typed else template.template_in_use()
 
     def _given(self) -> template.Particulars:
-        typed = {name: field.text().strip() for name, field in self.fields.items()}
-        told = (part.strip() for part in typed["deviations"].split(_SEPARATOR))
+        typed = {name: self.fields[name].text().strip() for name, *_ in _FIELDS[1:]}
+        told = (part.strip() for part in typed.pop("deviations").split(_SEPARATOR))
         # Data without a field here, such as remarks, are kept.
-        return replace(
-            self._kept,
-            customer=typed["customer"],
-            order=typed["order"],
-            drawing=typed["drawing"],
-            revision=typed["revision"],
-            place=typed["place"],
-            received=typed["received"],
-            room=typed["room"],
-            humidity=typed["humidity"],
-            pressure=typed["pressure"],
-            deviations=tuple(part for part in told if part),
-        )
+        kept: dict[str, Any] = {**typed, "deviations": tuple(part for part in told if part)}
+        return replace(self._kept, **kept)
 
     def _on_typed(self) -> None:
         self._typed = True

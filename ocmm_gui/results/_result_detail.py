@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtCore import QRectF, Signal
 from PySide6.QtGui import QColor, QPaintEvent, QPen, QResizeEvent
-from PySide6.QtWidgets import QFrame, QProgressBar
+from PySide6.QtWidgets import QFrame
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.causes import EXPLAINED, Cause, Explanation
@@ -31,8 +31,6 @@ _COLUMNS = (
 )
 _ROW_PX, _LINE_PX = 26.0, 23
 _LEAST_SHARE, _MOST_ROWS = 1e-4, 9
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class BudgetTable(kit.NumberTable):
@@ -65,10 +63,7 @@ class BudgetTable(kit.NumberTable):
             # Words in the font of digits would not fit into the narrowest window.
             for column in (0, 1):
                 self._cell(line, column).setFont(kit.text_font(13))
-            for column in (2, 3):
-                cell = self._cell(line, column)
-                cell.setFont(kit.digit_font(13, bold=False))
-                cell.setTextAlignment(_RIGHT)
+            self.show_digits(line, (2, 3), 13)
 
 
 def shown_rows(budget: Budget | None) -> tuple[BudgetRow, ...]:
@@ -111,12 +106,12 @@ class BudgetBars(kit.PaintedWidget):
         for index, (name, u, colour) in enumerate(rows):
             y = index * pitch
             kit.ink(painter, QColor(self._theme.text), font=kit.text_font(13))
-            painter.drawText(QRectF(0.0, y, words, pitch), _LEFT, name)
+            painter.drawText(QRectF(0.0, y, words, pitch), kit.LEFT, name)
             bar = QRectF(words, y + 0.2 * pitch, room * u / reach, 0.6 * pitch)
             painter.fillRect(bar, QColor(colour))
             painter.setFont(kit.digit_font(12, bold=False))
             box = QRectF(self.width() - digits, y, digits, pitch)
-            painter.drawText(box, _RIGHT, kit.localised(f"{1e3 * u:.2f}"))
+            painter.drawText(box, kit.RIGHT, kit.localised(f"{1e3 * u:.2f}"))
         painter.setPen(QPen(QColor(self._theme.border), 1.0))
         line = (len(rows) - 1) * pitch
         painter.drawLine(0, round(line), self.width(), round(line))
@@ -128,7 +123,7 @@ _SEARCHING = later("Analysing the cause ...")
 _BUSY = later("Calculating the budget from the job file.")
 
 
-class ResultDetail(kit.Themed, QFrame):
+class ResultDetail(QFrame):
     """Verdict, sentences, budgets by a side process once per state, trials with progress."""
 
     explained = Signal(object)
@@ -146,38 +141,31 @@ class ResultDetail(kit.Themed, QFrame):
         self._path: Path | None = None
         self._budgets = _NONE
         self._trials: dict[str, MonteCarloValue] = {}
-        self._title = kit.FitText(tr("Characteristic"), limit=20)
-        self._title.setFixedHeight(28)
-        self._verdict = kit.FitText(tr("Verdict"), limit=28, reserve=tr("NOT MEASURED"))
-        self._verdict.setFixedHeight(38)
+        self._title = kit.FitText(tr("Characteristic"), limit=20, high=28)
+        self._verdict = kit.FitText(tr("Verdict"), limit=28, reserve=tr("NOT MEASURED"), high=38)
         self.bar = ToleranceBar()
         self.bar.setFixedHeight(54)
         self._why = kit.sentence_label(tr("Why"), 15)
         self._now = kit.sentence_label(tr("What to do"), 16)
         self._now.setFont(kit.text_font(16, bold=True))
         self._rule = kit.sentence_label(tr("Decision rule"), 13)
-        self._standing = kit.sentence_label(tr("Calibration"), 13)
-        self._standing.setProperty("role", "muted")
+        self._standing = kit.sentence_label(tr("Calibration"), 13, role="muted")
         self._note = kit.sentence_label(tr("Note"), 13)
         self.budget = BudgetTable()
         self.bars = BudgetBars()
-        self._check = kit.sentence_label(tr("Monte Carlo"), 13)
-        self.progress = kit.dressed(QProgressBar(), tr("Progress of the calculation"))
-        self.progress.setTextVisible(True)
-        self.progress.hide()
-        self._drill, self._simulation = SideProcess(self), SideProcess(self)
-        for process in (self._drill, self._simulation):
-            process.advanced.connect(self._on_advanced)
-            process.failed.connect(self._on_failed)
-        self._drill.finished.connect(self._on_budgets)
-        self._simulation.finished.connect(self._on_trials)
+        self.check = kit.sentence_label(tr("Monte Carlo"), 13)
+        self.progress = kit.WorkBar(tr("Progress of the calculation"))
+        self._drill, self._simulation = (
+            SideProcess(self, done, self._on_failed, self.progress.advance)
+            for done in (self._on_budgets, self._on_trials)
+        )
         layout = kit.vbox(parent=self, spacing=5, margins=(12, 6, 12, 8))
         for widget in (
             self._title, self._verdict, self._why, self._now, self.bar, self._rule,
             self._standing, self._note,
         ):  # fmt: skip
             layout.addWidget(widget)
-        kit.fill(layout, (self.budget, 4), (self.bars, 3), self._check, self.progress)
+        kit.fill(layout, (self.budget, 4), (self.bars, 3), self.check, self.progress)
 
     def show_result(self, source: JobSource, result: CharacteristicResult, status: str) -> None:
         """Show a result of a job; ``status`` is the state of cameras and probe."""
@@ -189,7 +177,9 @@ class ResultDetail(kit.Themed, QFrame):
             " ".join(kit.said(part) for part in (result.note, result.caution) if part)
         )
         self._note.setVisible(bool(self._note.text()))
-        self._paint_verdict()
+        of = " – ".join(result.features)
+        self._title.show_text(f"{result.name}: {kit.said_word(str(result.kind))} {of}")
+        self._verdict.show_verdict(kit.said_word(result.verdict.value), result.verdict)
         self._look_again()
         self._show_numbers()
 
@@ -198,10 +188,10 @@ class ResultDetail(kit.Themed, QFrame):
         if self._simulation.is_running():
             self._simulation.cancel()
             self.progress.hide()
-            self._check.setText(tr("Simulation cancelled."))
+            self.check.setText(tr("Simulation cancelled."))
         elif self._source is not None and self._result is not None:
-            self._wait(tr("Monte Carlo"))
-            self._check.setText(tr("Trials run in a separate process. F6 stops them."))
+            self.progress.begin(tr("Monte Carlo"))
+            self.check.setText(tr("Trials run in a separate process. F6 stops them."))
             self._simulation.start(partial(trials_of_file, self._source.path, self._result.name))
 
     def cancel(self) -> None:
@@ -212,24 +202,6 @@ class ResultDetail(kit.Themed, QFrame):
     def is_busy(self) -> bool:
         return self._drill.is_running() or self._simulation.is_running()
 
-    def trials(self) -> str:
-        return self._check.text()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self._paint_verdict()
-
-    def _paint_verdict(self) -> None:
-        result = self._result
-        if result is None:
-            return
-        of = " – ".join(result.features)
-        self._title.show_text(f"{result.name}: {kit.said_word(str(result.kind))} {of}")
-        colour = kit.verdict_colour(self._theme, result.verdict)
-        self._verdict.show_text(
-            kit.said_word(result.verdict.value), colour, kit.verdict_mark(result.verdict)
-        )
-
     def _show_numbers(self) -> None:
         name = "" if self._result is None else self._result.name
         found = self._budgets.found.get(name)
@@ -238,14 +210,12 @@ class ResultDetail(kit.Themed, QFrame):
         self._show_explanation()
         trials = self._trials.get(name)
         if trials is not None and self._result is not None:
-            self._check.setText(trial_words(self._result, trials))
+            self.check.setText(trial_words(self._result, trials))
         elif name in self._budgets.missing:
-            self._check.setText(kit.said(self._budgets.missing[name]))
+            self.check.setText(kit.said(self._budgets.missing[name]))
         elif not self._simulation.is_running():
             waits = self._drill.is_running()
-            self._check.setText(
-                tr(_BUSY) if waits else tr("F6 checks U by Monte Carlo (JCGM 101).")
-            )
+            self.check.setText(tr(_BUSY) if waits else tr("F6 checks U by Monte Carlo (JCGM 101)."))
 
     def explanation(self) -> Explanation | None:
         """Return why the shown result is not good; None if it is, or not yet known."""
@@ -293,7 +263,7 @@ class ResultDetail(kit.Themed, QFrame):
             self._budgets = _NONE
         self._of, self._path, self._trials = state, source.path, {}
         self._simulation.cancel()
-        self._wait(tr("Reading the job"))
+        self.progress.begin(tr("Reading the job"))
         self._drill.start(partial(budgets_of_file, source.path))
 
     def _on_budgets(self, found: object) -> None:
@@ -309,19 +279,10 @@ class ResultDetail(kit.Themed, QFrame):
             self._trials[found.name] = found
         self._show_numbers()
 
-    def _on_advanced(self, what: str, share: float) -> None:
-        self.progress.setFormat(what)
-        self.progress.setValue(round(100.0 * share))
-
     def _on_failed(self, error: object) -> None:
         self.progress.hide()
         self._show_numbers()
         self.failed.emit(error)
-
-    def _wait(self, what: str) -> None:
-        self.progress.setValue(0)
-        self.progress.setFormat(what)
-        self.progress.show()
 
 
 def _is_of(found: Explanation, result: CharacteristicResult) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtCore import QRectF, Signal
 from PySide6.QtGui import QPaintEvent, QResizeEvent
 
 from ocmm_core.geometry import Float
@@ -56,8 +56,7 @@ class ResultTable(kit.DataTable):
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
         self.right_heads(_NUMBERS)
-        self._rows = kit.ColouredRow(self)
-        self.setItemDelegate(self._rows)
+        self.setItemDelegate(kit.ColouredRow(self))
         self.currentCellChanged.connect(lambda row, *_: self._on_row(row))
 
     def show_job(self, job: JobView) -> None:
@@ -75,7 +74,6 @@ class ResultTable(kit.DataTable):
         self.setRowCount(len(self._results))
         for row in new:
             result = self._results[row]
-            colour = kit.verdict_colour(self._colours, result.verdict)
             verdict = f"{VERDICT_SIGNS[result.verdict]}  {kit.said_word(result.verdict.value)}"
             words = (
                 result.name,
@@ -87,12 +85,9 @@ class ResultTable(kit.DataTable):
                 kit.quantity(result, result.uncertainty),
                 verdict,
             )
-            for column, word in enumerate(words):
-                self._write(row, column, word, colour if column == _VERDICT else None)
+            self.show_words(row, words, {_VERDICT: kit.verdict_mark(result.verdict).colour})
             for column in _NUMBERS:
-                self._cell(row, column).setTextAlignment(
-                    Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                )
+                self._cell(row, column).setTextAlignment(kit.RIGHT)
         names = [result.name for result in self._results]
         if names:
             self.setCurrentCell(names.index(chosen if chosen in names else deciding), 0)
@@ -111,13 +106,6 @@ class ResultTable(kit.DataTable):
         for row, result in enumerate(self._results):
             if result.name == name:
                 self.setCurrentCell(row, 0)
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._colours = self._rows.theme = theme
-        for row, result in enumerate(self._results):
-            for column, word in enumerate(self.words(row)):
-                judged = kit.verdict_colour(self._colours, result.verdict)
-                self._write(row, column, word, judged if column == _VERDICT else None)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give the remaining width to the second column."""
@@ -166,20 +154,61 @@ class ResultTable(kit.DataTable):
             self.result_chosen.emit(self._results[row].name)
 
 
-_START = np.radians(38.0)
-_UP = np.array([0.0, 0.0, 1.0])
+def _upright(up: Float) -> scene.Orbit:
+    return scene.Orbit(np.zeros(3), 0.5, float(np.radians(38.0)), 100.0, up)
 
 
-class DeviationView(scene.OrbitView):
+class JobPicture(scene.OrbitView):
     """A 3-D view of a job: arrow keys or the mouse turn it, plus and minus or the wheel zoom."""
 
-    def __init__(self) -> None:
-        start = scene.Orbit(np.zeros(3), 0.5, float(_START), 100.0, _UP)
-        super().__init__(tr("Deviations of the touched places"), (420, 260), (240, 170), start)
+    margin = 1.2
+    """Of points and features in the picture."""
+
+    def __init__(self, name: str, size: tuple[int, int], least: tuple[int, int]) -> None:
+        super().__init__(name, size, least, _upright(np.array([0.0, 0.0, 1.0])))
         self._job: JobView | None = None
-        self._seen = NO_DEVIATIONS
         self._items: tuple[scene.Item, ...] = ()
         self._reach = np.empty((0, 3))
+
+    def fit(self) -> None:
+        self._fit()
+        self.update()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _paint(self) -> None:
+        self._make()
+        self.update()
+
+    def _renew(self, up: Float | None) -> None:
+        """Show new items; `up`: (3,), unit, world, upright in the picture, or unchanged."""
+        if up is not None:
+            self._orbit = _upright(up)
+        self._make()
+        self._fit()
+
+    def _make(self) -> None:
+        """Collect the items, and the places (n, 3), mm, world, to be seen."""
+
+    def _scene_box(self, inside: QRectF) -> QRectF:
+        return inside
+
+    def _fit(self) -> None:
+        if len(self._reach):
+            box = self._scene_box(QRectF(self.rect()))
+            self._orbit = self._orbit.fitted(
+                self._reach, box.width(), max(box.height(), 10.0), margin=self.margin
+            )
+
+
+class DeviationView(JobPicture):
+    """Deviations of the touched places."""
+
+    def __init__(self) -> None:
+        super().__init__(tr("Deviations of the touched places"), (420, 260), (240, 170))
+        self._seen = NO_DEVIATIONS
         self._part = views.PartPlacement(self)
         self._part.changed.connect(self.update)
         self._layer = scene.SceneLayer(self)
@@ -188,7 +217,7 @@ class DeviationView(scene.OrbitView):
         self.hide()
 
     def show_job(self, job: JobView, up: Float | None) -> None:
-        """Show deviations; `up`: (3,), unit, world, upright in the picture, or unchanged."""
+        """Show deviations; `up`: see `_renew`."""
         if job is self._job:
             return
         self._job = job
@@ -197,10 +226,7 @@ class DeviationView(scene.OrbitView):
         placed = job.placed_part
         self._part.place(None if placed is None or placed.is_rough else placed)
         self._part.show_deviations(self._seen)
-        if up is not None:
-            self._orbit = scene.Orbit(np.zeros(3), 0.5, float(_START), 100.0, up)
-        self._make()
-        self._fit()
+        self._renew(up)
         self.setVisible(bool(self._seen.whiskers))
         self.setAccessibleDescription(
             ". ".join(
@@ -212,11 +238,6 @@ class DeviationView(scene.OrbitView):
             if self._seen.whiskers
             else ""
         )
-        self.update()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self._make()
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -248,14 +269,6 @@ class DeviationView(scene.OrbitView):
 
         return self._still.made((self._items, self._orbit, part), (size, ratio), make)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-    def fit(self) -> None:
-        self._fit()
-        self.update()
-
     def _scene_box(self, inside: QRectF) -> QRectF:
         return inside.adjusted(0.0, 0.0, 0.0, -views.SCALE_PX[1] - 4.0)
 
@@ -265,10 +278,3 @@ class DeviationView(scene.OrbitView):
         self._items, reach = views.job_items(self._job, self._theme)
         ends = [whisker.end_world for whisker in self._seen.whiskers]
         self._reach = np.concatenate([reach, np.array(ends).reshape(-1, 3), self._part.corners()])
-
-    def _fit(self) -> None:
-        if len(self._reach):
-            box = self._scene_box(QRectF(self.rect()))
-            self._orbit = self._orbit.fitted(
-                self._reach, box.width(), max(box.height(), 10.0), margin=1.2
-            )

@@ -18,36 +18,27 @@ from ocmm_gui import kit
 from ocmm_gui.kit import later, tr
 from ocmm_gui.results._job_source import JobFileData, JobSource, opened_job
 from ocmm_gui.results._result_detail import ResultDetail
-from ocmm_gui.results._result_table import DeviationView, ResultTable
-from ocmm_gui.scene import Diamonds, Item, Orbit, OrbitView, Tag, paint_scene
+from ocmm_gui.results._result_table import DeviationView, JobPicture, ResultTable
+from ocmm_gui.scene import Diamonds, Tag, paint_scene
 from ocmm_gui.views import job_items
 from ocmm_gui.work import SideProcess, WorkLine
 
-_START = np.radians(38.0)
-_UP = np.array([0.0, 0.0, 1.0])
-_ROOM = 1.5
-"""Margin of points and features in the picture."""
 
+class DrivingPoints(JobPicture):
+    """Points that determine the value of a characteristic."""
 
-class DrivingPoints(OrbitView):
-    """A small 3-D view: arrow keys or the mouse turn it, plus and minus or the wheel zoom."""
+    margin = 1.5
 
     def __init__(self) -> None:
-        start = Orbit(np.zeros(3), 0.5, float(_START), 100.0, _UP)
-        super().__init__(tr("Points that determine the value"), (420, 220), (220, 130), start)
-        self._job: JobView | None = None
+        super().__init__(tr("Points that determine the value"), (420, 220), (220, 130))
         self._explained: Explanation | None = None
-        self._items: tuple[Item, ...] = ()
-        self._reach = np.empty((0, 3))
 
     def show_points(self, job: JobView | None, explained: Explanation | None, up: Float) -> None:
         """Mark the points of an explanation in a job; `up`: (3,), unit, world."""
         if job is self._job and explained == self._explained:
             return
         self._job, self._explained = job, explained
-        self._orbit = Orbit(np.zeros(3), 0.5, float(_START), 100.0, up)
-        self._make()
-        self._fit()
+        self._renew(up)
         numbers = () if explained is None else self.marked()
         self.setVisible(bool(numbers))
         self.setAccessibleDescription(
@@ -65,11 +56,6 @@ class DrivingPoints(OrbitView):
         there = {point.number for item in self._job.features for point in item.points}
         return tuple(number for number in self._explained.points if number in there)
 
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        self._make()
-        self.update()
-
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = self._painter()
         inside = self._paint_panel(painter).adjusted(2, 2, -2, -2)
@@ -78,13 +64,6 @@ class DrivingPoints(OrbitView):
                 painter, self._items, self._orbit, QRectF(inside), kit.text_font(13),
                 self._theme.panel,
             )  # fmt: skip
-
-    def resizeEvent(self, event: object) -> None:
-        self._fit()
-
-    def fit(self) -> None:
-        self._fit()
-        self.update()
 
     def _make(self) -> None:
         if self._job is None or self._explained is None:
@@ -113,12 +92,6 @@ class DrivingPoints(OrbitView):
         near = [point.surface_world for item in touched for point in item.points]
         self._reach = np.array(near) if near else np.empty((0, 3))
 
-    def _fit(self) -> None:
-        if len(self._reach):
-            self._orbit = self._orbit.fitted(
-                self._reach, float(self.width()), float(self.height()), margin=_ROOM
-            )
-
 
 _KEYS = (
     kit.ActionInfo(
@@ -131,7 +104,7 @@ _KEYS = (
 )
 
 
-class ResultsSheet(kit.Themed, kit.Sheet):
+class ResultsSheet(kit.Sheet):
     """Table on the left, budget and decision of the selected characteristic on the right.
 
     ``running`` returns the running job, ``calibration`` the state of cameras and probe, ``records``
@@ -163,13 +136,11 @@ class ResultsSheet(kit.Themed, kit.Sheet):
             tr("Open the job from the file"), tr("File of the job"), tr("Open")
         )
         self.opening = WorkLine(tr("Opening a job"))
-        self._opening = SideProcess(self)
-        self._opening.advanced.connect(self.opening.advance)
-        self._opening.finished.connect(self._on_opened)
-        self._opening.failed.connect(self._on_not_opened)
-        self._summary = kit.FitText(tr("Summary"), limit=26)
-        self._summary.setFixedHeight(36)
-        kit.fill(self.body, self.file, self.opening, self._summary)
+        self._opening = SideProcess(
+            self, self._on_opened, self._on_not_opened, self.opening.advance
+        )
+        self.summary = kit.FitText(tr("Summary"), limit=26, high=36)
+        kit.fill(self.body, self.file, self.opening, self.summary)
         left = kit.vbox((self.table, 3), (self.deviations, 3), (self.points, 2), spacing=8)
         self.body.addLayout(kit.hbox((left, 62), (self.detail, 38), spacing=10), 1)
         self.table.result_chosen.connect(self._show_detail)
@@ -230,15 +201,6 @@ class ResultsSheet(kit.Themed, kit.Sheet):
         self._opening.cancel()
         self.detail.cancel()
 
-    def summary(self) -> str:
-        """Return the counted verdicts of all characteristics."""
-        return self._summary.text()
-
-    def set_theme(self, theme: kit.Theme) -> None:
-        self._theme = theme
-        if self._job is not None:
-            self._show_summary(self._job)
-
     def _on_opened(self, opened: object) -> None:
         self.opening.end()
         if isinstance(opened, JobFileData):
@@ -255,18 +217,13 @@ class ResultsSheet(kit.Themed, kit.Sheet):
     def _refresh(self) -> None:
         self._job = job = self._source.view()
         self.say(self._source.words(job), warns=self._source.read_only)
-        self._show_summary(job)
-        self.table.show_job(job)
-        self.deviations.show_job(job, self.detail.up())
-        self._show_detail(self.table.chosen())
-
-    def _show_summary(self, job: JobView) -> None:
-        part = job.part_verdict
-        mark = None if part.shown_as is None else kit.verdict_mark(part.shown_as)
         line = kit.counted_line(job)
         if self._source.read_only:
             line = tr("{name}: {verdict}").format(name=self._source.path.stem, verdict=line)
-        self._summary.show_text(line, kit.verdict_colour(self._theme, part.shown_as), mark)
+        self.summary.show_verdict(line, job.part_verdict.shown_as)
+        self.table.show_job(job)
+        self.deviations.show_job(job, self.detail.up())
+        self._show_detail(self.table.chosen())
 
     def _show_detail(self, name: str) -> None:
         result = self._result(name)

@@ -63,8 +63,7 @@ class CameraPlot(Themed, QWidget):
         self._shown_at = 0.0
         self._middle = np.array([0.5 * camera.width, 0.5 * camera.height])
         self._side = _SIDES_PX[-1]
-        self._title = FitText(tr("Camera {name}").format(name=camera.name), limit=14)
-        self._title.setFixedHeight(20)
+        self._title = FitText(tr("Camera {name}").format(name=camera.name), limit=14, high=20)
         # View box and axes only: a PlotItem adds unwanted menus and buttons.
         self._plot: Any = pg.GraphicsLayoutWidget()
         self._plot.setAccessibleName(tr("Image of camera {name}").format(name=camera.name))

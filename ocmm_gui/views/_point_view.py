@@ -13,7 +13,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView, LiveView, Target
 from ocmm_core.part_model import PlacedPart
 from ocmm_core.tracking import ProbeBody
-from ocmm_gui.kit import Theme, text_font, tr
+from ocmm_gui.kit import text_font, tr
 from ocmm_gui.rendering import RenderMode
 from ocmm_gui.scene import (
     Item,
@@ -88,18 +88,20 @@ class PointView(OrbitView):
         self._mode = RenderMode.SHADED
         self._layer = SceneLayer(self)
         self._layer.changed.connect(self.update)
-        self._ground, self._still = SceneCache(), SceneCache()
+        self._ground, self.still = SceneCache(), SceneCache()
         self._whole = self._active = ViewedPlaces()
-        self._work = WorkExtent()
+        self.work = WorkExtent()
+        """Contents kept in view."""
         self._seen_target: Target | None = None
         self._follows = True
         self._led = False
         self._own_part: PlacedPart | None = None
         self._aim: tuple[Float, Float] | None = None
-        self._easing = Easing(self, animated=animated)
-        self._easing.moved.connect(self._ease)
+        self.easing = Easing(self, animated=animated)
+        self.easing.moved.connect(self._ease)
         self._words: list[tuple[str, QRectF]] = []
-        self._kept_free: list[QRectF] = []
+        self.kept_free: list[QRectF] = []
+        """Regions without labels, px, of the last painting."""
         depth = 0.18 * mean_distance(rig)
         pyramids = [shapes.camera_pyramid(camera, depth) for camera in rig.cameras]
         self._rig_lines = np.concatenate(pyramids)
@@ -136,11 +138,11 @@ class PointView(OrbitView):
         """Fit and follow the whole work."""
         self._follows = True
         self._seen_target = None
-        self._work = self._work_now()
+        self.work = self._work_now()
         orbit, _ = self._turned()
         box = self._inside()
-        self._easing.stop()
-        self._orbit = following(orbit, self._work, box.width(), box.height(), turned=True)
+        self.easing.stop()
+        self._orbit = following(orbit, self.work, box.width(), box.height(), turned=True)
         self.update()
 
     def close_up(self) -> None:
@@ -152,7 +154,7 @@ class PointView(OrbitView):
             surface = np.stack([point.surface_world for point in feature.points])
             places, box = np.concatenate([tips, surface]), self._inside()
             wanted = self._orbit.fitted(places, box.width(), box.height(), margin=1.6)
-            self._easing.begin(self._orbit, wanted)
+            self.easing.begin(self._orbit, wanted)
 
     def lead(self, *, led: bool, part: PlacedPart | None) -> None:
         """Hold the view still while the user leads the ball, and show the touched part.
@@ -180,14 +182,10 @@ class PointView(OrbitView):
     def mode(self) -> RenderMode:
         return self._mode
 
-    def set_theme(self, theme: Theme) -> None:
-        super().set_theme(theme)
+    def _paint(self) -> None:
         if self._job is not None:
             self._draw_job(self._job)
-
-    def work(self) -> WorkExtent:
-        """Return the contents kept in view; for tests."""
-        return self._work
+        self.update()
 
     def sees(self, target: Target) -> bool:
         """Return whether a target's side of the part is visible; for tests."""
@@ -201,20 +199,9 @@ class PointView(OrbitView):
         """Return the painted labels with their places, px; for tests."""
         return list(self._words)
 
-    def kept_free(self) -> list[QRectF]:
-        """Return the label-free regions of the last painting, px; for tests."""
-        return list(self._kept_free)
-
-    def still_scene(self) -> StillScene | None:
-        """Return the cached static scene; for tests."""
-        return self._still.scene
-
-    def is_easing(self) -> bool:
-        return self._easing.is_running()
-
     def is_painted(self) -> bool:
         """Return whether painting is complete; for tests and screenshots."""
-        if self._easing.is_running() or not self._part.is_coloured():
+        if self.easing.is_running() or not self._part.is_coloured():
             return False
         return self._layer.shows(self._still_scene(self._inside()))
 
@@ -258,22 +245,22 @@ class PointView(OrbitView):
 
     def _look_for_work(self) -> None:
         """Keep the work in view: calmly, but at once if the ball has left it."""
-        self._work = self._work_now()
+        self.work = self._work_now()
         if not self._follows or self._led:
             return
-        goal = self._easing.goal or self._orbit
+        goal = self.easing.goal or self._orbit
         orbit, turned = self._turned(goal)
         box = self._inside()
-        wanted = following(orbit, self._work, box.width(), box.height(), turned=turned)
+        wanted = following(orbit, self.work, box.width(), box.height(), turned=turned)
         if wanted is not goal:
-            self._easing.begin(self._orbit, wanted)
-        if len(self._work.ball) and not self.shows(self._work.ball):
-            self._easing.finish()
+            self.easing.begin(self._orbit, wanted)
+        if len(self.work.ball) and not self.shows(self.work.ball):
+            self.easing.finish()
 
     def _turned(self, start: Orbit | None = None) -> tuple[Orbit, bool]:
         """Return the view of the next place, and whether it is another side."""
         orbit = self._orbit if start is None else start
-        target = self._work.target
+        target = self.work.target
         if target is None or _is_same(target, self._seen_target):
             return orbit, False
         self._seen_target = target
@@ -289,12 +276,12 @@ class PointView(OrbitView):
 
     def _ease(self, orbit: Orbit) -> None:
         self._moved_to(orbit)
-        if len(self._work.ball) and self._follows and not self.shows(self._work.ball):
-            self._easing.finish()
+        if len(self.work.ball) and self._follows and not self.shows(self.work.ball):
+            self.easing.finish()
 
     def _moved(self, orbit: Orbit) -> None:
         self._follows = False
-        self._easing.stop()
+        self.easing.stop()
         super()._moved(orbit)
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -314,7 +301,7 @@ class PointView(OrbitView):
             *contents.probe_items(self._probe, self._body, theme, named=named),
             *contents.aim_items(self._aim, self._probe, theme),
         )
-        corner = self._overview.place(inside, self.projected(self._work.needed()))
+        corner = self._overview.place(inside, self.projected(self.work.needed()))
         free = self._free_of_words(inside, corner)
         scene = ScenePainter(
             moving, orbit, inside, font, theme.panel,
@@ -330,7 +317,7 @@ class PointView(OrbitView):
         words = self.rough_words()
         if words:
             paint_words(painter, words_place(inside, words), words, theme)
-        self._kept_free = free
+        self.kept_free = free
         self._words = [(text, rect.translated(inside.topLeft())) for text, rect in scene.words]
 
     def _free_of_words(self, inside: QRectF, corner: QRectF | None) -> list[QRectF]:
@@ -344,8 +331,8 @@ class PointView(OrbitView):
             free.append(words_place(inside, words))
         scale = 0.5 * min(inside.width(), inside.height()) / self._orbit.radius
         ball = max(_BALL_PX, scale * self._body.tip_radius)
-        target = self._work.target
-        places = [(self._work.ball, ball)]
+        target = self.work.target
+        places = [(self.work.ball, ball)]
         if target is not None:
             places.append((target.surface_world[None], _BALL_PX))
         for where, half in places:
@@ -373,7 +360,7 @@ class PointView(OrbitView):
         values = (theme.name, self._job_low, size, ratio)
         below = self._ground.made((drawing.still, orbit, part), values, ground)
         changing = drawing.changing
-        return self._still.made((below, changing), (), lambda: make(changing, below))
+        return self.still.made((below, changing), (), lambda: make(changing, below))
 
 
 def _is_same(target: Target, other: Target | None) -> bool:

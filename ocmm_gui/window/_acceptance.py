@@ -7,7 +7,7 @@ written by a key: pages, DCC and signature, in a side process.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -17,7 +17,7 @@ from ocmm_core.errors import InputError, OcmmError
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import PROCEDURE, LateParts, NoticeCentre, PathPanel, Sheet, Sound, tr
 from ocmm_gui.operator import Feedback
-from ocmm_gui.reports import CertificateTask
+from ocmm_gui.reports import certify_records
 from ocmm_gui.work import SideProcess, WorkLine
 
 
@@ -36,11 +36,8 @@ class Certificates(QObject):
             tr("Write"),
         )  # fmt: skip
         self.line = WorkLine(tr("Certificate"))
-        self._work = SideProcess(self)
+        self._work = SideProcess(self, self._finish, self._fail, self.line.advance)
         self.panel.given.connect(self._write)
-        self._work.advanced.connect(self.line.advance)
-        self._work.finished.connect(self._finish)
-        self._work.failed.connect(self._fail)
 
     def ask(self, source: Path, tip: str, proposal: Path) -> None:
         """Ask for the folder of the certificates of ``source``."""
@@ -52,7 +49,7 @@ class Certificates(QObject):
 
     def _write(self, folder: Path) -> None:
         self.line.begin(tr("Writing the certificate"))
-        self._work.start(CertificateTask(self._source, folder.absolute(), self._tip))
+        self._work.start(partial(certify_records, self._source, folder.absolute(), self._tip))
 
     def _finish(self, answer: object) -> None:
         self.line.end()
@@ -93,13 +90,9 @@ class AcceptanceRooms(LateParts):
         folder: Callable[[], Path],
     ) -> None:
         super().__init__()
-        self._bench, self._bridge = bench, bridge
+        self.bench, self._bridge = bench, bridge
         self._notices, self._feedback, self._folder = notices, feedback, folder
         self.papers = Certificates(notices, self)
-
-    @property
-    def bench(self) -> AcceptanceBench | None:
-        return self._bench
 
     @cached_property
     def desk(self) -> AcceptanceDesk:
@@ -184,13 +177,13 @@ class AcceptanceRooms(LateParts):
         return sheet
 
     def _is_there(self) -> bool:
-        if self._bench is None:
+        if self.bench is None:
             self._notices.inform(tr("This window was opened without acceptance tests."))
-        return self._bench is not None
+        return self.bench is not None
 
     def _required(self) -> AcceptanceBench:
-        assert self._bench is not None  # noqa: S101 - asked before anything is made
-        return self._bench
+        assert self.bench is not None  # noqa: S101 - asked before anything is made
+        return self.bench
 
     def _on_failed(self, error: OcmmError) -> None:
         self._feedback.play(Sound.REFUSED)

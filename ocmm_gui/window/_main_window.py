@@ -9,12 +9,13 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
+from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import OcmmError
@@ -31,7 +32,6 @@ from ocmm_gui.kit import (
     apply_theme,
     bind_actions,
     dress,
-    dropped_file,
     hbox,
     make_actions,
     show_mode,
@@ -87,6 +87,10 @@ class Preload:
 
 
 START, REOPEN = "start", "reopen"
+_SHEETS = (
+    "results", "plan", "alignment", "keys", "support", "recall", "archive", "settings", "screen",
+)  # fmt: skip
+"""Sheets that a key of their name opens."""
 
 
 class MainWindow(NoticeWindow):
@@ -112,8 +116,6 @@ class MainWindow(NoticeWindow):
         practice: PracticeRoom | None = None,
     ) -> None:
         super().__init__()
-        self.setMinimumSize(1024, 640)
-        self.setAcceptDrops(True)
         self.after = ""
         """Request for after closing: `START`, `REOPEN`, or nothing."""
         self._bridge, self._hand = bridge, hand
@@ -288,28 +290,20 @@ class MainWindow(NoticeWindow):
             "point_before": lambda: choice.step(-1),
             "delete": choice.delete,
             "restore": choice.restore,
-            "results": sheets.open_results,
             "job": sheets.open_job,
-            "plan": sheets.open_plan,
-            "alignment": sheets.open_alignment,
-            "keys": sheets.open_keys,
             "manual": self._open_manual,
             "what_to_do": sheets.open_what_to_do,
-            "support": sheets.open_support,
-            "recall": sheets.open_recall,
-            "archive": sheets.open_archive,
             "view": lambda: self.pages.show_far(not self.pages.is_far()),
             "cameras": self.desk.toggle_cameras,
             "part_mode": self.desk.points.next_mode,
             "fit": self.desk.points.fit,
             "closeup": self.desk.points.close_up,
             "theme": self._next_theme,
-            "settings": sheets.open_settings,
             "serve": self._serve,
-            "screen": sheets.open_screen,
             "start": lambda: self._close_for(START),
             "find": self._find,
             "mode": self.pages.other_mode,
+            **{name: partial(sheets.open, name) for name in _SHEETS},
             **self.eyes.calls(),
             **self.hand.calls(),
             **self.output.calls(),
@@ -363,16 +357,11 @@ class MainWindow(NoticeWindow):
         self.after = after
         self.close()
 
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        if dropped_file(event.mimeData()) is not None and self.pages.may_be_left():
-            event.acceptProposedAction()
+    def may_take_files(self) -> bool:
+        return self.pages.may_be_left()
 
-    def dropEvent(self, event: QDropEvent) -> None:
+    def take_file(self, path: Path) -> None:
         """Open a job, or ask for the operator of a plan; the running measurement continues."""
-        path = dropped_file(event.mimeData())
-        if path is None or not self.pages.may_be_left():
-            return
-        event.acceptProposedAction()
         if path.suffix.lower() == ".ocmm":
             self.sheets.look_at(path)
         else:

@@ -142,20 +142,20 @@ class Sheets(LateParts):
     def what_to_do(self) -> WhatToDoSheet:
         from ocmm_gui.help import WhatToDoSheet
 
-        return self._join(WhatToDoSheet(self.open_support), self.left)
+        return self._join(WhatToDoSheet(partial(self.open, "support")), self.left)
 
     @cached_property
     def support(self) -> SupportSheet:
         from ocmm_gui.help import SupportSheet
 
-        sheet = SupportSheet(self._support_site, self._folder, self.open_about)
+        sheet = SupportSheet(self._support_site, self._folder, partial(self.open, "about"))
         return self._join(sheet, self.left)
 
     @cached_property
     def about(self) -> AboutSheet:
         from ocmm_gui.help import AboutSheet
 
-        return self._join(AboutSheet(self._support_site), self.open_support)
+        return self._join(AboutSheet(self._support_site), partial(self.open, "support"))
 
     @cached_property
     def recall(self) -> RecallSheet:
@@ -205,9 +205,11 @@ class Sheets(LateParts):
     def holds(self, widget: QWidget | None) -> bool:
         return any(sheet is widget for sheet in self._made)
 
-    def open_results(self) -> None:
-        self.wanted.emit(self.results)
-        self.results.open()
+    def open(self, name: str) -> None:
+        """Show the sheet of this name."""
+        sheet = getattr(self, name)
+        self.wanted.emit(sheet)
+        sheet.open()
 
     def _back_to_results(self) -> None:
         self.wanted.emit(self.results)
@@ -217,18 +219,6 @@ class Sheets(LateParts):
         """Ask for operator and part."""
         self.wanted.emit(self.job)
         self.job.open(self._bridge.shown.job)
-
-    def open_plan(self) -> None:
-        self.wanted.emit(self.plan)
-        self.plan.open()
-
-    def open_alignment(self) -> None:
-        self.wanted.emit(self.alignment)
-        self.alignment.open()
-
-    def open_keys(self) -> None:
-        self.wanted.emit(self.keys)
-        self.keys.open()
 
     @cached_property
     def screen(self) -> SecondScreenSheet:
@@ -240,11 +230,6 @@ class Sheets(LateParts):
         )
         screen.changed.connect(sheet.show_state)
         return self._join(sheet, self.left)
-
-    def open_screen(self) -> None:
-        """Show the page for the tablet, and start its server."""
-        self.wanted.emit(self.screen)
-        self.screen.open()
 
     def open_manual(self, page: QWidget | None) -> None:
         from ocmm_gui.manual import place_of
@@ -258,14 +243,6 @@ class Sheets(LateParts):
         self.wanted.emit(self.what_to_do)
         refusal = self._bridge.shown.job.refusal
         self.what_to_do.open("" if refusal is None else refusal.code.value)
-
-    def open_support(self) -> None:
-        self.wanted.emit(self.support)
-        self.support.open()
-
-    def open_about(self) -> None:
-        self.wanted.emit(self.about)
-        self.about.open()
 
     def _support_site(self) -> SupportSite:
         from ocmm_core.support import site_of_this_user
@@ -284,23 +261,11 @@ class Sheets(LateParts):
             people=(header.operator, self._bridge.shown.job.operator),
         )
 
-    def open_settings(self) -> None:
-        self.wanted.emit(self.settings)
-        self.settings.open()
-
     def use_settings(self, loaded: LoadedSettings) -> None:
         """Propose the names of the settings."""
         self._loaded = loaded
         if self.is_made("job"):
             self.job.propose_operators(loaded.settings.job_operators)
-
-    def open_recall(self) -> None:
-        self.wanted.emit(self.recall)
-        self.recall.open()
-
-    def open_archive(self) -> None:
-        self.wanted.emit(self.archive)
-        self.archive.open()
 
     def job_changed(self, job: JobView) -> None:
         """Update the sheets; sheets made later read the job themselves."""
@@ -338,7 +303,7 @@ class Sheets(LateParts):
     def look_at(self, path: Path) -> None:
         """Show a job that cannot be resumed, read-only."""
         RecentPlaces().note_job(path)
-        self.open_results()
+        self.open("results")
         self.results.open_file(path)
 
     def _open_report(self, source: JobSource) -> None:

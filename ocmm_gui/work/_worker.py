@@ -85,7 +85,10 @@ class _Done:
 
 
 class SideProcess(QObject):
-    """One computation at a time, a new one cancels the former; `helpers`: may start processes."""
+    """One computation at a time, a new one cancels the former; `helpers`: may start processes.
+
+    `receivers`: of `finished`, `failed`, `advanced` and `came`, in this order and as far as wanted.
+    """
 
     advanced = Signal(str, float)
     """Next step, and the share done."""
@@ -94,8 +97,16 @@ class SideProcess(QObject):
     finished = Signal(object)
     failed = Signal(object)
 
-    def __init__(self, parent: QObject | None = None, *, helpers: bool = False) -> None:
+    def __init__(
+        self,
+        parent: QObject | None = None,
+        *receivers: Callable[..., object],
+        helpers: bool = False,
+    ) -> None:
         super().__init__(parent)
+        signals = (self.finished, self.failed, self.advanced, self.came)
+        for signal, receiver in zip(signals, receivers, strict=False):
+            signal.connect(receiver)
         self._helpers = helpers
         self._process: BaseProcess | None = None
         self._whole: Lock | None = None
@@ -307,18 +318,13 @@ class WorkLine(QFrame):
         super().__init__()
         self.setAccessibleName(name)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._label = PlainLabel()
-        self._label.setTextFormat(Qt.TextFormat.PlainText)
-        self._label.setAccessibleName(tr("{name}: progress").format(name=name))
-        self._label.setFont(text_font(14))
+        progress = tr("{name}: progress").format(name=name)
+        self._label = dressed(PlainLabel(), progress, font=text_font(14))
         self._key = dressed(PlainLabel(), font=text_font(14), role="muted")
-        self._bar = dressed(QProgressBar(), tr("{name}: progress").format(name=name))
+        self._bar = dressed(QProgressBar(), progress)
         self._bar.setTextVisible(False)
         self._bar.setFixedSize(_BAR_PX, 12)
-        layout = hbox(
-            self._bar, self._label, self._key, parent=self, spacing=12, margins=(14, 3, 14, 3)
-        )
-        layout.addStretch(1)
+        hbox(self._bar, self._label, self._key, 1, parent=self, spacing=12, margins=(14, 3, 14, 3))
         self.hide()
 
     def begin(self, what: str, key: str = "") -> None:
@@ -355,10 +361,7 @@ class WorkSheet(Sheet):
     def __init__(self, title: str, infos: Sequence[ActionInfo], working: str) -> None:
         super().__init__(title, infos)
         self.working = WorkLine(working)
-        self._work = SideProcess(self, helpers=True)
-        self._work.advanced.connect(self.working.advance)
-        self._work.finished.connect(self._finish)
-        self._work.failed.connect(self._fail)
+        self._work = SideProcess(self, self._finish, self._fail, self.working.advance, helpers=True)
 
     def stop(self) -> None:
         """Cancel the work; displayed results stay."""

@@ -25,7 +25,7 @@ from ocmm_core.export.certificate import (
 from ocmm_core.export.template import plain_paper
 from ocmm_gui.acceptance import ArtefactSheet, StudySheet
 from ocmm_gui.acceptance._study_sheet import StudyProgress, TypeOneStudy
-from ocmm_gui.kit import THEMES
+from ocmm_gui.kit import THEMES, dress
 from ocmm_shop.studies import load_study, study_of, type1_study
 from tests.host import HANG_MS
 from tests.shop.studies.study_site import jobs_of
@@ -218,7 +218,7 @@ def test_components_operators_and_verdict_are_those_of_the_core(
     study.draw(tmp_path / "plan.toml")
     plan = load_study(tmp_path / "plan.toml")
     report = study_of(plan, jobs_of(plan))
-    study.show_answer(report)
+    study._show(report)  # noqa: SLF001 - as if it had been analysed
     (one,) = report.characteristics
     assert one.study is not None
     words = study.table.words(0)
@@ -229,10 +229,10 @@ def test_components_operators_and_verdict_are_those_of_the_core(
     assert one.study.word in study.components.word()
     assert "µm" in study.operators.word()
     assert "SIMULATED" in study.about()
-    study.show_answer(StudyProgress(90, None))
+    study._show(StudyProgress(90, None))  # noqa: SLF001 - as if it had been analysed
     assert "Complete" in study.progress.text()
     for theme in THEMES.values():
-        study.set_theme(theme)
+        dress(study, theme)
         for number in range(3):
             study.tabs.show_plot(number)
             assert not study.grab().isNull()
@@ -241,7 +241,7 @@ def test_components_operators_and_verdict_are_those_of_the_core(
     assert parts is not None
     assert parts.shape == (10, 3, 3)
     comparison = jobs_of(plan, left_out=1)
-    study.show_answer(study_of(plan, comparison))
+    study._show(study_of(plan, comparison))  # noqa: SLF001 - as if it had been analysed
     assert study.word.text() == "NO STUDY"
     assert "missing or suspect" in study.message.text()
 
@@ -249,7 +249,7 @@ def test_components_operators_and_verdict_are_those_of_the_core(
 def test_a_run_of_one_part_shows_cg_and_cgk(study: StudySheet) -> None:
     values = 12.0 + 0.0025 * np.random.default_rng(4).standard_normal(25)
     found = type1_study(values, 12.0, 0.12)
-    study.show_answer(TypeOneStudy(found, values, "WIDTH", 12.0, 0.12, simulated=True))
+    study._show(TypeOneStudy(found, values, "WIDTH", 12.0, 0.12, simulated=True))  # noqa: SLF001 - as if it had been analysed
     assert study.tabs.plot() == "Type 1"
     assert f"Cg {found.cg:.2f}" in study.run.word()
     assert study.word.text() == ("CAPABLE" if found.capable else "NOT CAPABLE")

@@ -32,7 +32,7 @@ def test_a_frame_is_not_accepted_for_points_that_have_changed_since(
     bench.bridge.shown.job = job
     sheet._of = job  # noqa: SLF001 - as if it had been computed from this job
     sheet._on_report(report)  # noqa: SLF001
-    assert sheet.state() == "Fully constrained"
+    assert sheet.state.text() == "Fully constrained"
     assert sheet.keys["accept"].isEnabled()
 
     def without_a_point_of(name: str) -> None:
@@ -46,7 +46,7 @@ def test_a_frame_is_not_accepted_for_points_that_have_changed_since(
     without_a_point_of(other.name)
     assert sheet.keys["accept"].isEnabled()
     without_a_point_of(used.name)
-    assert "have changed" in sheet.state()
+    assert "have changed" in sheet.state.text()
     assert not sheet.keys["accept"].isEnabled()
     told: list[str] = []
     sheet.told.connect(told.append)

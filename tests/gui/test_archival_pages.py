@@ -26,8 +26,7 @@ from ocmm_gui.reports import _pdf as report
 from ocmm_gui.reports import _recall as recall
 from ocmm_gui.reports._archival import attached
 from ocmm_gui.reports._canvas import BOTTOM, HEADING, SMALL, PageCanvas
-from ocmm_gui.reports._paper import paper_letterhead, write_end
-from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+from ocmm_gui.reports._paper import letterhead, paint_with_foot, write_end, written_pdf
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.export.sample_report import sample_report
 from tests.core.export.test_batch_table import COMPARISON
@@ -185,7 +184,7 @@ def test_signatures_are_never_alone_on_a_page(sentences: int) -> None:
 @pytest.mark.parametrize("name", [LABORATORY, "L" * 120, f"{LABORATORY} {LABORATORY}", "Lab"])
 def test_names_of_laboratories_are_whole(name: str) -> None:
     canvas = PageCanvas()
-    paper_letterhead(canvas, headed("en", name))
+    letterhead(canvas, headed("en", name))
     said = texts(canvas)
     assert name.replace(" ", "") in said.replace(" ", "")
     assert "…" not in said

@@ -181,7 +181,7 @@ def test_a_recall_is_computed_shown_stored_and_printed(
     assert {job.serial: job.outcome for job in record.jobs} == {
         "before": Outcome.HOLDS, "large": Outcome.CHANGES,
     }  # fmt: skip
-    assert sheet.recall.result.headline() == headline(record)
+    assert sheet.recall.result.headline.text() == headline(record)
     # Without a name: the core reports it.
     sheet.keys["store"].trigger()
     done()

@@ -88,7 +88,7 @@ def test_before_the_first_report_it_says_so(wire: Wire) -> None:
 def test_a_bus_in_order(wire: Wire) -> None:
     wire.show(IN_ORDER)
     page = wire.page
-    assert page.phase() == "IN OPERATION"
+    assert page.phase.text() == "IN OPERATION"
     assert page.wire.words() == "2 of 2 cameras answer."
     # left, as in its report: serial, place, state, code, frames, lost, overruns, bad, ...
     assert page.cameras.words(0) == (
@@ -102,13 +102,13 @@ def test_a_bus_in_order(wire: Wire) -> None:
     }  # fmt: skip
     # 595,000 of 600,000 lie at most at 100 us, 599,716 at 200 us: 99.95 %.
     assert page.lateness.word() == "99.9 % ≤ 200, worst 6212"
-    assert page.notes() == ""
+    assert page.notes.text() == ""
 
 
 def test_a_missing_camera_is_said_in_words_and_drawn(wire: Wire) -> None:
     wire.show(MISSING)
     page = wire.page
-    assert page.phase() == "RECOVERING"
+    assert page.phase.text() == "RECOVERING"
     assert page.trouble().startswith("Camera 'right' (serial 1002) is missing. Switch the camera")
     assert page.wire.words() == "Broken behind 'left': 'right' does not answer."
     assert page.cameras.words(1)[2:5] == ("not found", "NO ANSWER", "–")
@@ -121,7 +121,7 @@ def test_a_missing_camera_is_said_in_words_and_drawn(wire: Wire) -> None:
     when = datetime.fromtimestamp(MISSING.events[-1].utc_ns * 1e-9).astimezone()
     assert page.events.words(0)[0] == f"{when:%Y-%m-%d %H:%M:%S}.000"
     assert page.events.rowCount() == len(MISSING.events)
-    assert "real-time priority" in page.notes()
+    assert "real-time priority" in page.notes.text()
 
 
 def test_an_open_ring_and_a_state_are_shown(wire: Wire) -> None:
@@ -143,15 +143,15 @@ def test_the_accounts_add_up_or_say_that_they_do_not(wire: Wire) -> None:
 
 def test_a_report_that_is_old_is_not_shown_as_new(wire: Wire, qtbot: QtBot) -> None:
     wire.show(IN_ORDER)
-    assert wire.page.phase() == "IN OPERATION"
+    assert wire.page.phase.text() == "IN OPERATION"
     # The page polls four times a second.
-    qtbot.waitUntil(lambda: wire.page.phase() == "NO REPORT", timeout=HANG_MS)
+    qtbot.waitUntil(lambda: wire.page.phase.text() == "NO REPORT", timeout=HANG_MS)
     assert "No report from the bus process" in wire.page.trouble()
     wire.show(IN_ORDER)
-    assert wire.page.phase() == "IN OPERATION"
+    assert wire.page.phase.text() == "IN OPERATION"
     wire.ended = "The bus process ended unexpectedly (code -9)."
     wire.page.refresh()
-    assert wire.page.phase() == "ENDED"
+    assert wire.page.phase.text() == "ENDED"
     assert "code -9" in wire.page.trouble()
 
 
@@ -230,7 +230,7 @@ def test_histograms_of_nothing_and_of_everything_can_be_painted(wire: Wire) -> N
 @pytest.mark.parametrize("phase", BusPhase)
 def test_every_phase_can_be_shown(phase: BusPhase, wire: Wire) -> None:
     wire.show(msgspec.structs.replace(MISSING, phase=phase, alarm="", message=""))
-    assert wire.page.phase() == phase.value.upper()
+    assert wire.page.phase.text() == phase.value.upper()
 
 
 def test_what_there_is_nothing_to_write_of_is_refused() -> None:

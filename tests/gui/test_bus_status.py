@@ -52,7 +52,7 @@ class Bench:
 
     def status(self) -> str:
         """Return the word in the status strip."""
-        return self.window.desk.strip.status()
+        return self.window.desk.strip.status.text()
 
     def wait_ready(self) -> None:
         """Wait until a number is shown."""
@@ -82,7 +82,7 @@ def test_frames_that_stay_away_are_seen(bench: Bench, record_property: Record) -
     record_property("silence to NOT READY, ms", round(1000 * seconds))
     assert seconds < BUSY * LIMIT_S
     assert bench.window.desk.readout.values() == (DASHES,) * 3
-    assert "No new frames from the cameras" in bench.window.desk.guidance.trouble()
+    assert "No new frames from the cameras" in bench.window.desk.guidance.trouble.text()
     bench.bus.switch.silent = False
     bench.wait_ready()
 
@@ -97,7 +97,7 @@ def test_an_alarm_is_shown_in_its_own_words(
     assert seconds < BUSY * LIMIT_S
     assert bench.bridge.station.looks.live().reason == SENTENCE
     assert bench.bridge.station.looks.live().tip_world is None
-    assert SENTENCE in bench.window.desk.guidance.trouble()
+    assert SENTENCE in bench.window.desk.guidance.trouble.text()
     bench.window.show_far(True)
     far = bench.window.far
     qtbot.waitUntil(lambda: far.readout.values() == (DASHES,) * 3, timeout=PATIENCE_MS)
@@ -129,7 +129,8 @@ def test_a_key_while_it_is_not_ready_is_refused_and_takes_nothing_later(
         QTest.keyClick(bench.window, Qt.Key.Key_Space)
     assert refused.args[0].code is RefusalCode.NOT_READY
     qtbot.waitUntil(
-        lambda: bench.window.desk.guidance.trouble().startswith("NOT READY"), timeout=PATIENCE_MS
+        lambda: bench.window.desk.guidance.trouble.text().startswith("NOT READY"),
+        timeout=PATIENCE_MS,
     )
     answers: list[object] = []
     bench.bridge.point_taken.connect(answers.append)
@@ -149,4 +150,4 @@ def test_a_bus_that_ended_says_why(bench: Bench) -> None:
     bench.bus.ring.set_text("The bus process ended unexpectedly (code -9).")
     bench.bus.ring.set_word(RingHeaderField.STOP_REASON, StopReason.FAILED)
     bench.seconds_until("NOT READY")
-    assert "code -9" in bench.window.desk.guidance.trouble()
+    assert "code -9" in bench.window.desk.guidance.trouble.text()

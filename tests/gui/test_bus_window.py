@@ -86,11 +86,11 @@ def test_a_camera_is_switched_off_and_on(
     strip, bus = window.desk.strip, window.maintenance.bus
 
     def trusted() -> None:
-        assert strip.status() in ("READY", "MEASURING"), bench.bridge.station.looks.live()
+        assert strip.status.text() in ("READY", "MEASURING"), bench.bridge.station.looks.live()
 
     qtbot.waitUntil(trusted, timeout=PATIENCE_MS)
     QTest.keyClick(window, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: bus.phase() == "IN OPERATION", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: bus.phase.text() == "IN OPERATION", timeout=PATIENCE_MS)
     names = [camera.name for camera in bench.station.instruments.rig.cameras]
     # The page polls a few times a second; the first report may be older than the first frame.
     qtbot.waitUntil(
@@ -108,7 +108,7 @@ def test_a_camera_is_switched_off_and_on(
     QTest.keyClick(window, Qt.Key.Key_M)
 
     off = bench.do(FaultKind.POWER_OFF)
-    qtbot.waitUntil(lambda: strip.status() == "NOT READY", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: strip.status.text() == "NOT READY", timeout=PATIENCE_MS)
     seconds = time.monotonic() - off
     record_property("camera off to NOT READY, ms", round(1000 * seconds))
     assert seconds < BUSY * LIMIT_S
@@ -120,7 +120,7 @@ def test_a_camera_is_switched_off_and_on(
     record_property("camera off to its name, ms", round(1000 * (time.monotonic() - off)))
     QTest.keyClick(window, Qt.Key.Key_M)
     qtbot.waitUntil(lambda: bus.cameras.words(1)[3] == "NO ANSWER", timeout=PATIENCE_MS)
-    assert bus.phase() != "IN OPERATION"
+    assert bus.phase.text() != "IN OPERATION"
     assert names[1] in bus.trouble()
     assert f"'{names[1]}' does not answer" in bus.wire.words()
     QTest.keyClick(window, Qt.Key.Key_M)

@@ -9,7 +9,8 @@ import pytest
 
 from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.tolerances.decisions import Verdict
-from ocmm_gui.kit import THEMES, status_mark, verdict_mark
+from ocmm_gui.kit import THEMES, verdict_mark
+from ocmm_gui.kit._marks import status_mark
 from tests.gui.colour_vision import MACHADO, ciede2000, lab, linear, seen
 
 APART = 10.0

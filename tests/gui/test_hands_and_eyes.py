@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
-from PySide6.QtCore import QSize, QSizeF, Qt
+from PySide6.QtCore import QPoint, QRect, QSize, QSizeF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QApplication,
@@ -22,7 +22,7 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.settings import SettingsStore
 from ocmm_gui.access import RULER_PX, TARGET_MM, TouchTargets, Zoom, screen_factor, screen_size
-from ocmm_gui.access._hands_and_eyes import _controls, _is_pressed, _row_heights, believed_pitch
+from ocmm_gui.access._hands_and_eyes import _controls, _is_pressed, believed_pitch
 from ocmm_gui.kit import CAP_HEIGHT, NarrowButton
 from ocmm_gui.kit._theme import FAR_SHARE
 from tests.gui.window_pages import faults, walk
@@ -43,6 +43,20 @@ def usual_size(qapp: QApplication) -> Iterator[None]:
         file.path.unlink(missing_ok=True)
     for zoom in qapp.findChildren(Zoom):
         zoom.use(100)
+
+
+def _row_heights(view: QListWidget | QTableWidget) -> Iterator[int]:
+    """Yield the heights of the rows that are at least partly visible."""
+    room = QRect(QPoint(0, 0), view.viewport().size())
+    if isinstance(view, QListWidget):
+        for row in range(view.count()):
+            box = view.visualItemRect(view.item(row))
+            if box.intersects(room):
+                yield box.height()
+        return
+    for row in range(view.rowCount()):
+        if not view.isRowHidden(row):
+            yield view.rowHeight(row)
 
 
 def small(window: QWidget, px: int) -> Iterator[str]:
@@ -105,7 +119,7 @@ def test_a_field_leaves_the_keys_of_the_zoom_to_the_window(
     open_window: OpenWindow, qtbot: QtBot
 ) -> None:
     window = open_window(speed=0.1).window
-    window.sheets.open_settings()
+    window.sheets.open("settings")
     window.sheets.settings.show_section(0)
     field = window.sheets.settings.rows["instrument.check_after_h"].field
     field.setFocus()

@@ -21,11 +21,13 @@ from ocmm_gui.kit import (
     INCH_MM,
     NumberStyle,
     field_length,
-    length_of_field,
     quantity,
+    split_unit,
     style_of,
+    to_mm,
     use_numbers,
 )
+from ocmm_gui.kit._numbers import plain_number
 from ocmm_gui.plan_editor._field_labels import FieldUnit
 from ocmm_gui.plan_editor._item_form import ItemForm
 from tests.host import HANG_MS
@@ -148,6 +150,11 @@ def test_a_form_that_nobody_touched_changes_no_digit(
             assert not re.search(r"\bmm\b", f"{line.label} {line.tip}"), line.key
 
 
+def length_of_field(text: str) -> float:
+    number, unit = split_unit(text)
+    return to_mm(float(plain_number(number)), unit)
+
+
 @pytest.mark.usefixtures("inch")
 @pytest.mark.parametrize(
     "value_mm", [0.0, 0.08, -0.08, 0.001, 1e-6, 19.989, 1234.567891, -2999.999999, 25.4]
@@ -181,7 +188,7 @@ def test_everything_that_is_shown_of_a_result_says_inch(
             shown = float(text.removesuffix(" in").replace(",", "."))
             # Half of the last digit.
             assert shown * INCH_MM == pytest.approx(result.measured, abs=0.51e-5 * INCH_MM)
-    window.sheets.open_results()
+    window.sheets.open("results")
     qtbot.wait(200)
     table = window.sheets.results.table
     cells = [word for row in range(table.rowCount()) for word in table.words(row)]

@@ -45,7 +45,7 @@ class BusBench:
 
         def shown() -> bool:
             publish(self.bus.ring, report)
-            return self.window.maintenance.bus.phase() == phase
+            return self.window.maintenance.bus.phase.text() == phase
 
         qtbot.waitUntil(shown, timeout=PATIENCE_MS)
 

@@ -119,8 +119,8 @@ def test_a_valid_calibration_with_its_facts_and_history(
     bench = open_bench()
     bench.open_page()
     page = bench.window.maintenance.calibration
-    assert page.word() == "VALID"
-    assert page.sentence() == "Calibrated, verified and in date. Points can be taken."
+    assert page.word.text() == "VALID"
+    assert page.sentence.text() == "Calibrated, verified and in date. Points can be taken."
     facts = {name: label.text() for name, label in page.facts.items()}
     assert facts["Cameras"] == "left 20600001, right 20600002"
     assert facts["Positions"] == "400, 1 left out"
@@ -150,24 +150,28 @@ def test_a_doubt_appears_while_it_is_looked_at(
     window = bench.window
     now = datetime.now(UTC)
     store.suspect("monitor", "Camera 'left' has turned.", now - timedelta(hours=1), now)
-    qtbot.waitUntil(lambda: window.maintenance.calibration.word() == "SUSPECT", timeout=PATIENCE_MS)
-    assert window.maintenance.calibration.sentence().startswith(
+    qtbot.waitUntil(
+        lambda: window.maintenance.calibration.word.text() == "SUSPECT", timeout=PATIENCE_MS
+    )
+    assert window.maintenance.calibration.sentence.text().startswith(
         "No points are taken. Camera 'left' has turned. Verify the calibration"
     )
     since = f"{(now - timedelta(hours=1)).astimezone():%Y-%m-%d %H:%M}"
-    assert window.maintenance.calibration.notes() == (
+    assert window.maintenance.calibration.notes.text() == (
         f"Points since {since} are suspect, also in older jobs. Recall jobs (F12) shows which "
         "of their verdicts hold."
     )
     assert window.maintenance.calibration.history.words(0)[1:5] == (
         "Marked suspect", "monitor", "Camera 'left' has turned.", since,
     )  # fmt: skip
-    qtbot.waitUntil(lambda: window.maintenance.view.status() == "NOT READY", timeout=PATIENCE_MS)
+    qtbot.waitUntil(
+        lambda: window.maintenance.view.status.text() == "NOT READY", timeout=PATIENCE_MS
+    )
     assert window.running.trust.text().startswith("NO POINTS: Camera 'left' has turned.")
     # In Inspect the screen itself shows it.
     QTest.keyClick(window, Qt.Key.Key_M)
     qtbot.waitUntil(lambda: not window.running.trust.isVisible(), timeout=PATIENCE_MS)
-    assert window.desk.strip.status() == "NOT READY"
+    assert window.desk.strip.status.text() == "NOT READY"
 
 
 def test_uncalibrated_is_said_on_every_screen(
@@ -187,8 +191,8 @@ def test_uncalibrated_is_said_on_every_screen(
     qtbot.waitUntil(lambda: window.running.trust.text() == desk, timeout=PATIENCE_MS)
     assert window.running.trust.isVisible()
     QTest.keyClick(window.maintenance.view.list, Qt.Key.Key_Down)
-    assert window.maintenance.calibration.word() == "UNCALIBRATED"
-    assert "every verdict is NOT PROVEN" in window.maintenance.calibration.sentence()
+    assert window.maintenance.calibration.word.text() == "UNCALIBRATED"
+    assert "every verdict is NOT PROVEN" in window.maintenance.calibration.sentence.text()
 
 
 def test_the_facts_are_those_of_the_calibration_that_the_job_has(
@@ -203,7 +207,7 @@ def test_the_facts_are_those_of_the_calibration_that_the_job_has(
     other = record(0.0, points=399)
     store.accept(other, "R. Lang", "again", now)
     store.verify(verification(other, 0.0, 0.03), now)
-    qtbot.waitUntil(lambda: page.word() == "UNUSABLE", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: page.word.text() == "UNUSABLE", timeout=PATIENCE_MS)
     qtbot.waitUntil(lambda: page.history.rowCount() == 8, timeout=PATIENCE_MS)
     facts = {name: label.text() for name, label in page.facts.items()}
     # Not the failed verification of the one that took its place.
@@ -222,14 +226,14 @@ def test_a_damaged_record_is_said_and_the_rest_is_shown(
     bench.open_page()
     page = bench.window.maintenance.calibration
     # The one in force is sound, but its evidence includes the earlier one.
-    assert page.word() == "UNUSABLE"
+    assert page.word.text() == "UNUSABLE"
     assert (
         f"Record {oldest.stem[:12]} in {oldest.parent} was changed after it was written"
-        in page.sentence()
+        in page.sentence.text()
     )
-    assert "If there is none, calibrate the cameras from known points" in page.sentence()
+    assert "If there is none, calibrate the cameras from known points" in page.sentence.text()
     assert page.history.rowCount() == 6
-    assert "was changed after it was written" in page.fault()
+    assert "was changed after it was written" in page.fault.text()
 
 
 def test_writing_to_the_cameras_wants_its_key_twice(

@@ -104,9 +104,9 @@ def test_no_screen_is_greener_than_the_worst_characteristic(
         line = counted_line(job)
         assert not ("INCOMPLETE" in line and PartWord.NOT_COMPLETE.value in line), (seed, line)
         if job.shows_part:
-            assert far.verdict() == "", seed
+            assert far.verdict.text() == "", seed
         elif shown is not None:
-            for said in (far.verdict(), desk.feature.verdict()):
+            for said in (far.verdict.text(), desk.feature.verdict.text()):
                 _expect(truth(job, shown.name), said, seed)
         for row, feature in enumerate(job.features):
             said = desk.plan.item(row).text()

@@ -101,7 +101,7 @@ class _Newcomer:
         yield view.is_painted
         self._keep(window, "3_taken")
         # "Next: touch 9 points on BED": the feature of that name is blue in the picture.
-        step = re.search(r"on (\w+)\.", window.desk.guidance.step())
+        step = re.search(r"on (\w+)\.", window.desk.guidance.step.text())
         assert step is not None
         place = _marked(window)
         assert place is not None

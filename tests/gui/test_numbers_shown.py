@@ -20,13 +20,13 @@ from ocmm_gui.kit import (
     localised,
     millimetres,
     numbers_in_use,
-    plain_number,
     style_of,
     time_words,
     tr,
     use_language,
     use_numbers,
 )
+from ocmm_gui.kit._numbers import plain_number
 
 
 @pytest.fixture(autouse=True)

@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.tracking import load_probe
-from ocmm_gui.kit import THEMES
+from ocmm_gui.kit import THEMES, dress
 from ocmm_gui.maintain import ProbeDesignPage
 from tests.gui.conftest import OpenWindow
 from tests.host import HANG_MS
@@ -38,7 +38,7 @@ def test_the_page_shows_what_the_terminal_prints(page: ProbeDesignPage, qtbot: Q
         QTest.mouseClick(page.button, Qt.MouseButton.LeftButton)
         assert page.button.text() == "Cancel"
     # The chart's 21.9 um, minus the effect of a shallower volume.
-    assert page.number() == "21.8 µm"
+    assert page.number.text() == "21.8 µm"
     words = page.words()
     assert "LEDs cannot be confused" in words
     assert "1.75 µm/K" in words
@@ -48,8 +48,8 @@ def test_the_page_shows_what_the_terminal_prints(page: ProbeDesignPage, qtbot: Q
     assert page.button.text() == "Examine"
     assert page.grab().toImage() != before
     for theme in THEMES.values():
-        page.set_theme(theme)
-        assert page.number() == "21.8 µm"
+        dress(page, theme)
+        assert page.number.text() == "21.8 µm"
 
 
 def test_an_examination_can_be_given_up(page: ProbeDesignPage, qtbot: QtBot) -> None:
@@ -58,7 +58,7 @@ def test_an_examination_can_be_given_up(page: ProbeDesignPage, qtbot: QtBot) -> 
     QTest.mouseClick(page.button, Qt.MouseButton.LeftButton)
     assert multiprocessing.active_children() == []
     assert page.button.text() == "Examine"
-    assert page.number() == ""
+    assert page.number.text() == ""
 
 
 def test_a_bad_document_is_told_on_the_page(

@@ -102,12 +102,12 @@ def test_standing_tips_trends_and_history(open_bench: Callable[[], Bench], tmp_p
     bench = open_bench()
     bench.open_page()
     page = bench.window.maintenance.probe
-    assert page.word() == "VALID"
-    assert page.sentence() == "Calibrated, qualified and in date. Points can be taken."
+    assert page.word.text() == "VALID"
+    assert page.sentence.text() == "Calibrated, qualified and in date. Points can be taken."
     assert page.facts["Tip"].text() == "A"
     assert page.facts["Ball"].text() == "6.0030 mm"
     assert page.facts["Calibrated"].text().endswith("technician")
-    assert page.fault() == ""
+    assert page.fault.text() == ""
     assert [page.tips.words(row)[:2] for row in range(2)] == [
         ("▶ A", "VALID"), ("   long", "SUSPECT"),
     ]  # fmt: skip
@@ -134,10 +134,10 @@ def test_a_tip_is_mounted_with_one_key_pressed_twice_and_must_then_be_checked(
     page = bench.window.maintenance.probe
     bench.press(Qt.Key.Key_N)
     qtbot.waitUntil(lambda: "Press N" in bench.window.banner.text(), timeout=PATIENCE_MS)
-    assert page.word() == "VALID"
+    assert page.word.text() == "VALID"
     bench.press(Qt.Key.Key_N)
-    qtbot.waitUntil(lambda: page.word() == "SUSPECT", timeout=PATIENCE_MS)
-    assert "quick tip check" in page.sentence()
+    qtbot.waitUntil(lambda: page.word.text() == "SUSPECT", timeout=PATIENCE_MS)
+    assert "quick tip check" in page.sentence.text()
     assert page.history.words(0)[1:3] == ("Tip mounted", "A")
     assert ProbeStore(probe_store_folder(tmp_path, "standard")).events[-1].kind == "tip mounted"
 
@@ -172,8 +172,8 @@ def test_a_damaged_record_is_named(open_bench: Callable[[], Bench], tmp_path: Pa
     path.write_bytes(path.read_bytes().replace(b"technician", b"Technician", 1))
     bench = open_bench()
     bench.open_page()
-    assert bench.window.maintenance.probe.word() == "UNUSABLE"
-    assert str(digest)[:12] in bench.window.maintenance.probe.fault()
+    assert bench.window.maintenance.probe.word.text() == "UNUSABLE"
+    assert str(digest)[:12] in bench.window.maintenance.probe.fault.text()
     assert bench.window.maintenance.probe.tips.isHidden()
 
 

@@ -18,7 +18,7 @@ from ocmm_core.inspection.archive import (
     RecalledValue,
     RecallRecord,
 )
-from ocmm_gui.reports import _pdf_writer as pdf_writer
+from ocmm_gui.reports import _paper as pdf_writer
 from ocmm_gui.reports import _recall as recall
 from ocmm_gui.reports._archival import attached
 from tests.gui.pdf_texts import drawn, texts

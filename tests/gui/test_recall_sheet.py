@@ -57,7 +57,7 @@ def test_totals_table_and_decision(
     assert "F9 stops." in sheet.working.words()
     qtbot.waitUntil(lambda: not sheet.is_working(), timeout=HANG_MS)
     assert sheet.working.words() == ""
-    assert sheet.result.headline() == "0 CANNOT BE KNOWN   1 CHANGES   1 HOLDS"
+    assert sheet.result.headline.text() == "0 CANNOT BE KNOWN   1 CHANGES   1 HOLDS"
     # Jobs that need a decision come first.
     assert sheet.result.table.rowCount() == 4
     assert sheet.result.table.words(0)[:2] == ("large", "Ball diameter")

@@ -26,8 +26,8 @@ from ocmm_core.tolerances.decisions import U_LABEL, PartWord, Verdict
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_gui.kit import NumberStyle, numbers_in_use
 from ocmm_gui.reports import _batch as batch
+from ocmm_gui.reports import _paper as pdf_writer
 from ocmm_gui.reports import _pdf as pdf
-from ocmm_gui.reports import _pdf_writer as pdf_writer
 from ocmm_gui.reports import _sections as sections
 from ocmm_gui.reports._archival import attached
 from ocmm_gui.reports._canvas import BODY, PAGE, PageCanvas, text_height, whole_words

@@ -31,7 +31,7 @@ def test_the_results_key_shows_the_current_job_whatever_file_was_open(qtbot: QtB
         sheet.show()
         sheet.show_source(old)
         assert "old.ocmm, read-only" in sheet.about()
-        assert sheet.summary().startswith("old: ")
+        assert sheet.summary.text().startswith("old: ")
         assert _role(sheet) == "warn"
         if goes_on == "while it is shown":
             now[0] = _one_point_less(job)
@@ -49,7 +49,7 @@ def test_the_results_key_shows_the_current_job_whatever_file_was_open(qtbot: QtB
         sheet.show()
         sheet.open()
         assert sheet.about().startswith("Current job"), goes_on
-        assert "old" not in sheet.summary()
+        assert "old" not in sheet.summary.text()
         assert _role(sheet) == "muted"
 
 

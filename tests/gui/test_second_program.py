@@ -35,7 +35,7 @@ def test_a_job_of_another_program_is_opened_to_look_at(
         qtbot.waitUntil(lambda: results.isVisible() and results.is_opening(), timeout=HANG_MS)
         qtbot.waitUntil(lambda: not results.is_opening(), timeout=HANG_MS)
     assert told == [f"{path}: the job is in use by another program."]
-    assert "CONFORM" in results.summary()
+    assert "CONFORM" in results.summary.text()
     # The job that this window measures is as it was.
     assert bench.bridge.shown.job.job == measured
     assert bench.bridge.station.job.path != path

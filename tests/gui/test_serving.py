@@ -47,7 +47,7 @@ def test_a_program_measures_with_the_window(open_window: OpenWindow, qtbot: QtBo
         client.ask('00003 ChangeTool("standard")')
         client.send("00004 PtMeas(X(10), Y(20), Z(0), IJK(0, 0, 1))")
         wanted = "Touch X 10.000 Y 20.000 Z 0.000 from I 0.000 J 0.000 K 1.000 (MachineCsy)."
-        qtbot.waitUntil(lambda: window.desk.guidance.step() == wanted, timeout=HANG_MS)
+        qtbot.waitUntil(lambda: window.desk.guidance.step.text() == wanted, timeout=HANG_MS)
         assert "PtMeas(X(10)" in strip.lines.text()
         window.show_far(True)
         qtbot.waitUntil(lambda: wanted in window.far.type_pixels(), timeout=HANG_MS)

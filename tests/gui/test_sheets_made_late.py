@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import pytest
@@ -42,8 +41,10 @@ def test_a_late_sheet_wears_the_theme_of_the_window(open_window: OpenWindow, nam
     window = open_window(start=False).window
     # Not the default theme of the widgets.
     window.use_theme("light")
-    opened: Callable[[], None] = getattr(window.sheets, f"open_{name}")
-    opened()
+    if name == "job":
+        window.sheets.open_job()
+    else:
+        window.sheets.open(name)
     sheet: Sheet = getattr(window.sheets, name)
     worn = [
         theme.name
@@ -62,7 +63,7 @@ def test_a_late_sheet_has_what_was_measured_before_it_was_made(
     window, bridge = bench.window, bench.bridge
     bench.wait_complete(qtbot)
     assert window.findChildren(Sheet) == []
-    window.sheets.open_results()
+    window.sheets.open("results")
     results = window.sheets.results
     assert results.table.rowCount() == len(bridge.shown.job.characteristics) > 0
-    assert results.summary() == counted_line(bridge.shown.job)
+    assert results.summary.text() == counted_line(bridge.shown.job)

@@ -132,7 +132,7 @@ def test_mounting_a_tip_is_said_on_every_screen(
     qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: SUSPECT", timeout=HANG_MS)
     QTest.keyClick(window, Qt.Key.Key_V)
     qtbot.waitUntil(lambda: "SUSPECT" in line.text() and "ball" in line.text(), timeout=HANG_MS)
-    qtbot.waitUntil(lambda: window.desk.strip.status() == "NOT READY", timeout=HANG_MS)
+    qtbot.waitUntil(lambda: window.desk.strip.status.text() == "NOT READY", timeout=HANG_MS)
     tips.check()
     qtbot.waitUntil(lambda: "Points are taken again" in window.banner.text(), timeout=HANG_MS)
     assert "VALID until" in line.text()

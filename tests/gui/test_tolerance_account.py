@@ -16,7 +16,7 @@ from ocmm_cad.pmi import Dimension, Pmi
 from ocmm_cad.step import StepModel
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import Plan, new_plan
-from ocmm_gui.kit import THEMES
+from ocmm_gui.kit import THEMES, dress
 from ocmm_gui.plan_editor import PlanSheet
 from ocmm_gui.plan_editor._importing import ImportResult
 from ocmm_gui.plan_editor._plan_items import ItemKey
@@ -71,7 +71,7 @@ def test_nothing_is_taken_over_before_it_is_answered(sheet: PlanSheet) -> None:
     assert "says 25.4 mm, but the diameter of BORE" in why
     assert account.table.words(1)[1:] == ("Good <b>", "diameter 12 +0.2 -0.1 mm", "Good b")
     for theme in THEMES.values():
-        account.set_theme(theme)
+        dress(account, theme)
         first = account.table.item(0, 0)
         assert first is not None
         assert first.foreground().color().name() == theme.bad.lower()

@@ -132,7 +132,7 @@ def test_ball_target_and_feature_are_in_the_picture_at_every_step(
     side = None
     for step in plans[plan]:
         watched.show(step)
-        work = watched.view.work()
+        work = watched.view.work
         assert len(work.ball) == 1
         assert watched.view.shows(work.needed())
         now = watched.view.projected(np.concatenate([np.zeros((1, 3)), np.eye(3)]))
@@ -156,7 +156,7 @@ def test_the_plan_of_a_step_file_is_followed(
     watched, steps = Watched(qtbot, SIZES[1]), 0
     for step in nominal_steps(*step_plan(tmp_path), plans["demo"][0].job):
         watched.show(step)
-        assert watched.view.shows(watched.view.work().needed())
+        assert watched.view.shows(watched.view.work.needed())
         steps += 1
     assert steps > 50
 
@@ -171,14 +171,14 @@ def test_words_cover_neither_each_other_nor_ball_nor_target(
     for step in every(steps, max(len(steps) // 16, 1)):
         watched.show(step)
         watched.paint()
-        words, free = watched.view.words(), watched.view.kept_free()
+        words, free = watched.view.words(), watched.view.kept_free
         again = watched.view.words()
         watched.paint()
         assert [(text, rect) for text, rect in watched.view.words()] == again
         seen += len(words)
         for (one, first), (other, second) in combinations(words, 2):
             assert not first.intersects(second), (one, other)
-        ball, target = watched.view.work().ball, watched.view.work().target
+        ball, target = watched.view.work.ball, watched.view.work.target
         places = [ball] if target is None else [ball, target.surface_world[None]]
         for place in np.concatenate(places):
             point = QPointF(*watched.view.projected(place[None])[0].tolist())
@@ -203,7 +203,7 @@ def test_the_view_of_the_user_wins_until_it_is_given_back(
         watched.show(step)
         np.testing.assert_array_equal(watched.view.projected(mark), before)
     watched.view.fit()
-    assert watched.view.shows(watched.view.work().needed())
+    assert watched.view.shows(watched.view.work.needed())
 
 
 def test_a_part_that_nobody_has_aligned_says_so_until_it_is(
@@ -233,7 +233,7 @@ def test_the_first_place_is_in_the_picture_before_anything_is_located(
     assert job.target is None
     watched.show(Step(job, step.ball_world))
     watched.paint()
-    work = watched.view.work()
+    work = watched.view.work
     assert work.target is not None
     assert watched.view.shows(work.needed())
     words = [text for text, _ in watched.view.words()]
@@ -250,14 +250,14 @@ def test_a_moving_probe_paints_no_part(qtbot: QtBot, plans: dict[str, list[Step]
     step = plans["model"][10]
     watched.show(step)
     settle(qtbot, watched.view)
-    before = watched.view.still_scene()
+    before = watched.view.still.scene
     for shift in np.linspace(0.0, 6.0, 7):
         watched.show(Step(step.job, step.ball_world + np.array([shift, 0.0, 0.0])))
         watched.paint()
-        assert watched.view.still_scene() is before
+        assert watched.view.still.scene is before
     watched.view.next_mode()
     settle(qtbot, watched.view)
-    assert watched.view.still_scene() is not before
+    assert watched.view.still.scene is not before
     assert watched.view.mode() is RenderMode.HIDDEN_LINES
 
 
@@ -298,8 +298,8 @@ def test_an_animated_view_goes_there_calmly_and_arrives(
         at_once.show(step)
         # Wherever it is on its way, the ball is in the picture.
         assert view.shows(step.ball_world[None])
-        qtbot.waitUntil(lambda: not view.is_easing(), timeout=HANG_MS)
-    assert view.shows(view.work().needed())
+        qtbot.waitUntil(lambda: not view.easing.is_running(), timeout=HANG_MS)
+    assert view.shows(view.work.needed())
 
 
 def settle(qtbot: QtBot, view: PointView) -> None:

@@ -14,7 +14,8 @@ from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.app import main
-from ocmm_gui.kit import DASHES, THEMES, FitText, Mark, status_colour, status_mark
+from ocmm_gui.kit import DASHES, THEMES, FitText, Mark, mark_colour
+from ocmm_gui.kit._marks import status_mark
 from tests.gui.conftest import Bench, OpenWindow
 from tests.host import HANG_MS, HANG_S
 
@@ -30,7 +31,7 @@ def _status(bench: Bench) -> str:
     if bench.window.is_far():
         texts = bench.window.far.findChildren(FitText)
         return next(text for text in texts if text.accessibleName().startswith("Status")).text()
-    return bench.window.desk.strip.status()
+    return bench.window.desk.strip.status.text()
 
 
 @pytest.mark.parametrize("far", [False, True])
@@ -79,7 +80,7 @@ def test_an_evaluation_that_fails_leaves_no_result_that_looks_current(
     for size in ((1920, 1080), (1280, 720), (1024, 640), (1920, 1080)):
         bench.window.resize(*size)
         qtbot.wait(50)
-    assert bench.window.desk.guidance.step().startswith("Open the job again: Start page")
+    assert bench.window.desk.guidance.step.text().startswith("Open the job again: Start page")
 
 
 def test_a_window_that_cannot_show_what_is_seen_shows_no_digits(
@@ -109,8 +110,8 @@ def test_a_command_that_nobody_foresaw_to_fail_is_told(
 
 @pytest.mark.parametrize("theme", THEMES)
 def test_failed_is_as_bad_as_it_gets_in_every_theme(theme: str) -> None:
-    assert status_colour(THEMES[theme], StatusWord.FAILED) == THEMES[theme].bad
     assert status_mark(StatusWord.FAILED) is Mark.BAD
+    assert mark_colour(THEMES[theme], Mark.BAD) == THEMES[theme].bad
 
 
 def test_a_window_that_cannot_be_built_ends_with_code_3(

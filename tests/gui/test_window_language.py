@@ -18,15 +18,8 @@ from docs.make_texts import LRELEASE, LUPDATE, compiled, extract, languages
 from ocmm_core.settings import SettingsFile, SettingsStore
 from ocmm_gui import app
 from ocmm_gui.home import StartPurpose, StartWindow
-from ocmm_gui.kit import (
-    LANGUAGES,
-    NoticeCentre,
-    chosen_language,
-    language_file,
-    language_in_use,
-    tr,
-    use_language,
-)
+from ocmm_gui.kit import LANGUAGES, NoticeCentre, chosen_language, language_in_use, tr, use_language
+from ocmm_gui.kit._texts import language_file
 from tests.host import needs_tools
 
 _COMMAND = "Run: python -m docs.make_texts, and translate what is new in resources/i18n/ocmm_de.ts"

@@ -47,13 +47,13 @@ def test_points_arrive_and_the_panel_shows_the_values_of_the_job(
         "Form": f"{last.fit.form:.3f}",
     }
     assert {name: panel.value(name) for name in expected} == expected
-    assert panel.title().endswith(last.name)
-    assert panel.verdict() == result.verdict.value
+    assert panel.title.text().endswith(last.name)
+    assert panel.verdict.text() == result.verdict.value
     rows = [bench.window.desk.plan.item(row).text() for row in range(len(job.features))]
     for row, feature in zip(rows, job.features, strict=True):
         assert row.startswith(feature.name)
         assert f"{len(feature.points)} of {feature.needed} points" in row
-    assert "All features measured" in bench.window.desk.guidance.step()
+    assert "All features measured" in bench.window.desk.guidance.step.text()
 
 
 def test_readout_shows_the_tip_and_the_strip_the_counters(
@@ -62,7 +62,7 @@ def test_readout_shows_the_tip_and_the_strip_the_counters(
     bench = open_window(speed=1.0, stay=True)
     desk = bench.window.desk
     qtbot.waitUntil(lambda: DASHES not in desk.readout.values(), timeout=PATIENCE_MS)
-    assert desk.strip.status() in {word.value for word in StatusWord}
+    assert desk.strip.status.text() in {word.value for word in StatusWord}
     assert desk.strip.counter("Cameras") == "2/2"
     shown = np.array([float(value) for value in desk.readout.values()])
     tip = bench.built.station.looks.live().tip_world
@@ -71,7 +71,7 @@ def test_readout_shows_the_tip_and_the_strip_the_counters(
     assert np.abs(shown - tip).max() < 100.0
     assert desk.cameras.isHidden(), "the part has the room until somebody asks for the cameras"
     for name in ("left", "right"):
-        assert f"{name}: " in desk.camera_bar.words()
+        assert f"{name}: " in desk.camera_bar.words.text()
     bench.window.actions_by_key["cameras"].trigger()
     plots = desk.cameras.plots()
     qtbot.waitUntil(lambda: all(len(plot.labels()) >= 3 for plot in plots), timeout=PATIENCE_MS)
@@ -91,7 +91,7 @@ def test_keys_take_undo_and_finish_reach_the_job(qtbot: QtBot, open_window: Open
     assert after.active == before.name
     remaining = next(feature for feature in after.features if feature.name == before.name)
     assert remaining.points == before.points[:-1]
-    assert bench.window.desk.guidance.step() == f"Touch one more point on {before.name}."
+    assert bench.window.desk.guidance.step.text() == f"Touch one more point on {before.name}."
     let_pass(DEBOUNCE_S)
     QTest.keyClick(bench.window, Qt.Key.Key_F15)
     qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=HANG_MS)
@@ -112,28 +112,28 @@ def test_a_job_that_is_done_lets_choose_points_pause_and_hear_why_there_is_no_po
         QTest.mouseClick(picture, Qt.MouseButton.LeftButton, pos=place)
         assert choice.chosen == number
     QTest.keyClick(bench.window, Qt.Key.Key_Z)
-    qtbot.waitUntil(lambda: desk.strip.status() == "PAUSED", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: desk.strip.status.text() == "PAUSED", timeout=PATIENCE_MS)
     QTest.keyClick(bench.window, Qt.Key.Key_Z)
     qtbot.waitUntil(lambda: not bench.bridge.shown.job.paused, timeout=PATIENCE_MS)
-    assert desk.strip.status() in {word.value for word in StatusWord}
+    assert desk.strip.status.text() in {word.value for word in StatusWord}
     # All is measured and the probe goes home or rests there: a point now can only be refused.
     assert bench.bridge.shown.job.refusal is None
     QTest.keyClick(bench.window, Qt.Key.Key_Space)
     qtbot.waitUntil(lambda: bench.bridge.shown.job.refusal is not None, timeout=PATIENCE_MS)
     refusal = bench.built.station.job.view().refusal
     assert refusal is not None
-    assert refusal.what in desk.guidance.trouble()
-    assert refusal.remedy in desk.guidance.trouble()
+    assert refusal.what in desk.guidance.trouble.text()
+    assert refusal.remedy in desk.guidance.trouble.text()
 
 
 def test_a_lost_probe_shows_dashes_and_the_reason(qtbot: QtBot, open_window: OpenWindow) -> None:
     hidden = ScriptedOcclusion(1, (0, 1, 2, 3, 4, 5, 6, 7), 400, 10**9)
     bench = open_window(speed=1.0, stay=True, world=WorldOptions(occlusions=(hidden,)))
     desk, far = bench.window.desk, bench.window.far
-    qtbot.waitUntil(lambda: desk.strip.status() == "LOST", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: desk.strip.status.text() == "LOST", timeout=PATIENCE_MS)
     assert desk.readout.values() == (DASHES,) * 3
-    assert "LOST" in desk.guidance.trouble()
-    assert bench.built.station.looks.live().reason in desk.guidance.trouble()
+    assert "LOST" in desk.guidance.trouble.text()
+    assert bench.built.station.looks.live().reason in desk.guidance.trouble.text()
     bench.window.show_far(True)
     qtbot.waitUntil(lambda: far.readout.values() == (DASHES,) * 3, timeout=HANG_MS)
 

@@ -46,7 +46,7 @@ def test_the_reference_body_is_named_counted_and_lost_in_words(
         names = {label.split(" ")[0] for label in plot.labels()}
         assert {"R1", "R2", "R3", "R4", "L1", "L2", "L3", "L4"} == names
 
-    qtbot.waitUntil(lambda: desk.strip.status() == "LOST", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: desk.strip.status.text() == "LOST", timeout=PATIENCE_MS)
     assert desk.strip.counter("Reference") == "2/4"
     assert desk.strip.counter("Targets") == "4/4"
     qtbot.waitUntil(lambda: DASHES in desk.readout.values(), timeout=PATIENCE_MS)

@@ -7,6 +7,7 @@ import re
 import string
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -182,11 +183,11 @@ def test_every_text_of_the_main_pages_is_translated(open_window: OpenWindow, qtb
     window.show_far(True)
     left["far"] = _left(window.far)
     opened: dict[str, Callable[[], None]] = {
-        "results": sheets.open_results,
+        "results": partial(sheets.open, "results"),
         "job": sheets.open_job,
-        "plan": sheets.open_plan,
-        "alignment": sheets.open_alignment,
-        "keys": sheets.open_keys,
+        "plan": partial(sheets.open, "plan"),
+        "alignment": partial(sheets.open, "alignment"),
+        "keys": partial(sheets.open, "keys"),
     }
     for name, open_sheet in opened.items():
         open_sheet()
@@ -196,7 +197,7 @@ def test_every_text_of_the_main_pages_is_translated(open_window: OpenWindow, qtb
     for row in range(maintenance.view.list.count()):
         maintenance.view.list.setCurrentRow(row)
         left[f"maintain {row}"] = _left(maintenance.view)
-    sheets.open_recall()
+    sheets.open("recall")
     left["recall"] = _left(sheets.recall)
     for kind in ProcedureKind:
         maintenance.open_wizard(kind)

@@ -218,13 +218,13 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     keyboard.press(KEY.Key_F5)
     alignment = window.sheets.alignment
     keyboard.qtbot.waitUntil(
-        lambda: bool(alignment.state() or keyboard.errors), timeout=PATIENCE_MS
+        lambda: bool(alignment.state.text() or keyboard.errors), timeout=PATIENCE_MS
     )
-    assert (alignment.state(), keyboard.errors) == ("Fully constrained", [])
+    assert (alignment.state.text(), keyboard.errors) == ("Fully constrained", [])
     keyboard.press(KEY.Key_F8)
     keyboard.press(KEY.Key_F3, KEY.Key_Down)
     results = window.sheets.results
-    assert results.summary() == counted_line(job)
+    assert results.summary.text() == counted_line(job)
     # A feature accepted with one point less may have no form, and characteristics with it as a
     # datum may have no value; the last touched feature depends on the moment of the pause. Nothing
     # else is missing.
