@@ -36,11 +36,25 @@ _HEAD_PADDING_PX = 8
 _WRAP = int(Qt.TextFlag.TextWordWrap)
 
 
+def shown_widgets(window: QWidget) -> Iterator[QWidget]:
+    """Yield the widgets of a window that are seen, parents first.
+
+    Only children of visible widgets are visited: most widgets are on hidden pages.
+    """
+    own = Qt.FindChildOption.FindDirectChildrenOnly
+    left = window.findChildren(QWidget, options=own)[::-1]
+    while left:
+        widget = left.pop()
+        if not widget.isVisible():
+            continue
+        if not widget.visibleRegion().isEmpty():
+            yield widget
+        left += widget.findChildren(QWidget, options=own)[::-1]
+
+
 def cut_words(window: QWidget) -> Iterator[str]:
     """Yield the cut texts of a window, in addition to labels, buttons and fields of Qt."""
-    for widget in window.findChildren(QWidget):
-        if not widget.isVisible() or widget.visibleRegion().isEmpty():
-            continue
+    for widget in shown_widgets(window):
         if isinstance(widget, QHeaderView):
             yield from _heads(widget)
         elif isinstance(widget, QTableView | QListView):
@@ -165,9 +179,7 @@ def painted_words(window: QWidget) -> Iterator[tuple[str, str]]:
 
 def _repainted(window: QWidget) -> Iterator[tuple[str, list[PaintedWords]]]:
     """Paint everything that paints itself once more."""
-    for widget in window.findChildren(QWidget):
-        if not widget.isVisible() or widget.visibleRegion().isEmpty():
-            continue
+    for widget in shown_widgets(window):
         if isinstance(widget, QAbstractItemView):
             if not _is_painted(widget.itemDelegate()):
                 continue

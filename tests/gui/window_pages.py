@@ -16,7 +16,7 @@ from ocmm_core.settings import SECTIONS
 from ocmm_gui.kit import FitText, Mode, NarrowButton, is_longer
 from ocmm_gui.kit._narrow import FittedText
 from ocmm_gui.window import MainWindow
-from tests.gui.cut_words import cut_words
+from tests.gui.cut_words import cut_words, shown_widgets
 
 _SLACK_PX = 2
 TURNS = 50
@@ -112,9 +112,7 @@ def pages(window: MainWindow) -> Iterator[tuple[str, Callable[[], None]]]:
 
 def faults(window: QWidget) -> Iterator[str]:
     """Yield the cut texts of a window."""
-    for widget in window.findChildren(QWidget):
-        if not widget.isVisible() or widget.visibleRegion().isEmpty():
-            continue
+    for widget in shown_widgets(window):
         room, metrics = widget.contentsRect(), widget.fontMetrics()
         if isinstance(widget, QLabel) and widget.text():
             if fits(widget):
@@ -196,10 +194,8 @@ def covered(window: QWidget) -> Iterator[str]:
     """Give what covers something else: widgets without children that overlap."""
     leaves = [
         widget
-        for widget in window.findChildren(QWidget)
-        if widget.isVisible()
-        and not widget.visibleRegion().isEmpty()
-        and not isinstance(widget, QScrollBar)
+        for widget in shown_widgets(window)
+        if not isinstance(widget, QScrollBar)
         and not any(child.isVisible() for child in widget.findChildren(QWidget))
     ]
     places = [
