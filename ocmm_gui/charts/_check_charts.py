@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.acceptance import InterimChart, InterimWord
 from ocmm_core.calibration.records import Check, VerificationRecord
-from ocmm_gui.charts._plot import Level, Plot, height_of, paint_levels
+from ocmm_gui.charts._plot import LevelLine, Plot, height_of, paint_levels
 from ocmm_gui.kit import RIGHT, digit_font, fitted, ink, localised, said, said_word, text_font, tr
 
 _SCALE_PX = 58.0
@@ -210,7 +210,7 @@ class InterimPlot(Plot):
                 (tr("-3 s"), chart.centre - spread, Qt.PenStyle.DashLine),
             ]
         lines = [
-            Level(y(value), localised(f"{name} {1e3 * value:+.1f}"), style)
+            LevelLine(y(value), localised(f"{name} {1e3 * value:+.1f}"), style)
             for name, value, style in levels
         ]
         paint_levels(painter, box, lines, box.left() - 6.0, self._theme)

@@ -94,7 +94,7 @@ class Plot(PaintedWidget):
         painter.drawText(place, LEFT, text)
 
 
-class Level(NamedTuple):
+class LevelLine(NamedTuple):
     """A line across a plot, at a height in px, with its label."""
 
     y: float
@@ -103,7 +103,7 @@ class Level(NamedTuple):
 
 
 def paint_levels(
-    painter: QPainter, box: QRectF, levels: Sequence[Level], right: float, theme: Theme
+    painter: QPainter, box: QRectF, levels: Sequence[LevelLine], right: float, theme: Theme
 ) -> None:
     """Paint levels with their labels at the left of a box, up to ``right``, px."""
     painter.setFont(digit_font(12, bold=False))

@@ -12,7 +12,7 @@ from ocmm_core.inspection.archive import Trend
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_gui import kit
-from ocmm_gui.charts._plot import Level, paint_levels
+from ocmm_gui.charts._plot import LevelLine, paint_levels
 from ocmm_gui.kit import tr
 
 _MARGIN_SHARE = 0.4
@@ -229,7 +229,7 @@ class TrendChart(kit.PaintedWidget):
                 (tr("LCL"), trend.chart.low, Qt.PenStyle.DashLine),
             ]
         lines = [
-            Level(y(value), f"{name} {kit.kind_value(trend.kind, value, 3)}", style)
+            LevelLine(y(value), f"{name} {kit.kind_value(trend.kind, value, 3)}", style)
             for name, value, style in levels
         ]
         paint_levels(painter, box, lines, box.left() - 6.0, self._theme)
