@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.camera._tracker import (
         REACH_MM, MarkerModel, TrackerDocument, TrackerNoise, independent_share, load_tracker,
-        locate_markers, noise_pairs, place_shape, sights_of,
+        locate_markers, noise_pairs, place_shape, sights_of, slopes_of_places,
     )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
@@ -45,5 +45,5 @@ __all__ = [
     "compiled", "distort", "distortion_jacobian", "from_pixels", "ideal_from_pixels",
     "independent_share", "known_points_covariance", "load_rig", "load_tracker", "locate_markers",
     "noise_pairs", "on_sensor", "place_shape", "project", "projection_jacobians", "read_rig",
-    "search", "sights_of", "to_pixels", "tracker_rig", "windows",
+    "search", "sights_of", "slopes_of_places", "to_pixels", "tracker_rig", "windows",
 ]  # fmt: skip

@@ -17,7 +17,13 @@ from typing import Literal
 import msgspec
 import numpy as np
 
-from ocmm_core.camera._model import N_PARAMETERS, CameraModel, Vector3, ideal_from_pixels
+from ocmm_core.camera._model import (
+    N_PARAMETERS,
+    CameraModel,
+    Vector3,
+    ideal_from_pixels,
+    projection_jacobians,
+)
 from ocmm_core.documents import Document, load_document
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, unit
@@ -254,6 +260,15 @@ def place_shape(places: Float, document: TrackerDocument) -> Float:
     more = np.broadcast_to(ratio - 1.0, grown.shape)
     along = sight[:, :, None] * sight[:, None]
     found: Float = (np.eye(3) + more[:, None, None] * along) * grown[:, None, None]
+    return found
+
+
+def slopes_of_places(
+    cameras: Sequence[CameraModel], places: Float, document: TrackerDocument
+) -> Float:
+    """Return the derivatives (L, C, 2, 3), px/mm, of images by errors of `place_shape`."""
+    by_place = np.stack([projection_jacobians(camera, places)[0] for camera in cameras], axis=1)
+    found: Float = by_place @ place_shape(places, document)[:, None]
     return found
 
 

@@ -16,7 +16,8 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided._articulation import (
         ARTICULATION_CHANCE, Articulation, BallPlace, RestingTouch, articulate, handle_axis,
-        joint_covariance, place_of_ball, range_limit, shared_covariance, tips_of, touch_of,
+        joint_covariance, noise_covariance, place_of_ball, range_limit, shared_covariance, tips_of,
+        touch_of,
     )  # fmt: skip
     from ocmm_core.calibration.guided._collecting import (
         AVERAGING, PLACE_DONE, STILL_FRAMES, STRANGE, Average, ProbeSpotAverager,
@@ -70,8 +71,8 @@ __all__ = [
     "articulate", "build_outcome", "change_findings", "coverage", "first_gate", "first_instruction",
     "from_spots", "handle_axis", "hash_of", "is_ended", "joint_covariance", "judge_first_visit",
     "judge_repeats", "judge_visit_again", "length_sigma", "load_shots", "location_gains",
-    "place_of_ball", "random_lines", "range_limit", "record_shock", "repeat_finding",
-    "require_fresh_temperature", "require_no_doubt_since", "require_probe", "rest_of",
-    "session_changes", "sessions", "shared_covariance", "sigma_of_mean", "tips_of", "to_spots",
-    "touch_of", "utc_text", "viewer_axes", "waved_frames",
+    "noise_covariance", "place_of_ball", "random_lines", "range_limit", "record_shock",
+    "repeat_finding", "require_fresh_temperature", "require_no_doubt_since", "require_probe",
+    "rest_of", "session_changes", "sessions", "shared_covariance", "sigma_of_mean", "tips_of",
+    "to_spots", "touch_of", "utc_text", "viewer_axes", "waved_frames",
 ]  # fmt: skip

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ocmm_core.camera import Rig
+from ocmm_core.camera import Rig, locate_markers, slopes_of_places
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3, unit
 from ocmm_core.tracking import ProbeBody, tip_sensitivity
@@ -76,27 +76,44 @@ class RestingTouch:
 def touch_of(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> RestingTouch:
     """Return the touch of averaged spots (C, L, 2), px; TrackingError without a pose."""
     found = tip_sensitivity(uv, rig, body)
-    by_spots = found.by_spots.reshape(3, -1)
-    noise = sigma_px**2 * by_spots @ by_spots.T
-    if rig.markers is not None:
-        noise += _of_near_markers(uv, found.by_spots, rig)
     return RestingTouch(
         tip_world=found.tip_world,
         # The true tip moves against the estimated one as the probe is turned.
         rotation_world_from_probe=-found.by_geometry[:, -3:],
-        noise=noise,
+        noise=noise_covariance(uv[None], [found.by_spots], [sigma_px], rig),
         by_cameras=found.by_cameras,
         by_geometry=found.by_geometry,
     )
 
 
-def _of_near_markers(uv: Float, by_spots: Float, rig: Rig) -> Float:
-    """Return the covariance (3, 3), mm^2, that near markers add by errors they have in common."""
-    apart = np.sum((uv[:, :, None] - uv[:, None]) ** 2, axis=3) / rig.noise.pattern_length_px**2
-    alike = np.nan_to_num(np.exp(-0.5 * apart)) * (1.0 - np.eye(uv.shape[1]))
-    moved = np.nan_to_num(by_spots).reshape(3, *uv.shape)
-    added: Float = np.einsum("icla,clm,jcma->ij", moved, alike, moved, optimize=True)
-    return rig.noise.pattern_px**2 * added
+def noise_covariance(
+    uv: Float, by_spots: Sequence[Float], sigmas_px: Sequence[float], rig: Rig
+) -> Float:
+    """Return the covariance (3 n, 3 n), mm^2, of tips by errors of their spots (n, C, L, 2), px.
+
+    ``by_spots``: see `TipSensitivity`. Near markers of a tracker have place errors in common, in
+    one pose and in several.
+    """
+    flat = [one.reshape(3, -1) for one in by_spots]
+    pattern_px = 0.0 if rig.markers is None else rig.noise.pattern_px
+    found: Float = scipy.linalg.block_diag(
+        *((sigma**2 - pattern_px**2) * b @ b.T for sigma, b in zip(sigmas_px, flat, strict=True))
+    )
+    if rig.markers is None:
+        return found
+    noise = rig.markers.document.noise
+    pose, led = np.nonzero(np.isfinite(uv).all(axis=(1, 3)))
+    places = locate_markers(rig.cameras, uv[pose, :, led][:, :, None])[:, 0]
+    slopes = slopes_of_places(rig.cameras, places, rig.markers.document)
+    by_field = np.zeros((len(places), len(found), 3))
+    for number, one in enumerate(by_spots):
+        own, by_view = slopes[pose == number], one.reshape(3, len(rig.cameras), -1, 2)
+        part = slice(3 * number, 3 * number + 3)
+        by_field[pose == number, part] = np.einsum("iclx,lcxy->liy", by_view, own)
+    apart = np.sum((places[:, None] - places) ** 2, axis=2) / noise.place_length**2
+    shared = np.tensordot(np.exp(-0.5 * apart), by_field, axes=1)
+    found += noise.place_sigma**2 * np.einsum("liy,ljy->ij", by_field, shared)
+    return found
 
 
 def tips_of(touches: Sequence[RestingTouch]) -> Points3:

@@ -49,8 +49,12 @@ _LABEL_EVERY_NS = 20_000_000
 
 
 def waved_frames(rig: Rig) -> int:
-    """Return the frames to average of a waved probe: the mean is then its place in the middle."""
-    return int(np.clip(round(_WAVED_S * rig.frame_rate_hz), 2, _WAVED_FRAMES))
+    """Return the frames to average of a waved probe: the mean is then its place in the middle.
+
+    A tracker is slow: already two of its frames have their mean inside the arc of a waved marker.
+    """
+    least = 2 if rig.markers is None else 1
+    return int(np.clip(round(_WAVED_S * rig.frame_rate_hz), least, _WAVED_FRAMES))
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,7 +225,7 @@ class ProbeSpotAverager:
         self._rig, self._body = rig, body
         self._frames = frames
         rest = round(_REST_S * rig.frame_rate_hz / frames) if resting else 1
-        self._parts = max(2, rest)
+        self._parts = max(min(2, frames), rest)
         self._window = _Window(self._parts * frames if resting else frames)
         self._resting, self._inside, self._moved = resting, inside, moved
         self._distance_mm, self._turn_rad = distance_mm, turn_rad

@@ -17,6 +17,7 @@ Recht 2007).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,14 +25,7 @@ import scipy
 
 from ocmm_core.calibration.pivot import _bundle as bundle
 from ocmm_core.calibration.pivot._data import PivotSweep, SweepCoverage
-from ocmm_core.camera import (
-    CameraModel,
-    Rig,
-    distortion_jacobian,
-    locate_markers,
-    place_shape,
-    project,
-)
+from ocmm_core.camera import CameraModel, Rig, distortion_jacobian, locate_markers, slopes_of_places
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Pixels, Points3, RigidTransform, rigid_fit, skew, unit
 from ocmm_core.tracking import ProbeBody, solve
@@ -77,37 +71,36 @@ def _of_markers(
     rig: Rig, sweep: PivotSweep, state: bundle.PivotState, gain: Float, slack_mm: float, waves: int,
     rng: np.random.Generator,
 ) -> Float:  # fmt: skip
-    fields = [random_wave(rig, sweep.uv, rig.noise.pattern_px, rng) for _ in range(waves)]
-    moved = np.zeros((waves, len(gain)))
-    for first in range(0, len(sweep.uv), _CHUNK):
-        part = slice(first, first + _CHUNK)
-        influences = spot_influences(rig, sweep, state, gain, slack_mm, part)
-        for number, field in enumerate(fields):
-            moved[number] += np.einsum("ncla,nclam->m", np.nan_to_num(field[part]), influences)
+    influences = spot_influences(rig, sweep, state, gain, slack_mm, slice(None))
+    flat = influences.reshape(-1, len(gain)).T
+    fields = random_waves(rig, sweep.uv, rig.noise.pattern_px, waves, rng)
+    moved = np.array([flat @ np.nan_to_num(field).ravel() for field in fields])
     covariance: Float = moved.T @ moved / waves
     return covariance
 
 
-def random_wave(rig: Rig, uv: Pixels, sigma_px: float, rng: np.random.Generator) -> Pixels:
-    """Return one wave of a pattern of ``sigma_px`` at spots (n, C, L, 2), px.
+def random_waves(
+    rig: Rig, uv: Pixels, sigma_px: float, count: int, rng: np.random.Generator
+) -> Iterator[Pixels]:
+    """Yield waves of a pattern of ``sigma_px`` at spots (n, C, L, 2), px.
 
-    Of a tracker: the images of markers displaced by one wave of its place errors.
+    Of a tracker: the images of markers displaced by one wave of its place errors, to first order.
     """
     if rig.markers is not None:
-        document = rig.markers.document
-        places = locate_markers(rig.cameras, uv)
-        turns = places @ (rng.standard_normal((3, 3)) / document.noise.place_length)
-        field = np.sqrt(2.0) * np.cos(turns + rng.uniform(0.0, 2.0 * np.pi, 3))
-        size = document.noise.reported[0] * sigma_px / rig.noise.white_px
-        shaped = place_shape(places.reshape(-1, 3), document).reshape(*places.shape, 3)
-        moved = places + size * (shaped @ field[..., None])[..., 0]
-        return np.stack([project(one, moved) - project(one, places) for one in rig.cameras], axis=1)
+        noise, places = rig.markers.document.noise, locate_markers(rig.cameras, uv)
+        slopes = slopes_of_places(rig.cameras, places.reshape(-1, 3), rig.markers.document)
+        slopes *= np.sqrt(2.0) * noise.reported[0] * sigma_px / rig.noise.white_px
+        for _ in range(count):
+            turns = places @ (rng.standard_normal((3, 3)) / noise.place_length)
+            field = np.cos(turns + rng.uniform(0.0, 2.0 * np.pi, 3)).reshape(-1, 1, 3, 1)
+            yield (slopes @ field).reshape(*places.shape[:2], -1, 2).swapaxes(1, 2)
+        return
     shape = (uv.shape[1], 2)
-    wave = rng.standard_normal((*shape, 2)) / rig.noise.pattern_length_px
-    phase = rng.uniform(0.0, 2.0 * np.pi, shape)
-    turns = np.einsum("nclj,caj->ncla", uv, wave) + phase[:, None]
-    found: Pixels = np.sqrt(2.0) * sigma_px * np.cos(turns)
-    return found
+    for _ in range(count):
+        wave = rng.standard_normal((*shape, 2)) / rig.noise.pattern_length_px
+        phase = rng.uniform(0.0, 2.0 * np.pi, shape)
+        turns = np.einsum("nclj,caj->ncla", uv, wave) + phase[:, None]
+        yield np.sqrt(2.0) * sigma_px * np.cos(turns)
 
 
 def spot_influences(

@@ -20,8 +20,8 @@ from ocmm_core.calibration.pivot._start import PivotStart, lay
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3
-from ocmm_core.tracking import require_spots
-from ocmm_core.tracking.kernels import MAX_TIP_SIGMA, OK, allocate, solve_frames
+from ocmm_core.tracking import solve_leds
+from ocmm_core.tracking.kernels import OK
 
 _ROUNDS = 5
 _LEAST_FRAMES = 10
@@ -70,19 +70,14 @@ class RobustPivot:
 
 def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:
     """Return the independent pose of every frame, of a body with its tip as origin."""
-    require_spots(sweep.uv, rig, len(arms))
-    outputs = allocate(len(sweep.uv))
     # One sigma for all frames here; results are rescaled to each frame's own below.
     sigma = float(np.median(sweep.sigma_px))
-    solve_frames(
-        np.ascontiguousarray(sweep.uv), rig.packed(), np.ascontiguousarray(arms), np.zeros(3),
-        sigma, MAX_TIP_SIGMA, 1, *outputs,
-    )  # fmt: skip
-    status, tips, covariances, rotations, _, chi2, dof = outputs
+    poses = solve_leds(sweep.uv, rig, np.ascontiguousarray(arms), np.zeros(3), sigma)
     size = (sweep.sigma_px / sigma) ** 2
     return FreePoses(
-        (status == OK) & (dof > 0), tips, covariances * size[:, None, None], rotations,
-        chi2 / size, dof.astype(np.float64),
+        (poses.status == OK) & (poses.dof > 0), poses.tip_world,
+        poses.tip_covariance * size[:, None, None], poses.rotation_world_from_probe,
+        poses.chi2 / size, poses.dof.astype(np.float64),
     )  # fmt: skip
 
 

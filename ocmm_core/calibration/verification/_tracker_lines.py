@@ -13,9 +13,9 @@ import scipy
 
 from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.verification._state import Taken, VerificationState
-from ocmm_core.camera import place_shape, project, projection_jacobians
+from ocmm_core.camera import project
 from ocmm_core.geometry import Float, perpendicular_pair, unit
-from ocmm_core.tracking import solve, tip_sensitivity, triangulate
+from ocmm_core.tracking import solve, tip_sensitivities, triangulate
 
 SCALE = "verification.scale"
 _CHANCE = 0.999
@@ -100,32 +100,9 @@ def _rows_of(state: VerificationState) -> tuple[Float, Float]:
 
 
 def _covariance(taken: Sequence[Taken], state: VerificationState) -> Float:
-    """Return the covariance (3 n, 3 n), mm^2, of tips: near markers have errors in common."""
-    rig, body = state.rig, state.body
-    assert rig.markers is not None  # noqa: S101 - only of trackers
-    document = rig.markers.document
-    found = np.zeros((3 * len(taken), 3 * len(taken)))
-    places, moved = [], []
-    for number, one in enumerate(taken):
-        uv = guided.from_spots(one.event.uv)
-        by_spots = tip_sensitivity(uv, rig, body).by_spots.reshape(3, *uv.shape)
-        seen = np.flatnonzero(np.isfinite(uv).all(axis=(0, 2)))
-        at, by_spots = triangulate(rig, uv[:, seen]), by_spots[:, :, seen]
-        by_place = np.array([projection_jacobians(camera, at)[0] for camera in rig.cameras])
-        moves = np.einsum("iclx,clxy->liy", by_spots, by_place) @ place_shape(at, document)
-        white = one.event.sigma_px**2 - rig.noise.pattern_px**2
-        by_spots = by_spots.reshape(3, -1)
-        part = slice(3 * number, 3 * number + 3)
-        found[part, part] = white * by_spots @ by_spots.T
-        whole = np.zeros((len(seen), len(found), 3))
-        whole[:, part] = moves
-        places.append(at)
-        moved.append(whole)
-    where, by_field = np.concatenate(places), np.concatenate(moved)
-    apart = np.sum((where[:, None] - where) ** 2, axis=2) / document.noise.place_length**2
-    shared = np.tensordot(np.exp(-0.5 * apart), by_field, axes=1)
-    found += document.noise.place_sigma**2 * np.einsum("liy,ljy->ij", by_field, shared)
-    return found
+    uv = np.array([guided.from_spots(one.event.uv) for one in taken])
+    by_spots = [one.by_spots for one in tip_sensitivities(uv, state.rig, state.body)]
+    return guided.noise_covariance(uv, by_spots, [one.event.sigma_px for one in taken], state.rig)
 
 
 def _by_scale(one: Taken, state: VerificationState) -> Float:

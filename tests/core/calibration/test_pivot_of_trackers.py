@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.pivot._covariance import random_wave
+from ocmm_core.calibration.pivot._covariance import random_waves
 from ocmm_core.camera import load_rig, locate_markers, place_shape, project
 from ocmm_core.documents import resource
 
@@ -19,7 +19,7 @@ def test_place_errors_of_a_sweep_are_those_of_the_tracker() -> None:
     document = rig.markers.document
     places = np.array([[[0.0, 0.0, 0.0], [0.0, _APART_MM, 0.0]]])
     uv = np.stack([project(camera, places) for camera in rig.cameras], axis=1)
-    waves = [random_wave(rig, uv, rig.noise.pattern_px, rng) for _ in range(4000)]
+    waves = random_waves(rig, uv, rig.noise.pattern_px, 4000, rng)
     moved = np.array([locate_markers(rig.cameras, uv + wave)[0] for wave in waves]) - places[0]
     plain = (np.linalg.inv(place_shape(places[0], document)) @ moved[..., None])[..., 0]
     plain /= document.noise.place_sigma
