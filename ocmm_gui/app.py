@@ -25,10 +25,9 @@ from ocmm_core.host import library_fault
 from ocmm_core.options import DEFAULT_SERIAL
 from ocmm_core.settings import LoadedSettings, Settings, SettingsStore
 from ocmm_core.wording import LANGUAGE_VARIABLE, language_of
-from ocmm_gui import _showing as showing
+from ocmm_gui import _start as starting
 from ocmm_gui import kit
 from ocmm_gui.access import zoom_before_start
-from ocmm_gui.arguments import given, parser, window_options
 from ocmm_gui.home import StartChoice, StartPurpose, StartWindow
 
 if TYPE_CHECKING:
@@ -100,7 +99,7 @@ def _fatal_messages_end_in_a_sentence() -> Iterator[None]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the window; return 0, 2 if not started or the last job is lost, 3 after other errors."""
     hold_standard_streams()
-    parsed = parser().parse_args(arguments)
+    parsed = starting.parser().parse_args(arguments)
     try:
         return run(parsed)
     except Exception as error:
@@ -115,12 +114,12 @@ def run(parsed: argparse.Namespace) -> int:
     OcmmError if the station of the command line cannot be built. Choices of the start page that
     cannot be opened are reported there instead.
     """
-    store = SettingsStore.of_this_user(given(parsed))
+    store = SettingsStore.of_this_user(starting.given(parsed))
     app = make_application(store.load().settings.window_zoom)
     app.setQuitOnLastWindowClosed(False)
-    showing.end_on_signals(app)
+    starting.end_on_signals(app)
     told = kit.NoticeCentre()
-    sender = showing.HandOverSender(store)
+    sender = starting.HandOverSender(store)
     try:
         return _windows(app, parsed, store, told)
     finally:
@@ -164,7 +163,7 @@ def _windows(
             continue
         if code != EXIT_OK or after is None:
             return code
-        showing.let_go()
+        starting.let_go()
         choice, told = after, kit.NoticeCentre()
 
 
@@ -195,13 +194,13 @@ def _ask(
     for notice in told.kept():
         notices.post(notice)
     window.closed.connect(app.quit)
-    showing.show(window, parsed.size)
+    starting.show(window, parsed.size)
     window.read()
     if choice.section:
         window.show_settings(choice.section)
-    showing.end_after(parsed.quit_after, window.close)
+    starting.end_after(parsed.quit_after, window.close)
     app.exec()
-    showing.save_pictures(window, parsed.screenshot)
+    starting.save_pictures(window, parsed.screenshot)
     window.close()
     window.deleteLater()
     return window.choice
@@ -218,9 +217,9 @@ def _work(
     # Everything loaded here stays: garbage collection would take a seventh of the start.
     gc.disable()
     loaded = store.load()
-    options = window_options(parsed, loaded)
+    options = starting.window_options(parsed, loaded)
     # Numerical libraries take a second to load: show something before that.
-    starting = showing.splash(app, loaded.settings.instrument_source, options.theme)
+    splash = starting.splash(app, loaded.settings.instrument_source, options.theme)
     try:
         from ocmm_core.composition import AcceptanceBench, build_station, source_of
         from ocmm_gui.bridge import StationBridge
@@ -230,15 +229,15 @@ def _work(
         request = _request(parsed, loaded, choice)
         built = build_station(request)
     finally:
-        starting.close()
-        starting.deleteLater()
+        splash.close()
+        splash.deleteLater()
     notices = kit.NoticeCentre()
     try:
         bridge = StationBridge(built.station)
     except BaseException:
         built.station.close()
         raise
-    watch = showing.watch_jobs(built, loaded, choice)
+    watch = starting.watch_jobs(built, loaded, choice)
     code, after = EXIT_OK, ""
     path, plan = built.job_path, built.station.job.plan_file
     practised = source_of(request.source).spec.practice
@@ -256,7 +255,7 @@ def _work(
                 practice=None if practised is None else practised(request),
             )
             window.show_far(options.far)
-            showing.show(window, options.size)
+            starting.show(window, options.size)
             gc.freeze()
             gc.enable()
             _begin(window, bridge, parsed, loaded, choice)
@@ -266,12 +265,12 @@ def _work(
             for notice in told.kept():
                 notices.post(notice)
             window.closed.connect(app.quit)
-            showing.end_after(options.quit_after_s, window.close)
+            starting.end_after(options.quit_after_s, window.close)
             app.exec()
             # The current job may differ from the first by now.
             path, plan = built.station.job.path, built.station.job.plan_file
             after = window.after
-            if not showing.save_pictures(window, options.screenshots):
+            if not starting.save_pictures(window, options.screenshots):
                 code = EXIT_FAILED
     finally:
         gc.enable()

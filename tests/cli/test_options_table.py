@@ -24,7 +24,7 @@ from ocmm_core.options import (
     WINDOW,
 )
 from ocmm_core.settings import SETTINGS, Kind, SettingsStore
-from ocmm_gui.arguments import given, parser
+from ocmm_gui._start import given, parser
 from tests.sources import parsed_with
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -114,7 +114,7 @@ def test_only_the_table_makes_options() -> None:
                 stated = {one.arg for one in call.keywords}
                 assert not call.args, f"{path}: {ast.unparse(call)}"
                 assert not stated & {"help", "envvar"}, f"{path}: {ast.unparse(call)}"
-    source = (ROOT / "ocmm_gui" / "arguments.py").read_text(encoding="utf-8")
+    source = (ROOT / "ocmm_gui" / "_start.py").read_text(encoding="utf-8")
     assert source.count("add_argument(") == 1
 
 

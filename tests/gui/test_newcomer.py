@@ -15,8 +15,8 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 
+from ocmm_gui._start import parser
 from ocmm_gui.app import run
-from ocmm_gui.arguments import parser
 from ocmm_gui.home import StartWindow
 from ocmm_gui.window import MainWindow
 from tests.host import BUSY, HANG_S

@@ -36,7 +36,7 @@ from ocmm_core.typed_numbers import (
     TEMPERATURE,
     TILT,
 )
-from ocmm_gui.arguments import parser
+from ocmm_gui._start import parser
 from ocmm_gui.maintain._probe_design_page import _numbers
 from ocmm_gui.plan_editor._field_labels import FieldUnit
 from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine, value_of

@@ -65,7 +65,7 @@ def test_a_termination_signal_during_the_start_is_not_lost() -> None:
     program = (
         "import signal, sys\n"
         "from PySide6.QtWidgets import QApplication\n"
-        "from ocmm_gui._showing import end_on_signals, splash\n"
+        "from ocmm_gui._start import end_on_signals, splash\n"
         "app = QApplication(sys.argv)\n"
         "end_on_signals(app)\n"
         "signal.raise_signal(signal.SIGTERM)\n"

@@ -19,7 +19,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.composition import AcceptanceBench, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.settings import SettingsStore
-from ocmm_gui._showing import let_go
+from ocmm_gui._start import let_go
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.home import StartWindow
 from ocmm_gui.kit import NoticeCentre, RecentPlaces

@@ -51,7 +51,7 @@ _KNOWN = {
         "DISPLAY": "environment", "WAYLAND_DISPLAY": "environment",
         "QT_QPA_PLATFORM": "environment", "Fusion": "style of Qt",
     },
-    "_showing.py": {"The picture … cannot be written.\n": "on the terminal"},
+    "_start.py": {"The picture … cannot be written.\n": "on the terminal"},
     "access/_hands_and_eyes.py": {"Scroll": "name of Qt", "ExtensionButton": "name of Qt"},
     "access/_zoom.py": {
         "QT_SCALE_FACTOR": "environment", "Qt6Gui.dll": "file", "Qt": "folder",
