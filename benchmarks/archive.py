@@ -94,7 +94,7 @@ def real_files(folder: Path, count: int) -> list[Path]:
         with JobFile.create(path, head) as job:
             session = InspectionSession(plan, rig, body, job, SessionOptions())
             for touch in taken:
-                session.touches.take(touch)
+                session.touches.record_touch(touch)
         paths.append(path)
     return paths
 
@@ -208,7 +208,7 @@ def main() -> None:
 
 
 def _run(archive: SqlArchive, options: argparse.Namespace, folder: Path) -> None:
-    assert not archive.ask("SELECT 1 FROM job LIMIT 1").rows, "the archive must be empty"
+    assert not archive.query("SELECT 1 FROM job LIMIT 1").rows, "the archive must be empty"
     print(f"{options.store}, {options.results} characteristics a job")
     stages = sorted({options.jobs // 10, options.jobs // 3, options.jobs})
     done = 0
@@ -222,7 +222,7 @@ def _run(archive: SqlArchive, options: argparse.Namespace, folder: Path) -> None
         print(f"N = {done}: filled in {lasted:.0f} s", flush=True)
         for name, took in questions(archive, done).items():
             print(f"  {name:30} {took:9.1f} ms")
-    size = archive.ask(
+    size = archive.query(
         "SELECT pg_database_size(current_database())"
         if options.store == "postgresql"
         else "SELECT page_count * page_size FROM pragma_page_count(), pragma_page_size()"

@@ -119,7 +119,7 @@ def run_first_order(seed: int, parts: int) -> Counts:
     factors = factors_of_matrix(covariance)
     exact = {item.feature: item for item in form_samples(actual, factors)}
     by_points = {name: actual[name].by_residuals.rows for name in exact}
-    noise = {name: float(np.trace(factors.of(by))) for name, by in by_points.items()}
+    noise = {name: float(np.trace(factors.covariance_of(by))) for name, by in by_points.items()}
     evaluations = [evaluate(item, actual, group.alignment) for item in group.characteristics]
     counts: Counts = {}
     for index in range(parts):

@@ -50,7 +50,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export.audits import AuditedKind, audit, document_kind
 from ocmm_core.export.certificate import certificate_of_folder, write_certificate
 from ocmm_core.export.template import load_paper, standard_template
-from ocmm_core.inspection.archive import RecallRecord
+from ocmm_core.inspection.finished import RecallRecord
 from ocmm_core.inspection.plan import plan_release, release_plan
 from ocmm_core.seals import Signed, release_file
 from ocmm_core.settings import SettingsFile

@@ -32,8 +32,8 @@ import numpy as np  # noqa: E402 - the number of BLAS threads is set before nump
 from benchmarks.recall_scenes import PROBE, RIG, base_points  # noqa: E402 - as above
 from ocmm_core.camera import load_rig  # noqa: E402 - as above
 from ocmm_core.documents import resource  # noqa: E402 - as above
-from ocmm_core.inspection.archive import compare_files, reopen_job  # noqa: E402 - as above
 from ocmm_core.inspection.evaluation import SessionOptions  # noqa: E402 - as above
+from ocmm_core.inspection.finished import compare_files, reopen_job  # noqa: E402 - as above
 from ocmm_core.inspection.plan import load_plan  # noqa: E402 - as above
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse  # noqa: E402 - as above
 from ocmm_core.measuring import MeasuredPoint  # noqa: E402 - as above

@@ -114,7 +114,7 @@ def measure_until_killed(bench: Bench, path: Path, seed: int, book: int) -> None
         if kind == "take":
             touch = bench.touches[int(rng.integers(len(bench.touches)))]
             feature = taken[0][0] if taken else bench.plan.features[0].name
-            outcome = session.touches.take(touch, feature)
+            outcome = session.touches.record_touch(touch, feature)
             if isinstance(outcome, Refusal):
                 continue
         elif not job.points():

@@ -32,8 +32,8 @@ from ocmm_core.camera import load_rig, project  # noqa: E402 - as above
 from ocmm_core.export.report import report_of_job  # noqa: E402 - as above
 from ocmm_core.features.shapes import NominalFeature, Shape  # noqa: E402 - as above
 from ocmm_core.geometry import rotation_from_vector  # noqa: E402 - as above
-from ocmm_core.inspection.archive import reopen_job  # noqa: E402 - as above
 from ocmm_core.inspection.evaluation import SessionOptions  # noqa: E402 - as above
+from ocmm_core.inspection.finished import reopen_job  # noqa: E402 - as above
 from ocmm_core.inspection.plan import Plan, load_plan, save_plan  # noqa: E402 - as above
 from ocmm_core.inspection.session import InspectionSession  # noqa: E402 - as above
 from ocmm_core.measuring import MeasuredPoint  # noqa: E402 - as above

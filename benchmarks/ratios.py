@@ -35,7 +35,7 @@ from ocmm_cli.study import BenchRow, measure_speed  # noqa: E402 - as above
 from ocmm_core.camera import load_rig  # noqa: E402 - as above
 from ocmm_core.documents import resource, write_atomic  # noqa: E402 - as above
 from ocmm_core.features.shapes import Shape  # noqa: E402 - as above
-from ocmm_core.inspection.archive import compare_files  # noqa: E402 - as above
+from ocmm_core.inspection.finished import compare_files  # noqa: E402 - as above
 from ocmm_core.tracking import load_probe  # noqa: E402 - as above
 
 TABLE = Path(__file__).with_name("ratios.json")

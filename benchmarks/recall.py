@@ -32,7 +32,7 @@ import numpy as np  # noqa: E402 - the number of BLAS threads is set before nump
 
 from benchmarks.recall_scenes import DIAMETER, STEP, TOLERANCE, TruePart, World, base_points  # noqa: E402 - as above
 from ocmm_core.geometry import Float  # noqa: E402 - as above
-from ocmm_core.inspection.archive import Outcome, RecalledCharacteristic, RecalledJob  # noqa: E402 - as above
+from ocmm_core.inspection.finished import Outcome, RecalledCharacteristic, RecalledJob  # noqa: E402 - as above
 from ocmm_core.inspection.recall import KeptPlaces, recall  # noqa: E402 - as above
 from ocmm_core.measuring import MeasuredPoint  # noqa: E402 - as above
 from ocmm_core.tolerances.decisions import Verdict  # noqa: E402 - as above

@@ -77,7 +77,7 @@ def base_points(folder: Path, plan_file: Path = PLAN) -> tuple[MeasuredPoint, ..
     with JobFile.create(folder / "base.job", head) as job:
         session = InspectionSession(plan, rig, body, job, options)
         for touch in collector.push(TrackingPipeline(rig, body).process(frames)):
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
         return tuple(job.points())
 
 

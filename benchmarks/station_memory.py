@@ -298,7 +298,7 @@ def _judged_documents(folder: Path) -> Judged:
     except OcmmError as error:
         return Judged(False, error.what, error.remedy)
     notes = settings.read().notes
-    said = " ".join((plan.words, *(f"{one.what} {one.remedy}" for one in notes)))
+    said = " ".join((plan.summary, *(f"{one.what} {one.remedy}" for one in notes)))
     if plan.released != sound:
         return Judged(None, said, "")
     return Judged(sound, said, said)

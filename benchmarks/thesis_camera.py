@@ -129,7 +129,7 @@ def without_wire(seed: int) -> list[Outcome]:
         plan, part = load_plan(DEMO_PLAN), load_part(DEMO_PART)
         rig, body = load_rig(path), load_probe(STANDARD_PROBE)
         device = load_device(rig.device)
-        lenses = [Intrinsics.of(camera, 0).model() for camera in rig.cameras]
+        lenses = [Intrinsics.from_camera(camera, 0).model() for camera in rig.cameras]
         touches = [(feature.name, feature.points) for feature in plan.features]
         rate = round(1e9 / device.period_ns)
         virtual = VirtualRig(rig, body, part, touches, seed, frame_rate_hz=rate)

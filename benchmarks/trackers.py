@@ -136,7 +136,7 @@ class TrackerSite:
             procedure.watch(self.frames(rig, shown, first, min(_BLOCK, shown.n_frames - first)))
             self.now += timedelta(seconds=_BLOCK / rig.frame_rate_hz)
             if procedure.base.live.ready:
-                procedure.take(self.now)
+                procedure.record(self.now)
                 if isinstance(procedure, VerificationProcedure):
                     for line, plan in enumerate(procedure.view.lines):
                         if plan.hint:

@@ -45,7 +45,7 @@ _SENTENCE_PARTS = _set(
     "doubt doubts doing next_words reference_reason broken warning judgement gap absent"
 )
 _WORD_PARTS = _set(
-    "value word words status state kind shape strerror quantity verdict when lower hold "
+    "value word words summary status state kind shape strerror quantity verdict when lower hold "
     "depth_part wanted_part side"
 )
 _FAILING = _set(
@@ -81,7 +81,9 @@ class _Qualified(ast.NodeTransformer):
 class Reader:
     """Finds the sentences of one source."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, *, of_command: bool = True) -> None:
+        # `tr` of the window is collected by Qt.
+        self._of_command = of_command
         self._tree = _Qualified.removed(ast.parse(text))
         self._parents = {
             child: node for node in ast.walk(self._tree) for child in ast.iter_child_nodes(node)
@@ -141,11 +143,7 @@ class Reader:
     def spoken_words(self) -> Iterator[str]:
         """Return the words that a command prints in the language: heads, labels, verdicts."""
         for node in ast.walk(self._tree):
-            if not isinstance(node, ast.Call) or _name_of(node) not in (
-                "say_word",
-                "heads",
-                "lead",
-            ):
+            if not isinstance(node, ast.Call) or _name_of(node) not in ("tr_word", "heads", "lead"):
                 continue
             for value in node.args:
                 sides = [value.body, value.orelse] if isinstance(value, ast.IfExp) else [value]
@@ -206,9 +204,13 @@ class Reader:
     def _is_spoken(self, node: ast.AST) -> bool:
         """Return whether a command prints it in the language of the terminal."""
         parent = self._parents.get(node)
-        return isinstance(parent, ast.Call) and (
-            _name_of(parent) in ("say", "say_later")
-            or ast.unparse(parent.func).endswith("console.say")
+        return (
+            self._of_command
+            and isinstance(parent, ast.Call)
+            and (
+                _name_of(parent) in ("tr", "tr_later")
+                or ast.unparse(parent.func).endswith("console.show")
+            )
         )
 
     def _is_silent(self, node: ast.AST) -> bool:

@@ -180,7 +180,9 @@ def collect(root: Path = ROOT) -> Texts:
         if name.startswith(LEFT_OUT):
             continue
         all_of_it = name.startswith(REPORTS) or not name.startswith(ERRORS_ONLY)
-        reader = Reader(path.read_text(encoding="utf-8"))
+        reader = Reader(
+            path.read_text(encoding="utf-8"), of_command=not name.startswith("ocmm_gui")
+        )
         for sentence, code, is_remedy in reader.sentences(all_of_it=all_of_it):
             codes = found.setdefault(sentence, set())
             if code:

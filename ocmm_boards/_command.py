@@ -38,7 +38,7 @@ def calibrate_boards(
     from ocmm_boards._detection import detect_corners
     from ocmm_boards._solution import calibrate_with_board, evaluated, keep_views
     from ocmm_cli.calibrate import is_yes, open_site, print_calibration, print_status
-    from ocmm_cli.terminal import lead, make_console, progress_line, say
+    from ocmm_cli.terminal import lead, make_console, progress_line, tr
     from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.records import let_pass
     from ocmm_core.errors import InputError
@@ -63,10 +63,10 @@ def calibrate_boards(
         with progress_line() as tell:
             views = detect_corners(
                 pictures, patterns, cameras, known,
-                lambda done, of: tell(say(f"Searched {done:d} of {of:d} pictures"), done / of),
+                lambda done, of: tell(tr(f"Searched {done:d} of {of:d} pictures"), done / of),
             )  # fmt: skip
     for sentence in views.left_out:
-        console.say(sentence)
+        console.show(sentence)
     kept = keep_views(site.sessions, known, views, site.design, who, now)
     console.print(f"{lead('Session  ')}{kept}")
     found = calibrate_with_board(site.design, known, views, force=bool(overrule))
@@ -75,7 +75,7 @@ def calibrate_boards(
         who=who, temperature=warm, valid_days=valid_days,
     )  # fmt: skip
     print_calibration(console, outcome)
-    console.say(
+    console.show(
         f"{found.views:d} views; corners scatter by {found.sigma_px:.3f} px, and U grows by "
         f"{100.0 * (found.together**0.5 - 1.0):.0f} % because corners of one picture err "
         "together.",
@@ -83,13 +83,13 @@ def calibrate_boards(
     )
     accepted = decision
     if accepted is None and console.is_terminal:
-        console.say("Accept it? [y/n] ", end="", highlight=True)
+        console.show("Accept it? [y/n] ", end="", highlight=True)
         accepted = is_yes(console.input())
     if accepted:
         reason = overrule or "calibrated with a board"
         site.store.accept(outcome.record, who, reason, now, kept)
     elif accepted is None:
-        console.say("Not accepted: give --accept to put this calibration in force.")
+        console.show("Not accepted: give --accept to put this calibration in force.")
     print_status(console, site.document, site.calibrations, now)
     if not accepted:
         raise typer.Exit(1)
@@ -108,7 +108,7 @@ def take_pictures(
     """
     from ocmm_boards._board import load_board
     from ocmm_boards._detection import corner_finder, genicam_source, next_view, write_view
-    from ocmm_cli.terminal import DeferredInterrupt, make_console, progress_line, say
+    from ocmm_cli.terminal import DeferredInterrupt, make_console, progress_line, tr
     from ocmm_core.camera import load_rig
 
     console = make_console()
@@ -117,7 +117,7 @@ def take_pictures(
     find = None if known is None else corner_finder(known)
     cameras = genicam_source(source, design)
     first = next_view(folder)
-    interrupt = DeferredInterrupt(say("All pictures so far are kept."))
+    interrupt = DeferredInterrupt(tr("All pictures so far are kept."))
     try:
         cameras.open()
         for number in range(first, first + views):
@@ -126,17 +126,17 @@ def take_pictures(
                 while (left := begun + every - time.monotonic()) > 0.0:
                     # Read meanwhile: a silent camera is told at once, and no image waits.
                     cameras.read()
-                    tell(say(f"View {number:d}: hold the board still"), 1.0 - left / every)
+                    tell(tr(f"View {number:d}: hold the board still"), 1.0 - left / every)
                     if interrupt.check():
                         return
             pictures = cameras.pictures(2.0)
             said = []
             for camera, picture in zip(design.cameras, pictures, strict=True):
-                found = "" if find is None else say(f", {find(picture):d} corners")
+                found = "" if find is None else tr(f", {find(picture):d} corners")
                 said.append(f"{camera.name}{found}")
             write_view(folder, number, design, pictures)
-            console.say(f"View {number:d}: {', '.join(said)}", highlight=True)
+            console.show(f"View {number:d}: {', '.join(said)}", highlight=True)
     finally:
         cameras.close()
         interrupt.close()
-    console.say(f"{views:d} views are in {folder}.")
+    console.show(f"{views:d} views are in {folder}.")

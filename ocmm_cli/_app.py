@@ -32,7 +32,7 @@ from ocmm_cli.measure import (
 )
 from ocmm_cli.options import describe, described, read_typed_numbers
 from ocmm_cli.station import audit_app, key_app, settings_app, station_app, support_app
-from ocmm_cli.terminal import make_console, say
+from ocmm_cli.terminal import make_console, tr
 from ocmm_core.build import build_version
 from ocmm_core.plugins import load
 from ocmm_core.plugins import names as plugin_names
@@ -80,7 +80,7 @@ def compile_command(processes: int | None) -> None:
 
     done = compile_all(processes)
     typer.echo(
-        say(f"{done.listed} compiled functions are ready, {done.compiled} were compiled now.")
+        tr(f"{done.listed} compiled functions are ready, {done.compiled} were compiled now.")
     )
 
 

@@ -10,7 +10,7 @@ import stat
 import sys
 from typing import NoReturn, TextIO
 
-from ocmm_cli.terminal import say
+from ocmm_cli.terminal import tr
 from ocmm_core import failure
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
@@ -43,7 +43,7 @@ def main() -> None:
 
 def _main() -> None:
     piped = _is_piped()
-    with failure.ThreadNet(_tell) as threads:
+    with failure.ThreadNet(_print_error) as threads:
         try:
             _run()
         except SystemExit as end:
@@ -83,9 +83,9 @@ def _run() -> None:
 
 def _tell_stopped(stop: KeyboardInterrupt) -> None:
     """Print what is kept and how to continue, if known."""
-    told = say("ocmm: stopped.")
+    told = tr("ocmm: stopped.")
     if _measures():
-        told = say("ocmm: stopped; all points taken are saved in the job file.")
+        told = tr("ocmm: stopped; all points taken are saved in the job file.")
     sys.stderr.write(f"{told} {stop}".rstrip() + "\n")
 
 
@@ -102,7 +102,7 @@ def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
     if isinstance(error, OSError) and error.errno in _FULL and error.filename is None:
         fault = _fault_of(sys.stdout, b"\n") or _fault_of(sys.stderr, b"\n")
         if fault is not None:
-            _tell(_unwritten(fault))
+            _print_error(_unwritten(fault))
             sys.exit(COULD_NOT_MEASURE)
     if isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("ocmm_"):
         package = str(error.name).partition(".")[0]
@@ -115,7 +115,7 @@ def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
     told = failure.contained(
         error, "The command", _SAFE if job else "", failure.REOPEN if job else failure.AGAIN
     )
-    _tell(told)
+    _print_error(told)
     sys.exit(failure.EXIT_INTERNAL if isinstance(told, InternalError) else COULD_NOT_MEASURE)
 
 
@@ -128,7 +128,7 @@ def _written(code: int) -> int:
             code = code or NOBODY_READS
         else:
             code = max(code, COULD_NOT_MEASURE)
-            _tell(_unwritten(fault))
+            _print_error(_unwritten(fault))
     if _fault_of(sys.stderr) is not None:
         failure.silence(sys.stderr)
     return code
@@ -181,7 +181,7 @@ def _is_unread() -> bool:
     return HOST.reader_has_left(sys.stdout.fileno())
 
 
-def _tell(error: OcmmError) -> None:
+def _print_error(error: OcmmError) -> None:
     # The exit code remains even if nothing reads the text.
     from ocmm_cli.terminal import shown
 

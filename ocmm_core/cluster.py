@@ -149,7 +149,7 @@ def run_tasks(
     *,
     site: Site = HERE,
     contents: Callable[[T], Sequence[bytes]] = nothing,
-    told: Callable[[int], None] = lambda done: None,
+    on_done: Callable[[int], None] = lambda done: None,
 ) -> Iterator[R | OcmmError]:
     """Yield the result of each thing in order; identical on every site.
 
@@ -182,7 +182,7 @@ def run_tasks(
         dask = cluster()
         if dask is None:
             raise no_dask()
-        yield from dask.over_scheduler(site, work, things, named, contents, told)
+        yield from dask.over_scheduler(site, work, things, named, contents, on_done)
         return
     processes = site.workers
     if processes is None:
@@ -192,11 +192,11 @@ def run_tasks(
         processes = max(min(processes, many, 4 * HOST.processors()), 1)
         dask = cluster() if site.dask and processes > 1 else None
     if dask is not None and not multiprocessing.current_process().daemon:
-        yield from dask.over_local(processes, work, things, named, contents, told)
+        yield from dask.over_local(processes, work, things, named, contents, on_done)
         return
     # Read by the process that needs them, not sent through a pipe.
     here = work if contents is nothing else partial(_with_contents, work, contents)
-    yield from side_by_side(here, things, processes, named, told)
+    yield from side_by_side(here, things, processes, named, on_done)
 
 
 def _with_contents(work: Callable[..., R], contents: Callable[[T], Sequence[bytes]], thing: T) -> R:

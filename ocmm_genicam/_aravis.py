@@ -236,7 +236,7 @@ class AravisCamera:
             self._library.arv_stream_push_buffer(self._stream, buffer)
         _call("arv_camera_start_acquisition", self._camera, to=self.serial)
 
-    def take(self, timeout_s: float) -> Image | None:
+    def next_image(self, timeout_s: float) -> Image | None:
         """Return the next buffer, which replaces the one before, or None."""
         library = self._library
         if self._taken is not None:

@@ -14,7 +14,7 @@ COMPLETE = 0
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """One buffer; `data` is valid until the next `Camera.take`."""
+    """One buffer; `data` is valid until the next `Camera.next_image`."""
 
     status: int
     number: int
@@ -59,7 +59,7 @@ class Camera(Protocol):
         """Allocate buffers and start the acquisition."""
         ...
 
-    def take(self, timeout_s: float) -> Image | None:
+    def next_image(self, timeout_s: float) -> Image | None:
         """Return the next buffer, or None."""
         ...
 

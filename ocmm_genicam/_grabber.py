@@ -155,7 +155,7 @@ class Grabber:
         )
         # The first call may compile, which takes longer than a camera may be silent.
         dark = np.zeros(pixels.bytes_of(expected.width, expected.height), np.uint8)
-        self._finder.take(unpack(pixels, dark, expected.width, expected.height))
+        self._finder.find(unpack(pixels, dark, expected.width, expected.height))
         self._last: tuple[int, int] | None = None
         self._stop = threading.Event()
         # A daemon: the library may wait for a camera that is gone.
@@ -194,9 +194,9 @@ class Grabber:
             self.camera.start()
             due = time.monotonic() + _CLOCK_S
             while not self._stop.is_set():
-                image = self.camera.take(_TAKE_S)
+                image = self.camera.next_image(_TAKE_S)
                 if image is not None:
-                    self.take(image)
+                    self.process(image)
                 if self._clock is not None and time.monotonic() > due:
                     self.clock_state = self._clock.state()
                     due = time.monotonic() + _CLOCK_S
@@ -204,7 +204,7 @@ class Grabber:
             self.failure = contained(error, f"Camera {self.camera.serial}", remedy=REOPEN)
         self._wake()
 
-    def take(self, image: Image) -> None:
+    def process(self, image: Image) -> None:
         """Check a buffer, and find its spots; AcquisitionError for a camera that has changed."""
         account, expected = self.account, self._expected
         size = self._pixels.bytes_of(expected.width, expected.height)
@@ -235,7 +235,7 @@ class Grabber:
         if self._keeps > 0:
             self._keeps -= 1
             self.kept.append((image.time_ns, counts.copy()))
-        block = self._finder.take(counts)
+        block = self._finder.find(counts)
         flags = int(FrameFlag.SATURATED) if block.saturated[0] else 0
         # Read with each image: some frames late at most, and the ball rests for many.
         if expected.button_line >= 0 and (self.camera.integer(_LINES) >> expected.button_line & 1):

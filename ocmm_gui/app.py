@@ -258,7 +258,7 @@ def _work(
             starting.show(window, options.size)
             gc.freeze()
             gc.enable()
-            _begin(window, bridge, parsed, loaded, choice)
+            _open_page(window, bridge, parsed, loaded, choice)
             window.load_the_rest()
             for note in loaded.notes:
                 notices.warn(note.what, note.remedy)
@@ -310,7 +310,7 @@ def _left_behind(path: Path, plan: Path | None) -> Path | None:
     return path
 
 
-def _begin(
+def _open_page(
     window: MainWindow,
     bridge: StationBridge,
     parsed: argparse.Namespace,

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import msgspec
 import typer
 
-from ocmm_cli.terminal import PlainConsole, heads, lead, make_console, print_grid, say, say_word
+from ocmm_cli.terminal import PlainConsole, heads, lead, make_console, print_grid, tr, tr_word
 from ocmm_core.errors import MeasuringError
 from ocmm_core.lazy_exports import TYPE_CHECKING
 
@@ -71,15 +71,15 @@ def write(
 
     console, opened = make_console(soft_wrap=True), machine.open()
     if opened.is_last(read_summary(job).head.job_uuid):
-        _tell(console, opened.write_again(dialect, out), out)
-        console.say("This correction was recorded before: the same values were written.")
+        _print_line(console, opened.write_again(dialect, out), out)
+        console.show("This correction was recorded before: the same values were written.")
         return
     found = opened.preview(job, recut=recut, probes=probes, calibrations=calibrations)
     _show(console, found)
     if not found.changed:
         raise typer.Exit(1)
     if not confirm and console.is_terminal:
-        console.say("Write this correction? [y/n] ", end="", highlight=True)
+        console.show("Write this correction? [y/n] ", end="", highlight=True)
         confirm = found.code if is_yes(console.input()) else ""
     if not confirm:
         raise MeasuringError(
@@ -87,14 +87,14 @@ def write(
             "No person has confirmed this correction.",
             "Look at the preview, then give --confirm with its code.",
         )
-    _tell(console, opened.write(found, confirm, who, dialect, out, datetime.now(UTC)), out)
+    _print_line(console, opened.write(found, confirm, who, dialect, out, datetime.now(UTC)), out)
 
 
 @correct_app.command()
 def undo(*, machine: ChosenMachine, dialect: _Dialect, out: Path, who: str, reason: str) -> None:
     """Undo the last correction: write the values before it for the control."""
     line = machine.open().undo(who, reason, dialect, out, datetime.now(UTC))
-    _tell(make_console(soft_wrap=True), line, out)
+    _print_line(make_console(soft_wrap=True), line, out)
 
 
 @correct_app.command(name="set")
@@ -109,7 +109,7 @@ def state(
         except ValueError:
             given[name] = math.nan
     line = machine.open().state(given, who, datetime.now(UTC))
-    _tell(make_console(soft_wrap=True), line, None)
+    _print_line(make_console(soft_wrap=True), line, None)
 
 
 @correct_app.command()
@@ -117,7 +117,7 @@ def history(*, machine: ChosenMachine) -> None:
     """List all changes of a machine's offsets; an altered register is refused."""
     console, register = make_console(), machine.open().register
     rows = [
-        (str(number), one.utc[:19], one.who, say_word(one.what), one.job, ", ".join(_changes(one)))
+        (str(number), one.utc[:19], one.who, tr_word(one.what), one.job, ", ".join(_changes(one)))
         for number, one in enumerate(register.items, 1)
     ]
     print_grid(console, heads("No", "UTC", "By", "What", "Job", "Change"), rows)
@@ -134,9 +134,9 @@ def _number(value: float | None, sign: str = "+") -> str:
 
 def _show(console: PlainConsole, found: Proposal) -> None:
     if found.practice:
-        console.say("PRACTICE: for no machine.", style="yellow")
+        console.show("PRACTICE: for no machine.", style="yellow")
     for sentence in (*found.refusals, *found.left_out):
-        console.say(sentence, style="yellow")
+        console.show(sentence, style="yellow")
     if found.changes:
         print_grid(
             console,
@@ -144,7 +144,7 @@ def _show(console: PlainConsole, found: Proposal) -> None:
             [
                 (one.offset, f"{one.before:g} {one.unit}", _number(one.found),
                  _number(one.expanded, ""), _number(one.needed, ""), _number(one.change),
-                 f"{one.after:g} {one.unit}", say(one.why))
+                 f"{one.after:g} {one.unit}", tr(one.why))
                 for one in found.changes
             ],
         )  # fmt: skip
@@ -152,20 +152,18 @@ def _show(console: PlainConsole, found: Proposal) -> None:
             console,
             heads("Characteristic", "Verdict", "Deviation", "U", "Lower", "Upper", "After", "Note"),
             [
-                (one.characteristic, say_word(one.verdict), _number(one.deviation),
+                (one.characteristic, tr_word(one.verdict), _number(one.deviation),
                  _number(one.expanded, ""), _number(one.lower), _number(one.upper),
-                 _number(one.predicted), say(one.why))
+                 _number(one.predicted), tr(one.why))
                 for one in found.effects
             ],
         )  # fmt: skip
-    console.print(
-        f"{lead('Code  ')}{found.code}" if found.changed else say("Nothing is corrected.")
-    )
+    console.print(f"{lead('Code  ')}{found.code}" if found.changed else tr("Nothing is corrected."))
 
 
-def _tell(console: PlainConsole, line: CorrectionLine, out: Path | None) -> None:
+def _print_line(console: PlainConsole, line: CorrectionLine, out: Path | None) -> None:
     for change in _changes(line):
         console.print(change)
     if out is not None:
         console.print(f"{lead('File  ')}{out}")
-        console.say("Check that the control shows the old values, then load the file.")
+        console.show("Check that the control shows the old values, then load the file.")

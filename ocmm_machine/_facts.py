@@ -20,8 +20,8 @@ from ocmm_core.calibration.records import CalibrationStatus
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.report import report_of_job
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive import ReopenedJob, parts_of_batch, reopen_job, why_not_counted
 from ocmm_core.inspection.evaluation import PARTIAL_PLAN, SIMULATED
+from ocmm_core.inspection.finished import ReopenedJob, parts_of_batch, reopen_job, why_not_counted
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_machine._document import CorrectionDocument

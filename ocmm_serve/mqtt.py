@@ -58,11 +58,11 @@ def serve_mqtt(*, broker: MqttBroker, places: PublishedPlaces) -> None:
     try:
         console.print(f"{lead('Broker  ')}{broker.broker}, {broker.topic}/#")
         publish_until_end(
-            places, lambda words: console.say(words, style="yellow"), publisher.publish
+            places, lambda words: console.show(words, style="yellow"), publisher.publish
         )
     finally:
         publisher.close()
-    console.say(f"{publisher.sent} messages sent.")
+    console.show(f"{publisher.sent} messages sent.")
 
 
 @dataclass(slots=True)

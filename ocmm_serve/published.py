@@ -26,8 +26,8 @@ from ocmm_core.export import EXPORTERS
 from ocmm_core.export import report as reports
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
-from ocmm_core.inspection.archive import SUFFIX, ReopenedJob, reopen_job
 from ocmm_core.inspection.evaluation import SIMULATED
+from ocmm_core.inspection.finished import SUFFIX, ReopenedJob, reopen_job
 from ocmm_machine import Machine
 from ocmm_serve.site import PublishedPlaces, stop_event
 
@@ -140,7 +140,7 @@ class PublishedResult:
         return msgspec.json.encode(self.report)
 
     @property
-    def words(self) -> str:
+    def verdict_text(self) -> str:
         """Return the verdict with the states of the report, such as SIMULATED."""
         part = self.report.part_verdict
         return ", ".join(("" if part is None else part.word, *self.report.state))
@@ -212,7 +212,7 @@ class PublishedStation:
             if changed != self._facts:
                 self._facts = replace(changed, version=changed.version + 1)
 
-    def _tell(self, error: Exception) -> None:
+    def _report(self, error: Exception) -> None:
         """Report a fault once."""
         told = error if isinstance(error, OcmmError) else contained(error, "Publishing")
         if str(told) not in self._told:
@@ -279,7 +279,7 @@ class PublishedStation:
                 if turn % _EQUIPMENT_TURNS == 0 or due:
                     self._show_equipment()
             except Exception as error:
-                self._tell(error)
+                self._report(error)
             turn += 1
             self._stopping.wait(_POLL_S)
 
@@ -304,7 +304,7 @@ class PublishedStation:
                 self._last = job
             return result_of(job)
         except Exception as error:
-            self._tell(error)
+            self._report(error)
             return None
 
     def _show_results(self) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ocmm_cli.terminal import tr
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.options import DEMO_PLAN
@@ -102,7 +103,7 @@ def serving(request: StationRequest, console: PlainConsole) -> Iterator[BuiltSta
 
     Plans of single points stay open.
     """
-    from ocmm_cli.terminal import lead, say, told
+    from ocmm_cli.terminal import error_text, lead
     from ocmm_core.composition import build_station
 
     built = build_station(request)
@@ -112,10 +113,12 @@ def serving(request: StationRequest, console: PlainConsole) -> Iterator[BuiltSta
             station.events.point_taken.connect(keep_open(station))
         station.events.point_refused.connect(
             lambda refusal: console.print(
-                f"{say('Point refused:')} {told(refusal)}", style="yellow"
+                f"{tr('Point refused:')} {error_text(refusal)}", style="yellow"
             )
         )
-        station.faults.failed.connect(lambda error: console.print(told(error), style="yellow"))
+        station.faults.failed.connect(
+            lambda error: console.print(error_text(error), style="yellow")
+        )
         console.print(f"{lead('Source  ')}{built.description.name}")
         console.print(f"{lead('Job     ')}{built.job_path}")
         yield built

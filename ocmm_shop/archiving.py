@@ -96,7 +96,7 @@ class ArchiveWatch:
         self._wake.set()
 
     def _run(self) -> None:
-        self._begin(self._job)
+        self._start(self._job)
         while not self._end.is_set():
             self._wake.wait()
             self._wake.clear()
@@ -106,26 +106,26 @@ class ArchiveWatch:
             if self._end.is_set():
                 return
             try:
-                self._look()
+                self._poll()
             except Exception as error:
                 if self._end.is_set():
                     return
                 self._station.faults.note(error, PART)
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         path = self._station.job.path
         if path != self._job:
             # The former job is closed and final.
             before, self._job = self._job, path
             self._leave(before)
-            self._begin(path)
+            self._start(path)
         if self._station.faults.measuring is not None:
             return
         view = self._station.job.view()
         if view.complete or view.paused:
             self._try(path)
 
-    def _begin(self, path: Path) -> None:
+    def _start(self, path: Path) -> None:
         """Note a running job, so that it is found if this program is killed."""
         try:
             self._note = JobNote(self._folder, path)

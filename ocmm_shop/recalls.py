@@ -24,7 +24,7 @@ from ocmm_core.build import build_version
 from ocmm_core.calibration.records import seal
 from ocmm_core.cluster import HERE, Site
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.inspection.archive import (
+from ocmm_core.inspection.finished import (
     SCHEMA,
     SUFFIX,
     Outcome,
@@ -122,7 +122,7 @@ def recall_archive(
     archive or the site cannot be used, or the archive has no job.
     """
     with open_archive(places.address, password=places.password, read_only=True) as archive:
-        table = archive.ask(_JOBS)
+        table = archive.query(_JOBS)
         rows = [
             _archived(row, MALFORMED if at in table.malformed else "")
             for at, row in enumerate(table.rows)
@@ -161,7 +161,7 @@ def recall_archive(
             for (station, rig, calibration), count in sorted(elsewhere.items())
         ]
 
-        def told(done: int) -> None:
+        def on_done(done: int) -> None:
             share = _LOOKING + (1.0 - _LOOKING) * done / max(len(touched), 1)
             tell(f"Recalculated {done} of {len(touched)} jobs", share)
 
@@ -170,7 +170,7 @@ def recall_archive(
         contents = partial(_content_of, places, hashes)
         if site.scheduler:
             contents = partial(_from_open, archive, hashes)
-        jobs, failed = recall_doubted(touched, contents, site, told)
+        jobs, failed = recall_doubted(touched, contents, site, on_done)
         where = archive.place
     return RecallRecord(
         schema=SCHEMA,
@@ -202,8 +202,10 @@ def _users(archive: Archive, finding: ArchiveFinding | None) -> frozenset[int]:
     if finding is None:
         return frozenset()
     since = finding.since.astimezone(UTC).isoformat(timespec="milliseconds")
-    table = archive.ask(_USED, {"kind": finding.kind, "identity": finding.identity, "since": since})
-    late = archive.ask(
+    table = archive.query(
+        _USED, {"kind": finding.kind, "identity": finding.identity, "since": since}
+    )
+    late = archive.query(
         _USED_LATE, {"kind": finding.kind, "identity": finding.identity, "since": since}
     )
     # A slow station clock makes a job look older than the finding.

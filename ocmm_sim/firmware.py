@@ -93,7 +93,7 @@ class FirmwareBanks:
         if trial and bank == self._running:
             self._note(number + 1, bank, 0, 0)
 
-    def begin(self) -> None:
+    def start_writing(self) -> None:
         """Start writing new firmware into the idle bank."""
         self._at = 0
         bank = self._banks[1 - self._running]
@@ -200,7 +200,7 @@ class FoeServer:
         operation, _reserved, number = _HEAD.unpack_from(body)
         rest = body[_HEAD.size :]
         if operation == _WRITE:
-            return self._begin(rest)
+            return self._start(rest)
         if operation == _DATA:
             return self._data(number, rest)
         if operation == _READ:
@@ -208,13 +208,13 @@ class FoeServer:
         self._expected = 0
         return self._error(_ILLEGAL, "unexpected")
 
-    def _begin(self, name: bytes) -> bytes:
+    def _start(self, name: bytes) -> bytes:
         self._expected = 0
         if not self._may_write():
             return self._error(_ILLEGAL, "only in BOOT")
         if name.rstrip(b"\x00") != FILE_NAME:
             return self._error(_NOT_FOUND, "no such file")
-        self._banks.begin()
+        self._banks.start_writing()
         self._expected = 1
         self._last = (0, b"")
         return self._acknowledge(0)

@@ -77,7 +77,7 @@ class FrameBuilder:
         """Names of markers that the document does not have, at most six."""
         self._steps: deque[int] = deque(maxlen=_RATED)
 
-    def take(self, pose: Pose, time_ns: int) -> list[MarkerFrame]:
+    def add(self, pose: Pose, time_ns: int) -> list[MarkerFrame]:
         """Return the frames that a message completes.
 
         AcquisitionError for poses of tools, messages without time, and a clock that was set.

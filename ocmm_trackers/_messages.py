@@ -95,7 +95,7 @@ class Decoder(ABC):
         """Return the bytes to send now, or none; ``now_s``: of a monotonic clock."""
         return b""
 
-    def feed(self, data: bytes) -> list[Message]:
+    def push(self, data: bytes) -> list[Message]:
         """Return the messages completed by these bytes, or by one datagram.
 
         AcquisitionError for bytes of another protocol, and for devices that refuse to send.
@@ -154,7 +154,7 @@ class Cursor:
     def left(self) -> int:
         return len(self._packet) - self._at
 
-    def take(self, form: str) -> tuple[Any, ...]:
+    def read(self, form: str) -> tuple[Any, ...]:
         """Return the next numbers, of a format of `struct`."""
         return struct.unpack("<" + form, self.skip(struct.calcsize("<" + form)))
 

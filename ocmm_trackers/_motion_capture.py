@@ -63,7 +63,7 @@ class NatNetDecoder(Decoder):
 
     def _read(self, packet: bytes) -> list[Message] | None:
         cursor = Cursor(packet)
-        kind, size = cursor.take("HH")
+        kind, size = cursor.read("HH")
         if size != cursor.left:
             raise ValueError("size")
         if kind == _SERVER:
@@ -74,14 +74,14 @@ class NatNetDecoder(Decoder):
     def _meet(self, cursor: Cursor) -> None:
         # Name and version of the program.
         cursor.skip(256 + 4)
-        major, minor, _, clock_hz = cursor.take("BBHQ")
+        major, minor, _, clock_hz = cursor.read("BBHQ")
         if (major, minor) < _OLDEST or major > _NEWEST:
             raise AcquisitionError(
                 "natnet.version",
                 f"The tracker sends NatNet {major}.{minor}; versions 3.0 to 4.x are read.",
                 "Use Motive 2.0 or newer, and let it send NatNet 3.0 to 4.x.",
             )
-        port, multicast, *address = cursor.take("H?4B") if cursor.left >= 7 else (0, False)
+        port, multicast, *address = cursor.read("H?4B") if cursor.left >= 7 else (0, False)
         # Multicast addresses are 224.0.0.0 to 239.255.255.255.
         if not clock_hz or (multicast and not (port and address[0] >> 4 == 14)):
             raise ValueError("clock or address")
@@ -90,13 +90,13 @@ class NatNetDecoder(Decoder):
 
     def _frame(self, cursor: Cursor) -> list[Message]:
         sized = self._version >= _WITH_SIZES
-        cursor.take("I")
+        cursor.read("I")
         _pass_over(cursor, sized, _pass_set)
         _pass_over(cursor, sized, lambda one: one.skip(12))
         tracked = any(row[_BODY - 2] & 1 for row in _rows(cursor, sized, _BODY))
         # Skeletons; assets from 4.1 on.
         for _ in range(1 + sized):
-            _pass_over(cursor, sized, lambda one: one.skip(_BODY * one.take("II")[1]))
+            _pass_over(cursor, sized, lambda one: one.skip(_BODY * one.read("II")[1]))
         elements = [_marker(Cursor(row)) for row in _rows(cursor, sized, _MARKER)]
         if tracked and not elements:
             raise AcquisitionError(
@@ -110,15 +110,15 @@ class NatNetDecoder(Decoder):
         if cursor.left < _SUFFIX:
             raise ValueError("end of frame")
         # Time code, time since the start, and the clock at the middle of the exposure.
-        *_, exposed = cursor.take("IIdQ")
+        *_, exposed = cursor.read("IIdQ")
         return sensors + frame_of(self.name, exposed * 10**9 // self._clock_hz, elements)
 
 
 def _pass_over(cursor: Cursor, sized: bool, one: Callable[[Cursor], object]) -> None:
     """Pass over a block of rows that are not read."""
-    (count,) = cursor.take("I")
+    (count,) = cursor.read("I")
     if sized:
-        cursor.skip(*cursor.take("I"))
+        cursor.skip(*cursor.read("I"))
         return
     for _ in range(count):
         one(cursor)
@@ -126,8 +126,8 @@ def _pass_over(cursor: Cursor, sized: bool, one: Callable[[Cursor], object]) -> 
 
 def _rows(cursor: Cursor, sized: bool, least: int) -> list[bytes]:
     """Return the rows of a block, whose size newer versions may enlarge."""
-    (count,) = cursor.take("I")
-    whole = cursor.take("I")[0] if sized else count * least
+    (count,) = cursor.read("I")
+    whole = cursor.read("I")[0] if sized else count * least
     block = Cursor(cursor.skip(whole))
     if whole < count * least or whole % max(count, 1):
         raise ValueError("rows")
@@ -136,24 +136,24 @@ def _rows(cursor: Cursor, sized: bool, least: int) -> list[bytes]:
 
 def _pass_set(cursor: Cursor) -> None:
     cursor.text()
-    cursor.skip(12 * cursor.take("I")[0])
+    cursor.skip(12 * cursor.read("I")[0])
 
 
 def _sensors(cursor: Cursor, sized: bool) -> list[Message]:
     """Return the newest values of the channels of devices, which are named by their numbers."""
-    (count,) = cursor.take("I")
-    block = Cursor(cursor.skip(*cursor.take("I"))) if sized else cursor
+    (count,) = cursor.read("I")
+    block = Cursor(cursor.skip(*cursor.read("I"))) if sized else cursor
     found = []
     for _ in range(count):
-        number, channels = block.take("II")
-        values = [block.take(f"{block.take('I')[0]}f")[-1:] for _ in range(channels)]
+        number, channels = block.read("II")
+        values = [block.read(f"{block.read('I')[0]}f")[-1:] for _ in range(channels)]
         found.append(sensor_of(str(number), tuple(one for (one,) in filter(None, values))))
     return found
 
 
 def _marker(row: Cursor) -> MarkerPlace:
     """Return a marker; hidden unless the cameras measured it in this frame."""
-    number, x, y, z, _, flags = row.take("I4fH")
+    number, x, y, z, _, flags = row.read("I4fH")
     measured = flags & _MEASURED and not flags & (_OCCLUDED | _FROM_MODEL)
     return MarkerPlace(f"{number >> 16}:{number & 0xFFFF}", (x, y, z) if measured else HIDDEN)
 
@@ -225,26 +225,26 @@ class QtmDecoder(Decoder):
         self._labels, self.ready = names, True
 
     def _frame(self, cursor: Cursor) -> list[Message]:
-        time_us, _, components = cursor.take("QII")
+        time_us, _, components = cursor.read("QII")
         found: list[Message] = []
         markers = None
         for _ in range(components):
-            size, kind = cursor.take("II")
+            size, kind = cursor.read("II")
             part = Cursor(cursor.skip(size - _HEADER.size))
             if kind == _MARKERS:
                 # NaN if not seen.
-                markers = [MarkerPlace(one, part.take("4f")[:3]) for one in self._labelled(part)]
+                markers = [MarkerPlace(one, part.read("4f")[:3]) for one in self._labelled(part)]
             elif kind == _ANALOG:
-                for _ in range(*part.take("I")):
-                    number, channels = part.take("II")
-                    found.append(sensor_of(str(number), part.take(f"{channels}f")))
+                for _ in range(*part.read("I")):
+                    number, channels = part.read("II")
+                    found.append(sensor_of(str(number), part.read(f"{channels}f")))
         if markers is None:
             raise ValueError("component")
         return found + frame_of(self.name, 1000 * time_us + _FIRST_NS, markers)
 
     def _labelled(self, part: Cursor) -> tuple[str, ...]:
         """Return the labels of a component; ValueError if there are new ones."""
-        if part.take("IHH")[0] != len(self._labels):
+        if part.read("IHH")[0] != len(self._labels):
             # Request them, once.
             self._pending, self._labels = (_PARAMETERS,) if self._labels else (), ()
             raise ValueError("labels")

@@ -79,15 +79,15 @@ def checksum_ndi(content: bytes | bytearray) -> int:
 def read_bx(body: bytes) -> list[NdiFrame]:
     """Return the frame of a reply to BX with poses, markers of tools and strays (option 1009)."""
     cursor, found, number = Cursor(body), NdiFrame(0), 0
-    for _ in range(*cursor.take("B")):
-        handle, state = cursor.take("BB")
+    for _ in range(*cursor.read("B")):
+        handle, state = cursor.read("BB")
         if state == _DISABLED:
             continue
         if state not in (_VALID, _MISSING):
             raise ValueError("state")
         if state == _VALID:
-            cursor.take("8f")
-        status, counted = cursor.take("II")
+            cursor.read("8f")
+        status, counted = cursor.read("II")
         number = max(number, counted)
         found.buttons[f"{handle:02X}"] = bool(status & _SWITCHES)
         found.tools += [
@@ -95,7 +95,7 @@ def read_bx(body: bytes) -> list[NdiFrame]:
             for index, place in enumerate(_places(cursor))
         ]
     found.strays = _places(cursor)
-    cursor.take("H")
+    cursor.read("H")
     if cursor.left:
         raise ValueError("size")
     found.time_ns = _time_of(number)
@@ -107,14 +107,14 @@ def read_bx2(body: bytes) -> list[NdiFrame]:
     found = []
     for kind, part, count in _components(Cursor(body)):
         for _ in range(count if kind == _FRAME else 0):
-            *_, number, seconds, nanoseconds = part.take("BBHIII")
+            *_, number, seconds, nanoseconds = part.read("BBHIII")
             frame = NdiFrame(seconds * 10**9 + nanoseconds if seconds else _time_of(number))
             for inner, values, items in _components(part):
                 if inner == _MARKERS:
                     _read_markers(values, items, frame)
                 elif inner == _BUTTONS:
                     for _ in range(items):
-                        handle, size = values.take("HH")
+                        handle, size = values.read("HH")
                         frame.buttons[f"{handle:02X}"] = any(values.skip(size))
             found.append(frame)
     return found
@@ -147,25 +147,25 @@ def _time_of(number: int) -> int:
 
 def _places(cursor: Cursor) -> list[tuple[float, float, float]]:
     """Return markers of BX; those not seen are as far away as no marker can be."""
-    (count,) = cursor.take("B")
+    (count,) = cursor.read("B")
     # As in TX.
     cursor.skip(-(-count // 8))
-    return [cursor.take("3f") for _ in range(count)]
+    return [cursor.read("3f") for _ in range(count)]
 
 
 def _components(cursor: Cursor) -> Iterator[tuple[int, Cursor, int]]:
     """Yield kind, content and number of items of each component."""
-    for _ in range(cursor.take("HH")[1]):
-        kind, size, _, items = cursor.take("HIHI")
+    for _ in range(cursor.read("HH")[1]):
+        kind, size, _, items = cursor.read("HIHI")
         yield kind, Cursor(cursor.skip(size - 12)), items
 
 
 def _read_markers(values: Cursor, items: int, frame: NdiFrame) -> None:
     for _ in range(items):
-        handle, count = values.take("HH")
+        handle, count = values.read("HH")
         for _ in range(count):
-            state, _, index = values.take("BBH")
-            place = HIDDEN if state == _UNSEEN else values.take("3f")
+            state, _, index = values.read("BBH")
+            place = HIDDEN if state == _UNSEEN else values.read("3f")
             place = place if state in _SEEN else HIDDEN
             if handle == _STRAYS:
                 frame.strays.append(place)

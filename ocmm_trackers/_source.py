@@ -148,7 +148,7 @@ class TrackerSource:
         frames: list[MarkerFrame] = []
         flags: list[int] = []
         for message in self._receive():
-            frames += self._take(message)
+            frames += self._completed_frames(message)
             flags += [FrameFlag.BUTTON if self._pressed else 0] * (len(frames) - len(flags))
         if frames and self._origin_ns < 0:
             # Frames before the proof count as lost.
@@ -175,7 +175,7 @@ class TrackerSource:
             self._link.send(request)
         found: list[Message] = []
         for data in self._link.receive(self.decoder.wait_s):
-            found += self.decoder.feed(data)
+            found += self.decoder.push(data)
         return found
 
     def _absent(self, why: str) -> AcquisitionError:
@@ -186,10 +186,10 @@ class TrackerSource:
             "firewall.",
         )
 
-    def _take(self, message: Message) -> list[MarkerFrame]:
+    def _completed_frames(self, message: Message) -> list[MarkerFrame]:
         content = message.content
         if isinstance(content, Pose):
-            return self.builder.take(content, message.time_ns)
+            return self.builder.add(content, message.time_ns)
         if isinstance(content, SensorValues) and message.device == self._document.button:
             self._pressed = bool(content.values and content.values[0] > 0.5)
         if isinstance(content, DeviceStatus):

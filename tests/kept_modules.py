@@ -11,7 +11,7 @@ from importlib import import_module
 from tests.compiled import load_compiled
 
 _ROOMS = (
-    "ocmm_core.composition", "ocmm_core.export", "ocmm_core.inspection.archive",
+    "ocmm_core.composition", "ocmm_core.export", "ocmm_core.inspection.finished",
     "ocmm_shop.archive.questions", "ocmm_shop.recalls", "ocmm_shop.studies",
     "ocmm_core.calibration.relocation", "ocmm_core.calibration.verification",
     "ocmm_core.tolerances.monte_carlo", "ocmm_core.station", "ocmm_gui.kit", "ocmm_gui.results",

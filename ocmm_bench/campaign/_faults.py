@@ -87,7 +87,9 @@ def _cut(folder: Path, path: Path, seed: int, number: int) -> Trial:
 
     rng = random.Random(f"{seed} {number}")  # noqa: S311 - moments of a cut, no secret
     before = _points_of(path)
-    child, pipe = forked(lambda to: append_points(path, lambda point: _say(to, point), _ENDLESS))
+    child, pipe = forked(
+        lambda to: append_points(path, lambda point: _write_number(to, point), _ENDLESS)
+    )
     time.sleep(rng.uniform(0.0, _LONGEST_S))
     os.kill(child, signal.SIGSTOP)
     os.waitpid(child, os.WUNTRACED)
@@ -130,7 +132,7 @@ def _points_of(path: Path) -> list[int]:
         return [point.number for point in job.points()]
 
 
-def _say(pipe: int, number: int) -> None:
+def _write_number(pipe: int, number: int) -> None:
     os.write(pipe, b"%d\n" % number)
 
 

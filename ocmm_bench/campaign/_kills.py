@@ -138,7 +138,7 @@ class SoakSamples:
     mib: list[float] = field(default_factory=list)
     others: list[dict[str, int]] = field(default_factory=list)
 
-    def look(self, now_s: float) -> None:
+    def sample(self, now_s: float) -> None:
         own = Path("/proc/self")
         pages = int((own / "statm").read_text("ascii").split()[1])
         self.times.append(now_s)
@@ -187,7 +187,7 @@ def soak(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
                 with JobFile.open(path) as job:
                     points, faults = len(job.points()), len(job.verify())
             shutil.rmtree(out)
-            held.look(time.monotonic() - begun)
+            held.sample(time.monotonic() - begun)
             found = {"jobs without all points": int(points == 0 or faults > 0), **held.found()}
             slope, sigma = held.growth()
             yield Trial(

@@ -18,7 +18,7 @@ from ocmm_bench.campaign._kills import QUICK_PLAN, RATE_HZ, measure_job
 from ocmm_bench.campaign._trials import Trial, forked
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.finished import reopen_job
 
 _TOLD_S = 1.0
 _PATIENCE_S = 120.0
@@ -113,25 +113,25 @@ def possible_losses() -> list[str]:
 def _measure(jobs: Path, pipe: int, stopping: int) -> None:
     """Measure a job on the virtual rig until it is to stop, and write what an inspector sees."""
 
-    def say(line: str) -> None:
+    def write(line: str) -> None:
         os.write(pipe, f"{line}\n".encode())
 
     request = StationRequest(plan=QUICK_PLAN, out=jobs, speed=0.0, frame_rate_hz=RATE_HZ)
     station = build_station(request).station
-    station.events.point_taken.connect(lambda point: say(f"point {point.number}"))
-    station.faults.failed.connect(lambda _error: say("failed"))
-    say("made")
+    station.events.point_taken.connect(lambda point: write(f"point {point.number}"))
+    station.faults.failed.connect(lambda _error: write("failed"))
+    write("made")
     try:
         station.start()
     except OcmmError:
         # Lost before the first step.
-        say("failed")
+        write("failed")
     # Ends also where the other side has gone.
     select.select([stopping], [], [], _PATIENCE_S)
     station.close()
     lost = station.job.lost
     if lost is not None:
-        say(f"lost {lost.what}")
+        write(f"lost {lost.what}")
     os._exit(0 if lost is None else 2)
 
 

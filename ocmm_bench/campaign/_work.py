@@ -189,7 +189,7 @@ WORKS = {
 def outcome_of(work: CampaignWork, folder: Path, pipe: int) -> str:
     """Do the work, write its acknowledgements to a pipe, and return how it ended."""
     try:
-        work.do(folder, lambda number: _say(pipe, number))
+        work.do(folder, lambda number: _write_number(pipe, number))
     except OcmmError:
         return "told"
     except OSError:
@@ -200,5 +200,5 @@ def outcome_of(work: CampaignWork, folder: Path, pipe: int) -> str:
     return "done"
 
 
-def _say(pipe: int, number: int) -> None:
+def _write_number(pipe: int, number: int) -> None:
     os.write(pipe, b"%d\n" % number)

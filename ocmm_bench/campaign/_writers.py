@@ -214,7 +214,7 @@ def _add(site: Site, seed: str, who: int, pipe: int) -> None:
                 if added < _EVENTS:
                     one = 2 * added + who
                     own.add(str(one), RECORDS_MADE + timedelta(hours=2, seconds=added))
-                    _say(pipe, one)
+                    _write_number(pipe, one)
                     added += 1
         except StorageError as error:
             if error.code not in _RETRIED:
@@ -228,7 +228,7 @@ def _write(path: Path, seed: str, pipe: int) -> None:
     turns = 0
     while turns < _TURNS:
         try:
-            append_points(path, lambda point: _say(pipe, point), _POINTS_A_TURN)
+            append_points(path, lambda point: _write_number(pipe, point), _POINTS_A_TURN)
             turns += 1
         except StorageError as error:
             if error.code not in _RETRIED:
@@ -236,5 +236,5 @@ def _write(path: Path, seed: str, pipe: int) -> None:
         time.sleep(rng.uniform(0.0, 0.002))
 
 
-def _say(pipe: int, number: int) -> None:
+def _write_number(pipe: int, number: int) -> None:
     os.write(pipe, b"%d\n" % number)

@@ -55,7 +55,7 @@ class Bench:
         """Exchange process data during every wait."""
         self._seen: int | None = None
         self._heartbeat = 0
-        self.mail = MailLine(line, self.get, self.put, self.feed, self._timed)
+        self.mail = MailLine(line, self.get, self.put, self.exchange, self._timed)
 
     def _timed(self, name: str, time_ns: int, limit_ns: int) -> None:
         self.findings.timed(name, time_ns, limit_ns)
@@ -217,7 +217,7 @@ class Bench:
             int.from_bytes(clock.data, "little"), before, came,
         )  # fmt: skip
 
-    def feed(self) -> None:
+    def exchange(self) -> None:
         """Exchange process data and acknowledge frames to keep the camera in OP."""
         if not self.feeding:
             return

@@ -48,13 +48,13 @@ def conform_camera(
     console = make_console()
     report: ConformanceReport | None = None
 
-    def take(line: bytes) -> tuple[int, int]:
+    def parse(line: bytes) -> tuple[int, int]:
         nonlocal report
         news = msgspec.json.decode(line, type=ConformNews)
         report = news.report or report
         return news.done, news.total
 
-    code, complaint = follow_errand(command, first_lines, console, "Testing", take)
+    code, complaint = follow_errand(command, first_lines, console, "Testing", parse)
     if report is None:
         raise BusError(
             "bus.conform",

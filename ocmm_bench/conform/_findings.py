@@ -47,7 +47,7 @@ class TimingSheet(msgspec.Struct, frozen=True, kw_only=True):
     """`edges_ns`, `counts`: histogram; one more edge than counts."""
 
     @classmethod
-    def of(cls, name: str, times_ns: Sequence[int], limit_ns: int) -> TimingSheet:
+    def from_times(cls, name: str, times_ns: Sequence[int], limit_ns: int) -> TimingSheet:
         """Return the sheet of at least one time."""
         values = np.asarray(times_ns, np.int64)
         low, high = int(values.min()), int(values.max())

@@ -68,7 +68,7 @@ def frames_go_on(bench: Bench, see: RuleFindings) -> None:
     bench.go(mail_line.INIT)
 
 
-def told(bench: Bench, see: RuleFindings) -> None:
+def check_reports(bench: Bench, see: RuleFindings) -> None:
     """Check all reports of a watchdog event."""
     bench.again(PREOP)
     bench.mail.set(device.HISTORY, _FLAGS, b"\x01\x00")
@@ -204,7 +204,8 @@ RULES = (
     Rule("watchdog.time", SECTION, "Without outputs OP ends after the watchdog time.", watchdog),
     Rule("watchdog.frames", SECTION, "Exposures go on without outputs, and none is lost.",
          frames_go_on),
-    Rule("errors.told", SECTION, "An error and its end are told, kept and acknowledged.", told),
+    Rule("errors.told", SECTION, "An error and its end are told, kept and acknowledged.",
+         check_reports),
     Rule("errors.history", SECTION, "The history holds 16 messages; the oldest gives way.",
          history),
 )  # fmt: skip

@@ -202,7 +202,7 @@ def refusals(bench: Bench, see: RuleFindings) -> None:
     _error(bench, see, "a file of another name", _foe(_WRITE, 0, b"settings"), _NOT_FOUND)
     _error(bench, see, "reading", _foe(_READ, 0, FIRMWARE_NAME), _DENIED)
     _error(bench, see, "a packet of nothing", _foe(_DATA, 1, bytes(_ROOM)), _ILLEGAL)
-    _begin(bench, see)
+    _start(bench, see)
     _packet(bench, see, 1, bytes(_ROOM))
     _packet(bench, see, 1, bytes(_ROOM))
     _error(bench, see, "a packet that is left out", _foe(_DATA, 3, bytes(_ROOM)), _PACKET)
@@ -227,7 +227,7 @@ def wrong_files(bench: Bench, see: RuleFindings) -> None:
         ]
     for what, content in files:
         bench.go(BOOT)
-        _begin(bench, see)
+        _start(bench, see)
         answer = _send(bench, see, content)
         see.equal(f"The answer to {what}", answer, (_ERROR, _WRONG))
         bench.go(INIT)
@@ -242,7 +242,7 @@ def interrupted(bench: Bench, see: RuleFindings) -> None:
     before = bench.mail.value(_VERSION)
     content = bench.firmware or bytes(20 * _ROOM)
     bench.go(BOOT)
-    _begin(bench, see)
+    _start(bench, see)
     for number in range(1, max(2, len(content) // _ROOM // _SHARE)):
         _packet(bench, see, number, content[(number - 1) * _ROOM : number * _ROOM])
     bench.go(INIT)
@@ -250,9 +250,9 @@ def interrupted(bench: Bench, see: RuleFindings) -> None:
     see.equal("The firmware after an interrupted update", bench.mail.value(_VERSION), before)
     bench.go(BOOT)
     _error(bench, see, "a packet of an update before", _foe(_DATA, 2, bytes(_ROOM)), _ILLEGAL)
-    _begin(bench, see)
+    _start(bench, see)
     _packet(bench, see, 1, bytes(_ROOM))
-    _begin(bench, see)
+    _start(bench, see)
     _packet(bench, see, 1, bytes(_ROOM))
     bench.go(INIT)
 
@@ -284,12 +284,12 @@ def update(bench: Bench, see: RuleFindings) -> None:
 
 def _update(bench: Bench, see: RuleFindings) -> None:
     bench.go(BOOT)
-    _begin(bench, see)
+    _start(bench, see)
     see.equal("The answer to the last packet", _send(bench, see, bench.firmware)[0], _ACK)
     bench.go(INIT)
 
 
-def _begin(bench: Bench, see: RuleFindings) -> None:
+def _start(bench: Bench, see: RuleFindings) -> None:
     before = bench.line.now_ns()
     answer = _ask(bench, _foe(_WRITE, 0, FIRMWARE_NAME), ERASE_LIMIT_NS)
     see.timed("Answer to the request to write a file", bench.line.now_ns() - before, ERASE_LIMIT_NS)

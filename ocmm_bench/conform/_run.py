@@ -100,7 +100,9 @@ def conform(
         started_utc=started,
         program=_program(),
         results=tuple(results),
-        timings=tuple(TimingSheet.of(name, found, limit) for name, (limit, found) in times.items()),
+        timings=tuple(
+            TimingSheet.from_times(name, found, limit) for name, (limit, found) in times.items()
+        ),
     )
 
 

@@ -64,7 +64,7 @@ class Account(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     remarks: tuple[str, ...] = ()
     """General sentences: the standard, the alignment."""
 
-    def of(self, *groups: Group) -> tuple[AccountItem, ...]:
+    def all_items(self, *groups: Group) -> tuple[AccountItem, ...]:
         return tuple(item for item in self.items if item.group in groups)
 
     def counts(self) -> dict[Group, dict[Status, int]]:
@@ -114,7 +114,7 @@ class Surfaces:
             for name in names:
                 self._faces.setdefault(name, set()).add(number)
 
-    def of(self, faces: Sequence[int]) -> Found:
+    def find(self, faces: Sequence[int]) -> Found:
         found: dict[str, NominalFeature] = {}
         missing: dict[str, int] = {}
         for number in faces:
@@ -145,7 +145,7 @@ class Surfaces:
             raise RefusedError(f"it is attached to something that is not probed ({words})")
         if not faces:
             raise RefusedError("the file names no faces for it")
-        found = self.of(faces)
+        found = self.find(faces)
         if not found.features:
             raise RefusedError("; ".join(found.missing))
         return found

@@ -43,7 +43,7 @@ class DatumFrames:
         self._items: list[AccountItem] = []
         self._targets = targets
         for datum in datums:
-            self._items.append(self._take(datum))
+            self._items.append(self._import_datum(datum))
 
     def account(self) -> list[AccountItem]:
         found = [
@@ -90,7 +90,7 @@ class DatumFrames:
         plan = self._context.plan
         nominals = nominal_geometries(plan.features, plan.constructions)
         try:
-            return datum_frame(names, nominals, plan.shapes, nominals).free.words()
+            return datum_frame(names, nominals, plan.shapes, nominals).free.names()
         except FitError as error:
             raise RefusedError(f"its datums do not hold: {error.what}") from error
 
@@ -126,7 +126,7 @@ class DatumFrames:
             "Other datum systems stand with their tolerances."
         )
 
-    def _take(self, datum: Datum) -> AccountItem:
+    def _import_datum(self, datum: Datum) -> AccountItem:
         said = AccountItem(
             group="datum", name=datum.name, kind="datum", entity=datum.entity, status="refused"
         )

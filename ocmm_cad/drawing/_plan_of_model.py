@@ -107,10 +107,10 @@ def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tup
     frames = DatumFrames(context, pmi.datums, pmi.targets)
     aligned = frames.align(pmi.tolerances)
     sizes = Sizes(context, asked)
-    items = [sizes.take(item) for item in pmi.dimensions]
+    items = [sizes.import_item(item) for item in pmi.dimensions]
     zones = Zones(context, frames, sizes, pmi.tolerances)
     for tolerance in pmi.tolerances:
-        taken = zones.take(tolerance)
+        taken = zones.import_item(tolerance)
         items.append(taken)
         items += _references(tolerance, taken, pmi)
     items += frames.account()

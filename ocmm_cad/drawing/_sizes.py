@@ -193,10 +193,10 @@ class Sizes:
         self.limits: dict[str, list[SizeLimits]] = {}
         """Of diameters, by the name of the feature; all for a feature with several sizes."""
 
-    def take(self, item: Dimension) -> AccountItem:
+    def import_item(self, item: Dimension) -> AccountItem:
         """Import a dimension, and return its result."""
         said = AccountItem(
-            group="dimension", name=item.name, kind=_words(item), entity=item.entity,
+            group="dimension", name=item.name, kind=_text(item), entity=item.entity,
             status="refused",
         )  # fmt: skip
         try:
@@ -288,30 +288,34 @@ class Sizes:
         if item.is_location:
             if item.word != "linear distance":
                 raise RefusedError(f"a distance of the kind '{item.word}' is not supported")
-            return [_of(item, "distance", features)]
+            return [_characteristic(item, "distance", features)]
         if item.word in _SIZES:
             kind, shapes = _SIZES[item.word]
             for feature in features:
                 if feature.shape not in shapes:
                     word = feature.shape.value.lower()
                     raise RefusedError(f"{feature.name} is a {word}, which has no {item.word}")
-            return [_of(item, kind, (one,), several=len(features) > 1) for one in features]
+            return [
+                _characteristic(item, kind, (one,), several=len(features) > 1) for one in features
+            ]
         if item.word in _BETWEEN_FACES:
             flat = [one for one in features if one.shape is Shape.PLANE]
             if len(flat) != 2 or len(features) != 2 or found.missing:
                 raise RefusedError(f"a {item.word} is taken of two opposite faces only")
-            return [_of(item, "distance", features)]
+            return [_characteristic(item, "distance", features)]
         raise RefusedError(f"a size of the kind '{item.word}' is not supported")
 
     def _angles(
         self, item: Dimension, features: tuple[NominalFeature, ...]
     ) -> list[Characteristic]:
         if item.is_location:
-            return [_of(item, "angle", features)]
+            return [_characteristic(item, "angle", features)]
         for feature in features:
             if feature.shape is not Shape.CONE:
                 raise RefusedError(f"{feature.name} is no cone, which has an angle")
-        return [_of(item, "angle", (one,), several=len(features) > 1) for one in features]
+        return [
+            _characteristic(item, "angle", (one,), several=len(features) > 1) for one in features
+        ]
 
     def _remember(self, taken: list[Characteristic]) -> None:
         for item in taken:
@@ -321,7 +325,7 @@ class Sizes:
                 self.limits.setdefault(item.features[0], []).append(SizeLimits(low, high))
 
 
-def _of(
+def _characteristic(
     item: Dimension, kind: str, features: tuple[NominalFeature, ...], *, several: bool = False
 ) -> Characteristic:
     if item.nominal is None or item.lower is None or item.upper is None:
@@ -333,7 +337,7 @@ def _of(
     )  # fmt: skip
 
 
-def _words(item: Dimension) -> str:
+def _text(item: Dimension) -> str:
     said = item.word
     unit = {"length": " mm", "angle": "°"}.get(item.of, "")
     if item.nominal is not None:

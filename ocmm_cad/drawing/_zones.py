@@ -39,10 +39,10 @@ class Zones:
             _system(item) for item in tolerances if item.word in _IN_DATUMS and item.datums
         )
 
-    def take(self, item: Tolerance) -> AccountItem:
+    def import_item(self, item: Tolerance) -> AccountItem:
         """Import a tolerance, and return its result."""
         said = AccountItem(
-            group="tolerance", name=item.name, kind=_words(item), entity=item.entity,
+            group="tolerance", name=item.name, kind=_text(item), entity=item.entity,
             status="refused",
         )  # fmt: skip
         try:
@@ -84,9 +84,9 @@ class Zones:
             item = self._lower(item, features, datums)
         if item.word in ("surface profile", "line profile"):
             self._refuse_shared(item, 1, datums)
-            return [_of(item, features, datums)]
+            return [_characteristic(item, features, datums)]
         if item.word == "symmetry":
-            return [_of(item, features, datums)]
+            return [_characteristic(item, features, datums)]
         if item.word == "position":
             self._refuse_shared(item, len(features), datums)
         makers = {"position": self._position, **dict.fromkeys(_ORIENTATION, _orientation)}
@@ -140,7 +140,7 @@ class Zones:
             raise RefusedError("the position of the middle plane of two faces is not supported")
         if flat and zone:
             raise RefusedError(f"{feature.name} is a plane, and its zone is {item.zone}")
-        found = _of(item, (feature,), datums, several=several)
+        found = _characteristic(item, (feature,), datums, several=several)
         found = msgspec.structs.replace(found, zone=zone)
         if not item.modifiers:
             return found
@@ -201,7 +201,7 @@ def _plain(
         raise RefusedError("the concentricity of median points is not supported")
     elif item.word not in (*_RUNOUT, "coaxiality", "concentricity"):
         raise RefusedError(f"a {item.word} is not supported")
-    return _of(item, (feature,), datums, several=several)
+    return _characteristic(item, (feature,), datums, several=several)
 
 
 def _orientation(
@@ -215,7 +215,7 @@ def _orientation(
         raise RefusedError(
             f"the file does not say which way the zone of {feature.name} lies (it has no Ø)"
         )
-    found = _of(item, (feature,), datums, several=several)
+    found = _characteristic(item, (feature,), datums, several=several)
     return found if flat else msgspec.structs.replace(found, zone=zone)
 
 
@@ -224,7 +224,7 @@ def _refuse_middle(features: Sequence[NominalFeature]) -> None:
         raise RefusedError("the orientation of the middle plane of two faces is not supported")
 
 
-def _of(
+def _characteristic(
     item: Tolerance, features: Sequence[NominalFeature], datums: list[str], *, several: bool = False
 ) -> Characteristic:
     if item.size is None:
@@ -239,7 +239,7 @@ def _system(item: Tolerance) -> tuple[tuple[str, ...], ...]:
     return tuple(reference.labels for reference in item.datums)
 
 
-def _words(item: Tolerance) -> str:
+def _text(item: Tolerance) -> str:
     sign = {"cylinder": "Ø", "sphere": "SØ"}.get(_ZONES.get(item.zone, ""), "")
     said = item.word
     if item.size is not None:

@@ -152,9 +152,7 @@ def check_entity(file: Part21, number: int, role: str) -> None:
     parts, users = ROLES[role]
     for word, arguments in file.records(number).items():
         if word not in parts:
-            raise BadEntityError(
-                f"its {role} #{number} is a {_words(word)}, which is not supported"
-            )
+            raise BadEntityError(f"its {role} #{number} is a {_text(word)}, which is not supported")
         if len(arguments) not in parts[word]:
             word_of = "fewer" if len(arguments) < min(parts[word]) else "other or more"
             raise BadEntityError(
@@ -172,11 +170,11 @@ def check_entity(file: Part21, number: int, role: str) -> None:
         # A user that is an item itself is checked when it is read.
         if odd and not types & users:
             raise BadEntityError(
-                f"the {_words(min(odd))} #{user} refers to it, which is not supported"
+                f"the {_text(min(odd))} #{user} refers to it, which is not supported"
             )
 
 
-def _words(word: str) -> str:
+def _text(word: str) -> str:
     return word.replace("_", " ").lower()
 
 

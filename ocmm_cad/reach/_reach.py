@@ -203,7 +203,7 @@ class Reach:
             self._cameras = np.stack([camera.packed() for camera in seen])
             self._sensors = np.array([[c.width - 1.0, c.height - 1.0] for c in seen])
 
-    def of(
+    def evaluate(
         self, points: Float, normals: Float, own: Sequence[int], axis_part: Float | None = None
     ) -> Reached:
         """Return the result of targets on one surface, see `SurfaceTargets`."""

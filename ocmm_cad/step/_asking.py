@@ -54,7 +54,7 @@ def has_step() -> bool:
     return find_spec("OCP") is not None
 
 
-def ask(
+def request_answer(
     path: Path, wanted: Wanted, with_part: bool, asking: Asking
 ) -> tuple[StepAnswer, PartModel | None]:
     """Return the contents of a STEP file, and optionally its part; errors of `read_model`."""

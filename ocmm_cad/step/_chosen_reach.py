@@ -294,7 +294,7 @@ def _asked(offer: Offer, reach: Reach) -> Offer | LeftOut:
     if offer.free_form is not None:
         return _free_form_asked(offer, offer.free_form, reach)
     face = _face_of(feature)
-    reached = reach.of(points, normals_of(face, points), own, bore_axis(face))
+    reached = reach.evaluate(points, normals_of(face, points), own, bore_axis(face))
     found = taken_of(
         face, points, reached, len(points), feature.points, lambda: reach.why_not(reached)
     )
@@ -307,7 +307,7 @@ def _asked(offer: Offer, reach: Reach) -> Offer | LeftOut:
 
 def _free_form_asked(offer: Offer, form: FreeForm, reach: Reach) -> Offer | LeftOut:
     points, normals = np.array(form.targets), np.array(form.normals)
-    reached = reach.of(points, normals, [number - 1 for number in offer.faces])
+    reached = reach.evaluate(points, normals, [number - 1 for number in offer.faces])
     can, held = reached_places(points, reached)
     if not len(can):
         return LeftOut(offer.feature, reach.why_not(reached), offer.faces)

@@ -13,7 +13,7 @@ import numpy as np
 from ocmm_cad.pmi import Pmi
 from ocmm_cad.reach import TILT_DEG, Setting
 from ocmm_cad.step import _profiled as profiled
-from ocmm_cad.step._asking import REMEDY, Asking, ask
+from ocmm_cad.step._asking import REMEDY, Asking, request_answer
 from ocmm_cad.step._model_files import step_error
 from ocmm_cad.step._worker import Wanted
 from ocmm_cad.step.brep import StepFace, Triple
@@ -196,7 +196,7 @@ def read_model(
         ball_mm = 2.0 * setting.ball_radius
     elif request is not None:
         ball_mm, setting = request.ball_mm, setting_of(request)
-    said, part = ask(path, Wanted(ball_mm, setting), with_part, asking)
+    said, part = request_answer(path, Wanted(ball_mm, setting), with_part, asking)
     model = _model(path, said, part, may_be_empty=setting is not None)
     return replace(model, unasked=setting) if said.remark else model
 
@@ -213,7 +213,7 @@ def read_part(
     `read_model`.
     """
     path = Path(path)
-    _, part = ask(path, Wanted(), True, Asking(timeout_s, given_up, progress))
+    _, part = request_answer(path, Wanted(), True, Asking(timeout_s, given_up, progress))
     if part is None:
         raise step_error(path, "no part was made of it", REMEDY)
     return part

@@ -140,7 +140,7 @@ def _form_with_targets(room: FreeFormRoom, reach: Reach | None) -> StepFreeForm:
     points, normals = room.points[:WANTED], room.normals[:WANTED]
     ways, turns = np.empty(0), np.empty((0, 3))
     if reach is not None:
-        asked = reach.of(room.points, room.normals, [number - 1])
+        asked = reach.evaluate(room.points, room.normals, [number - 1])
         can, turns = reached_places(room.points, asked)
         if not len(can):
             return StepFreeForm(number=number, name=name, against=reach.why_not(asked))

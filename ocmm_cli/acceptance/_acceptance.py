@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
+from ocmm_cli.terminal import heads, lead, make_console, print_grid, tr, tr_word
 
 if TYPE_CHECKING:
     from ocmm_cli.terminal import PlainConsole
@@ -72,7 +72,7 @@ def interim(*, setup: RunSetup) -> None:
     base = tests_folder(setup.folder, site)
     history = InterimHistory(base)
     if history.doubt:
-        console.say(history.doubt, style="yellow")
+        console.show(history.doubt, style="yellow")
     for attempt in range(2):
         given = StatedConditions(who=setup.who, temperature=room_temperature(site, setup))
         record = run_test(replace(site, seed=setup.seed + attempt), base, console, given, setup)
@@ -84,7 +84,7 @@ def interim(*, setup: RunSetup) -> None:
             break
     if chart.word is InterimWord.STOP:
         if site.cameras.store is not None:
-            console.say("Held     Points since the last good check, until a verification passes")
+            console.show("Held     Points since the last good check, until a verification passes")
         raise typer.Exit(1)
 
 
@@ -92,11 +92,11 @@ def _print(chart: InterimChart) -> None:
     console, last = make_console(), chart.points[-1]
     known = "" if last.z != last.z else f", {last.z:+.1f} s from the centre"
     console.print(
-        say(f"Check    {len(chart.points)}: {1e3 * last.check.error_mm:+.1f} µm{known}: ")
-        + say_word(last.word.value)
+        tr(f"Check    {len(chart.points)}: {1e3 * last.check.error_mm:+.1f} µm{known}: ")
+        + tr_word(last.word.value)
     )
     if last.reason:
-        console.print(f"         {say(last.reason)}")
+        console.print(f"         {tr(last.reason)}")
 
 
 acceptance_app = typer.Typer(
@@ -116,7 +116,7 @@ def list_command() -> None:
     for name, path in {**procedure_files(), **procedure_files(of_jobs=True)}.items():
         one = load_procedure(path)[0]
         limits = "\n".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
-        rows.append((name, say_word(one.title), say(one.wording), limits, f"{one.minutes:g}"))
+        rows.append((name, tr_word(one.title), tr(one.wording), limits, f"{one.minutes:g}"))
     print_grid(make_console(), heads("Id", "Title", "Standard", "Limits", "Minutes"), rows)
 
 
@@ -128,18 +128,17 @@ def plan(*, setup: TestSetup) -> None:
     console, site = make_console(), setup.site()
     positions, notes = plan_of(site.stage)
     console.print(
-        f"{say_word(site.stage.procedure.title)}, {say(site.stage.procedure.wording)}",
-        highlight=True,
+        f"{tr_word(site.stage.procedure.title)}, {tr(site.stage.procedure.wording)}", highlight=True
     )
     for number, one in enumerate(positions, start=1):
         ends = (one.points_world[0], one.points_world[-1])
         begin, end = ("({:z.0f}, {:z.0f}, {:z.0f})".format(*point) for point in ends)
         count = len(one.points_world) * one.repeats
-        console.say(
-            f"{number:3}  {say(one.name)}: {count} points, {begin} to {end} mm, world frame"
+        console.show(
+            f"{number:3}  {tr(one.name)}: {count} points, {begin} to {end} mm, world frame"
         )
     for note in notes:
-        console.print(f"{lead('Note     ')}{say(note)}")
+        console.print(f"{lead('Note     ')}{tr(note)}")
 
 
 @acceptance_app.command()
@@ -186,12 +185,12 @@ def recompute(
     console.print(f"{lead('Signed   ')}{signer.word.value}, {signer.signer}")
     _print_record(console, again)
     for one in found:
-        console.print(f"{lead('Differs  ')}{say(one)}", style="red")
+        console.print(f"{lead('Differs  ')}{tr(one)}", style="red")
     if not signer.sound:
-        console.say(f"The record is not vouched for. {signer.fault}", style="red")
+        console.show(f"The record is not vouched for. {signer.fault}", style="red")
     if found or not signer.sound:
         raise typer.Exit(2)
-    console.say("Recomputed from raw data: matches the file.")
+    console.show("Recomputed from raw data: matches the file.")
     _exit(again)
 
 
@@ -207,28 +206,28 @@ def status(*, folder: Path | None) -> None:
     rows = []
     files, left_out = find_files(base)
     for fault in left_out:
-        console.print(f"{lead('Left out ')}{say(fault.what)}", style="red")
+        console.print(f"{lead('Left out ')}{tr(fault.what)}", style="red")
     for path in (path for path in files if path.match("sessions/*.chain")):
         try:
             view = AcceptanceSession.resume(path).view
         except OcmmError as error:
-            console.print(f"{lead('Left out ')}{say(error.what)}", style="dim")
+            console.print(f"{lead('Left out ')}{tr(error.what)}", style="dim")
             continue
         if not (view.finished or view.abandoned):
             wanted = sum(len(one.points_world) * one.repeats for one in view.positions)
             done = f"{sum(view.done)}/{wanted}"
-            rows.append((say_word(view.title), "", done, say_word("unfinished"), path.name))
+            rows.append((tr_word(view.title), "", done, tr_word("unfinished"), path.name))
     for path in (path for path in files if path.match("records/*.json")):
         try:
             loaded = load_signed_record(path)
         except OcmmError as error:
-            console.print(f"{lead('Left out ')}{say(error.what)}", style="red")
+            console.print(f"{lead('Left out ')}{tr(error.what)}", style="red")
             continue
         one = loaded.record
         states = FinishedTest(path, one, loaded.signer).states
         rows.append((
             one.procedure.id, one.begun_utc[:16], str(len(one.observations)),
-            " ".join(map(say_word, (*states, one.verdict.value))),
+            " ".join(map(tr_word, (*states, one.verdict.value))),
             path.name,
         ))  # fmt: skip
     print_grid(console, heads("Test", "Begun", "Points", "Verdict", "File"), rows)
@@ -241,38 +240,38 @@ def _print_record(console: PlainConsole, record: AcceptanceRecord) -> None:
     from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
 
     if record.instrument.simulated:
-        console.say("SIMULATED: measured on the virtual rig", style="yellow")
+        console.show("SIMULATED: measured on the virtual rig", style="yellow")
     for why in record.instrument.unproven:
-        console.print(f"{say_word(UNPROVEN_CAMERAS)}: {say(why)}", style="yellow")
+        console.print(f"{tr_word(UNPROVEN_CAMERAS)}: {tr(why)}", style="yellow")
     rule = (
-        say("U taken off the limit")
+        tr("U taken off the limit")
         if record.procedure.rule == "guarded"
-        else say("simple acceptance")
+        else tr("simple acceptance")
     )
-    console.print(f"{record.procedure.id}, {say(record.wording)}; {say('decision rule')}: {rule}")
+    console.print(f"{record.procedure.id}, {tr(record.wording)}; {tr('decision rule')}: {rule}")
     rows = []
     for one in record.quantities:
         value = record.values[one.worst]
         rows.append((
             one.quantity, str(one.count), f"{1e3 * one.error_mm:+.1f}",
             f"{1e3 * one.expanded_mm:.1f}", f"{1e3 * one.limit_mm:.1f}",
-            f"{say(value.position)}, {say_word(value.name)}", say_word(one.verdict.value),
+            f"{tr(value.position)}, {tr_word(value.name)}", tr_word(one.verdict.value),
         ))  # fmt: skip
     columns = heads("Quantity", "N", "Worst, µm", "U (k = 2), µm", "MPE, µm", "At", "Verdict")
     print_grid(console, columns, rows)
     if record.retests:
         count = sum(one.superseded for one in record.values)
-        console.say(
+        console.show(
             f"Retests  {record.retests}; {count} value{'' if count == 1 else 's'} superseded, "
             "kept in the record",
             highlight=True,
         )
     for refusal in record.refusals:
-        console.print(f"{lead('Refused  ')}{say(refusal.reason)}")
+        console.print(f"{lead('Refused  ')}{tr(refusal.reason)}")
     for reason in record.void_reasons:
-        console.print(f"{lead('Void     ')}{say(reason)}")
+        console.print(f"{lead('Void     ')}{tr(reason)}")
     style = _STYLES.get(record.verdict.name, "yellow")
-    console.print(f"{lead('Verdict  ')}{say_word(record.verdict.value)}", style=style)
+    console.print(f"{lead('Verdict  ')}{tr_word(record.verdict.value)}", style=style)
 
 
 def _exit(record: AcceptanceRecord) -> None:

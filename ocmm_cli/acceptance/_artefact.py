@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
+from ocmm_cli.terminal import heads, lead, make_console, print_grid, tr, tr_word
 
 if TYPE_CHECKING:
     from ocmm_core.acceptance import ArtefactEntry
@@ -69,7 +69,7 @@ def add(
     entry = typed.entry() if file is None else load_artefact(file)
     ArtefactRegister(folder, restarts=replace).add(entry, who, datetime.now(UTC), replace=replace)
     make_console().print(
-        say(f"Added    {entry.id}: {entry.name}, serial {entry.serial}"), highlight=True
+        tr(f"Added    {entry.id}: {entry.name}, serial {entry.serial}"), highlight=True
     )
 
 
@@ -82,16 +82,16 @@ def list_command(*, folder: Path | None) -> None:
     register = ArtefactRegister(folder)
     entries, faults = register.entries, register.faults()
     if not entries:
-        console.say("No artefacts yet. Add one: ocmm artefact add FILE")
+        console.show("No artefacts yet. Add one: ocmm artefact add FILE")
         return
     rows = []
     for one in entries.values():
         due = datetime.fromisoformat(one.used().use.due_utc)
         word = due.date().isoformat()
         if due <= now:
-            word += f" {say_word('EXPIRED')}"
+            word += f" {tr_word('EXPIRED')}"
         if one.id in faults:
-            word += f" {say_word('NOT SIGNED')}"
+            word += f" {tr_word('NOT SIGNED')}"
         rows.append(
             (one.id, one.kind, one.serial, f"{1e3 * one.expanded:.2f}", one.certificate, word)
         )
@@ -124,7 +124,7 @@ def read(*, name: str, folder: Path | None) -> None:
             words = f"{one.id:12} {one.sample.celsius:.3f} °C, U {one.expanded:g} K (k = 2)"
             console.print(f"{words}, {one.sample.utc:%Y-%m-%d %H:%M:%S%z}")
     for doubt in dict.fromkeys(one.doubt for one in found if one.doubt):
-        console.say(doubt)
+        console.show(doubt)
     raise typer.Exit(1 if any(one.doubt for one in found) else 0)
 
 

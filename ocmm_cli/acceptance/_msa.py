@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.terminal import lead, make_console, say, say_word
+from ocmm_cli.terminal import lead, make_console, tr, tr_word
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
     from ocmm_cli.terminal import PlainConsole
-    from ocmm_core.inspection.archive import Trend
+    from ocmm_core.inspection.finished import Trend
 
 
 def type1(
@@ -29,18 +29,18 @@ def type1(
     width = trend.high - trend.low if tolerance is None else tolerance
     found = type1_study(trend.values, reference, width)
     _say_simulated(console, simulated)
-    console.say(
+    console.show(
         f"N {found.results}, mean {found.mean:.5f}, s {found.scatter:.5f}, "
         f"bias {found.bias:+.5f} mm (t {found.t:.2f}, "
         f"{'significant' if found.biased else 'not significant'} at 5 %)",
         highlight=True,
     )
-    console.say(
+    console.show(
         f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk {found.cgk:.3f}",
         highlight=True,
     )
-    console.say(f"Least tolerance {found.least_tolerance:.4f} mm", highlight=True)
-    console.print(say("CAPABLE") if found.capable else say("NOT CAPABLE"))
+    console.show(f"Least tolerance {found.least_tolerance:.4f} mm", highlight=True)
+    console.print(tr("CAPABLE") if found.capable else tr("NOT CAPABLE"))
     if not found.capable:
         raise typer.Exit(1)
 
@@ -121,18 +121,18 @@ def part(
         temperature_c=farthest, u_expansion=given.u_expansion, expanded_model=stated,
     )  # fmt: skip
     _say_simulated(console, simulated)
-    console.print(f"{say_word(rule.title)}, {say(rule.wording)}")
-    console.say(
+    console.print(f"{tr_word(rule.title)}, {tr(rule.wording)}")
+    console.show(
         f"N {found.results}, bias {found.bias:+.6f}, s {found.scatter:.6f} (mm)", highlight=True
     )
-    console.say(
+    console.show(
         f"U {found.expanded:.6f} of a corrected result, {found.expanded_uncorrected:.6f} of an "
         "uncorrected one (k = 2, mm)",
         highlight=True,
     )
     few = found.results < numbers.results
     if few:
-        console.say(
+        console.show(
             f"{numbers.results} results are the least: this U is not used. Measure the part "
             f"again, "
             "each time taken out and clamped again.",
@@ -140,8 +140,8 @@ def part(
             highlight=True,
         )
     if found.normalized is not None:
-        word = say("agrees") if found.normalized <= 1.0 else say("does NOT agree")
-        console.say(
+        word = tr("agrees") if found.normalized <= 1.0 else tr("does NOT agree")
+        console.show(
             f"E_n {found.normalized:.2f}: the stated uncertainty {word} with the part",
             highlight=True,
         )
@@ -179,13 +179,13 @@ def part_use(*, study: Path, task: Path, temperature: float | None, temperature_
     found = uncertainty_for(kept, wanted, farthest)
     console = make_console()
     _say_simulated(console, kept.simulated)
-    console.say(
+    console.show(
         f"{kept.characteristic}: U {found.expanded:.6f} of a result that the bias "
         f"{found.bias:+.6f} was taken off, {found.expanded_uncorrected:.6f} of one as measured "
         "(k = 2, mm)"
     )
     console.print(
-        f"{say(kept.procedure.wording)}, N {found.results}, {kept.made_utc[:10]}, {kept.made_by}",
+        f"{tr(kept.procedure.wording)}, N {found.results}, {kept.made_utc[:10]}, {kept.made_by}",
     )  # fmt: skip
 
 
@@ -229,14 +229,14 @@ def _references(texts: list[str]) -> dict[str, float]:
 def _say_simulated(console: PlainConsole, simulated: bool) -> None:
     """Warn that a study of the virtual rig tests the program, not a gauge."""
     if simulated:
-        console.say("SIMULATED: the study was measured on the virtual rig", style="yellow")
+        console.show("SIMULATED: the study was measured on the virtual rig", style="yellow")
 
 
 def _found(
     jobs: Path, name: str, probes: Path | None, calibrations: Path | None
 ) -> tuple[Trend, bool]:
     """Return one characteristic of a folder's jobs, and whether a virtual rig measured it."""
-    from ocmm_core.inspection.archive import compare_folder
+    from ocmm_core.inspection.finished import compare_folder
 
     found = compare_folder(jobs, probes=probes, calibrations=calibrations)
     for trend in found.trends:
@@ -262,7 +262,7 @@ def plan(*, file: Path, name: str, parts: int, operators: str, trials: int, seed
     names = [f"{number + 1:0{len(str(parts))}}" for number in range(parts)]
     drawn = plan_study(name, names, [one.strip() for one in operators.split(",")], trials, seed)
     store_plan(file, drawn)
-    make_console().print(say(f"Plan     {file}: {len(drawn.runs)} measurements"))
+    make_console().print(tr(f"Plan     {file}: {len(drawn.runs)} measurements"))
 
 
 @msa_app.command()
@@ -277,15 +277,15 @@ def run(
     """
     from ocmm_cli.measure import await_part, run_job
     from ocmm_core.composition import Origin, StationRequest, build_station, origin_of
-    from ocmm_core.inspection.archive import parts_of_batch
+    from ocmm_core.inspection.finished import parts_of_batch
     from ocmm_shop.studies import load_study, open_runs
 
     console, planned = make_console(), load_study(study)
     seen = {one.serial for one in parts_of_batch(out, planned.name)} if out.is_dir() else set()
     left = open_runs(planned, seen)
-    console.say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}", highlight=True)
+    console.show(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}", highlight=True)
     for number, one in enumerate(left[:most], start=1):
-        console.say(f"Operator {one.operator}: part {one.part}, code {one.code}")
+        console.show(f"Operator {one.operator}: part {one.part}, code {one.code}")
         if origin_of(source) is not Origin.VIRTUAL:
             await_part(console, number, len(left), one.code, replayed=False)
         request = StationRequest(
@@ -300,16 +300,16 @@ def run(
 @msa_app.command()
 def status(*, study: Path, jobs: Path) -> None:
     """Say how far a study is, and what comes next."""
-    from ocmm_core.inspection.archive import parts_of_batch
+    from ocmm_core.inspection.finished import parts_of_batch
     from ocmm_shop.studies import load_study, open_runs
 
     console, planned = make_console(), load_study(study)
     seen = {one.serial for one in parts_of_batch(jobs, planned.name)}
     left = open_runs(planned, seen)
-    console.say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}", highlight=True)
+    console.show(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}", highlight=True)
     if left:
         one = left[0]
-        console.say(f"Next     operator {one.operator}, part {one.part}, code {one.code}")
+        console.show(f"Next     operator {one.operator}, part {one.part}, code {one.code}")
 
 
 @msa_app.command()

@@ -4,16 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_cli.terminal import (
-    PlainConsole,
-    heads,
-    label,
-    nice_limit,
-    page,
-    print_grid,
-    say,
-    say_word,
-)
+from ocmm_cli.terminal import PlainConsole, heads, label, nice_limit, page, print_grid, tr, tr_word
 from ocmm_core.geometry import Float
 from ocmm_shop.studies import CharacteristicStudy, LinearityReport, StudyReport
 
@@ -21,8 +12,8 @@ from ocmm_shop.studies import CharacteristicStudy, LinearityReport, StudyReport
 def print_study(console: PlainConsole, report: StudyReport) -> None:
     plan = report.plan
     if report.simulated:
-        console.say("SIMULATED: measured on the virtual rig", style="yellow")
-    console.say(
+        console.show("SIMULATED: measured on the virtual rig", style="yellow")
+    console.show(
         f"{plan.name}: {len(plan.parts)} parts, {len(plan.operators)} operators, {plan.trials} "
         f"trials; {report.measured} of {len(plan.runs)} measured"
     )
@@ -33,12 +24,12 @@ def print_study(console: PlainConsole, report: StudyReport) -> None:
     print_grid(console, columns, map(_row, report.characteristics))
     for one in report.characteristics:
         if one.why_not:
-            console.print(f"{one.name}: {say(one.why_not)}")
+            console.print(f"{one.name}: {tr(one.why_not)}")
         if one.stated is not None and one.stated.message:
-            console.print(f"{one.name}: {say(one.stated.message)}")
+            console.print(f"{one.name}: {tr(one.stated.message)}")
     for sentence in report.left_out:
-        console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow")
-    console.say(
+        console.print(f"{tr_word('left out')}: {tr(sentence)}", style="yellow")
+    console.show(
         "Standard deviations in µm. Q by the study, in brackets by the stated uncertainty.",
         style="dim",
     )
@@ -67,13 +58,13 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 80.0, 740.0, 70.0, 400.0
 
 def print_linearity(console: PlainConsole, found: LinearityReport) -> None:
     study = found.study
-    console.print(f"{say_word('Linearity')}: {found.name}")
+    console.print(f"{tr_word('Linearity')}: {found.name}")
     rows = []
     lines = found.line(study.references)
     for part, value, bias, line, band in zip(
         found.parts, study.references, found.biases, lines, study.bands, strict=True
     ):
-        inside = say_word("yes") if abs(line) <= band else say_word("NO")
+        inside = tr_word("yes") if abs(line) <= band else tr_word("NO")
         rows.append((
             part, f"{value:.4f}", str(len(bias)), f"{1e3 * bias.mean():+.2f}",
             f"{1e3 * line:+.2f}", f"{1e3 * band:.2f}", inside,
@@ -84,13 +75,13 @@ def print_linearity(console: PlainConsole, found: LinearityReport) -> None:
     print_grid(console, columns, rows)
     for row in text_chart(found):
         console.print(row, soft_wrap=True)
-    console.say(
+    console.show(
         f"Bias = {1e3 * study.intercept:+.3f} µm {1e3 * study.slope:+.5f} µm/mm × reference; "
         f"p {study.p_intercept:.3g} and {study.p_slope:.3g}; s {1e3 * study.sigma:.2f} µm"
     )
     for sentence in found.left_out:
-        console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow")
-    console.print(f"{say_word(found.word)}: {say(found.reason)}")
+        console.print(f"{tr_word('left out')}: {tr(sentence)}", style="yellow")
+    console.print(f"{tr_word(found.word)}: {tr(found.reason)}")
 
 
 def text_chart(found: LinearityReport) -> list[str]:
@@ -117,7 +108,7 @@ def text_chart(found: LinearityReport) -> list[str]:
         row[column(float(line))] = "o"
         row[column(float(mean))] = "x"
         rows.append(f"{value:11.4f}  {''.join(row).rstrip()}")
-    rows.append(say("             - 95 % band of the line, o line, x mean bias, | zero"))
+    rows.append(tr("             - 95 % band of the line, o line, x mean bias, | zero"))
     return rows
 
 

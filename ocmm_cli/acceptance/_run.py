@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ocmm_cli.calibrate import record_observations
-from ocmm_cli.terminal import DeferredInterrupt, PlainConsole, lead, say, say_later, say_word
+from ocmm_cli.terminal import DeferredInterrupt, PlainConsole, lead, tr, tr_later, tr_word
 from ocmm_core import acceptance, composition
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.acquisition.recording import FrameRecorder
@@ -22,7 +22,7 @@ from ocmm_core.errors import CalibrationError, InputError, OcmmError
 if TYPE_CHECKING:
     from ocmm_cli.acceptance._acceptance import RunSetup
 
-_AGAIN = say_later(
+_AGAIN = tr_later(
     "Start the command again: it continues this test. A recording is replayed from its beginning, "
     "in a new test."
 )
@@ -58,18 +58,18 @@ def run_test(
             base, site.stage, site.procedure_sha256, given, datetime.now(UTC),
             composition.earlier_use(site.cameras, site.probe, spots=True),
         )  # fmt: skip
-    console.print(f"{lead('Test     ')}{say_word(session.stage.procedure.title)}")
+    console.print(f"{lead('Test     ')}{tr_word(session.stage.procedure.title)}")
     console.print(f"{lead('Session  ')}{session.path}")
     for note in session.notes:
-        console.print(f"{lead('Note     ')}{say(note)}")
+        console.print(f"{lead('Note     ')}{tr(note)}")
     thermometer = partial(room_temperature, site, setup)
     procedure = acceptance.AcceptanceProcedure(
         session, site.cameras.rig, site.probe.body, base / acceptance.RECORDS, given.temperature,
         thermometer=thermometer,
     )  # fmt: skip
-    words = "" if new else say(_AGAIN)
+    again = "" if new else tr(_AGAIN)
     with (
-        contextlib.closing(DeferredInterrupt(words)) as interrupt,
+        contextlib.closing(DeferredInterrupt(again)) as interrupt,
         _Source(procedure, site, console, setup, record, interrupt) as source,
     ):
         while True:
@@ -85,9 +85,9 @@ def run_test(
             try:
                 positions = procedure.retest(datetime.now(UTC))
             except CalibrationError as error:
-                console.print(f"{lead('Retest   ')}{say(error.what)}")
+                console.print(f"{lead('Retest   ')}{tr(error.what)}")
                 break
-            console.print(f"{lead('Retest   ')}{', '.join(say(one.name) for one in positions)}")
+            console.print(f"{lead('Retest   ')}{', '.join(tr(one.name) for one in positions)}")
         return session.finish(datetime.now(UTC), thermometer())
 
 
@@ -122,7 +122,7 @@ def _unfinished(
         try:
             session = acceptance.AcceptanceSession.resume(path)
         except OcmmError as error:
-            console.print(f"{lead('Left out ')}{say(error.what)}", style="dim")
+            console.print(f"{lead('Left out ')}{tr(error.what)}", style="dim")
             continue
         same = session.stage.instrument == site.stage.instrument and (
             session.stage.procedure == site.stage.procedure
@@ -172,7 +172,7 @@ class _Source:
         elif session.current >= 0:
             if self._feed is None:
                 self._start(_recorded(site, self._setup.force))
-            self._take()
+            self._receive()
         if session.current >= 0:
             view = self._procedure.base
             instruction, hint = view.step.instruction, view.live.hint
@@ -195,16 +195,16 @@ class _Source:
                 virtual, site.source, session.view, session.stage, self._setup.speed
             )
             self._start(feed)
-            self._take(frames)
+            self._receive(frames)
             self._end()
 
-    def _take(self, frames: int | None = None) -> None:
-        def words(view: guided.ProcedureView) -> str:
-            return f"{say(view.step.instruction)} {say(view.live.hint)}".strip()
+    def _receive(self, frames: int | None = None) -> None:
+        def line(view: guided.ProcedureView) -> str:
+            return f"{tr(view.step.instruction)} {tr(view.live.hint)}".strip()
 
         assert self._feed is not None  # noqa: S101 - started before
         record_observations(
-            self._procedure, self._feed, frames, self._console, self._interrupt, self._keep, words
+            self._procedure, self._feed, frames, self._console, self._interrupt, self._keep, line
         )
 
     def _start(self, feed: composition.Feed) -> None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ocmm_cli.terminal import PlainConsole, lead, make_console, say, say_word, told
+from ocmm_cli.terminal import PlainConsole, error_text, lead, make_console, tr, tr_word
 from ocmm_core.documents import find_files
 from ocmm_core.errors import InputError, OcmmError
 
@@ -72,7 +72,7 @@ class MeasuredJobs:
         self._jobs: list[Path] = []
         self._notes: list[JobNote] = []
 
-    def begin(self, path: Path) -> None:
+    def start(self, path: Path) -> None:
         """Note a job, so that it is found even if this program is killed."""
         self._jobs.append(path)
         if self._place is None:
@@ -106,10 +106,10 @@ class MeasuredJobs:
                 send_now(self._place, outbox)
             state = hand_over(self._place.outbox)
         except OcmmError as error:
-            self._console.print(f"{lead('Archive  ')}{told(error)}", style="yellow")
+            self._console.print(f"{lead('Archive  ')}{error_text(error)}", style="yellow")
             return
         if state.line:
-            self._console.print(f"{lead('Archive  ')}{say(state.line)}", style="yellow")
+            self._console.print(f"{lead('Archive  ')}{tr(state.line)}", style="yellow")
 
 
 def send_now(place: ArchivePlace, outbox: Outbox) -> None:
@@ -142,14 +142,14 @@ def status(*, archive: str | None, outbox: Path | None) -> None:
     except OcmmError as error:
         # The outbox is local; report it even if the archive is unreachable.
         reached = False
-        console.print(f"{lead('Archive  ')}{told(error)}", style="yellow")
+        console.print(f"{lead('Archive  ')}{error_text(error)}", style="yellow")
     state = hand_over(place.outbox)
     console.print(f"{lead('Outbox   ')}{place.outbox}")
-    console.say(f"Waiting  {state.waiting}, set aside {len(state.aside)}")
+    console.show(f"Waiting  {state.waiting}, set aside {len(state.aside)}")
     for sentence in state.sentences:
-        console.say(sentence, style="yellow")
+        console.show(sentence, style="yellow")
     for item in state.aside:
-        console.print(f"{item.name}: {say(item.said)}", style="yellow")
+        console.print(f"{item.name}: {tr(item.said)}", style="yellow")
     if state.needs_attention or not reached:
         raise typer.Exit(1)
 
@@ -163,7 +163,7 @@ def send(
 
     Ends with 1 where something still waits or was set aside.
     """
-    from ocmm_core.inspection.archive import SUFFIX
+    from ocmm_core.inspection.finished import SUFFIX
     from ocmm_core.storage import JobFile
     from ocmm_shop.archive.outbox import Outbox, hand_over
     from ocmm_shop.archive.outbox import follow as follow_outbox
@@ -178,19 +178,19 @@ def send(
             paths, left_out = find_files(named, SUFFIX) if named.is_dir() else ([named], [])
             for one in left_out:
                 code = 1
-                console.print(told(one), style="yellow")
+                console.print(error_text(one), style="yellow")
             for path in paths:
                 try:
                     job = JobFile.read(path)
                     box.put_content(job.content(), path)
                     if job.left_out:
                         console.print(
-                            f"{path.name}: {say(job.left_out)}",
+                            f"{path.name}: {tr(job.left_out)}",
                             style="yellow",
                         )  # fmt: skip
                 except OcmmError as error:
                     code = 1
-                    console.print(told(error), style="yellow")
+                    console.print(error_text(error), style="yellow")
         if not follow:
             send_now(place, box)
     if follow:
@@ -202,7 +202,7 @@ def send(
         follow_outbox(place, stop, random.Random())  # noqa: S311 - pauses only
         return
     state = hand_over(place.outbox)
-    console.print(say(state.line) or say("Nothing waits for the archive."))
+    console.print(tr(state.line) or tr("Nothing waits for the archive."))
     raise typer.Exit(1 if state.waiting or state.needs_attention else code)
 
 
@@ -223,7 +223,7 @@ def set_up(*, archive: str | None, with_roles: bool) -> None:
     with open_archive(place.address, password=place.password, set_up=True) as open_one:
         if with_roles:
             give_roles(open_one)
-        make_console().print(say(f"{open_one.place}: archive of version {VERSION}"))
+        make_console().print(tr(f"{open_one.place}: archive of version {VERSION}"))
 
 
 @archive_app.command()
@@ -231,7 +231,7 @@ def admit(login: str, station: str, *, archive: str | None) -> None:
     """Let a login send jobs as a station, and as no other; by quality or the owner."""
     with opened(place_of(archive, None)) as open_one:
         open_one.admit(login, station)
-    make_console().print(say(f"Login {login} sends as station {station} now."))
+    make_console().print(tr(f"Login {login} sends as station {station} now."))
 
 
 @archive_app.command(name="replace-computer")
@@ -242,7 +242,7 @@ def replace_computer(station: str, *, archive: str | None, outbox: Path | None) 
     place = place_of(archive, outbox)
     with Outbox(place.outbox) as box, opened(place) as open_one:
         open_one.replace_computer(station, sender_of(box, station))
-    make_console().print(say(f"This computer is station {station} now."))
+    make_console().print(tr(f"This computer is station {station} now."))
 
 
 @archive_app.command(name="new-outbox")
@@ -258,10 +258,10 @@ def new_outbox(*, outbox: Path | None) -> None:
 def _print_archive(console: PlainConsole, archive: OpenArchive) -> None:
     console.print(f"{lead('Archive  ')}{archive.place}")
     jobs, stations = (
-        int(str(archive.ask(f"SELECT count(*) FROM {view}").rows[0][0]))  # noqa: S608 - two views
+        int(str(archive.query(f"SELECT count(*) FROM {view}").rows[0][0]))  # noqa: S608 - two views
         for view in ("archived_job", "archive_station")
     )
-    console.say(f"Jobs     {jobs} of {stations} station{'' if stations == 1 else 's'}")
+    console.show(f"Jobs     {jobs} of {stations} station{'' if stations == 1 else 's'}")
     encrypted = getattr(archive, "encrypted", None)
     if encrypted is not None:
-        console.print(f"{lead('TLS      ')}{say_word('yes' if encrypted else 'no')}")
+        console.print(f"{lead('TLS      ')}{tr_word('yes' if encrypted else 'no')}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ocmm_cli.archive._archive import archive_app, day_of, opened, place_of
-from ocmm_cli.terminal import lead, make_console, print_grid, progress_line, say, say_word
+from ocmm_cli.terminal import lead, make_console, print_grid, progress_line, tr, tr_word
 from ocmm_core.errors import InputError
 
 __all__ = ["archive_app"]
@@ -102,13 +102,13 @@ def export_command(view: str, file: Path, *, archive: str | None, most: int) -> 
             "archive.view", f"{view!r} is no view.", f"Choose from {', '.join(VIEW_NAMES)}."
         )
     with opened(place_of(archive, None), read_only=True) as open_one:
-        table = open_one.ask(f"SELECT * FROM {view} LIMIT :most", {"most": most})  # noqa: S608 - one of the views above
+        table = open_one.query(f"SELECT * FROM {view} LIMIT :most", {"most": most})  # noqa: S608 - one of the views above
     export_answer(ArchiveAnswer(view, table.columns, table.rows), file)
     rows = f"{len(table.rows)} row{'' if len(table.rows) == 1 else 's'}"
     console = make_console()
-    console.say(f"{rows}  {file}")
+    console.show(f"{rows}  {file}")
     if table.malformed:
-        console.say(MALFORMED, style="yellow")
+        console.show(MALFORMED, style="yellow")
 
 
 def _answer(name: str, archive: str | None, asked: Query, export: Path | None) -> None:
@@ -116,7 +116,7 @@ def _answer(name: str, archive: str | None, asked: Query, export: Path | None) -
 
     question = next(one for one in QUESTIONS if one.name == name)
     with opened(place_of(archive, None), read_only=True) as open_one:
-        answer = question.ask(open_one, asked)
+        answer = question.answer(open_one, asked)
     console = make_console()
     _print_answer(console, answer)
     if export is not None:
@@ -149,9 +149,9 @@ def rebuild(
         with progress_line() as tell:
             done = rebuild_archive(target, contents, names, tell)
     for sentence in (*unread, *done.unread):
-        console.say(sentence, style="yellow")
+        console.show(sentence, style="yellow")
     jobs = f"{done.kept} job{'' if done.kept == 1 else 's'}"
-    console.say(f"Kept {jobs} in {new}")
+    console.show(f"Kept {jobs} in {new}")
     raise typer.Exit(1 if unread or done.unread else 0)
 
 
@@ -177,13 +177,13 @@ def verify(
             with open_archive(against, read_only=True) as other:
                 told = differences(open_one, other)
             for sentence in told:
-                console.say(shown_text(sentence), style="yellow")
+                console.show(shown_text(sentence), style="yellow")
             console.print(
-                say("The same rows.")
+                tr("The same rows.")
                 if not told
-                else say("1 difference.")
+                else tr("1 difference.")
                 if len(told) == 1
-                else say(f"{len(told)} differences."),
+                else tr(f"{len(told)} differences."),
                 highlight=True,
             )
             raise typer.Exit(1 if told else 0)
@@ -196,23 +196,23 @@ def verify(
         # The outbox belongs to the archive of the settings.
         lost = [] if archive or folders else _lost(place.outbox, open_one)
         for item in lost:
-            line = say(
+            line = tr(
                 f"{item.name} was delivered, and is not in the archive any more. Send it again: "
                 f"ocmm archive send {item.path}"
             )
             console.print(shown_text(line), style="yellow")
         for job, why in found.faults:
-            line = shown_text(f"{job[:8]}  {say(why)}")
+            line = shown_text(f"{job[:8]}  {tr(why)}")
             console.print(line, style="yellow")
         if mark:
             marked = mark_altered(open_one, found, who)
             console.print(
-                say("Marked 1 job: it counts in no statistic.")
+                tr("Marked 1 job: it counts in no statistic.")
                 if marked == 1
-                else say(f"Marked {marked} jobs: they count in no statistic.")
+                else tr(f"Marked {marked} jobs: they count in no statistic.")
             )
     wrong = len(found.faults) + len(lost)
-    console.say(f"Checked {found.looked_at}, wrong {wrong}")
+    console.show(f"Checked {found.looked_at}, wrong {wrong}")
     raise typer.Exit(1 if wrong else 0)
 
 
@@ -231,14 +231,14 @@ def _print_answer(console: PlainConsole, answer: ArchiveAnswer) -> None:
     rows = [[_cell(cell) for cell in row] for row in answer.rows]
     print_grid(console, answer.columns, rows, answer.title)
     for note in answer.notes:
-        console.say(shown_text(note), style="yellow")
+        console.show(shown_text(note), style="yellow")
     for trend in answer.trends:
         if trend.chart is not None:
             counted = [part for part in trend.parts if part.value is not None]
             for index, why in trend.chart.signals[-8:]:
-                console.print(f"{counted[index].job}: {say_word(why.rule)}, {say_word(why.value)}.")
+                console.print(f"{counted[index].job}: {tr_word(why.rule)}, {tr_word(why.value)}.")
     if answer.study is not None:
-        console.say(f"Gauge R&R: {answer.study.word}.")
+        console.show(f"Gauge R&R: {answer.study.word}.")
 
 
 def _cell(cell: object) -> Text:

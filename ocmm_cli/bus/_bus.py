@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from ocmm_cli.bus._camera import black_app, history, intrinsics_app, snapshot, write_bytes
-from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, told
+from ocmm_cli.terminal import error_text, heads, lead, make_console, print_grid, tr
 from ocmm_core.cleanup import temporary_file
 from ocmm_core.errors import BusError, InputError, StorageError
 from ocmm_core.host import HOST
@@ -48,10 +48,10 @@ def down() -> None:
 
     removed = rig_down()
     if removed is None:
-        make_console().print(say("No virtual rig on named interfaces."))
+        make_console().print(tr("No virtual rig on named interfaces."))
     else:
         make_console().print(
-            say(f"Removed {removed.host}, {removed.cameras} and their cameras."), highlight=True
+            tr(f"Removed {removed.host}, {removed.cameras} and their cameras."), highlight=True
         )
 
 
@@ -67,17 +67,17 @@ def _print(state: RigStatus) -> None:
     console = make_console()
     record = state.record
     if record is None:
-        console.say("No virtual rig on named interfaces. Create one: ocmm rig up")
+        console.show("No virtual rig on named interfaces. Create one: ocmm rig up")
         return
-    console.say(
+    console.show(
         f"Master's side   {record.host}: {'there' if state.interface_there else 'gone'}",
         highlight=True,
     )
-    running = say(f"running, process {record.pid}") if state.cameras_running else say("not running")
-    console.say(
+    running = tr(f"running, process {record.pid}") if state.cameras_running else tr("not running")
+    console.show(
         f"Cameras         {', '.join(record.names)} on {record.cameras}: {running}", highlight=True
     )
-    console.say(
+    console.show(
         f"Measure         ocmm measure --source ethercat:{record.host} --plan ... --out ...",
         highlight=True,
     )
@@ -109,7 +109,7 @@ def record(file: Path, *, source: str, seconds: float, megabytes: int, force: bo
             open(descriptor, "wb") as out,  # noqa: PTH123 - made next to the file
             errand(command, first_lines) as ran,
         ):
-            console.say(f"Recording for {seconds:g} s; Ctrl-C ends it.")
+            console.show(f"Recording for {seconds:g} s; Ctrl-C ends it.")
             while True:
                 try:
                     piece = os.read(ran.stdout.fileno(), _PIECE)
@@ -138,9 +138,9 @@ def record(file: Path, *, source: str, seconds: float, megabytes: int, force: bo
     finally:
         if part is not None:
             part.unlink(missing_ok=True)
-    console.say(f"{file}: {size:d} bytes")
+    console.show(f"{file}: {size:d} bytes")
     if size < _NOTHING:
-        console.say("No EtherCAT frame passed: is the bus running?")
+        console.show("No EtherCAT frame passed: is the bus running?")
 
 
 bus_app = typer.Typer(
@@ -185,7 +185,7 @@ def scan_command(*, source: str, rig: Path, force: bool) -> None:
         device = scanned.device
         serial = device.serial if device.serial is not None else -1
         rows.append((
-            str(position), names.get(serial, say("not in the rig")), str(device.serial),
+            str(position), names.get(serial, tr("not in the rig")), str(device.serial),
             str(device.alias), f"{device.vendor:#010x}", f"{device.product:#010x}",
             f"{device.revision:#010x}", scanned.state,
         ))  # fmt: skip
@@ -195,9 +195,9 @@ def scan_command(*, source: str, rig: Path, force: bool) -> None:
         kind = None if described is None else (described.name, described.is_for)
         assign([scanned.device for scanned in devices], expected, kind)
     except BusError as error:
-        console.print(told(error))
+        console.print(error_text(error))
         raise typer.Exit(1) from error
-    console.say("These are the cameras of the rig.")
+    console.show("These are the cameras of the rig.")
 
 
 @object_app.command()
@@ -214,8 +214,8 @@ def read(
         write_bytes(out, value)
         return
     console = make_console()
-    console.say(f"{index:04x}:{sub:02x}  {len(value)} bytes")
-    console.print(value.hex(" ", 1) or say("(empty)"), soft_wrap=True)
+    console.show(f"{index:04x}:{sub:02x}  {len(value)} bytes")
+    console.print(value.hex(" ", 1) or tr("(empty)"), soft_wrap=True)
     if 1 <= len(value) <= 8:
         console.print(f"{lead('number  ')}{int.from_bytes(value, 'little')}")
     if value and value.isascii() and value.decode("ascii").isprintable():
@@ -248,7 +248,7 @@ def write(camera: str, address: str, value: str, *, source: str, rig: Path, forc
             "This is normal for commands; for a setting, check the value.",
         )
     make_console().print(
-        say(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}"), highlight=True
+        tr(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}"), highlight=True
     )
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, say
+from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, tr
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.failure import INTERRUPTED
@@ -37,7 +37,7 @@ def write_bytes(path: Path, content: bytes) -> None:
             f"{path}: cannot be written ({error.strerror}).",
             "Give a file in a folder that exists and that you may write to.",
         ) from error
-    make_console().print(say(f"{path}: {len(content)} bytes"))
+    make_console().print(tr(f"{path}: {len(content)} bytes"))
 
 
 black_app = typer.Typer(
@@ -68,10 +68,10 @@ def snapshot(
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus, interruptible(console):
         access = bus.objects(camera)
-        console.say(f"Camera '{camera}' takes a picture; Ctrl-C cancels.", highlight=True)
-        with bar(console, say("Fetching it")) as told:
+        console.show(f"Camera '{camera}' takes a picture; Ctrl-C cancels.", highlight=True)
+        with bar(console, tr("Fetching it")) as told:
             picture = take_snapshot(access, window, told)
-    console.say(
+    console.show(
         f"{picture.shape[1]} x {picture.shape[0]} pixels, grey levels {picture.min()} to "
         f"{picture.max()}, mean {picture.mean():.1f}"
     )
@@ -137,9 +137,9 @@ def read_command(camera: str, *, source: str, rig: Path, force: bool) -> None:
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus:
         stored = read_intrinsics(bus.objects(camera))
-        expected = Intrinsics.of(camera_of(bus.rig, camera), 0)
+        expected = Intrinsics.from_camera(camera_of(bus.rig, camera), 0)
     if stored is None:
-        console.say(f"Camera '{camera}' stores no intrinsics.", highlight=True)
+        console.show(f"Camera '{camera}' stores no intrinsics.", highlight=True)
         raise typer.Exit(1)
     rows, same = [], True
     for field in fields(Intrinsics):
@@ -147,10 +147,10 @@ def read_command(camera: str, *, source: str, rig: Path, force: bool) -> None:
             continue
         ours, theirs = getattr(expected, field.name), getattr(stored, field.name)
         same = same and ours == theirs
-        rows.append((field.name, repr(theirs), repr(ours) if ours != theirs else say("the same")))
+        rows.append((field.name, repr(theirs), repr(ours) if ours != theirs else tr("the same")))
     print_grid(console, ("", *heads("Camera", "Rig document")), rows)
     date = datetime.fromtimestamp(stored.date_s, UTC)
-    console.say(f"Written {date:%Y-%m-%d %H:%M:%S} UTC.")
+    console.show(f"Written {date:%Y-%m-%d %H:%M:%S} UTC.")
     raise typer.Exit(0 if same else 1)
 
 
@@ -162,10 +162,10 @@ def write_command(camera: str, *, source: str, note: str, rig: Path, force: bool
     from ocmm_core.fieldbus.objects import write_intrinsics
 
     with open_bus(source, rig, camera=camera, force=force) as bus:
-        intrinsics = Intrinsics.of(camera_of(bus.rig, camera), int(time.time()))
+        intrinsics = Intrinsics.from_camera(camera_of(bus.rig, camera), int(time.time()))
         write_intrinsics(bus.objects(camera), intrinsics, note)
     make_console().print(
-        say(f"Camera '{camera}' (serial {intrinsics.serial}) stores the intrinsics of {rig}."),
+        tr(f"Camera '{camera}' (serial {intrinsics.serial}) stores the intrinsics of {rig}."),
         highlight=True,
     )
 
@@ -182,12 +182,12 @@ def history(camera: str, *, source: str, clear: bool, rig: Path, force: bool) ->
         if clear:
             clear_error_history(access)
     if not messages:
-        console.say(f"Camera '{camera}' has no errors in its history.", highlight=True)
+        console.show(f"Camera '{camera}' has no errors in its history.", highlight=True)
         return
     rows = [
         (
             f"{one.time_ns * 1e-9:.3f}", f"{one.code:#06x}",
-            say(Emergency(one.code, one.register, one.data).text), f"{one.register:#04x}",
+            tr(Emergency(one.code, one.register, one.data).text), f"{one.register:#04x}",
             one.data.hex(" "),
         )
         for one in messages
@@ -238,7 +238,7 @@ def interruptible(console: PlainConsole) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        console.say("Stopped; the camera was notified.")
+        console.show("Stopped; the camera was notified.")
         raise typer.Exit(INTERRUPTED) from None
 
 
@@ -261,15 +261,15 @@ def _window(text: str | None) -> Window | None:
 def _print_black(console: PlainConsole, state: BlackImageState) -> None:
     from ocmm_core.fieldbus.device import BlackImage
 
-    images = {BlackImage.IN_USE: say("in use"), BlackImage.STORED: say("stored")}
+    images = {BlackImage.IN_USE: tr("in use"), BlackImage.STORED: tr("stored")}
     words = [word for flag, word in images.items() if state.images & flag]
     if BlackImage.IN_USE not in state.images:
-        console.say(
+        console.show(
             f"No black image is in use{'; one is stored' if words else ''}.", highlight=True
         )
         return
-    console.say(
-        f"Black image {say(' and ').join(words)}: mean {state.mean:.1f} grey levels, "
+    console.show(
+        f"Black image {tr(' and ').join(words)}: mean {state.mean:.1f} grey levels, "
         f"SHA-256 {state.sha256}",
         soft_wrap=True,
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from ocmm_cli.terminal import PlainConsole, heads, print_grid, say, say_later, say_word
+from ocmm_cli.terminal import PlainConsole, heads, print_grid, tr, tr_later, tr_word
 from ocmm_core.acquisition.frames import FrameBlock, SourceDescription
 from ocmm_core.acquisition.recording import BusCapture, CaptureAccount, FrameRecorder
 from ocmm_core.camera import Rig
@@ -18,17 +18,17 @@ from ocmm_core.fieldbus.wire import Command
 
 _CYCLE_NS = 1_000_000
 _MEANINGS = {
-    "answers": say_later("answers"),
-    "damaged": say_later("  check sum wrong"),
-    "unproven": say_later("  before their serial number was told"),
-    "idle": say_later("  not in operation"),
-    "repeated": say_later("  repeated"),
-    "contradicting": say_later("  contradicting"),
-    "frames": say_later("frames"),
-    "known": say_later("  sent again"),
-    "missing": say_later("  left out"),
-    "overruns": say_later("buffer overruns"),
-    "restarts": say_later("new starts"),
+    "answers": tr_later("answers"),
+    "damaged": tr_later("  check sum wrong"),
+    "unproven": tr_later("  before their serial number was told"),
+    "idle": tr_later("  not in operation"),
+    "repeated": tr_later("  repeated"),
+    "contradicting": tr_later("  contradicting"),
+    "frames": tr_later("frames"),
+    "known": tr_later("  sent again"),
+    "missing": tr_later("  left out"),
+    "overruns": tr_later("buffer overruns"),
+    "restarts": tr_later("new starts"),
 }
 """Counters of a camera, by field."""
 
@@ -42,7 +42,7 @@ def decode_capture(
         progress = stack.enter_context(
             Progress(
                 SpinnerColumn(),
-                TextColumn("{task.fields[packets]} " + say("packets"), markup=False),
+                TextColumn("{task.fields[packets]} " + tr("packets"), markup=False),
                 TimeElapsedColumn(),
                 console=console,
                 transient=True,
@@ -71,16 +71,16 @@ def decode_capture(
 
 
 def print_account(account: CaptureAccount, console: PlainConsole) -> None:
-    console.say(
+    console.show(
         f"Packets    {account.packets}: {account.other} not EtherCAT, {account.malformed} "
         f"malformed, {account.cut} recorded in part"
     )
     if account.first_ns:
         begin = datetime.fromtimestamp(account.first_ns * 1e-9, UTC)
         seconds = (account.last_ns - account.first_ns) * 1e-9
-        console.say(f"Time       {begin:%Y-%m-%d %H:%M:%S} UTC, {seconds:.3f} s")
+        console.show(f"Time       {begin:%Y-%m-%d %H:%M:%S} UTC, {seconds:.3f} s")
     if account.cut_off:
-        console.say("The file ends in the middle of a packet.")
+        console.show("The file ends in the middle of a packet.")
     names = [command.name for command in Command]
     known = [name for name in names if name in account.sent or name in account.returned]
     unknown = sorted((set(account.sent) | set(account.returned)) - set(names))
@@ -88,18 +88,18 @@ def print_account(account: CaptureAccount, console: PlainConsole) -> None:
         (name, str(account.sent[name]), str(account.returned[name])) for name in (*known, *unknown)
     ]
     print_grid(console, heads("Command", "Sent", "Returned"), rows)
-    console.say(
+    console.show(
         f"Cycles     {account.cycles} sent, {account.answered} answered, "
         f"{account.short} answers with a low working counter"
     )
-    console.say(f"Exposures  {account.joined} from all cameras, {account.unjoined} not from all")
+    console.show(f"Exposures  {account.joined} from all cameras, {account.unjoined} not from all")
     cameras = account.cameras
     counters = [
-        (say(meaning), *(str(getattr(camera, field)) for camera in cameras))
+        (tr(meaning), *(str(getattr(camera, field)) for camera in cameras))
         for field, meaning in _MEANINGS.items()
     ]
     if cameras:
-        columns = (say_word("Answers and frames"), *(camera.name for camera in cameras))
+        columns = (tr_word("Answers and frames"), *(camera.name for camera in cameras))
         print_grid(console, columns, counters)
 
 

@@ -9,7 +9,7 @@ import msgspec
 import typer
 
 from ocmm_cli.bus._camera import follow_errand, write_bytes
-from ocmm_cli.terminal import heads, make_console, print_grid, say
+from ocmm_cli.terminal import heads, make_console, print_grid, tr
 from ocmm_core.errors import BusError, InputError
 
 if TYPE_CHECKING:
@@ -53,17 +53,17 @@ def describe(
     rows = []
     for pdo in (*device.inputs, *device.outputs):
         for entry in pdo.entries if pdo.assigned else ():
-            key = entry.key if entry.index else say("gap")
+            key = entry.key if entry.index else tr("gap")
             rows.append((f"{pdo.index:#06x}", key, str(entry.bits), entry.type, entry.name))
     title = f"{device.name}: {device.product:#010x}, {device.revision:#010x}"
     print_grid(console, heads("Object", "Entry", "Bits", "Type", "Name"), rows, title)
     for part in device.left_out:
-        console.say(f"Left out: {part}.")
+        console.show(f"Left out: {part}.")
     if out is not None:
         write_bytes(out, described.describe_esi(device, stated).encode())
         return
     for sentence in described.missing_statements(device, stated):
-        console.say(sentence)
+        console.show(sentence)
 
 
 def _halves(option: str, text: str) -> tuple[str, str]:
@@ -137,7 +137,7 @@ def firmware(camera: str, file: Path, *, source: str, rig: Path, force: bool) ->
 
     # Reject invalid firmware before the bus is disturbed.
     found = Firmware.read(read_bytes(file))
-    make_console().print(say(f"Firmware {found.version}, {len(found.content)} bytes"))
+    make_console().print(tr(f"Firmware {found.version}, {len(found.content)} bytes"))
     _maintain(source, rig, camera, image=file, force=force)
 
 
@@ -152,7 +152,7 @@ def clear(camera: str, *, source: str, rig: Path, force: bool) -> None:
         count = len(read_error_history(access))
         clear_error_history(access)
         left = len(read_error_history(access))
-    make_console().print(say(f"Camera '{camera}' forgot {count} error(s); {left} left."))
+    make_console().print(tr(f"Camera '{camera}' forgot {count} error(s); {left} left."))
     raise typer.Exit(1 if left else 0)
 
 
@@ -164,7 +164,7 @@ def identify(camera: str, *, source: str, seconds: int, rig: Path, force: bool) 
 
     with open_bus(source, rig, camera=camera, force=force) as bus:
         left = blink(bus.objects(camera), seconds)
-    make_console().print(say(f"Camera '{camera}' blinks for {left} s."))
+    make_console().print(tr(f"Camera '{camera}' blinks for {left} s."))
 
 
 def _maintain(
@@ -191,17 +191,17 @@ def _maintain(
     console = make_console()
     words = ""
 
-    def take(line: bytes) -> tuple[int, int]:
+    def parse(line: bytes) -> tuple[int, int]:
         nonlocal words
         news = msgspec.json.decode(line, type=MaintenanceNews)
         words = news.words or words
         return news.done, news.total
 
-    returncode, complaint = follow_errand(command, first_lines, console, say("Sending"), take)
+    returncode, complaint = follow_errand(command, first_lines, console, tr("Sending"), parse)
     if returncode or not words:
         raise BusError(
             "bus.maintenance",
             complaint or f"Nothing was changed (code {returncode}).",
             "Then repeat the command.",
         )
-    console.say(words)
+    console.show(words)

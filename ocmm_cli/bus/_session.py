@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
-from ocmm_cli.terminal import PlainConsole, make_console, say
+from ocmm_cli.terminal import PlainConsole, make_console, tr
 from ocmm_core.acquisition import bus_process
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
 from ocmm_core.camera import CameraModel, Rig, load_rig
@@ -108,7 +108,7 @@ def open_bus(
         process.start()
         session = BusSession(rig, feed, process)
         if wait:
-            with make_console().status(say("Bringing the cameras to operation")):
+            with make_console().status(tr("Bringing the cameras to operation")):
                 _await_operation(session)
         yield session
     finally:

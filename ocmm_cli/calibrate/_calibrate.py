@@ -18,7 +18,7 @@ from ocmm_cli.terminal import (
     lead,
     make_console,
     print_table_account,
-    say,
+    tr,
 )
 from ocmm_core.calibration.relocation import RelocationRequest
 from ocmm_core.calibration.verification import Limits
@@ -320,7 +320,7 @@ def _wave(
     interrupt = DeferredInterrupt()
     try:
         with Progress(*columns, console=console, transient=True) as progress:
-            task = progress.add_task(say("Wave the probe through the whole volume"), total=left)
+            task = progress.add_task(tr("Wave the probe through the whole volume"), total=left)
             feed.acquisition.start()
             while left > 0 and not interrupt.check():
                 stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
@@ -352,7 +352,7 @@ def _learn(
     baseline: monitor.Baseline = monitor.learn_baseline(looks, site.rig, body)
     path = monitor.save_baseline(site.store.folder, baseline, calibration, body.identity)
     whole = site.rig.noise.pattern_px
-    console.say(
+    console.show(
         f"Sensors  {baseline.looks} samples; pattern {whole:.4f} px, residual "
         f"{baseline.left_px:.4f} px"
     )

@@ -22,8 +22,8 @@ from ocmm_cli.terminal import (
     make_console,
     print_grid,
     print_table_account,
-    say,
-    say_word,
+    tr,
+    tr_word,
 )
 from ocmm_core.calibration.sweeping import PivotRequest
 from ocmm_core.documents import resource
@@ -196,18 +196,18 @@ def probe_status(*, probe: Path, probes: Path | None) -> None:
 
     console, store = make_console(), _store(probe, probes)
     found = probe_overview(store, datetime.now(UTC))
-    _say(console, say(f"Probe    {load_probe(probe).name}, by {probe}"))
-    _say(console, f"{lead('Folder   ')}{store.folder}")
+    _print(console, tr(f"Probe    {load_probe(probe).name}, by {probe}"))
+    _print(console, f"{lead('Folder   ')}{store.folder}")
     if found.fault:
-        _say(console, f"{lead('Records  ')}{say('cannot be used.')} {say(found.fault)}")
+        _print(console, f"{lead('Records  ')}{tr('cannot be used.')} {tr(found.fault)}")
         raise typer.Exit(1)
     if not found.tips:
-        _say(console, say(f"Tips     none: probe never calibrated ({store.folder})."))
+        _print(console, tr(f"Tips     none: probe never calibrated ({store.folder})."))
         raise typer.Exit(1)
     for state in found.tips:
         _print_tip(console, state)
         if state.status.state is not State.UNUSABLE:
-            _say(console, f"{lead('Evidence ')}{evidence_words(store, state.tip)}")
+            _print(console, f"{lead('Evidence ')}{evidence_words(store, state.tip)}")
     mounted = found.tips[0]
     raise typer.Exit(0 if mounted.mounted and mounted.status.state.usable else 1)
 
@@ -216,14 +216,14 @@ def probe_history(*, probe: Path, probes: Path | None) -> None:
     """List what happened to a probe and its tips."""
     rows = []
     for event in _store(probe, probes).events:
-        since = say(f" Good until {event.since_utc[:19]}.") if event.since_utc else ""
-        lost = say(f" Lost before: {', '.join(event.lost)}.") if event.lost else ""
+        since = tr(f" Good until {event.since_utc[:19]}.") if event.since_utc else ""
+        lost = tr(f" Lost before: {', '.join(event.lost)}.") if event.lost else ""
         rows.append((
             event.utc[:19], event.tip, event.kind.value, event.record[:12], event.who,
             f"{event.reason}{since}{lost}",
         ))  # fmt: skip
     columns = heads("UTC", "Tip", "What", "Record", "Who", "Reason")
-    print_grid(make_console(), columns, rows, say_word("History"))
+    print_grid(make_console(), columns, rows, tr_word("History"))
 
 
 def mount_tip(tip: str, *, probe: Path, probes: Path | None, who: str) -> None:
@@ -234,8 +234,8 @@ def mount_tip(tip: str, *, probe: Path, probes: Path | None, who: str) -> None:
     store = _store(probe, probes)
     store.mount(tip, who, datetime.now(UTC))
     status = store.status(tip, datetime.now(UTC))
-    mounted = say(f"Tip '{tip}' is mounted.")
-    _say(make_console(), f"{mounted} {say(status.reason)} {say(status.remedy)}".rstrip())
+    mounted = tr(f"Tip '{tip}' is mounted.")
+    _print(make_console(), f"{mounted} {tr(status.reason)} {tr(status.remedy)}".rstrip())
 
 
 def _store(probe: Path, folder: Path | None) -> ProbeStore:
@@ -250,25 +250,25 @@ def _print_tip(console: PlainConsole, state: TipState) -> None:
     from ocmm_core.calibration.records import record_hash
 
     record, qualified, status = state.calibration, state.qualification, state.status
-    on = say("mounted") if state.mounted else say("not mounted")
-    _say(console, say(f"Tip      {state.tip} ({on})"))
-    _say(console, f"{lead('State    ')}{say_word(status.state.value)}")
+    on = tr("mounted") if state.mounted else tr("not mounted")
+    _print(console, tr(f"Tip      {state.tip} ({on})"))
+    _print(console, f"{lead('State    ')}{tr_word(status.state.value)}")
     if status.reason:
-        _say(console, f"         {say(status.reason)} {say(status.remedy)}")
+        _print(console, f"         {tr(status.reason)} {tr(status.remedy)}")
     if status.since_utc:
-        _say(console, say(f"         Points since {status.since_utc[:19]} UTC are suspect."))
-    _say(
+        _print(console, tr(f"         Points since {status.since_utc[:19]} UTC are suspect."))
+    _print(
         console,
-        say(
+        tr(
             f"Record   {record_hash(record)}\n         calibrated {record.made_utc[:19]} UTC by "
             f"{record.made_by}{_warmth(record.temperature_c)}, valid until "
             f"{record.valid_until_utc[:10]}"
         ),
     )
     if qualified is not None:
-        _say(
+        _print(
             console,
-            say(
+            tr(
                 f"Ball     {qualified.diameter_mm:.4f} mm, U = "
                 f"{2e3 * qualified.diameter_sigma_mm:.1f} um (k = 2), form "
                 f"{1e3 * qualified.form_mm:.1f} um\n"
@@ -278,12 +278,12 @@ def _print_tip(console: PlainConsole, state: TipState) -> None:
         )
     if state.check is not None:
         verdict = "passed" if state.check.passed else "FAILED"
-        _say(console, say(f"Checked  {state.check.made_utc[:19]} UTC: {verdict}"))
+        _print(console, tr(f"Checked  {state.check.made_utc[:19]} UTC: {verdict}"))
 
 
 def _warmth(celsius: float | None) -> str:
-    return "" if celsius is None else " " + say(f"at {celsius:.1f} C")
+    return "" if celsius is None else " " + tr(f"at {celsius:.1f} C")
 
 
-def _say(console: PlainConsole, text: str) -> None:
+def _print(console: PlainConsole, text: str) -> None:
     console.print(text, soft_wrap=True)

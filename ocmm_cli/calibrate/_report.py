@@ -10,7 +10,7 @@ import numpy as np
 from rich.text import Text
 
 from ocmm_cli.calibrate._tip_report import print_passed, print_term
-from ocmm_cli.terminal import PlainConsole, heads, lead, print_grid, say, say_word, told
+from ocmm_cli.terminal import PlainConsole, error_text, heads, lead, print_grid, tr, tr_word
 from ocmm_core.calibration.guided import (
     CalibrationComparison,
     CalibrationOutcome,
@@ -39,9 +39,9 @@ def print_calibration(console: PlainConsole, outcome: CalibrationOutcome) -> Non
         ))  # fmt: skip
     columns = heads("Camera", "Serial", "f", "u0", "v0", "RMS px", "Spots", "Left out")
     print_grid(console, columns, rows, f"{record.rig}: {record.method}")
-    _say(
+    _print(
         console,
-        say(
+        tr(
             f"Residuals {record.rms_px:.4f} px RMS, chi-square {record.chi2_per_dof:.2f} per "
             f"degree of "
             f"freedom, {record.points} points or poses."
@@ -49,20 +49,20 @@ def print_calibration(console: PlainConsole, outcome: CalibrationOutcome) -> Non
     )
     if record.outliers:
         shown = ", ".join(record.outliers[:5])
-        more = say(f" and {len(record.outliers) - 5:d} more") if len(record.outliers) > 5 else ""
-        _say(console, say(f"Left out: {shown}{more}."))
+        more = tr(f" and {len(record.outliers) - 5:d} more") if len(record.outliers) > 5 else ""
+        _print(console, tr(f"Left out: {shown}{more}."))
     if len(outcome.errors_world):
         x, y, z = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
-        _say(
+        _print(
             console,
-            say(
+            tr(
                 f"Errors at {len(outcome.errors_world)} control places: {x:.1f}, {y:.1f}, "
                 f"{z:.1f} um "
                 f"RMS per axis."
             ),
         )
     for warning in outcome.warnings:
-        console.print(told(warning), style="yellow")
+        console.print(error_text(warning), style="yellow")
     if outcome.comparison is not None:
         _print_comparison(console, outcome.comparison)
 
@@ -75,33 +75,33 @@ def print_verification(console: PlainConsole, outcome: VerificationOutcome) -> N
             check.name, f"{check.certified_mm:.4f}", f"{check.measured_mm:.4f}",
             f"{1e3 * check.error_mm:+.1f}", f"{1e3 * check.expanded_mm:.1f}",
             f"{1e3 * check.limit_mm:.1f}",
-            Text(say_word("FAILED"), "bold red") if index in outcome.failed else "",
+            Text(tr_word("FAILED"), "bold red") if index in outcome.failed else "",
         ))  # fmt: skip
     columns = heads("Check", "Certified", "Measured", "E um", "U um", "Limit um")
-    print_grid(console, (*columns, ""), rows, say_word("Verification"))
+    print_grid(console, (*columns, ""), rows, tr_word("Verification"))
     if outcome.failed:
-        _say(console, say(f"Failed   {len(outcome.failed)} of {len(record.checks)} checks"))
+        _print(console, tr(f"Failed   {len(outcome.failed)} of {len(record.checks)} checks"))
     for old in record.superseded:
-        _say(
+        _print(
             console,
-            say(
+            tr(
                 f"First    {old.name}: E = {1e3 * old.error_mm:+.1f} um, limit "
                 f"{1e3 * old.limit_mm:.1f} um; repeated."
             ),
         )
     worst = record.checks[outcome.largest]
-    where = say("Farthest beyond") if outcome.failed else say("Nearest to")
-    _say(
+    where = tr("Farthest beyond") if outcome.failed else tr("Nearest to")
+    _print(
         console,
-        say(
+        tr(
             f"{where} its limit: {worst.name}, E = {1e3 * worst.error_mm:+.1f} um, "
             f"U = {1e3 * worst.expanded_mm:.1f} um, limit {1e3 * worst.limit_mm:.1f} um."
         ),
     )
-    _say(console, f"{say_word('Rule')}: {say(record.rule)}.")
+    _print(console, f"{tr_word('Rule')}: {tr(record.rule)}.")
     _print_session(console, record)
     for warning in outcome.warnings:
-        console.print(told(warning), style="yellow")
+        console.print(error_text(warning), style="yellow")
     if record.passed and outcome.due_utc:
         print_term(console, outcome.due_utc)
     print_passed(console, passed=record.passed)
@@ -109,27 +109,27 @@ def print_verification(console: PlainConsole, outcome: VerificationOutcome) -> N
 
 def _print_session(console: PlainConsole, record: VerificationRecord) -> None:
     reached = sum(one.reached for one in record.corners)
-    _say(console, say(f"Corners  {reached} of {len(record.corners)} reached"))
+    _print(console, tr(f"Corners  {reached} of {len(record.corners)} reached"))
     for corner in record.corners:
         if not corner.reached:
-            why = corner.reason or say("no reason given")
-            _say(console, f"         {corner.name}: {say('not reached')}, {why}")
+            why = corner.reason or tr("no reason given")
+            _print(console, f"         {corner.name}: {tr('not reached')}, {why}")
     for seat in record.repeats:
         shift = 1e3 * float(np.linalg.norm(seat.shift_mm))
-        _say(
+        _print(
             console,
-            say(
+            tr(
                 f"Repeat   {seat.place} moved by {shift:.1f} um: normalised square "
                 f"{seat.square:.1f}, "
                 f"limit {seat.limit:.1f}"
             ),
         )
     for note in record.notes:
-        _say(console, f"{lead('Note     ')}{say(note)}")
+        _print(console, f"{lead('Note     ')}{tr(note)}")
     if record.arose is not None:
-        _say(console, f"{lead('Since    ')}{say(record.arose.sentence)}")
+        _print(console, f"{lead('Since    ')}{tr(record.arose.sentence)}")
     for one in record.objections:
-        console.print(told(one), style="bold red")
+        console.print(error_text(one), style="bold red")
 
 
 def print_status(console: PlainConsole, document: Path, folder: Path, now: datetime) -> bool:
@@ -137,27 +137,27 @@ def print_status(console: PlainConsole, document: Path, folder: Path, now: datet
     in_use = open_calibration(document, folder)
     design = load_rig(document)
     cameras = ", ".join(f"{one.name} (serial {one.serial})" for one in design.cameras)
-    _say(console, f"{lead('Rig      ')}{design.name}: {cameras}")
-    _say(console, f"{lead('         by ')}{document}")
-    _say(console, f"{lead('Folder   ')}{store_folder(folder, design.name)}")
+    _print(console, f"{lead('Rig      ')}{design.name}: {cameras}")
+    _print(console, f"{lead('         by ')}{document}")
+    _print(console, f"{lead('Folder   ')}{store_folder(folder, design.name)}")
     view = judge(in_use, now)
-    _say(console, f"{lead('State    ')}{say_word(view.word.value)}")
+    _print(console, f"{lead('State    ')}{tr_word(view.word.value)}")
     for sentence in (*([str(view.blocker)] if view.blocker else []), *view.warnings):
-        _say(console, f"         {say(sentence)}")
+        _print(console, f"         {tr(sentence)}")
     if view.since_utc:
-        _say(console, say(f"         Points since {view.since_utc[:19]} UTC are suspect."))
+        _print(console, tr(f"         Points since {view.since_utc[:19]} UTC are suspect."))
     record, store = view.record, in_use.store
     if record is not None and store is not None:
-        _say(
+        _print(
             console,
-            say(
+            tr(
                 f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} "
                 f"UTC "
                 f"by {record.made_by}, valid until {record.valid_until_utc[:10]}"
             ),
         )
         if view.word is not CalibrationStatus.UNUSABLE:
-            _say(console, f"{lead('Evidence ')}{evidence_words(store)}")
+            _print(console, f"{lead('Evidence ')}{evidence_words(store)}")
     return view.blocker is None
 
 
@@ -168,44 +168,44 @@ def evidence_words(store: RecordStore[Any], about: str | None = None) -> str:
     n_sessions = len(wanted) - n_records
     lost = sum(len(event.lost) for event in store.events)
     before = f"; {lost} lost earlier, see the history" if lost else ""
-    events = say(f"{n_events:d} event{'' if n_events == 1 else 's'}")
-    records = say(f"{n_records:d} record{'' if n_records == 1 else 's'}")
-    sessions = say(f"{n_sessions:d} session{'' if n_sessions == 1 else 's'}")
-    return say(f"whole: history of {events}, {records}, {sessions}{before}")
+    events = tr(f"{n_events:d} event{'' if n_events == 1 else 's'}")
+    records = tr(f"{n_records:d} record{'' if n_records == 1 else 's'}")
+    sessions = tr(f"{n_sessions:d} session{'' if n_sessions == 1 else 's'}")
+    return tr(f"whole: history of {events}, {records}, {sessions}{before}")
 
 
 def print_history(console: PlainConsole, store: CalibrationStore) -> None:
     rows = []
     for event in store.events:
-        lost = say(f" Lost before: {', '.join(event.lost)}.") if event.lost else ""
+        lost = tr(f" Lost before: {', '.join(event.lost)}.") if event.lost else ""
         rows.append((
             event.utc[:19], event.calibration[:12], event.kind.value, event.who,
             f"{event.reason}{lost}",
         ))  # fmt: skip
     columns = heads("UTC", "Calibration", "What", "Who", "Reason")
-    print_grid(console, columns, rows, say_word("History"))
+    print_grid(console, columns, rows, tr_word("History"))
 
 
 def _print_comparison(console: PlainConsole, found: CalibrationComparison) -> None:
-    _say(
+    _print(
         console,
-        say(
+        tr(
             f"Against the active calibration: the frame moved by {found.moved_mm:.2f} mm and "
             f"rotated by {np.degrees(found.turned_rad):.3f} degrees."
         ),
     )
     for camera in found.cameras:
-        _say(
+        _print(
             console,
-            say(
+            tr(
                 f"  {camera.name}: additionally {camera.shift_mm:.3f} mm and "
                 f"{np.degrees(camera.turn_rad):.4f} degrees, f {1e3 * camera.focal_mm:+.1f} um."
             ),
         )
     largest = 1e3 * float(np.linalg.norm(found.differences_world, axis=1).max())
-    _say(
+    _print(
         console,
-        say(
+        tr(
             f"  With the old one, points in the volume would be up to {largest:.0f} um off; "
             f"U of a length (k = 2): {2e3 * found.length_sigma_after_mm:.1f} um "
             f"(before: {2e3 * found.length_sigma_before_mm:.1f} um)."
@@ -213,5 +213,5 @@ def _print_comparison(console: PlainConsole, found: CalibrationComparison) -> No
     )
 
 
-def _say(console: PlainConsole, text: str) -> None:
+def _print(console: PlainConsole, text: str) -> None:
     console.print(text, soft_wrap=True)

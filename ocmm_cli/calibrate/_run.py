@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ocmm_cli.calibrate._setup import Setup
-from ocmm_cli.terminal import DeferredInterrupt, PlainConsole, lead, say, say_later
+from ocmm_cli.terminal import DeferredInterrupt, PlainConsole, lead, tr, tr_later
 from ocmm_core import composition
 from ocmm_core.acceptance import read_temperature
 from ocmm_core.acquisition.frames import AcquisitionState, FrameBlock, StopReason, read_status
@@ -90,15 +90,13 @@ def opened(
             # Started with another calibration, probe or version, or at an implausible temperature:
             # its observations are useless.
             if not guided.is_ended(path):
-                console.print(f"{lead('Left out ')}{say(error.what)}", style="dim")
+                console.print(f"{lead('Left out ')}{tr(error.what)}", style="dim")
             continue
         if is_open(procedure.base):
             step = procedure.base.step
-            console.print(
-                f"{lead('Continue ')}{path}: {say(step.title)}, {step.done}/{step.wanted}"
-            )
+            console.print(f"{lead('Continue ')}{path}: {tr(step.title)}, {step.done}/{step.wanted}")
             if procedure.base.torn:
-                console.say(procedure.base.torn)
+                console.show(procedure.base.torn)
             if warm is not None:
                 procedure.note_temperature(now(), warm)
             return procedure
@@ -164,8 +162,8 @@ def collect(
     """
     console.print(f"{lead('Source   ')}{feed.description.name}", highlight=True)
     interrupt = DeferredInterrupt(
-        f"{say('All observations are stored.')} "
-        + say("Start the command again: it continues this session.")
+        f"{tr('All observations are stored.')} "
+        + tr("Start the command again: it continues this session.")
     )
     kept = recorder
 
@@ -177,17 +175,17 @@ def collect(
         except AcquisitionError as error:
             kept = None
             console.print(
-                f"{say(error.what)} {say('Calibration continues.')} {say(error.remedy)}",
+                f"{tr(error.what)} {tr('Calibration continues.')} {tr(error.remedy)}",
                 highlight=True,
             )
 
-    def words(view: guided.ProcedureView) -> str:
-        title, hint = say(view.step.title), view.live.hint
-        return f"{title}: {say(hint)}" if hint else title
+    def status_line(view: guided.ProcedureView) -> str:
+        title, hint = tr(view.step.title), view.live.hint
+        return f"{title}: {tr(hint)}" if hint else title
 
     try:
         feed.acquisition.start()
-        record_observations(procedure, feed, frames, console, interrupt, keep, words)
+        record_observations(procedure, feed, frames, console, interrupt, keep, status_line)
     finally:
         status = feed.end()
         if recorder is not None:
@@ -199,7 +197,7 @@ def collect(
         why = view.step.gate.reason
         if hint:
             # English, as all errors; translated as a whole when shown.
-            why = say_later(f"{view.step.gate.reason} At its end: {hint}")
+            why = tr_later(f"{view.step.gate.reason} At its end: {hint}")
         if status.internal:
             raise status.error(
                 "calibrate.source", "All observations are stored: start the command again."
@@ -220,13 +218,13 @@ def record_observations(
     console: PlainConsole,
     interrupt: DeferredInterrupt,
     keep: Callable[[FrameBlock], None],
-    words: Callable[[guided.ProcedureView], str],
+    status_line: Callable[[guided.ProcedureView], str],
 ) -> None:
     """Record available observations of a started source; enter each step whose gate opens.
 
     Ends at the last step or with the source; ``frames``: length of its script, None without end.
     Ctrl-C is obeyed between two blocks. ``keep`` receives all frames before they are evaluated,
-    ``words`` returns the text of the progress bar.
+    ``status_line`` returns the text of the progress bar.
     """
     columns = (
         TextColumn("{task.description}", markup=False),
@@ -250,11 +248,11 @@ def record_observations(
                 procedure.watch(block)
                 seen += len(block)
                 if procedure.base.live.ready:
-                    procedure.take(now())
+                    procedure.record(now())
                     retake_misplaced(procedure, console)
                 view = procedure.base
                 progress.update(
-                    task, description=words(view), completed=view.step.done,
+                    task, description=status_line(view), completed=view.step.done,
                     total=view.step.wanted or None,
                 )  # fmt: skip
             elif stopped or (frames is not None and seen >= frames):
@@ -269,7 +267,7 @@ def retake_misplaced(procedure: guided.Procedure, console: PlainConsole) -> None
         return
     for number, line in enumerate(procedure.view.lines):
         if line.hint:
-            console.print(f"{lead('Again    ')}{line.name}: {say(line.hint)}")
+            console.print(f"{lead('Again    ')}{line.name}: {tr(line.hint)}")
             procedure.repeat_line(number, now())
 
 
@@ -297,10 +295,10 @@ def decide(
 ) -> guided.ProcedureDecision:
     """Accept the result, keep the old one, or leave the session open for a later decision."""
     if accept is None and console.is_terminal:
-        console.say("Accept it? [y/n] ", end="", highlight=True)
+        console.show("Accept it? [y/n] ", end="", highlight=True)
         accept = is_yes(console.input())
     if accept is None:
-        console.say(f"Session  {procedure.base.session}: waiting for --accept or --keep.")
+        console.show(f"Session  {procedure.base.session}: waiting for --accept or --keep.")
     else:
         # Ctrl-C has no effect until the decision is stored.
         with contextlib.closing(DeferredInterrupt()):

@@ -13,7 +13,7 @@ from ocmm_cli.calibrate import _run as run
 from ocmm_cli.calibrate._report import print_calibration, print_status
 from ocmm_cli.calibrate._setup import ProbeChoice, ProbeSetup, Setup
 from ocmm_cli.calibrate._write_cameras import write_accepted
-from ocmm_cli.terminal import PlainConsole, lead, make_console, say, say_word, told
+from ocmm_cli.terminal import PlainConsole, error_text, lead, make_console, tr, tr_word
 from ocmm_core.calibration import records
 from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.guided import Procedure, ProcedureDecision, SessionSite
@@ -90,7 +90,7 @@ def require_cameras(cameras: records.CalibrationInUse, console: PlainConsole) ->
         )
     if view.blocker is not None:
         console.print(
-            f"{lead('Cameras  ')}{say_word(view.word.value)}: {told(view.blocker)}",
+            f"{lead('Cameras  ')}{tr_word(view.word.value)}: {error_text(view.blocker)}",
             style="yellow",
             highlight=True,
         )
@@ -197,5 +197,5 @@ def body_in_use_of(source: str, choice: ProbeChoice) -> ProbeBody:
         if defect is not None:
             raise defect
         view = records.judge(in_use, run.now())
-        make_console().print(f"{lead('Probe  ')}{say(view.label)}")
+        make_console().print(f"{lead('Probe  ')}{tr(view.label)}")
     return in_use.body

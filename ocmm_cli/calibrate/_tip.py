@@ -98,7 +98,7 @@ def _touched(
     name = _mounted(place, tip, setup.who, console)
     asked = stated(who=setup.who, tip=name, sphere=load_sphere(sphere), cone=_cone(cone))
     procedure = opened(kind, place.of_probe, asked, setup, console)
-    _take(procedure, place, shots, spot, setup, console)
+    _record_missing(procedure, place, shots, spot, setup, console)
     return procedure, place, console
 
 
@@ -119,7 +119,7 @@ def _mounted(place: TerminalProbeSite, tip: str | None, who: str, console: Plain
     return name
 
 
-def _take(
+def _record_missing(
     procedure: TipQualificationProcedure | TipCheckProcedure,
     place: TerminalProbeSite,
     shots: Path | None,

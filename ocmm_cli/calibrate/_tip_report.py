@@ -13,14 +13,14 @@ from rich.text import Text
 
 from ocmm_cli.terminal import (
     PlainConsole,
+    error_text,
     heads,
     lead,
     print_grid,
-    say,
-    say_later,
-    say_word,
     shown,
-    told,
+    tr,
+    tr_later,
+    tr_word,
 )
 from ocmm_core.calibration.pivot import PivotCalibration
 from ocmm_core.calibration.records import Check, ProbeStore
@@ -31,24 +31,22 @@ from ocmm_core.geometry import Float
 
 def print_sphere(console: PlainConsole, view: TouchView) -> None:
     sphere = view.sphere
-    console.say(
+    console.show(
         f"Sphere   {view.sphere_name}: {view.sphere_diameter_mm:.4f} mm, "
         f"U = {1e3 * view.sphere_expanded_mm:.1f} um (k = 2)",
         soft_wrap=True,
     )
     touched = len(sphere.places) - len(sphere.missing)
-    known = (
-        say("compared with the qualified one") if isinstance(view, TipCheckView) else say("known")
-    )
-    console.say(
+    known = tr("compared with the qualified one") if isinstance(view, TipCheckView) else tr("known")
+    console.show(
         f"Points   {len(sphere.tips_world)}, at {touched} of {len(sphere.places)} places; ball "
         f"diameter {known}, U = {2e3 * sphere.diameter_sigma_mm:.1f} um (k = 2)",
         soft_wrap=True,
     )
     for index in sphere.missing:
-        console.print(f"         {say('not touched:')} {sphere.places[index].name}", soft_wrap=True)
+        console.print(f"         {tr('not touched:')} {sphere.places[index].name}", soft_wrap=True)
     for point in sphere.doubtful:
-        console.say(
+        console.show(
             f"         point {point + 1} does not fit: {1e3 * sphere.residuals_mm[point]:+.0f} um",
             soft_wrap=True,
         )
@@ -68,9 +66,9 @@ def print_cone(console: PlainConsole, view: TouchView) -> None:
         for number, off in enumerate(1e3 * cone.off_world)
     ]  # fmt: skip
     columns = heads("Probe", "dX um", "dY um", "dZ um", "Distance um")
-    print_grid(console, columns, rows, say_word("Ball in the cone"))
+    print_grid(console, columns, rows, tr_word("Ball in the cone"))
     x, y, z = 1e3 * cone.half_range_mm
-    console.say(
+    console.show(
         f"Articulation 2s {1e3 * cone.spread_2s_mm:.1f} um, largest "
         f"{1e3 * cone.largest_mm:.1f} um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, "
         f"{z:.1f} um",
@@ -81,7 +79,7 @@ def print_cone(console: PlainConsole, view: TouchView) -> None:
 def print_qualification(console: PlainConsole, outcome: TipOutcome) -> None:
     record = outcome.record
     _print_checks(console, "Qualification", record.checks)
-    console.say(
+    console.show(
         f"Ball     {record.diameter_mm:.4f} mm, U = {2e3 * record.diameter_sigma_mm:.1f} um "
         f"(k = 2); form {1e3 * record.form_mm:.1f} um, one point "
         f"{1e3 * record.point_sigma_mm:.1f} "
@@ -90,23 +88,23 @@ def print_qualification(console: PlainConsole, outcome: TipOutcome) -> None:
     )
     if outcome.previous is not None:
         change = record.diameter_mm - outcome.previous.diameter_mm
-        console.say(
+        console.show(
             f"         {1e3 * change:+.1f} um since {outcome.previous.made_utc[:10]} by "
             f"{outcome.previous.made_by}",
             soft_wrap=True,
         )
     print_term(console, record.valid_until_utc)
     for warning in outcome.warnings:
-        console.print(told(warning), style="yellow")
+        console.print(error_text(warning), style="yellow")
     print_passed(console, passed=record.passed)
 
 
 def print_check(console: PlainConsole, outcome: TipCheckOutcome) -> None:
-    _print_checks(console, say("Quick check"), outcome.record.checks)
+    _print_checks(console, tr("Quick check"), outcome.record.checks)
     for finding in outcome.findings:
-        console.print(told(finding), style="red")
+        console.print(error_text(finding), style="red")
     for warning in outcome.warnings:
-        console.print(told(warning), style="yellow")
+        console.print(error_text(warning), style="yellow")
     if outcome.record.passed:
         print_term(console, outcome.due_utc)
     print_passed(console, passed=outcome.record.passed)
@@ -115,7 +113,7 @@ def print_check(console: PlainConsole, outcome: TipCheckOutcome) -> None:
 def print_term(console: PlainConsole, until_utc: str) -> None:
     """Print the last day of validity, in local time."""
     day = datetime.fromisoformat(until_utc).astimezone().date()
-    console.say(f"Valid    until {day}", soft_wrap=True)
+    console.show(f"Valid    until {day}", soft_wrap=True)
 
 
 def _print_checks(console: PlainConsole, title: str, checks: Sequence[Check]) -> None:
@@ -141,11 +139,11 @@ def print_passed(console: PlainConsole, *, passed: bool) -> None:
 def print_probe(console: PlainConsole, outcome: PivotOutcome) -> None:
     _print_tips(console, outcome)
     _print_leds(console, outcome)
-    for name, found in ((say("First sweep"), outcome.first), (say("Second sweep"), outcome.second)):
+    for name, found in ((tr("First sweep"), outcome.first), (tr("Second sweep"), outcome.second)):
         _print_sweep(console, name, found)
     _print_validation(console, outcome)
     for finding in outcome.findings:
-        console.print(told(finding), style="yellow")
+        console.print(error_text(finding), style="yellow")
     _print_change(console, outcome)
 
 
@@ -155,8 +153,8 @@ def print_tip_status(console: PlainConsole, store: ProbeStore, tip: str, now: da
     if tip not in store.tips:
         return
     status = store.status(tip, now)
-    why = f"{say(status.reason)} {say(status.remedy)}"
-    console.print(f"{lead('Tip      ')}{tip}: {say_word(status.state.value)}. {why}".rstrip())
+    why = f"{tr(status.reason)} {tr(status.remedy)}"
+    console.print(f"{lead('Tip      ')}{tip}: {tr_word(status.state.value)}. {why}".rstrip())
 
 
 def _print_tips(console: PlainConsole, outcome: PivotOutcome) -> None:
@@ -167,12 +165,12 @@ def _print_tips(console: PlainConsole, outcome: PivotOutcome) -> None:
         console,
         heads("Method", "x mm", "y mm", "z mm", "U x um", "U y um", "U z um", "Spread um"),
         [
-            (say("adjustment"), *_mm(first.tip_probe), *expanded, ""),
-            (say("thesis"), *_mm(first.thesis_tip_probe), "", "", "", spread),
+            (tr("adjustment"), *_mm(first.tip_probe), *expanded, ""),
+            (tr("thesis"), *_mm(first.thesis_tip_probe), "", "", "", spread),
         ],
-        say(f"Probe {record.probe}, tip {record.tip}: tip position, probe frame"),
+        tr(f"Probe {record.probe}, tip {record.tip}: tip position, probe frame"),
     )
-    console.say(
+    console.show(
         "U: k = 2. Spread: RMS distance of the centres of the LEDs' spheres from their mean "
         "(thesis, Table 4).",
         style="dim",
@@ -198,29 +196,29 @@ def _print_leds(console: PlainConsole, outcome: PivotOutcome) -> None:
 
 def _print_sweep(console: PlainConsole, name: str, found: PivotCalibration) -> None:
     ranges = ", ".join(f"{value:.0f}" for value in np.degrees(found.coverage.ranges))
-    console.say(
+    console.show(
         f"{name}: {len(found.used)} poses, {found.coverage.attitudes} attitudes, turned by "
         f"{ranges} degrees, residuals {found.rms_px:.4f} px RMS, chi-square "
         f"{found.chi2 / found.dof:.2f} per degree of freedom, {len(found.left_out)} left out."
     )
     for one in found.left_out[:5]:
-        console.say(f"  left out: pose {one.frame}, {say(_WORDS[one.reason])}")
+        console.show(f"  left out: pose {one.frame}, {tr(_WORDS[one.reason])}")
     if len(found.left_out) > 5:
-        console.say(f"  and {len(found.left_out) - 5:d} more")
+        console.show(f"  and {len(found.left_out) - 5:d} more")
 
 
 def _print_validation(console: PlainConsole, outcome: PivotOutcome) -> None:
     check = outcome.validation
     off = ", ".join(f"{value:+.1f}" for value in 1e3 * check.tip_difference)
     sigma = ", ".join(f"{value:.1f}" for value in 2e3 * check.tip_difference_sigma)
-    console.say(
+    console.show(
         f"Second against first: tip {off} um (U {sigma}), LEDs "
         f"{1e3 * check.led_difference:.1f} um "
         f"RMS, cone {check.place_distance:.0f} mm and attitude "
         f"{np.degrees(check.attitude_distance):.0f} degrees apart."
     )
     if np.isfinite(check.articulation_2s):
-        console.say(
+        console.show(
             f"Articulation of the tip in the second sweep: 2s "
             f"{1e3 * check.articulation_2s:.1f} "
             f"um, largest {1e3 * check.articulation_max:.1f} um."
@@ -230,10 +228,10 @@ def _print_validation(console: PlainConsole, outcome: PivotOutcome) -> None:
 def _print_change(console: PlainConsole, outcome: PivotOutcome) -> None:
     change = outcome.change
     if change is None:
-        console.say("Change   none: the first calibration of this tip.")
+        console.show("Change   none: the first calibration of this tip.")
         return
     off = ", ".join(f"{value:+.1f}" for value in 1e3 * change.tip_difference)
-    console.say(
+    console.show(
         f"Change   tip {1e3 * change.tip_distance:.1f} um ({off}), LEDs "
         f"{1e3 * change.led_rms:.1f} um RMS since {change.previous.made_utc[:10]}; limit "
         f"{1e3 * change.limit_mm:.0f} um.",
@@ -242,9 +240,9 @@ def _print_change(console: PlainConsole, outcome: PivotOutcome) -> None:
 
 
 _WORDS = {
-    "few": say_later("fewer than three LEDs seen by two cameras"),
-    "spots": say_later("its spots do not fit the probe"),
-    "tip": say_later("it places the ball elsewhere"),
+    "few": tr_later("fewer than three LEDs seen by two cameras"),
+    "spots": tr_later("its spots do not fit the probe"),
+    "tip": tr_later("it places the ball elsewhere"),
 }
 
 

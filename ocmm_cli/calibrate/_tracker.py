@@ -9,7 +9,7 @@ import msgspec
 import typer
 
 from ocmm_cli.calibrate._setup import CameraSetup, ProbeChoice
-from ocmm_cli.terminal import heads, make_console, print_grid, say, told
+from ocmm_cli.terminal import error_text, heads, make_console, print_grid, tr
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.records import CameraRecord
@@ -46,7 +46,7 @@ def tracker(*, valid_days: int, choice: ProbeChoice, setup: CameraSetup) -> None
     if outcome is not None and site.rig.markers is not None:
         _print_noise(site.rig.markers.document.noise, outcome.record)
         for warning in outcome.warnings:
-            console.print(told(warning), style="yellow", highlight=True)
+            console.print(error_text(warning), style="yellow", highlight=True)
     code = steps.decided_code(procedure, setup.decision, "measured", console)
     print_status(console, site.document, site.calibrations, run.now())
     if code:
@@ -77,5 +77,5 @@ def _print_noise(before: TrackerNoise, record: CameraRecord) -> None:
     if isinstance(record.tracker, msgspec.UnsetType):
         return
     rows = noise_pairs(before, record.tracker.noise)
-    title = say(f"Noise of tracker {record.rig}")
+    title = tr(f"Noise of tracker {record.rig}")
     print_grid(make_console(), heads("Field", "Stated before", "Now"), rows, title)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.terminal import PlainConsole, make_console, say, told
+from ocmm_cli.terminal import PlainConsole, error_text, make_console, tr
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def write_cameras(
             write_to_cameras(record, bus.objects)
         blocker = compare_with_cameras(record, bus.objects)
     if blocker is not None:
-        console.print(told(blocker))
+        console.print(error_text(blocker))
         raise typer.Exit(1)
     _print_stored(record, console)
 
@@ -57,8 +57,8 @@ def write_accepted(
             write_to_cameras(record, bus.objects)
     except OcmmError as error:
         console.print(
-            f"{say('The cameras could not store its intrinsics:')} {told(error)} "
-            + say(f"Then: ocmm calibrate write-cameras --source {source}"),
+            f"{tr('The cameras could not store its intrinsics:')} {error_text(error)} "
+            + tr(f"Then: ocmm calibrate write-cameras --source {source}"),
             style="yellow",
         )
     else:
@@ -69,4 +69,4 @@ def _print_stored(record: CameraRecord, console: PlainConsole) -> None:
     from ocmm_core.calibration.records import record_hash
 
     names = ", ".join(f"'{entry.name}' ({entry.serial})" for entry in record.cameras)
-    console.say(f"{names} now store calibration {record_hash(record)}.")
+    console.show(f"{names} now store calibration {record_hash(record)}.")

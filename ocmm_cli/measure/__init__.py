@@ -6,7 +6,7 @@ Read `_measuring` (`ocmm measure` and `ocmm demo`), `_headless` (a whole job wit
 of a batch), `_plan` (check, new, import) with `_offers` (also of a planned rig), `_align` (also
 ambient conditions, and comparison), `_report`, `_recall`, `_certificate` (certificates of the
 machine), and `_recording` (raw frames).
-It computes nothing: jobs are run by `station` and opened by `inspection.archive`.
+It computes nothing: jobs are run by `station` and opened by `inspection.finished`.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports

@@ -18,15 +18,15 @@ from ocmm_cli.terminal import (
     make_console,
     print_grid,
     progress_line,
-    say,
-    say_word,
+    tr,
+    tr_word,
 )
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
     from ocmm_core.alignment import AlignmentReport
     from ocmm_core.geometry import Float
-    from ocmm_core.inspection.archive import ReopenedJob, Trend
+    from ocmm_core.inspection.finished import ReopenedJob, Trend
 
 
 def align_command(*, job: Path, save: Path | None, name: str, control: list[str] | None) -> None:
@@ -36,13 +36,13 @@ def align_command(*, job: Path, save: Path | None, name: str, control: list[str]
     """
     from ocmm_cli.measure._headless import print_states
     from ocmm_core.alignment import report_lines
-    from ocmm_core.inspection.archive import reopen_job
     from ocmm_core.inspection.evaluation import alignment_of_points
+    from ocmm_core.inspection.finished import reopen_job
 
     console = make_console(soft_wrap=True)
     opened = reopen_job(job)
     for doubt in opened.doubts:
-        console.print(f"{job.name}: {say(doubt)}", style="yellow")
+        console.print(f"{job.name}: {tr(doubt)}", style="yellow")
     print_states(console, opened.view)
     report = alignment_of_points(
         opened.plan, opened.points, opened.sensitivities, opened.rig, opened.body, opened.options
@@ -69,7 +69,7 @@ def align_plan_command(*, plan: Path, frame: Path, out: Path, relocate: float | 
     document = load_frame(frame)
     console = make_console(soft_wrap=True)
     if document.simulated:
-        said = say(f"{SIMULATED}: frame {document.name} comes from a virtual rig. {NO_REAL_PART}")
+        said = tr(f"{SIMULATED}: frame {document.name} comes from a virtual rig. {NO_REAL_PART}")
         console.print(said, style="bold yellow")
     rule = saved_frame(document) if relocate is None else relocation(document, relocate)
     save_plan(msgspec.structs.replace(load_plan(plan), alignment=rule), out)
@@ -147,9 +147,9 @@ def environment_command(*, job: Path, room: str, humidity: str, pressure: str, w
         told = environment_words(noted_rooms(opened.events()), last)
     console = make_console(soft_wrap=True)
     if not told:
-        console.say("Nothing was read off in the room.")
+        console.show("Nothing was read off in the room.")
     for _, sentence in told:
-        console.say(sentence)
+        console.show(sentence)
 
 
 def compare_command(
@@ -168,24 +168,24 @@ def compare_command(
     """
     from ocmm_core.documents import write_atomic
     from ocmm_core.export import batch_table
-    from ocmm_core.inspection.archive import compare_files
     from ocmm_core.inspection.evaluation import SIMULATED_LINE
+    from ocmm_core.inspection.finished import compare_files
 
     console = make_console()
     with progress_line() as tell:
         found = compare_files(jobs, tell, probes, calibrations, site=site).about(feature)
     if found.simulated:
-        console.say(SIMULATED_LINE, style="bold yellow")
+        console.show(SIMULATED_LINE, style="bold yellow")
     for name, words in zip(found.jobs, found.words, strict=True):
-        said = "; ".join(map(say, words))
+        said = "; ".join(map(tr, words))
         console.print(f"{name}: {said}")
     for sentence in found.left_out:
-        console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow")
+        console.print(f"{tr_word('left out')}: {tr(sentence)}", style="yellow")
     _print_table(console, found.trends, len(found.jobs))
     for trend in found.trends:
         for line in _lines(trend):
-            console.print(f"{trend.name}: {say(line)}")
-    console.say(
+            console.print(f"{trend.name}: {tr(line)}")
+    console.show(
         "Lengths in mm. Chart limits: 2.66 mean moving ranges; Cp and Cpk use the same scatter.",
         style="dim",
         highlight=True,
@@ -210,7 +210,7 @@ def compare_command(
 
 
 def _print_table(console: PlainConsole, trends: tuple[Trend, ...], count: int) -> None:
-    title = say(f"{count:d} job{'' if count == 1 else 's'}")
+    title = tr(f"{count:d} job{'' if count == 1 else 's'}")
     rows = []
     for trend in trends:
         values, able = trend.values, trend.capability
@@ -232,12 +232,12 @@ def _lines(trend: Trend) -> list[str]:
     if trend.why_not:
         lines.append(trend.why_not)
     if trend.capability is not None:
-        lines.append(trend.capability.words)
+        lines.append(trend.capability.summary)
     if trend.caution:
         lines.append(trend.caution)
     if trend.chart is not None:
         counted = [part for part in trend.parts if part.value is not None]
         lines += [
-            say(f"{counted[i].job} is {why.value} ({why.rule}).") for i, why in trend.chart.signals
+            tr(f"{counted[i].job} is {why.value} ({why.rule}).") for i, why in trend.chart.signals
         ]
     return lines

@@ -9,7 +9,7 @@ import msgspec
 import typer
 
 from ocmm_cli.measure._pages import print_pages
-from ocmm_cli.terminal import lead, make_console, say, say_word
+from ocmm_cli.terminal import lead, make_console, tr, tr_word
 from ocmm_core.host import HOST
 
 certificate_app = typer.Typer(
@@ -67,14 +67,14 @@ def check(file: Path) -> None:
     if dcc.title:
         console.print(dcc.title)
     console.print(
-        f"{dcc.number}: {dcc.laboratory}, {dcc.begin} – {dcc.end}. {say(found.words)}",
+        f"{dcc.number}: {dcc.laboratory}, {dcc.begin} – {dcc.end}. {tr(found.summary)}",
     )  # fmt: skip
     for one in dcc.quantities:
         unc = "" if one.expanded is None else f", U = {one.expanded:.6g} (k = {one.k:g})"
         word = f", {one.conformity}" if one.conformity else ""
         console.print(f"  {one.name}: {one.value:.9g} {one.unit}{unc}{word}")
     for name in dcc.left_out:
-        console.print(f"{say_word('Left out')}: {name}")
+        console.print(f"{tr_word('Left out')}: {name}")
     if not found.sound:
         raise typer.Exit(1)
 
@@ -115,13 +115,13 @@ def artefact(
         raise
     console = make_console(soft_wrap=True)
     console.print(f"{lead('Artefact  ')}{out}")
-    console.say(dcc.signature.words)
+    console.show(dcc.signature.summary)
     read = quantities_read(dcc, kind, quantity=quantity)
     for one in dcc.quantities:
         is_read = any(one is other for other in read)
         sentence = (
-            say(f"Read: {one.name}, {one.value!r} {one.unit}.") if is_read
-            else say(f"Left out: {one.name}, {one.value!r} {one.unit}.")
+            tr(f"Read: {one.name}, {one.value!r} {one.unit}.") if is_read
+            else tr(f"Left out: {one.name}, {one.value!r} {one.unit}.")
         )  # fmt: skip
         console.print(sentence)
 
@@ -133,4 +133,4 @@ def trust(file: Path) -> None:
     from ocmm_core.seals import KeyFolder
 
     found = trust_laboratory(file, KeyFolder().folder)
-    make_console(soft_wrap=True).print(say(f"Trusted: {found.subject.rfc4514_string()}"))
+    make_console(soft_wrap=True).print(tr(f"Trusted: {found.subject.rfc4514_string()}"))

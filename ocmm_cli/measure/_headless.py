@@ -14,13 +14,13 @@ from ocmm_cli.measure._pages import print_reports
 from ocmm_cli.terminal import (
     DeferredInterrupt,
     PlainConsole,
+    error_text,
     heads,
     lead,
     print_grid,
-    say,
-    say_word,
     shown,
-    told,
+    tr,
+    tr_word,
 )
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
@@ -65,19 +65,19 @@ def run_job(
     files: tuple[FileIdentity, ...] = ()
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     console.print(f"{lead('Source  ')}{built.description.name}", highlight=True)
-    console.say(f"Plan    {station.job.plan.name}, part {station.job.plan.part}", highlight=True)
+    console.show(f"Plan    {station.job.plan.name}, part {station.job.plan.part}", highlight=True)
     console.print(f"{lead('Job     ')}{built.job_path}", highlight=True)
     console.print(f"{lead('Header  ')}{_header(station.job.view().header)}")
     for fault in built.passed_over:
         # It may be a part of the batch; this cannot be determined.
-        console.print(f"{lead('Passed over  ')}{say(fault.what)}", style="yellow")
+        console.print(f"{lead('Passed over  ')}{tr(fault.what)}", style="yellow")
     calibration = station.instruments.calibration()
-    console.print(f"{lead('Calibration  ')}{say(calibration.label)}")
-    console.print(f"{lead('Temperature  ')}{say(station.job.view().temperature)}")
+    console.print(f"{lead('Calibration  ')}{tr(calibration.label)}")
+    console.print(f"{lead('Temperature  ')}{tr(station.job.view().temperature)}")
     if station.instruments.reference is not None:
-        console.print(f"{lead('Reference  ')}{say(station.instruments.reference.label)}")
+        console.print(f"{lead('Reference  ')}{tr(station.instruments.reference.label)}")
     for warning in calibration.warnings:
-        console.say(warning, style="yellow")
+        console.show(warning, style="yellow")
     interrupt = DeferredInterrupt()
     try:
         station.events.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
@@ -124,7 +124,7 @@ def _print_pages(job: Path, out: Path, console: PlainConsole, *, incomplete: boo
     """Write the PDF from the closed file of the job."""
     from ocmm_core.export.report import report_of_job
     from ocmm_core.export.template import paper_of
-    from ocmm_core.inspection.archive import reopen_job
+    from ocmm_core.inspection.finished import reopen_job
 
     data = replace(report_of_job(reopen_job(job)), paper=paper_of(job))
     for path in print_reports([data], out, incomplete=incomplete):
@@ -137,13 +137,13 @@ def print_table(
     _print_results(console, view, truth)
     for result in view.characteristics:
         if result.note:
-            console.print(f"{result.name}: {say(result.note)}", style="dim")
+            console.print(f"{result.name}: {tr(result.note)}", style="dim")
     if view.unproven:
-        console.say(view.unproven, style="bold red")
-    console.print(f"{say('Lengths in mm, angles in degrees.')} {say(U_WORDS)}.", style="dim")
+        console.show(view.unproven, style="bold red")
+    console.print(f"{tr('Lengths in mm, angles in degrees.')} {tr(U_WORDS)}.", style="dim")
     if truth is not None:
         held, known = _held(view, truth)
-        console.say(
+        console.show(
             f"Measured ± U holds the true value of {held} of {known} characteristics; 95 % are "
             "expected. (Form excluded: noise can only enlarge it.)"
         )
@@ -155,7 +155,7 @@ def _print_results(console: PlainConsole, view: JobView, truth: Mapping[str, flo
     rows: list[Sequence[str | Text]] = [
         (
             one.name, *_cells(one, (truth or {}).get(one.name))[:count],
-            Text(say_word(one.verdict.value), _STYLE[one.verdict]),
+            Text(tr_word(one.verdict.value), _STYLE[one.verdict]),
         )
         for one in view.characteristics
     ]  # fmt: skip
@@ -168,7 +168,7 @@ def print_verdict(console: PlainConsole, view: JobView) -> None:
     """Print the states, the reasons, and in the last line, for scripts, the part verdict."""
     print_states(console, view)
     for reason in view.part_verdict.reasons:
-        console.say(reason, style="bold yellow")
+        console.show(reason, style="bold yellow")
     verdict = view.part_verdict.shown_as
     style = "" if verdict is None else _STYLE[verdict]
     # English in every language: scripts read it.
@@ -178,28 +178,28 @@ def print_verdict(console: PlainConsole, view: JobView) -> None:
 def print_states(console: PlainConsole, view: JobView) -> None:
     """Print a line for every limitation of a job: SIMULATED, INCOMPLETE."""
     for line in state_lines(view):
-        console.say(line, style="bold yellow")
+        console.show(line, style="bold yellow")
 
 
 def print_explanations(console: PlainConsole, explained: Sequence[Explanation]) -> None:
     """Print a line for every result that is not good: by how much, and the remedy."""
     for item in explained:
-        words = f"{item.characteristic}: {say(item.why)} {say(item.suggestion)}"
+        words = f"{item.characteristic}: {tr(item.why)} {tr(item.suggestion)}"
         console.print(words)
 
 
 def print_counters(console: PlainConsole, status: AcquisitionStatus) -> None:
-    console.say(
+    console.show(
         f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} "
         f"lost, "
         f"{status.bad} bad"
     )
-    console.say(
+    console.show(
         f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} overrun"
     )
     if status.mean_pace is not None:
-        words = pace_words(status.mean_pace) or say("The virtual bus kept pace with real time.")
-        console.say(f"Pace    {status.mean_pace:.2f}: {say(words)}")
+        words = pace_words(status.mean_pace) or tr("The virtual bus kept pace with real time.")
+        console.show(f"Pace    {status.mean_pace:.2f}: {tr(words)}")
 
 
 def exit_code(view: JobView) -> int:
@@ -212,10 +212,10 @@ def exit_code(view: JobView) -> int:
 def missing_sentences(view: JobView, job_path: Path, *, written: bool) -> str:
     """Return the missing features of an ended job, and the remedy."""
     missing = ", ".join(view.part_verdict.missing)
-    said = f"{say_word(INCOMPLETE)}: {missing} {say('not measured.')}"
+    said = f"{tr_word(INCOMPLETE)}: {missing} {tr('not measured.')}"
     if written:
         return said
-    return f"{said} " + say(f"No report written; ocmm report {job_path} --incomplete writes one.")
+    return f"{said} " + tr(f"No report written; ocmm report {job_path} --incomplete writes one.")
 
 
 def _header(header: JobHeader) -> str:
@@ -223,7 +223,7 @@ def _header(header: JobHeader) -> str:
     beside = {"order": header.order, "batch": header.batch}
     named = {"operator": header.operator, "serial": header.serial}
     named |= {word: name for word, name in beside.items() if name}
-    return ", ".join(f"{say_word(word)} {name}" for word, name in named.items())
+    return ", ".join(f"{tr_word(word)} {name}" for word, name in named.items())
 
 
 def _wait(built: BuiltStation, console: PlainConsole, interrupt: DeferredInterrupt) -> None:
@@ -233,17 +233,17 @@ def _wait(built: BuiltStation, console: PlainConsole, interrupt: DeferredInterru
         TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn(say("points"), markup=False),
+        TextColumn(tr("points"), markup=False),
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task(say("Starting"), total=total)
+        task = progress.add_task(tr("Starting"), total=total)
         while not station.wait_finished(_POLL_S):
             interrupt.check()
             missing = station.job.missing()
             left = sum(count for _, count in missing)
-            doing = f"{lead('Probing ')}{missing[0][0]}" if missing else say("Finishing")
-            slow = say(station.looks.acquisition().pace_words)
+            doing = f"{lead('Probing ')}{missing[0][0]}" if missing else tr("Finishing")
+            slow = tr(station.looks.acquisition().pace_words)
             progress.update(
                 task, completed=total - left, description=f"{slow} {doing}" if slow else doing
             )
@@ -256,9 +256,9 @@ def _wait(built: BuiltStation, console: PlainConsole, interrupt: DeferredInterru
 
 def _print_probe(console: PlainConsole, probe: ProbeView) -> None:
     # A tip requested by name is mounted when the station starts.
-    console.print(f"{lead('Probe  ')}{say(probe.label)}")
+    console.print(f"{lead('Probe  ')}{tr(probe.label)}")
     for warning in probe.warnings:
-        console.say(warning, style="yellow")
+        console.show(warning, style="yellow")
 
 
 def _require_calibration(built: BuiltStation) -> None:
@@ -310,12 +310,12 @@ def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> Ocm
 
 def _print_error(console: PlainConsole, error: OcmmError) -> None:
     # Immediately, although the error is repeated at the end: closing takes time.
-    console.print(Text.assemble((shown(say(error.what)), "red"), " ", shown(say(error.remedy))))
+    console.print(Text.assemble((shown(tr(error.what)), "red"), " ", shown(tr(error.remedy))))
 
 
 def _print_refusal(console: PlainConsole, refusal: Refusal) -> None:
     stamp = time.strftime("%H:%M:%S")
-    console.print(f"{stamp} {say('Point refused:')} {told(refusal)}")
+    console.print(f"{stamp} {tr('Point refused:')} {error_text(refusal)}")
 
 
 def _held(view: JobView, truth: Mapping[str, float]) -> tuple[int, int]:
@@ -359,16 +359,16 @@ def await_part(
 ) -> None:
     """Wait for the confirmation that the next part is in place; else raise MeasuringError."""
     console.print(
-        say(f"Part {number} of {parts} is next, serial {serial}.")
+        tr(f"Part {number} of {parts} is next, serial {serial}.")
         + " "
         + (
-            say("The recording restarts from the beginning.")
+            tr("The recording restarts from the beginning.")
             if replayed
-            else say("Put it in place and keep hands and probe off it.")
+            else tr("Put it in place and keep hands and probe off it.")
         )
     )
     try:
-        answer = console.input(say("Enter: measure it; q and Enter: stop: "))
+        answer = console.input(tr("Enter: measure it; q and Enter: stop: "))
     except EOFError:
         console.print()
         raise _ended(number, parts, serial, "no answer: end of input") from None

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from ocmm_cli.options import ClimateOptions, JobOptions, StationChoice, StreamChoice
-from ocmm_cli.terminal import make_console, print_notes, say, say_later, shown, told
+from ocmm_cli.terminal import error_text, make_console, print_notes, shown, tr, tr_later
 from ocmm_core.ambient import TypedRoom
 from ocmm_core.composition import DEMO_PLAN
 from ocmm_core.errors import InputError, OcmmError
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ocmm_shop.archive.outbox import ArchivePlace
 
 
-_WITHOUT_QT = say_later("The window needs the package PySide6, which is not installed here.")
+_WITHOUT_QT = tr_later("The window needs the package PySide6, which is not installed here.")
 
 
 def open_window(*arguments: str) -> None:
@@ -53,7 +53,7 @@ def has_display() -> bool:
     if not named:
         return False
     if importlib.util.find_spec("PySide6") is None:
-        _tell(say(_WITHOUT_QT))
+        _print_step(tr(_WITHOUT_QT))
         return False
     answering = [kind for kind in named if display_answers(kind)]
     if answering:
@@ -63,15 +63,15 @@ def has_display() -> bool:
         return True
     fault = library_fault()
     if fault is not None:
-        _tell(told(fault))
+        _print_step(error_text(fault))
         return False
     for name in named.values():
         value = os.environ[name]
-        _tell(say(f"{name} is {value!r}, but no display answers there."))
+        _print_step(tr(f"{name} is {value!r}, but no display answers there."))
     return False
 
 
-def _tell(text: str) -> None:
+def _print_step(text: str) -> None:
     sys.stderr.write(f"ocmm: {text}\n")
 
 
@@ -98,7 +98,7 @@ def measure_parts(
     from ocmm_core.composition import Origin, build_station, origin_of
     from ocmm_core.export import DEFAULT_FORMAT, chosen_formats
     from ocmm_core.export.template import load_paper, template_in_use
-    from ocmm_core.inspection.archive import next_serial
+    from ocmm_core.inspection.finished import next_serial
     from ocmm_core.station import drop_job_without_points
 
     # Check names and templates before a job is started.
@@ -121,7 +121,7 @@ def measure_parts(
                     replayed = origin is Origin.RECORDING
                     await_part(console, part + 1, parts, request.serial, replayed=replayed)
             built = build_station(request)
-            jobs.begin(built.job_path)
+            jobs.start(built.job_path)
             try:
                 view = run_job(built, request.out, console, incomplete=incomplete, formats=formats)
             except OcmmError:

@@ -17,8 +17,8 @@ from ocmm_cli.terminal import (
     make_console,
     print_grid,
     progress_line,
-    say,
-    say_word,
+    tr,
+    tr_word,
 )
 
 if TYPE_CHECKING:
@@ -69,23 +69,23 @@ def print_offers(offers: Sequence[Offer], model: StepModel, console: PlainConsol
     if model.free_forms:
         console.print(free_form_words(model))
     if model.remark:
-        console.say(model.remark, style="yellow")
+        console.show(model.remark, style="yellow")
 
 
 def print_faces(account: FacesAccount, console: PlainConsole) -> None:
     """Print how many faces of a model became features, and why the others did not."""
-    console.say(account.sentence())
+    console.show(account.sentence())
     for why, count in account.left_out:
-        console.print(f"{count:5}  {say(why)}")
+        console.print(f"{count:5}  {tr(why)}")
     if words := account.recognised_sentence():
-        console.say(words)
+        console.show(words)
 
 
 def free_form_words(model: StepModel) -> str:
     """Return the number of free forms of a model, and the option that imports them."""
     count = len(model.free_forms)
-    faces = say("1 free-form face") if count == 1 else say(f"{count:d} free-form faces")
-    return say(f"{faces} can be measured as profiles: give --profile with the width of the zone.")
+    faces = tr("1 free-form face") if count == 1 else tr(f"{count:d} free-form faces")
+    return tr(f"{faces} can be measured as profiles: give --profile with the width of the zone.")
 
 
 def offers_json(offers: Sequence[Offer], model: StepModel) -> str:
@@ -115,27 +115,27 @@ def print_account(account: Account, console: PlainConsole) -> None:
     """
     if not account.items:
         for remark in account.remarks:
-            console.say(remark)
+            console.show(remark)
         return
-    console.say("Tolerances of the model:")
+    console.show("Tolerances of the model:")
     rows = []
     for item in account.by_itself():
         became = ", ".join(item.became)
-        said = "; ".join(filter(None, (became, say(item.why), say(item.remark))))
-        rows.append((say(item.status), item.name, item.kind, said))
+        said = "; ".join(filter(None, (became, tr(item.why), tr(item.remark))))
+        rows.append((tr(item.status), item.name, item.kind, said))
     print_grid(console, ("", *heads("label", "says", "in the plan, or why not")), rows)
     for group, counts in account.counts().items():
-        told = ", ".join(f"{count} {say(word)}" for word, count in counts.items() if count)
-        console.print(f"{say(group)}: {sum(counts.values())} ({told})")
+        told = ", ".join(f"{count} {tr(word)}" for word, count in counts.items() if count)
+        console.print(f"{tr(group)}: {sum(counts.values())} ({told})")
     for remark in account.remarks:
-        console.say(remark)
+        console.show(remark)
 
 
 def print_requirements(count: RequirementCount | None, console: PlainConsole) -> None:
     """Print the number of requirements of its sources a plan contains; nothing without a source."""
     if count is not None:
         style = "" if count.is_whole else "bold yellow"
-        console.say(count.words, style=style)
+        console.show(count.sentence, style=style)
 
 
 def account_json(account: Account, more: dict[str, Any]) -> str:
@@ -173,7 +173,7 @@ def plan_rig(
     with progress_line() as tell:
         sheet = evaluate_plan(
             plan, seed=seed, evaluations=search,
-            step=lambda share: tell(say("Predicting the rig"), share),
+            step=lambda share: tell(tr("Predicting the rig"), share),
         )  # fmt: skip
     content = msgspec.json.encode(sheet)
     out.mkdir(parents=True, exist_ok=True)
@@ -194,7 +194,7 @@ def plan_rig(
         console.out(content.decode(), highlight=False)
         return
     for sentence in sheet_sentences(sheet):
-        console.say(sentence, highlight=True)
+        console.show(sentence, highlight=True)
     rows = [
         (one.name, *(f"{value:.1f}" for value in (
             *one.centre, one.azimuth_deg, one.elevation_deg, one.roll_deg, one.focus)),
@@ -202,7 +202,7 @@ def plan_rig(
         for one in sheet.cameras
     ]  # fmt: skip
     columns = heads("Camera", "X", "Y", "Z", "Azimuth °", "Elevation °", "Roll °", "Focus", "Stop")
-    print_grid(console, columns, rows, say_word("Places of the cameras"))
+    print_grid(console, columns, rows, tr_word("Places of the cameras"))
     for item in shopping_list(sheet):
         console.print(item)
     console.print(f"{lead('Written  ')}{', '.join(map(str, written))}")

@@ -12,7 +12,7 @@ import typer
 
 from ocmm_cli.measure import _offers as offers
 from ocmm_cli.measure._offers import account_json, plan_rig, print_account, print_requirements
-from ocmm_cli.terminal import make_console, print_table_account, say, say_word
+from ocmm_cli.terminal import make_console, print_table_account, tr, tr_word
 from ocmm_core.errors import InputError
 from ocmm_core.tables import TableOptions
 
@@ -152,7 +152,7 @@ def import_command(
         console = make_console()
         offers.print_faces(faces, console)
         for sentence in filter(None, (model.remark, *asked.sentences())):
-            console.say(sentence, style="yellow")
+            console.show(sentence, style="yellow")
         if model.free_forms and not free_forms:
             console.print(offers.free_form_words(model))
         if tolerances:
@@ -176,7 +176,7 @@ def _import_qif(file: Path, empty: Plan, output: Path, as_json: bool, *, overwri
     else:
         console = make_console()
         for one in found.left_out:
-            console.print(f"{say_word('Left out')}: {one.name}: {say(one.why)}")
+            console.print(f"{tr_word('Left out')}: {one.name}: {tr(one.why)}")
         print_requirements(requirement_count(found.plan), console)
     if found.left_out or errors:
         raise typer.Exit(1)
@@ -195,7 +195,7 @@ def _summary(plan: Plan, output: Path) -> dict[str, Any]:
         "plan": str(output),
         "features": len(plan.features),
         "characteristics": len(plan.characteristics),
-        "requirements": "" if (count := requirement_count(plan)) is None else count.words,
+        "requirements": "" if (count := requirement_count(plan)) is None else count.sentence,
         "valid": not any(one.is_error for one in found),
         "findings": [
             {"item": one.item, "error": one.is_error, "what": one.what, "remedy": one.remedy}
@@ -226,7 +226,7 @@ def write_plan(plan: Plan, output: Path, *, overwrite: bool, silent: bool = Fals
     count = len(plan.characteristics)
     told = f", {count} characteristic{'' if count == 1 else 's'}" if count else ""
     features = f"{len(plan.features)} feature{'' if len(plan.features) == 1 else 's'}"
-    make_console().print(say(f"{output}: {features}{told}."))
+    make_console().print(tr(f"{output}: {features}{told}."))
     return print_findings(plan)
 
 
@@ -237,7 +237,7 @@ def print_findings(plan: Plan) -> int:
     found = plan_findings(plan)
     for one in found:
         make_console().print(
-            f"{'✖' if one.is_error else '▲'} {say(one.what)} {say(one.remedy)}",
+            f"{'✖' if one.is_error else '▲'} {tr(one.what)} {tr(one.remedy)}",
             style="red" if one.is_error else "yellow",
         )  # fmt: skip
     return sum(one.is_error for one in found)
@@ -273,24 +273,24 @@ def check(plan: Path) -> None:
     n_features, n_made = len(loaded.features), len(loaded.constructions)
     n_points = sum(feature.points for feature in loaded.features)
     n_wanted = len(loaded.characteristics)
-    features = say(f"{n_features:d} feature{'' if n_features == 1 else 's'}")
-    points = say(f"{n_points:d} point{'' if n_points == 1 else 's'}")
-    constructions = say(f"{n_made:d} construction{'' if n_made == 1 else 's'}")
-    characteristics = say(f"{n_wanted:d} characteristic{'' if n_wanted == 1 else 's'}")
+    features = tr(f"{n_features:d} feature{'' if n_features == 1 else 's'}")
+    points = tr(f"{n_points:d} point{'' if n_points == 1 else 's'}")
+    constructions = tr(f"{n_made:d} construction{'' if n_made == 1 else 's'}")
+    characteristics = tr(f"{n_wanted:d} characteristic{'' if n_wanted == 1 else 's'}")
     count = requirement_count(loaded)
     if errors:
-        words = say(f"{plan}: not valid, {errors} error{'' if errors == 1 else 's'}.")
+        words = tr(f"{plan}: not valid, {errors} error{'' if errors == 1 else 's'}.")
     elif count is not None and not count.is_whole:
-        words = say(
+        words = tr(
             f"{plan}: partial. {features} with {points}, {constructions}, {characteristics}."
         )
     else:
-        words = say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}.")
+        words = tr(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}.")
     console.print(words)
     print_requirements(count, console)
-    console.say(f"Plan release: {say(plan_release(plan).words)}.")
+    console.show(f"Plan release: {tr(plan_release(plan).summary)}.")
     for warning in warnings_of(loaded, plan.parent):
-        console.say(warning, style="yellow")
+        console.show(warning, style="yellow")
     if errors:
         raise typer.Exit(1)
 
@@ -322,7 +322,7 @@ def release(plan: Path, who: str, reason: str) -> None:
     from ocmm_core.inspection.plan import plan_release, release_plan
 
     release_plan(plan, who, reason)
-    make_console(soft_wrap=True).print(f"{plan}: {say(plan_release(plan).words)}.")
+    make_console(soft_wrap=True).print(f"{plan}: {tr(plan_release(plan).summary)}.")
 
 
 @plan_app.command()
@@ -360,7 +360,7 @@ def part(
     made = part_as_planned(plan, plan_file.absolute().parent, cameras, Placement(up_of(up), turn))
     write_atomic(output, part_text(made).encode())
     make_console().print(
-        say(f"{output}: {len(made.features)} surface{'' if len(made.features) == 1 else 's'}")
+        tr(f"{output}: {len(made.features)} surface{'' if len(made.features) == 1 else 's'}")
     )
 
 
@@ -369,19 +369,19 @@ def warnings_of(plan: Plan, folder: Path) -> list[str]:
     from ocmm_core.inspection.evaluation import places_of
 
     found = [
-        say(f"{feature.name}: picture {feature.picture} not found.")
+        tr(f"{feature.name}: picture {feature.picture} not found.")
         for feature in plan.features
         if feature.picture and not (folder / feature.picture).is_file()
     ]
     if plan.model is not None and not (folder / plan.model.file).is_file():
-        found.append(say(f"CAD model {plan.model.file} not found; the part is not shown."))
+        found.append(tr(f"CAD model {plan.model.file} not found; the part is not shown."))
     sizeless = [f.name for f in plan.features if not len(places_of(f, f.points).points)]
     if sizeless:
         found.append(
-            say(f"No length or width: {', '.join(sizeless)}; no targets are shown for these.")
+            tr(f"No length or width: {', '.join(sizeless)}; no targets are shown for these.")
         )
     if plan.alignment is None:
         found.append(
-            say("No alignment: no targets are shown, and features are probed in order only.")
+            tr("No alignment: no targets are shown, and features are probed in order only.")
         )
     return found

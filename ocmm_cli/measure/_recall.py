@@ -23,7 +23,7 @@ from ocmm_core.errors import InputError, StorageError
 from ocmm_core.wording import Speech
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.archive import RecallRecord
+    from ocmm_core.inspection.finished import RecallRecord
 
 
 _JOBS = Path("ocmm-out")
@@ -44,7 +44,7 @@ def recall_command(
     not written to. Ends with 0 where all verdicts hold, else with 1.
     """
     from ocmm_core.calibration.records import default_folder
-    from ocmm_core.inspection.archive import Outcome
+    from ocmm_core.inspection.finished import Outcome
     from ocmm_core.inspection.recall import KeptPlaces, decide, recall
 
     console = terminal.make_console()
@@ -79,14 +79,14 @@ def _let_fall(
     fallen = artefact_wrong(folder, artefact, since.astimezone(UTC), who, datetime.now(UTC))
     for one in fallen:
         console.print(
-            terminal.say(
+            terminal.tr(
                 f"Invalid {one.kind} of rig {one.rig}, {one.made_utc[:16]} UTC, calibration "
                 f"{one.calibration[:12]}"
             )
         )
     if not fallen:
         console.print(
-            terminal.say(f"Everything based on artefact {artefact} was already invalidated."),
+            terminal.tr(f"Everything based on artefact {artefact} was already invalidated."),
             highlight=True,
         )
 
@@ -122,13 +122,13 @@ def show_recall(console: PlainConsole, record: RecallRecord) -> None:
     speech = Speech(terminal.language(os.environ))
     console.print(headline(record, speech), style="bold")
     for sentence in not_judged(record):
-        console.print(terminal.say(sentence), style="yellow")
+        console.print(terminal.tr(sentence), style="yellow")
     if not record.jobs:
         return
     for sentence in (*totals(record), decided(record)):
-        console.print(terminal.say(sentence))
+        console.print(terminal.tr(sentence))
     if not record.made_by:
-        console.print(terminal.say("--by NAME releases the points whose verdicts hold."))
+        console.print(terminal.tr("--by NAME releases the points whose verdicts hold."))
     rows = []
     for job in worst_first(record.jobs):
         name = job.label
@@ -138,7 +138,7 @@ def show_recall(console: PlainConsole, record: RecallRecord) -> None:
             name = ""
     terminal.print_grid(console, terminal.heads(*COLUMNS), rows)
     for job in worst_first(record.jobs):
-        console.print(f"{job_line(job, speech)} {terminal.say(rests_on(job))}")
+        console.print(f"{job_line(job, speech)} {terminal.tr(rests_on(job))}")
 
 
 def _print_pages(record: RecallRecord, path: Path) -> None:
@@ -181,7 +181,7 @@ def recall_archived(
     verdicts hold, else with 1.
     """
     from ocmm_core.calibration.records import default_folder
-    from ocmm_core.inspection.archive import Outcome
+    from ocmm_core.inspection.finished import Outcome
     from ocmm_shop.archive.stores import open_archive
     from ocmm_shop.archiving import archive_place
     from ocmm_shop.recalls import ArchiveFinding, ShopPlaces, decide_archived, recall_archive

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from ocmm_cli.measure._headless import print_counters
-from ocmm_cli.terminal import DeferredInterrupt, PlainConsole, lead, say
+from ocmm_cli.terminal import DeferredInterrupt, PlainConsole, lead, tr
 from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.composition import StationRequest, calibration_of, make_feed
@@ -40,7 +40,7 @@ def record_source(
                 if block is not None:
                     recorder.append(block)
                     frames += len(block)
-                    progress.update(task, description=say(f"{frames:d} frames"))
+                    progress.update(task, description=tr(f"{frames:d} frames"))
                 elif stopped:
                     break
                 else:
@@ -51,7 +51,7 @@ def record_source(
     print_counters(console, status)
     if status.stop_reason is StopReason.FAILED:
         raise status.error("record.source", f"The {frames} frames before that are in {path}.")
-    console.say(f"Recording  {path}: {frames} frames", highlight=True)
+    console.show(f"Recording  {path}: {frames} frames", highlight=True)
 
 
 def _progress(console: PlainConsole) -> Progress:

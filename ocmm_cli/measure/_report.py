@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ocmm_cli.measure._pages import print_reports
-from ocmm_cli.terminal import PlainConsole, lead, make_console, progress_line, say
+from ocmm_cli.terminal import PlainConsole, lead, make_console, progress_line, tr
 from ocmm_core.errors import OcmmError
 from ocmm_core.processes import processes_for, side_by_side
 
@@ -97,7 +97,7 @@ def report_command(
             typer.echo(f"== {export.EXPORTERS[name].title}")
             typer.echo(export.preview_text(export.preview(data, name, layout)))
         if export.PDF.name in chosen:
-            typer.echo(say("The window shows the pages of the PDF report (Results, Report)."))
+            typer.echo(tr("The window shows the pages of the PDF report (Results, Report)."))
         return
     folder = out if out is not None else jobs[0].parent
     if not incomplete:
@@ -135,7 +135,7 @@ def _read_all(
                 jobs,
                 processes_for(len(jobs)),
                 lambda path: f"The reading of {path.name}",
-                lambda done: tell(say(f"Read {done} of {len(jobs)} jobs"), done / len(jobs)),
+                lambda done: tell(tr(f"Read {done} of {len(jobs)} jobs"), done / len(jobs)),
             )
         )
     read: list[_Read] = []
@@ -143,21 +143,21 @@ def _read_all(
     for one in found:
         if isinstance(one, OcmmError):
             faults.append(one)
-            console.say(one.what, style="yellow")
+            console.show(one.what, style="yellow")
             continue
         read.append(one)
         for doubt in one.doubts:
-            line = f"{one.path.name}: {say(doubt)}"
+            line = f"{one.path.name}: {tr(doubt)}"
             console.print(line, style="yellow")
-        words = "; ".join(map(say, one.words))
+        words = "; ".join(map(tr, one.words))
         console.print(f"{one.path.stem}: {words}")
     return read, faults
 
 
 def _read(path: Path, probes: Path | None, calibrations: Path | None) -> _Read:
     from ocmm_core.export.report import report_of_job
-    from ocmm_core.inspection.archive import reopen_job
     from ocmm_core.inspection.evaluation import job_states, part_line
+    from ocmm_core.inspection.finished import reopen_job
 
     job = reopen_job(path, probes, calibrations=calibrations)
     words = (*job_states(job.view), part_line(job.view))

@@ -17,7 +17,7 @@ import typer
 from typer.main import get_command_name
 
 from ocmm_cli.options import _instrument, _jobs, _servers
-from ocmm_cli.terminal import say
+from ocmm_cli.terminal import tr
 from ocmm_core.cluster import Site
 from ocmm_core.composition import source_help
 from ocmm_core.errors import InputError
@@ -201,7 +201,7 @@ def _read(
         try:
             return int(field.read(text)) if field.whole else field.read(text)
         except InputError as error:
-            what = f"{say(error.what)} {say(error.remedy)}"
+            what = f"{tr(error.what)} {tr(error.remedy)}"
             raise typer.BadParameter(what, ctx=context, param=option) from error
 
     if isinstance(value, (list, tuple)):

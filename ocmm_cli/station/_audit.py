@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ocmm_cli.terminal import lead, say, told
+from ocmm_cli.terminal import error_text, lead, tr
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def verify(
         try:
             found = audit(path, line)
         except OcmmError as error:
-            typer.echo(told(error), err=True)
+            typer.echo(error_text(error), err=True)
             worst = 2
             continue
         _print(found, everything=everything)
@@ -68,7 +68,7 @@ def release(
 
     for path in files:
         release_file(path, document_kind(path), who, reason)
-        typer.echo(say(f"{path}: released by {who}."))
+        typer.echo(tr(f"{path}: released by {who}."))
 
 
 @audit_app.command()
@@ -89,28 +89,28 @@ def adopt(
             with JobFile.open(path) as job:
                 job.adopt(who, reason)
         except OcmmError as error:
-            typer.echo(told(error), err=True)
+            typer.echo(error_text(error), err=True)
             worst = 2
         else:
-            typer.echo(say(f"{path}: taken over by {who}."))
+            typer.echo(tr(f"{path}: taken over by {who}."))
     raise typer.Exit(worst)
 
 
 def _print(found: Audit, *, everything: bool) -> None:
-    typer.echo(f"{_plain(str(found.path))}: {say(found.word)} ({found.kind.value})")
+    typer.echo(f"{_plain(str(found.path))}: {tr(found.word)} ({found.kind.value})")
     signed = "ADOPTED" if found.adopted else found.signer.word.value
-    typer.echo(say(f"  Signed   {signed}, by {found.signer.signer}"))
+    typer.echo(tr(f"  Signed   {signed}, by {found.signer.signer}"))
     for text in found.adopted:
         typer.echo(f"{lead('  Adopted  ')}{_plain(text)}")
     for fault in found.faults:
-        typer.echo(f"{lead('  Fault    ')}{_plain(say(fault))}")
+        typer.echo(f"{lead('  Fault    ')}{_plain(tr(fault))}")
     for proof in found.proofs:
-        typer.echo(f"{lead('  Proof    ')}{_plain(say(proof))}")
+        typer.echo(f"{lead('  Proof    ')}{_plain(tr(proof))}")
     if not found.rows:
         return
     first, last = found.rows[0], found.rows[-1]
     steps = f"{len(found.rows)} step{'s' if len(found.rows) > 1 else ''}"
-    typer.echo(say(f"  Steps    {steps}, {first.utc[:19]} to {last.utc[:19]} UTC"))
+    typer.echo(tr(f"  Steps    {steps}, {first.utc[:19]} to {last.utc[:19]} UTC"))
     shown = found.rows if everything else found.rows[-_SHOWN:]
     for row in shown:
         typer.echo(f"  {row.utc[:19]}  {_plain(row.who) or '-'}  {_plain(row.what)}")
@@ -143,7 +143,7 @@ def show(*, x509: Path | None) -> None:
     for key in keys.known():
         until = f", replaced {key.until_utc[:10]}" if key.until_utc else ""
         typer.echo(
-            say(f"{key.name}  {shown_key(key.fingerprint)}, since {key.since_utc[:10]}{until}")
+            tr(f"{key.name}  {shown_key(key.fingerprint)}, since {key.since_utc[:10]}{until}")
         )
         typer.echo(f"{lead('  By ')}{key.who}: {key.reason}")
 
@@ -155,7 +155,7 @@ def trust(*, public: str, name: str, who: str, reason: str) -> None:
 
     keys = KeyFolder()
     key = keys.trust(public_from_text(public.strip()), name, who, reason, datetime.now(UTC))
-    typer.echo(say(f"{key.name} is believed from now on: key {shown_key(key.fingerprint)}."))
+    typer.echo(tr(f"{key.name} is believed from now on: key {shown_key(key.fingerprint)}."))
 
 
 @key_app.command()
@@ -171,9 +171,9 @@ def replace(
     keys = KeyFolder()
     place = None if in_file else _place(token, module, pin_file) or keys.token_place()
     key = keys.replace(who, reason, datetime.now(UTC), place)
-    typer.echo(say(f"This station signs with key {shown_key(key.fingerprint)} from now on."))
+    typer.echo(tr(f"This station signs with key {shown_key(key.fingerprint)} from now on."))
     typer.echo(f"{lead('  Kept in     ')}{key.kept_in}")
-    typer.echo(say("Tell those who trust this station: ocmm key show prints the new public key."))
+    typer.echo(tr("Tell those who trust this station: ocmm key show prints the new public key."))
 
 
 @key_app.command()
@@ -186,7 +186,7 @@ def restored(*, who: str, reason: str) -> None:
     from ocmm_core.seals import KeyFolder, start_memory
 
     utc = start_memory(KeyFolder(), who, reason, datetime.now(UTC))
-    typer.echo(say(f"The memory of this station starts at {utc[:19]} UTC, by {who}."))
+    typer.echo(tr(f"The memory of this station starts at {utc[:19]} UTC, by {who}."))
 
 
 def _place(token: str, module: Path | None, pin_file: Path | None) -> TokenPlace | None:
@@ -203,7 +203,7 @@ def _place(token: str, module: Path | None, pin_file: Path | None) -> TokenPlace
             "Give both: --token LABEL --module LIBRARY",
         )
     if pin_file is None:
-        pin: str = typer.prompt(say(f"PIN of token {token}"), hide_input=True)
+        pin: str = typer.prompt(tr(f"PIN of token {token}"), hide_input=True)
     else:
         pin = read_bytes(pin_file).decode("utf-8", "replace").strip()
     return TokenPlace(module=str(module.absolute()), label=token, pin=pin)

@@ -23,7 +23,7 @@ from typing import NoReturn
 
 import msgspec
 
-from ocmm_cli.terminal import say_later
+from ocmm_cli.terminal import tr_later
 from ocmm_core import doctor
 from ocmm_core.acquisition.bus_process import BUS_PRIORITY, CAMERA_PRIORITY, take_priority
 from ocmm_core.doctor import (
@@ -64,17 +64,17 @@ def measured_checks(seconds: float) -> tuple[doctor.CheckSpec, ...]:
         try:
             inside = wire.namespace_command()
         except OcmmError as error:
-            raise NotAskedError(error.what, say_later("Measure it as root.")) from error
+            raise NotAskedError(error.what, tr_later("Measure it as root.")) from error
         return doctor.answer_of(
             [*inside, sys.executable, "-m", _MODULE, str(length)], length, doctor.LoopTimes
         )
 
-    about = say_later("at most 0.05 % of the frames are not answered in their cycle")
+    about = tr_later("at most 0.05 % of the frames are not answered in their cycle")
     return (
         doctor.wake_check(seconds),
         doctor.CheckSpec(
             "loop",
-            say_later("Bus on a virtual cable"),
+            tr_later("Bus on a virtual cable"),
             about,
             lambda computer: doctor.judge_loop(loop()),
         ),
@@ -145,7 +145,7 @@ def _cycle(near: socket.socket, count: int) -> doctor.LoopTimes:
     gc.enable()
     ways = sorted(there - begin for begin, there in zip(sent, came, strict=True) if there)
     if not ways:
-        raise NotAskedError(say_later("No frame came back."))
+        raise NotAskedError(tr_later("No frame came back."))
     return doctor.LoopTimes(
         cycles=count, lost=count - len(ways), late=sum(one > doctor.PERIOD_NS for one in ways),
         p50_us=doctor.part(ways, 0.5), p999_us=doctor.part(ways, 0.999),
@@ -230,7 +230,7 @@ def undo(computer: Computer) -> tuple[Mended, ...]:
     kept = _kept(computer)
     changes = kept.changes if kept.boot == _boot(computer) else _lasting(kept.changes)
     if not os.access(place.parent, os.W_OK):
-        raise _no_rights(PermissionError(1, say_later("Operation not permitted")))
+        raise _no_rights(PermissionError(1, tr_later("Operation not permitted")))
     done = tuple(
         _made(computer, change, change.after, change.before) for change in reversed(changes)
     )
@@ -271,8 +271,8 @@ def _made(computer: Computer, change: SystemChange, there: str, wanted: str) -> 
         if now == wanted:
             return Mended(change)
         if now != there:
-            now = now or say_later("not there")
-            return Mended(change, say_later(f"it is {now} now; somebody else changed it"))
+            now = now or tr_later("not there")
+            return Mended(change, tr_later(f"it is {now} now; somebody else changed it"))
         _write(computer, change, wanted)
     except NotAskedError as error:
         return Mended(change, error.what, failed=True)

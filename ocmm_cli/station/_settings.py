@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import typer
 
-from ocmm_cli.terminal import make_console, print_notes, say
+from ocmm_cli.terminal import make_console, print_notes, tr
 from ocmm_core import settings
 from ocmm_core.errors import InputError
 
@@ -51,7 +51,7 @@ def show(key: str, *, json: bool) -> None:
         told = "" if origin is settings.SettingOrigin.DEFAULT else f"  ({origin.value})"
         value = settings.text_of(loaded.values[spec.key]) or "-"
         console.print(f"{mark} {spec.key:34} {value}{told}")
-    console.say(
+    console.show(
         f"* differs from the default. Station: {store.station.path}  User: {store.user.path}",
     )  # fmt: skip
     print_notes(loaded.notes)
@@ -64,7 +64,7 @@ def set_command(key: str, value: str, *, station: bool) -> None:
     given = settings.value_of_text(spec, value)
     store = settings.SettingsStore.of_this_user()
     if not station:
-        make_console(soft_wrap=True, stderr=True).print(say(store.places()), style="dim")
+        make_console(soft_wrap=True, stderr=True).print(tr(store.places()), style="dim")
     print_notes(store.change({key: given}, settings.Scope.STATION if station else None))
     if spec.section == "report":
         from ocmm_core.export.template import use_head
@@ -81,7 +81,7 @@ def confirm(who: str, *, station: bool) -> None:
     store = settings.SettingsStore.of_this_user()
     file = store.station if station else store.user
     file.confirm(who.strip())
-    make_console(soft_wrap=True).print(say(f"{file.path}: confirmed by {who.strip()}."))
+    make_console(soft_wrap=True).print(tr(f"{file.path}: confirmed by {who.strip()}."))
 
 
 @settings_app.command()
@@ -89,13 +89,13 @@ def check() -> None:
     """Check the documents and the files that they name; exit code 2 where something is wrong."""
     loaded = settings.SettingsStore.of_this_user().load()
     print_notes(loaded.notes)
-    wrong = _look(loaded)
+    wrong = _print_unusable(loaded)
     if loaded.notes or wrong:
         raise typer.Exit(2)
-    make_console().print(say("All settings can be used."))
+    make_console().print(tr("All settings can be used."))
 
 
-def _look(loaded: settings.LoadedSettings) -> bool:
+def _print_unusable(loaded: settings.LoadedSettings) -> bool:
     found = False
     for spec in settings.SETTINGS:
         if loaded.origins[spec.key] is settings.SettingOrigin.DEFAULT or spec.key == "window.keys":

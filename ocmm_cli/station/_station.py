@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.terminal import make_console, print_grid, progress_line, say, say_word, shown
+from ocmm_cli.terminal import make_console, print_grid, progress_line, shown, tr, tr_word
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import require_linux
 
@@ -74,7 +74,7 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
     # Separate from output that programs read.
     console = make_console(stderr=True)
     if not changes:
-        console.say("Nothing can be put right without a technician.")
+        console.show("Nothing can be put right without a technician.")
         return
     if not may_mend(computer):
         raise StorageError(
@@ -82,7 +82,7 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
             "This user may not change the computer; nothing was changed.",
             f"Type: sudo {Path(sys.argv[0]).absolute()} station doctor --fix",
         )
-    console.say("This would be changed:")
+    console.show("This would be changed:")
     print_changes(changes, console)
     if not yes:
         if not sys.stdin.isatty():
@@ -91,11 +91,11 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
                 "Nobody can be asked here; nothing was changed.",
                 "Add --yes, or run it in a terminal.",
             )
-        if not typer.confirm(say("Change it?"), err=True):
-            console.say("Nothing was changed.")
+        if not typer.confirm(tr("Change it?"), err=True):
+            console.show("Nothing was changed.")
             return
-    print_mended(mend(computer, changes), say("changed"), console)
-    console.say(
+    print_mended(mend(computer, changes), tr("changed"), console)
+    console.show(
         "Values of kernel and adapter hold until the next start. "
         "To take all of it back: ocmm station doctor --undo\n"
     )
@@ -106,7 +106,7 @@ def _take_back(computer: Computer) -> None:
 
     done = undo(computer)
     console = make_console()
-    print_mended(done, say("taken back"), console)
+    print_mended(done, tr("taken back"), console)
     if any(one.failed for one in done):
         raise StorageError(
             "doctor.undo_refused",
@@ -129,18 +129,18 @@ def print_report(report: DoctorReport, console: PlainConsole) -> None:
     }
     rows = []
     for one in report.results:
-        text = Text(shown(say(one.what)))
+        text = Text(shown(tr(one.what)))
         if one.remedy:
             # In front: a command at the end of the line can be copied.
-            fix = f"{say('With --fix, or:')} " if one.fixable else ""
-            text.append(f"\n-> {fix}{shown(say(one.remedy))}", style="italic")
-        light = Text(say_word(one.light.value), style=styles[one.light])
-        rows.append((light, say_word(one.title), text))
+            fix = f"{tr('With --fix, or:')} " if one.fixable else ""
+            text.append(f"\n-> {fix}{shown(tr(one.remedy))}", style="italic")
+        light = Text(tr_word(one.light.value), style=styles[one.light])
+        rows.append((light, tr_word(one.title), text))
     print_grid(console, ("", "", ""), rows)
     counts = [(light, len(report.having(light))) for light in Light]
     console.print()
-    console.print(Text(f"{say(f'This computer is {report.light.value}:')} ", style="bold").append(
-        ", ".join(f"{count} {say_word(light.value)}" for light, count in counts if count) + "."
+    console.print(Text(f"{tr(f'This computer is {report.light.value}:')} ", style="bold").append(
+        ", ".join(f"{count} {tr_word(light.value)}" for light, count in counts if count) + "."
     ))  # fmt: skip
 
 
@@ -149,19 +149,23 @@ def print_hint(computer: Computer, changes: Sequence[SystemChange], console: Pla
     from ocmm_cli.station._doctor import can_undo
 
     if changes:
-        console.say("--fix puts right what says so: it shows the changes, asks, and can be undone.")
+        console.show(
+            "--fix puts right what says so: it shows the changes, asks, and can be undone."
+        )
     if can_undo(computer):
-        console.say("--undo takes back what --fix changed.")
+        console.show("--undo takes back what --fix changed.")
 
 
 def print_changes(changes: Sequence[SystemChange], console: PlainConsole) -> None:
     """Print changes; those that differ only by a number share a line."""
     alike: dict[str, list[str]] = {}
     for one in changes:
-        alike.setdefault(re.sub(r"(cpu|irq/|state)\d+", r"\1N", one.words), []).append(one.words)
+        alike.setdefault(re.sub(r"(cpu|irq/|state)\d+", r"\1N", one.summary), []).append(
+            one.summary
+        )
     for pattern, words in alike.items():
         console.print(
-            say(f"  {pattern} ({len(words)} times)") if len(words) > 1 else f"  {say(words[0])}",
+            tr(f"  {pattern} ({len(words)} times)") if len(words) > 1 else f"  {tr(words[0])}",
             highlight=True,
         )
 
@@ -170,7 +174,7 @@ def print_mended(done: Sequence[Mended], what: str, console: PlainConsole) -> No
     for one in done:
         if one.complaint:
             console.print(
-                f"  {say('Not done:')} {one.change.place}: {say(one.complaint)}", highlight=True
+                f"  {tr('Not done:')} {one.change.place}: {tr(one.complaint)}", highlight=True
             )
     good = sum(not one.complaint for one in done)
-    console.print(f"{say(f'{good:d} of {len(done)}')} {what}.", highlight=True)
+    console.print(f"{tr(f'{good:d} of {len(done)}')} {what}.", highlight=True)

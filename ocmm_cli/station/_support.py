@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from ocmm_cli.terminal import lead, make_console, progress_line, say
+from ocmm_cli.terminal import lead, make_console, progress_line, tr
 from ocmm_core.build import build_version
 from ocmm_core.errors import InputError
 
@@ -46,7 +46,7 @@ def bundle(
         draft = draft_bundle(site_of_this_user(), mask_names=mask_names, told=progress)
     draft.packed(left_out)
     console = make_console(soft_wrap=True, stderr=True)
-    console.print(draft.contents(left_out, say))
+    console.print(draft.contents(left_out, tr))
     if list_only:
         return
     if not yes:
@@ -56,8 +56,8 @@ def bundle(
                 "Nobody can be asked here; nothing was written.",
                 "Add --yes, or run it in a terminal.",
             )
-        if not typer.confirm(say(f"Write {file}?"), err=True):
-            console.say("Nothing was written.")
+        if not typer.confirm(tr(f"Write {file}?"), err=True):
+            console.show("Nothing was written.")
             return
     size = write_bundle(draft, file, left_out)
-    make_console(soft_wrap=True).print(say(f"{file}: {size} bytes. Nothing was sent."))
+    make_console(soft_wrap=True).print(tr(f"{file}: {size} bytes. Nothing was sent."))

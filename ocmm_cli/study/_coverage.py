@@ -94,7 +94,7 @@ def run_coverage(
     found = []
     for answer in run_tasks(
         _run_from, seeds, lambda seed: f"The measurement with seed {seed}",
-        site=site, contents=partial(_documents, documents), told=told,
+        site=site, contents=partial(_documents, documents), on_done=told,
     ):  # fmt: skip
         if isinstance(answer, OcmmError):
             raise answer
@@ -200,7 +200,7 @@ def touch_all(
     while first < virtual.n_frames:
         count = min(_BATCH, virtual.n_frames - first)
         for touch in collector.push(pipeline.process(seen(virtual.frames(first, count)))):
-            if isinstance(session.touches.take(touch, meant[taken]), Refusal):
+            if isinstance(session.touches.record_touch(touch, meant[taken]), Refusal):
                 meant.append(meant[taken])
             taken += 1
         first += count

@@ -15,9 +15,9 @@ from ocmm_cli.terminal import (
     make_console,
     print_grid,
     print_table_account,
-    say,
-    say_later,
-    say_word,
+    tr,
+    tr_later,
+    tr_word,
 )
 from ocmm_core.documents import shortened
 from ocmm_core.errors import FitError, InputError
@@ -46,7 +46,7 @@ SHAPES = {_word_of(shape): shape for shape in Shape}
 def _shape_of(word: str) -> Shape:
     if word not in SHAPES:
         words = ", ".join(repr(known) for known in SHAPES)
-        raise typer.BadParameter(say(f"{word!r} is not one of {words}."))
+        raise typer.BadParameter(tr(f"{word!r} is not one of {words}."))
     return SHAPES[word]
 
 
@@ -91,7 +91,7 @@ def fit_command(
         fit = fit_shape(shape, points, criterion=criterion_of(criterion), free=free)
     except FitError as error:
         odd = commanding_rows(shape, points, free=free)
-        why = "" if odd is None else f" {odd.words}"
+        why = "" if odd is None else f" {odd.summary}"
         raise FitError(error.code, f"{file}: {error.what}{why}", error.remedy) from error
     odd = commanding_rows(shape, points, free=free)
     found = fit_uncertainty(fit, points)
@@ -101,18 +101,18 @@ def fit_command(
     print_table_account(held.account)
     console = make_console()
     if held.unit != "mm":
-        console.say(
+        console.show(
             f"Unit {held.unit}: all numbers are in mm, {held.factor:g} times those of the file.",
             style="yellow",
         )
     _print_fit(console, fit, found, len(points), criterion, free=free)
     if odd:
-        console.say(f"{odd.words} Check it, remove its row and fit again.", style="yellow")
+        console.show(f"{odd.summary} Check it, remove its row and fit again.", style="yellow")
     if fit.criterion is Criterion.LEAST_SQUARES:
         _print_outliers(console, fit, points)
     _print_rival(console, fit)
     if fit.rival is None and shape.spec.often_ambiguous and len(points) <= MINIMUM_POINTS[shape]:
-        console.say(
+        console.show(
             f"{len(points)} points are the minimum for a {shape.value}: other elements "
             "may pass through them too. Take more points.",
             style="yellow",
@@ -131,20 +131,20 @@ def _print_fit(
     from ocmm_cli.study._fit_rows import rows_of
     from ocmm_core.tolerances.decisions import U_LABEL
 
-    how = f"{say_word(criterion)} ({say_word(fit.criterion.value)})"
+    how = f"{tr_word(criterion)} ({tr_word(fit.criterion.value)})"
     if free:
-        how += f", {say('one problem in space')}"
+        how += f", {tr('one problem in space')}"
     rows, cells = rows_of(fit, found), []
     for row in rows:
         digits = 12 if row.unit == "" else 9
         text = "  ".join(f"{value:.{digits}f}" for value in row.values)
         own = row.expanded
         cells.append((row.words, text, "–" if own is None else f"{own:.2g} {row.stated_unit}"))
-    title = say(f"{fit.shape.value} through {n:d} points:") + f" {how}"
-    print_grid(console, ("", say_word("Value"), U_LABEL), cells, title)
+    title = tr(f"{fit.shape.value} through {n:d} points:") + f" {how}"
+    print_grid(console, ("", tr_word("Value"), U_LABEL), cells, title)
     if fit.contacts:
         held = ", ".join(str(row + 1) for row in fit.contacts)
-        console.say(f"Contact points {held} (rows of the file, from 1).", highlight=True)
+        console.show(f"Contact points {held} (rows of the file, from 1).", highlight=True)
     _print_uncertainty(console, rows)
 
 
@@ -152,7 +152,7 @@ def _print_uncertainty(console: PlainConsole, rows: Sequence[FitRow]) -> None:
     """Print the meaning of U, and why a number has none."""
     stated = [row for row in rows if row.stated is not None]
     if not stated:
-        console.say(
+        console.show(
             "No uncertainty: it needs least squares with more points than the element requires.",
             style="dim",
         )
@@ -161,7 +161,7 @@ def _print_uncertainty(console: PlainConsole, rows: Sequence[FitRow]) -> None:
     if known:
         degrees = _range([one.degrees for one in known], 1)
         factors = _range([one.k for one in known if one.k is not None], 2)
-        console.say(
+        console.show(
             f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. "
             f"It "
             "excludes the measuring system.",
@@ -169,7 +169,7 @@ def _print_uncertainty(console: PlainConsole, rows: Sequence[FitRow]) -> None:
         )
     weak = [row.words for row in stated if row.stated is not None and not row.stated.valid]
     if weak:
-        console.say(
+        console.show(
             f"No U for {', '.join(weak)}: the points determine the element too weakly. "
             "Take more points, spread over more of it.",
             style="yellow",
@@ -187,17 +187,17 @@ def _print_outliers(console: PlainConsole, fit: Fit, points: Float) -> None:
 
     found = outliers(fit, points)
     for row in found[:LISTED]:
-        console.say(
+        console.show(
             f"Outlier: point {row + 1} is {fit.residuals[row]:+.6f} mm off; still used in the fit.",
             style="yellow",
         )
     if len(found) > LISTED:
-        console.say(
+        console.show(
             f"{len(found) - LISTED:d} more outlier{'' if len(found) - LISTED == 1 else 's'}.",
             style="yellow",
         )
     if not found:
-        console.say("No outliers.", style="dim")
+        console.show("No outliers.", style="dim")
 
 
 def _print_rival(console: PlainConsole, fit: Fit) -> None:
@@ -208,18 +208,18 @@ def _print_rival(console: PlainConsole, fit: Fit) -> None:
     console.print(
         Text.assemble(
             ("AMBIGUOUS:", "bold red"),
-            say(
+            tr(
                 " the points fit two elements, and their noise cannot tell which. Use neither; "
                 "take "
                 "more points, spread over more of the feature."
             ),
         )
     )
-    for word, one in ((say_later("The one above:"), fit), (say_later("The other one:"), fit.rival)):
+    for word, one in ((tr_later("The one above:"), fit), (tr_later("The other one:"), fit.rival)):
         centre = ", ".join(f"{value:.6f}" for value in one.point)
         console.print(
-            f"{say(word)} {sizes_in_words(one)}, "
-            + say(f"at {centre}; rms of the residuals {one.rms:.9f} mm.")
+            f"{tr(word)} {sizes_in_words(one)}, "
+            + tr(f"at {centre}; rms of the residuals {one.rms:.9f} mm.")
         )
 
 
@@ -243,19 +243,19 @@ def verify_fits_command(folder: Path, convention: str, criterion: str) -> None:
         (
             report.name, str(len(report.results)),
             *(_number(report.worst(field)) for field, _ in shown),
-            Text(say_word("PASS"), "green") if report.passed
-            else Text(say_word("FAIL"), "bold red"),
+            Text(tr_word("PASS"), "green") if report.passed
+            else Text(tr_word("FAIL"), "bold red"),
         )
         for report in reports
     ]  # fmt: skip
-    columns = (*heads("Set", "Pairs"), *(title for _, title in shown), say_word("Result"))
-    print_grid(console, columns, rows, say_word("Worst error of each set"))
+    columns = (*heads("Set", "Pairs"), *(title for _, title in shown), tr_word("Result"))
+    print_grid(console, columns, rows, tr_word("Worst error of each set"))
     for report in reports:
         for line in _lines(report):
             console.print(line)
     failed = sum(not result.passed for report in reports for result in report.results)
     total = sum(len(report.results) for report in reports)
-    console.say(f"{total - failed} of {total} pairs within the limits.")
+    console.show(f"{total - failed} of {total} pairs within the limits.")
     raise typer.Exit(int(failed > 0))
 
 
@@ -274,10 +274,10 @@ def _print_accounts(report: SetReport) -> None:
                 usual, counts = usual + 1, counts + len(reasons)
         if result.left_out:
             texts = ", ".join(map(shortened, result.left_out))
-            sentence = say(f"{name}: not read of the certified result: {texts}.")
+            sentence = tr(f"{name}: not read of the certified result: {texts}.")
             console.print(sentence, style="dim")
     if usual:
-        sentence = say(
+        sentence = tr(
             f"{report.name}: all rows of {usual} point files read as x, y, z; unit mm, assumed. "
             f"Left out: the number of points in {counts} of them."
         )
@@ -289,11 +289,11 @@ def _fields() -> tuple[tuple[str, str], ...]:
     from ocmm_core.features.measured import APEX_LIMIT, DIRECTION_LIMIT, POSITION_LIMIT, SIZE_LIMIT
 
     return (
-        ("position", say(f"Position mm\n(limit {POSITION_LIMIT:.0e})")),
-        ("size", say(f"Size mm\n(limit {SIZE_LIMIT:.0e})")),
-        ("direction", say(f"Direction rad\n(limit {DIRECTION_LIMIT:.0e})")),
-        ("apex", say(f"Apex deg\n(limit {APEX_LIMIT:.0e})")),
-        ("form", say(f"Form mm\n(limit {SIZE_LIMIT:.0e})")),
+        ("position", tr(f"Position mm\n(limit {POSITION_LIMIT:.0e})")),
+        ("size", tr(f"Size mm\n(limit {SIZE_LIMIT:.0e})")),
+        ("direction", tr(f"Direction rad\n(limit {DIRECTION_LIMIT:.0e})")),
+        ("apex", tr(f"Apex deg\n(limit {APEX_LIMIT:.0e})")),
+        ("form", tr(f"Form mm\n(limit {SIZE_LIMIT:.0e})")),
     )
 
 
@@ -301,16 +301,16 @@ def _lines(report: SetReport) -> Iterator[str]:
     """Yield a sentence for every pair that failed or is compared by its residuals alone."""
     for result in report.results:
         if result.failure:
-            yield say(f"{report.name}/{result.name}: no fit. {result.failure}")
+            yield tr(f"{report.name}/{result.name}: no fit. {result.failure}")
         elif not result.passed:
-            yield say(f"{report.name}/{result.name}: beyond a limit ({_beyond(result)}).")
+            yield tr(f"{report.name}/{result.name}: beyond a limit ({_beyond(result)}).")
         elif result.residual is not None:
-            yield say(
+            yield tr(
                 f"{report.name}/{result.name}: several cones pass through its {result.points} "
                 f"points; only residuals are compared, rms {result.residual:.1e} mm."
             )
         elif result.reading:
-            yield say(f"{report.name}/{result.name}: agrees when read as {result.reading}.")
+            yield tr(f"{report.name}/{result.name}: agrees when read as {result.reading}.")
 
 
 def _beyond(result: PairResult) -> str:

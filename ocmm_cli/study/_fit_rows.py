@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_cli.terminal import say, say_word
+from ocmm_cli.terminal import tr, tr_word
 from ocmm_core.features.measured import CommandingPoints, outliers
 from ocmm_core.features.shapes import HALF_ANGLE, RADIUS, SECOND, Criterion, Fit
 from ocmm_core.geometry import Points3
@@ -48,29 +48,29 @@ def rows_of(fit: Fit, found: FitUncertainty | None) -> list[FitRow]:
     spec = fit.shape.spec
     if not spec.centred:
         foot, point = None if found is None else found.foot, tuple(fit.point.tolist())
-        rows.append(FitRow(say_word(spec.point_word), "point", point, "mm", foot, "mm"))
+        rows.append(FitRow(tr_word(spec.point_word), "point", point, "mm", foot, "mm"))
     else:
         for k, axis in enumerate("xyz"):
             own = None if found is None or found.centre is None else found.centre[k]
-            title, key = f"{say_word(spec.point_word)} {axis}", f"centre_{axis}"
+            title, key = f"{tr_word(spec.point_word)} {axis}", f"centre_{axis}"
             rows.append(FitRow(title, key, (float(fit.point[k]),), "mm", own, "mm"))
     if fit.direction.any():
         own, words = None if found is None else found.direction, spec.direction_word
         toward, key = tuple(fit.direction.tolist()), words.lower()
-        rows.append(FitRow(say_word(words), key, toward, "", own, "rad"))
+        rows.append(FitRow(tr_word(words), key, toward, "", own, "rad"))
     if fit.across.any():
-        own, title = None if found is None else found.turn, say("Direction of its length")
+        own, title = None if found is None else found.turn, tr("Direction of its length")
         rows.append(FitRow(title, "across", tuple(fit.across.tolist()), "", own, "rad"))
     for size in spec.sizes:
         unit, factor = ("deg", float(np.degrees(2.0))) if size.is_angle else ("mm", 2.0)
         own = None if found is None else _stated(found, size.place)
         values = (factor * float(fit.geometry[size.place]),)
         key = size.word.replace(" ", "_")
-        rows.append(FitRow(say_word(size.title), key, values, unit, own, unit, factor))
+        rows.append(FitRow(tr_word(size.title), key, values, unit, own, unit, factor))
     tube = fit.free and fit.criterion is Criterion.MINIMUM_ZONE
-    word = say("diameter of the tube about it") if tube else say("peak to valley")
-    rows.append(FitRow(say(f"Form ({word})"), "form", (fit.form,), "mm", None, ""))
-    rows.append(FitRow(say("RMS of the residuals"), "rms", (fit.rms,), "mm", None, ""))
+    word = tr("diameter of the tube about it") if tube else tr("peak to valley")
+    rows.append(FitRow(tr(f"Form ({word})"), "form", (fit.form,), "mm", None, ""))
+    rows.append(FitRow(tr("RMS of the residuals"), "rms", (fit.rms,), "mm", None, ""))
     return rows
 
 

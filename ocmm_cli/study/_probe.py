@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 from rich.text import Text
 
-from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, say, say_word
+from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, tr, tr_word
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 
@@ -59,11 +59,11 @@ def design(
         seed=seed,
     )
     console = make_console()
-    with console.status(say("Computing")) as status:
+    with console.status(tr("Computing")) as status:
         report = examine(cameras, body, built, asked, lambda what, _: status.update(Text(what)))
     written = write_figures(report, out)
     print_report(console, report)
-    console.print(f"{say_word('Written')}: {', '.join(str(item) for item in written)}")
+    console.print(f"{tr_word('Written')}: {', '.join(str(item) for item in written)}")
 
 
 def print_report(console: PlainConsole, report: ProbeReport) -> None:
@@ -73,43 +73,43 @@ def print_report(console: PlainConsole, report: ProbeReport) -> None:
 
     asked, number = report.examination, report.number
     low, high = asked.postures.volume_world
-    console.say(f"Probe '{report.probe}' with {report.n_leds} LEDs, seen by rig '{report.rig}'.")
-    console.say(
+    console.show(f"Probe '{report.probe}' with {report.n_leds} LEDs, seen by rig '{report.rig}'.")
+    console.show(
         f"Held at tilts up to ±{' / ±'.join(f'{t:g}' for t in asked.postures.tilt_deg)}° about "
         f"X / Y / Z, in {' x '.join(f'{size:.0f}' for size in high - low)} mm; spots of "
         f"{asked.sigma_px:g} px."
     )
     console.print()
     if not np.isfinite(number.space_um):
-        console.say("No pose gives a tip: the cameras do not see enough LEDs.", style="bold red")
+        console.show("No pose gives a tip: the cameras do not see enough LEDs.", style="bold red")
     else:
         x, y, z = number.axes_um
         console.print(
             Text.assemble(
-                (say(f"Uncertainty of the tip from spot noise: {number.space_um:.1f} µm"), "bold"),
-                say(f" (standard, in space; X {x:.1f}, Y {y:.1f}, Z {z:.1f})."),
+                (tr(f"Uncertainty of the tip from spot noise: {number.space_um:.1f} µm"), "bold"),
+                tr(f" (standard, in space; X {x:.1f}, Y {y:.1f}, Z {z:.1f})."),
             )
         )
-        console.say(
+        console.show(
             f"Below {number.p95_um:.1f} µm in 95 of 100 poses. {100.0 * number.share:.1f} % of "
             "all poses give a tip."
         )
     console.print()
     for item in report.labels:
-        console.say(label_words(item))
-    console.say(label_verdict(report.labels, coded=report.coded))
+        console.show(label_words(item))
+    console.show(label_verdict(report.labels, coded=report.coded))
     console.print()
     if report.mechanics is None:
-        console.say("Growth and bending: not known. Give a design document with --design.")
+        console.show("Growth and bending: not known. Give a design document with --design.")
     else:
         for line in mechanics_words(report.mechanics):
-            console.say(line)
+            console.show(line)
     console.print()
-    budget = [(say(one.name), f"{one.sigma_um:.2f}", say(one.rests_on)) for one in report.budget]
+    budget = [(tr(one.name), f"{one.sigma_um:.2f}", tr(one.rests_on)) for one in report.budget]
     columns = heads("Source", "µm", "Based on")
-    print_grid(console, columns, budget, say_word("Uncertainty of one point"))
+    print_grid(console, columns, budget, tr_word("Uncertainty of one point"))
     if report.budget:
-        console.say(
+        console.show(
             "Standard uncertainties in space, RMS over the poses. Camera and probe errors are "
             "common to many points: they cancel in short distances.",
             style="dim",

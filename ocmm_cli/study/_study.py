@@ -11,7 +11,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ocmm_cli.options import ComputingSite
-from ocmm_cli.terminal import heads, make_console, print_grid, progress_line, say, say_word
+from ocmm_cli.terminal import heads, make_console, print_grid, progress_line, tr, tr_word
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 
@@ -90,7 +90,7 @@ def probe_calibration(
     console = make_console()
     began = time.monotonic()
     columns = (
-        TextColumn(say("Calibrations"), markup=False),
+        TextColumn(tr("Calibrations"), markup=False),
         BarColumn(),
         MofNCompleteColumn(),
         TimeRemainingColumn(),
@@ -103,7 +103,7 @@ def probe_calibration(
     elapsed = time.monotonic() - began
     written = _write(study, result, seed, out)
     d = 1e3 * result.distances
-    console.say(
+    console.show(
         f"{runs} calibrations of {study.poses} poses, estimator '{study.estimator}': error of the "
         f"tip "
         f"RMS {np.sqrt(np.mean(d**2)):.3f} um, mean {d.mean():.3f}, largest {d.max():.2f}.",
@@ -112,19 +112,19 @@ def probe_calibration(
     if study.with_leds:
         led = 1e3 * result.led_errors
         tip = 1e3 * np.sqrt(np.mean(np.sum(result.tip_errors**2, axis=1)))
-        console.say(
+        console.show(
             f"LEDs: mean {led.mean():.3f} um, largest {led.max():.2f}; tip in the frame of the "
             f"LEDs RMS {tip:.3f} um.",
             highlight=True,
         )
-    console.say(
+    console.show(
         f"{elapsed:.1f} s; {runs * study.poses / result.cpu_s / 1e6:.2f} million poses per second "
         f"per "
         "processor.",
         highlight=True,
     )
     console.print(
-        f"{say_word('Written')}: {', '.join(str(path) for path in written)}", highlight=True
+        f"{tr_word('Written')}: {', '.join(str(path) for path in written)}", highlight=True
     )
 
 
@@ -145,9 +145,9 @@ def coverage(
             CoverageSetup(plan, rig, probe, part),
             range(seed, seed + runs),
             site,
-            lambda done: tell(say(f"Measured {done:d} of {runs:d}"), done / runs),
+            lambda done: tell(tr(f"Measured {done:d} of {runs:d}"), done / runs),
         )
-    console.say(f"{runs:d} runs; wanted: 92 to 99 %")
+    console.show(f"{runs:d} runs; wanted: 92 to 99 %")
     rows = [
         (name, f"{100 * covered:.1f}", f"{1e3 * stated:.2f}", f"{1e3 * error:.2f}", str(without))
         for name, covered, stated, error, without in coverage_table(found)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.progress import Progress
 
 from ocmm_cli.options import ComputingSite
-from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, say, say_word
+from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, tr, tr_word
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,8 +30,8 @@ def uncertainty_command(
     The job is opened read-only and recomputed from its points. Ctrl+C cancels a simulation.
     """
     from ocmm_cli.measure import print_states
-    from ocmm_core.inspection.archive import reopen_job
     from ocmm_core.inspection.evaluation import job_uncertainty
+    from ocmm_core.inspection.finished import reopen_job
     from ocmm_core.tolerances.monte_carlo import MonteCarloOptions
 
     console = make_console()
@@ -66,14 +66,14 @@ def _print_budget(
 
     budget = found.budgets.get(name)
     if budget is None:
-        console.print(f"{name}: {say('no budget.')} {say(found.missing.get(name, ''))}")
+        console.print(f"{name}: {tr('no budget.')} {tr(found.missing.get(name, ''))}")
         return
     _print_sources(console, budget)
     degrees = ""
     if budget.degrees <= 1e6:
-        degrees = ", " + say(f"{budget.degrees:.0f} degrees of freedom")
+        degrees = ", " + tr(f"{budget.degrees:.0f} degrees of freedom")
     wider = (
-        " " + say("(more than 2 u: noise biases such a value upward)")
+        " " + tr("(more than 2 u: noise biases such a value upward)")
         if budget.expanded > 2.0001 * budget.standard
         else ""
     )
@@ -82,20 +82,20 @@ def _print_budget(
         f"{U_LABEL} = {budget.expanded:.5f} {budget.unit}{wider}"
     )
     if result is not None and result.rule:
-        said = f"{say_word(result.verdict.value)} ({say(rule_words(result.rule))})"
+        said = f"{tr_word(result.verdict.value)} ({tr(rule_words(result.rule))})"
         if result.tur is not None:
             said += f"; TUR {result.tur:.1f}"
         if result.leaning:
-            said += "; " + f"{say_word('leaning')} {say_word(result.leaning)}"
-        console.print(f"{said}. {say(result.caution)}".strip())
+            said += "; " + f"{tr_word('leaning')} {tr_word(result.leaning)}"
+        console.print(f"{said}. {tr(result.caution)}".strip())
 
 
 def _print_sources(console: PlainConsole, budget: Budget) -> None:
     rows = [
         (
-            say(row.name), f"{row.standard:.5f}", f"{100.0 * row.share:.1f} %",
-            "█" * round(_BAR * row.share), f"{row.kind}, {say_word(row.distribution)}",
-            say(row.origin),
+            tr(row.name), f"{row.standard:.5f}", f"{100.0 * row.share:.1f} %",
+            "█" * round(_BAR * row.share), f"{row.kind}, {tr_word(row.distribution)}",
+            tr(row.origin),
         )
         for row in budget.rows
     ]  # fmt: skip
@@ -116,7 +116,7 @@ def _simulated(
     from ocmm_core.tolerances.monte_carlo import simulate, simulate_elsewhere
 
     with Progress(console=console, transient=True) as progress:
-        bar = progress.add_task(say("Monte Carlo"), total=1.0)
+        bar = progress.add_task(tr("Monte Carlo"), total=1.0)
 
         def tell(what: str, share: float) -> None:
             progress.update(bar, completed=share)
@@ -129,20 +129,20 @@ def _simulated(
 def _print_simulation(console: PlainConsole, report: MonteCarloReport) -> None:
     rows = []
     for item in report.values:
-        verdict = say("valid") if item.validated else say("differs")
+        verdict = tr("valid") if item.validated else tr("differs")
         rows.append((
             item.name, f"{item.trials}", f"{item.mean:.5f}", f"{item.sigma:.5f}",
             f"{item.symmetric[0]:.5f} – {item.symmetric[1]:.5f}",
             f"{item.shortest[0]:.5f} – {item.shortest[1]:.5f}",
             f"{item.off_low:.5f}", f"{item.off_high:.5f}", f"{item.tolerance:.5f}",
-            verdict if item.settled else say(f"{verdict}, more trials needed"),
+            verdict if item.settled else tr(f"{verdict}, more trials needed"),
         ))  # fmt: skip
     columns = heads(
         "Characteristic", "Trials", "Mean", "u", "Interval", "Shortest", "d low", "d high",
         "Tolerance", "Linear propagation",
     )  # fmt: skip
-    print_grid(console, columns, rows, say_word("Monte Carlo (JCGM 101)"))
-    console.say(
+    print_grid(console, columns, rows, tr_word("Monte Carlo (JCGM 101)"))
+    console.show(
         f"Intervals hold 95.45 %; {report.seconds:.1f} s; seed {report.seed}; "
         f"{report.failed} trials without a fit.",
         style="dim",

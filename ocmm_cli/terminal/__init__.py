@@ -10,8 +10,8 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli.terminal._console import (
-        DeferredInterrupt, PlainConsole, heads, language, lead, make_console, print_grid,
-        print_notes, print_table_account, progress_line, say, say_later, say_word, shown, told,
+        DeferredInterrupt, PlainConsole, error_text, heads, language, lead, make_console,
+        print_grid, print_notes, print_table_account, progress_line, shown, tr, tr_later, tr_word,
     )  # fmt: skip
     from ocmm_cli.terminal._svg import (
         bending, encoder_for, histogram, label, nice_limit, page, points_in_space, tip_map,
@@ -20,8 +20,8 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "DeferredInterrupt", "PlainConsole", "bending", "encoder_for", "heads", "histogram", "label",
-    "language", "lead", "make_console", "nice_limit", "page", "points_in_space", "print_grid",
-    "print_notes", "print_table_account", "progress_line", "say", "say_later", "say_word", "shown",
-    "tip_map", "told",
+    "DeferredInterrupt", "PlainConsole", "bending", "encoder_for", "error_text", "heads",
+    "histogram", "label", "language", "lead", "make_console", "nice_limit", "page",
+    "points_in_space", "print_grid", "print_notes", "print_table_account", "progress_line", "shown",
+    "tip_map", "tr", "tr_later", "tr_word",
 ]  # fmt: skip

@@ -53,15 +53,15 @@ def language(environment: Mapping[str, str]) -> str:
     return language_of(environment, chosen)
 
 
-def say(text: str) -> str:
+def tr(text: str) -> str:
     """Translate a sentence; unknown ones stay in English."""
     said = text.strip()
     before, _, behind = text.partition(said) if said else (text, "", "")
-    found = _translation().of(said)
+    found = _translation().translate(said)
     return f"{before}{_translation().word(said) if found == said else found}{behind}"
 
 
-def say_word(text: str) -> str:
+def tr_word(text: str) -> str:
     """Translate a word: a heading, a verdict."""
     return _translation().word(text)
 
@@ -78,14 +78,14 @@ def lead(label: str) -> str:
     return f"{shown} " if len(shown) >= len(label) else shown.ljust(len(label))
 
 
-def say_later(text: str) -> str:
-    """Mark a text of a module for translation; the printing code calls `say`."""
+def tr_later(text: str) -> str:
+    """Mark a text of a module for translation; the printing code calls `tr`."""
     return text
 
 
-def told(one: _Told) -> str:
+def error_text(one: _Told) -> str:
     """Return what happened and what to do about it, translated."""
-    return f"{say(one.what)} {say(one.remedy)}".strip()
+    return f"{tr(one.what)} {tr(one.remedy)}".strip()
 
 
 @functools.cache
@@ -126,9 +126,9 @@ class PlainConsole(Console):
         options["markup"] = options["emoji"] = False
         return super().render_str(shown(text), **options)
 
-    def say(self, text: str, **options: Any) -> None:
+    def show(self, text: str, **options: Any) -> None:
         """Print a translated sentence."""
-        self.print(say(text), **options)
+        self.print(tr(text), **options)
 
 
 def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> PlainConsole:
@@ -143,7 +143,7 @@ def print_notes(notes: Iterable[Note], *, stderr: bool = False) -> None:
     """Print what was ignored or is suspect, and what to do, a line each."""
     console = make_console(soft_wrap=True, stderr=stderr)
     for note in notes:
-        console.print(told(note), style="yellow")
+        console.print(error_text(note), style="yellow")
 
 
 @contextmanager
@@ -156,7 +156,7 @@ def progress_line() -> Iterator[Callable[[str, float], None]]:
     if not console.is_terminal:
         yield lambda what, share: None
         return
-    with console.status(say("Starting")) as status:
+    with console.status(tr("Starting")) as status:
         yield lambda what, share: status.update(Text(shown(f"{what} ({share:.0%})")))
 
 
@@ -165,7 +165,7 @@ def print_table_account(account: TableAccount) -> None:
     console = make_console(stderr=True)
     for sentence in account.sentences():
         is_assumed = sentence.startswith("Unit ") and not account.unit_from
-        console.say(sentence, style="yellow" if is_assumed else "dim")
+        console.show(sentence, style="yellow" if is_assumed else "dim")
 
 
 class DeferredInterrupt:
@@ -245,7 +245,7 @@ def print_grid(
     console.print(table, soft_wrap=False, crop=False)
     if left_out:
         hidden = ", ".join(head for head in heads if head in left_out)
-        console.say(f"A wider terminal also shows {hidden}.", style="dim")
+        console.show(f"A wider terminal also shows {hidden}.", style="dim")
 
 
 def _text(cell: str | Text) -> Text:

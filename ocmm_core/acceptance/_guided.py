@@ -1,8 +1,8 @@
 """Acceptance test as a guided procedure, from frames to stored verdict.
 
 Window and scripts drive it like a calibration (`calibration.guided`). Every point is one line of
-the session file before `take` returns; the current page is not stored, so a resumed test starts
-after its points. Recorded points stay: `drop` is refused.
+the session file before `record_point` returns; the current page is not stored, so a resumed test
+starts after its points. Recorded points stay: `drop` is refused.
 """
 
 from __future__ import annotations
@@ -292,7 +292,7 @@ class AcceptanceProcedure(guided.Procedure):
             self._session.note_temperature(self._room(), now)
         self._outdate()
         try:
-            hint = self._session.take(
+            hint = self._session.record_point(
                 tip, now, handle=handle, uv=guided.to_spots(average.uv), sigma_px=average.sigma_px
             )
         except CalibrationError as error:
@@ -307,7 +307,7 @@ class AcceptanceProcedure(guided.Procedure):
 
     @property
     def ready(self) -> bool:
-        """Return whether `take` would record a point now."""
+        """Return whether `record` would store a point now."""
         return self._ready is not None and not self._log.lost
 
     def drop(self, now: datetime) -> None:

@@ -97,7 +97,7 @@ class RoomAir(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         )
 
     @property
-    def words(self) -> tuple[str, ...]:
+    def lines(self) -> tuple[str, ...]:
         told = []
         if self.humidity_percent is not None:
             told.append(f"Humidity {self.humidity_percent:g} %")

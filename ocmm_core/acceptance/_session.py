@@ -78,7 +78,7 @@ class AcceptanceSession:
             instrument=stage.instrument, artefacts=stage.artefacts, made_by=who, place=place,
             customer=customer, condition=condition, seed=stage.seed, plan=plan,
             notes=notes + tuple(one.what for one in found if not one.refuses),
-            reserved=before.spots, air=air if air is not None and air.words else msgspec.UNSET,
+            reserved=before.spots, air=air if air is not None and air.lines else msgspec.UNSET,
         )  # fmt: skip
         chain = ChainFile(path, log.Line, signed=Signed.TEST, remembered=True)
         chain.append(log.Line(begun))
@@ -117,7 +117,7 @@ class AcceptanceSession:
                     log.ClimateNoted(utc=utc, position=name, when=when, celsius=celsius, u_k=u_k)
                 )
 
-    def take(
+    def record_point(
         self,
         tip_world: Float,
         now: datetime,

@@ -123,7 +123,7 @@ class LoggedTemperature:
     """Why it must not be used, in a sentence; empty if it may."""
 
     @property
-    def words(self) -> str:
+    def note(self) -> str:
         """Return the reading as it is noted; empty if it must not be used."""
         if self.doubt or self.sample is None:
             return ""

@@ -218,7 +218,7 @@ def _mqtt(source: TemperatureSource) -> float:
     retained, refused = False, ""
     done = threading.Event()
 
-    def take(_client: Client, _data: object, message: MQTTMessage) -> None:
+    def receive(_client: Client, _data: object, message: MQTTMessage) -> None:
         nonlocal retained
         # Retained: kept by the broker for any time. Brokers may send other topics.
         mine = message.topic == source.topic
@@ -237,7 +237,7 @@ def _mqtt(source: TemperatureSource) -> float:
     client = Client(CallbackAPIVersion.VERSION2)
     if source.login:
         client.username_pw_set(*_login(source))
-    client.on_message = take
+    client.on_message = receive
     client.on_connect = subscribe
     client.connect_timeout = _WAIT_S
     client.connect(host, port)

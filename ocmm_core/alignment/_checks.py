@@ -295,7 +295,7 @@ def _turned(jacobian: Rows, T_nominal_from_part: RigidTransform) -> Rows:
 
 
 def _spread(jacobian: Rows, factors: PointFactors) -> Float:
-    variances = np.diagonal(factors.of(jacobian))
+    variances = np.diagonal(factors.covariance_of(jacobian))
     spread: Float = COVERAGE_FACTOR * np.sqrt(np.maximum(variances, 0.0))
     return spread
 
@@ -307,7 +307,7 @@ def _free(bound: rules.BoundAlignment, geometries: Mapping[str, Float]) -> tuple
         held = isinstance(rule, rules.ReferencePoints) or not rule.locked
         return () if held else _free(bound, geometries)
     if isinstance(rule, (rules.PlaneAxisPoint, rules.DatumReferenceFrame)):
-        return datums_of(rule, geometries, bound).free.words()
+        return datums_of(rule, geometries, bound).free.names()
     return ()
 
 

@@ -56,7 +56,7 @@ class Freedom:
         sliding = [np.append(np.zeros(3), direction) for direction in self.slide]
         return np.array(turning + sliding).reshape(-1, 6).T
 
-    def words(self) -> tuple[str, ...]:
+    def names(self) -> tuple[str, ...]:
         """Return the free motions in words; empty if none."""
         if len(self.turn) == 3:
             turning = ["rotation about any axis"]

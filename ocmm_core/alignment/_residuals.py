@@ -237,5 +237,5 @@ def _worst(rows: Rows, factors: PointFactors | None) -> float | None:
     """Return U (k = 2) of a vector with derivatives, 3 rows, in its least certain direction."""
     if factors is None:
         return None
-    values = np.linalg.eigvalsh(factors.of(rows))
+    values = np.linalg.eigvalsh(factors.covariance_of(rows))
     return COVERAGE_FACTOR * float(np.sqrt(max(values[-1], 0.0)))

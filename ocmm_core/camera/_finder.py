@@ -77,7 +77,7 @@ class SpotFinder:
             Window(int(left), int(top), size, size) if left >= 0 else None for left, top in corners
         )
 
-    def take(self, image: NDArray[np.uint16], black: NDArray[np.uint16] = NO_BLACK) -> SpotBlock:
+    def find(self, image: NDArray[np.uint16], black: NDArray[np.uint16] = NO_BLACK) -> SpotBlock:
         """Return the result of a frame (height, width): only windows and search, less ``black``."""
         slots, size, step = self.state.slots, self.options.window, self.options.search_step
         corners = np.empty((self.n_slots, 2), np.int64)

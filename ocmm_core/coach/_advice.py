@@ -284,7 +284,7 @@ def _remedy(
         return "Bring the probe back before the cameras", None
     turn = _back(rig, body, rotation, tip_rig, int(common(here.seen)[0]))
     if turn is not None:
-        return turn.words, turn
+        return turn.instruction, turn
     if common(here.seen)[0] >= LEAST_LEDS:
         return "Clear the line of sight", None
     return "Turn the LEDs to the cameras", None

@@ -90,7 +90,7 @@ class Turn:
         return rotation_from_vector(np.radians(self.degrees) * axes[self.way])
 
     @property
-    def words(self) -> str:
+    def instruction(self) -> str:
         """Return the instruction for the hand."""
         if self.way is Way.TURN_LEFT:
             return f"Turn {self.degrees}° left"

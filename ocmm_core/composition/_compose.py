@@ -23,8 +23,8 @@ from ocmm_core.documents import resource, text_digest
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.fieldbus.described import refuse_unproven, resting_doubt_mm
 from ocmm_core.inspection import plan as plans
-from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader, SessionOptions, open_plan
+from ocmm_core.inspection.finished import previous_part_pose, require_new_serial
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
 from ocmm_core.measuring import PointOptions
 from ocmm_core.settings import released_plans_only

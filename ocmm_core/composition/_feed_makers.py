@@ -44,7 +44,7 @@ def described_cameras(rig: Rig) -> tuple[DeviceDescription | None, tuple[Intrins
         pattern_px=rig.noise.pattern_px,
         pitch_mm=min(camera.pitch_mm for camera in rig.cameras),
     )
-    lenses = tuple(Intrinsics.of(camera, 0) for camera in rig.cameras)
+    lenses = tuple(Intrinsics.from_camera(camera, 0) for camera in rig.cameras)
     return device, lenses if device.is_corrected else ()
 
 

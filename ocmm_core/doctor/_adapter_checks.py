@@ -240,7 +240,7 @@ def coalescing(computer: Computer) -> result.Answer:
     return result.amber(
         "coalescing.on",
         f"{name} collects frames before it tells them ({shown}; usecs are microseconds).",
-        f"Turn it off: ethtool -C {name} {_words(wrong)}",
+        f"Turn it off: ethtool -C {name} {_ethtool_text(wrong)}",
         wrong,
     )
 
@@ -265,7 +265,7 @@ def offloads(computer: Computer) -> result.Answer:
     return result.amber(
         "offloads.on",
         f"{name} joins received frames ({', '.join(one.place.split()[-1] for one in wrong)}).",
-        f"Turn it off: ethtool -K {name} {_words(wrong)}",
+        f"Turn it off: ethtool -K {name} {_ethtool_text(wrong)}",
         wrong,
     )
 
@@ -291,7 +291,7 @@ def _wrong(
     )  # fmt: skip
 
 
-def _words(changes: Sequence[result.SystemChange]) -> str:
+def _ethtool_text(changes: Sequence[result.SystemChange]) -> str:
     """Return settings in ethtool syntax."""
     return " ".join(f"{one.place.split()[-1]} {one.after}" for one in changes)
 

@@ -37,7 +37,7 @@ class SystemChange(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """`before`, `after`: current and new content; ``before`` of a new file is empty."""
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         if self.kind is ChangeKind.NEW_FILE:
             return f"make {self.place}: {' / '.join(self.after.splitlines())}"
         name = f"ethtool {self.place}" if self.kind is ChangeKind.ADAPTER else self.place

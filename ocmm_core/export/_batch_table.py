@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator
 
 from ocmm_core.export.report import clean_text, spreadsheet_text
-from ocmm_core.inspection.archive import Comparison, Trend
+from ocmm_core.inspection.finished import Comparison, Trend
 
 BATCH_COLUMNS = (
     "Characteristic", "Features", "Job", "Serial", "Utc", "Value", "U", "Verdict", "LowerLimit",

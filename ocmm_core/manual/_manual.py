@@ -41,7 +41,7 @@ class Place:
     anchor: str = ""
 
     @classmethod
-    def of(cls, reference: str) -> Place:
+    def from_reference(cls, reference: str) -> Place:
         document, _, anchor = reference.partition("#")
         return cls(document, anchor)
 

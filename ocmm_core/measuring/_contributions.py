@@ -88,7 +88,7 @@ class Contribution:
     field: PatternField | None = None
     """Sensor pattern shared by near points; None if zero."""
 
-    def of(self, gradients: Rows | Float) -> Float:
+    def covariance_of(self, gradients: Rows | Float) -> Float:
         """Return its covariance (k, k) of k values: from rows, or gradients (k, 3 N + 1)."""
         rows = gradients if isinstance(gradients, Rows) else Rows.of_dense(gradients)
         total = np.zeros((len(rows), len(rows)))

@@ -56,7 +56,7 @@ class NoiseRatio:
     """Factor of the stated noise in U."""
 
     @property
-    def words(self) -> str:
+    def message(self) -> str:
         """Return it in a sentence with its remedy."""
         return (
             f"Spots of camera '{self.camera}' scatter {self.ratio:.2f} times as much as stated "
@@ -77,7 +77,7 @@ class DayCheck:
     @property
     def notes(self) -> tuple[str, ...]:
         """Return a sentence for every camera that exceeds its stated noise."""
-        return tuple(item.words for item in self.cameras if item.exceeds)
+        return tuple(item.message for item in self.cameras if item.exceeds)
 
     def widened(self, rig: Rig) -> Rig:
         """Return the rig with the noise of this job; the same object if it is as stated."""

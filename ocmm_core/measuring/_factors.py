@@ -90,10 +90,10 @@ class PointFactors:
         """Return the factors with ``added`` (N, 3, 3), mm^2, in the independent parts."""
         return replace(self, own=self.own + added)
 
-    def of(self, gradients: Rows | Float) -> Float:
+    def covariance_of(self, gradients: Rows | Float) -> Float:
         """Return the covariance (k, k) of values from their gradients: rows, or (k, 3 N + 1)."""
         rows = gradients if isinstance(gradients, Rows) else Rows.of_dense(gradients)
-        inner, flat = self._of(rows.places), rows.by_points.reshape(len(rows), -1)
+        inner, flat = self._at(rows.places), rows.by_points.reshape(len(rows), -1)
         answers = _answers(rows, inner.shared)
         if inner.pattern is not None:
             answers = np.hstack([answers, inner.pattern.answers(rows.by_points)])
@@ -102,8 +102,8 @@ class PointFactors:
         return total
 
     def of_deviations(self, rows: DeviationRows) -> Float:
-        """Return the covariance (n, n), mm^2, of n deviations, which `of` gives with n^3 steps."""
-        own = self.of(DeviationRows.of_own(rows.places, rows.own, rows.by_radius).rows)
+        """Return the covariance (n, n), mm^2, of n deviations, in fewer than n^3 steps."""
+        own = self.covariance_of(DeviationRows.of_own(rows.places, rows.own, rows.by_radius).rows)
         if not len(rows.shared):
             return own
         by = rows.by_shared
@@ -133,7 +133,7 @@ class PointFactors:
         element of the same points, some of n, counts as that of others.
         """
         places = rows.touched
-        inner, at = self._of(places), np.searchsorted(places, rows.places)
+        inner, at = self._at(places), np.searchsorted(places, rows.places)
         shared = Rows(np.arange(len(places)), rows.shared.at(places), rows.shared.by_radius)
         by_points = inner.shared[:-1].reshape(len(places), 3, -1)[at]
         by = np.einsum("ni,nim->nm", rows.own, by_points)
@@ -141,17 +141,17 @@ class PointFactors:
         by += rows.by_shared @ _answers(shared, inner.shared)
         alone = PointFactors(np.zeros((3 * inner.count + 1, 0)), inner.own, inner.pattern)
         if len(shared):
-            by = np.hstack([by, rows.by_shared @ root_of(alone.of(shared))])
+            by = np.hstack([by, rows.by_shared @ root_of(alone.covariance_of(shared))])
         draws: Float = rng.standard_normal((count, by.shape[1])) @ by.T
         for first in range(0, len(rows), _BLOCK):
             some = slice(first, first + _BLOCK)
-            root = root_of(alone.of(DeviationRows.of_own(at[some], rows.own[some]).rows))
+            root = root_of(alone.covariance_of(DeviationRows.of_own(at[some], rows.own[some]).rows))
             draws[:, some] += rng.standard_normal((count, root.shape[1])) @ root.T
         return draws
 
     def moved(self, gradients: Rows) -> Rows:
         """Return the covariances of k values with the coordinates in their rows."""
-        inner = self._of(gradients.places)
+        inner = self._at(gradients.places)
         answers = _answers(gradients, inner.shared)
         together = answers @ inner.shared.T
         places = together[:, :-1].reshape(gradients.by_points.shape)
@@ -165,7 +165,7 @@ class PointFactors:
 
         (n, 3, 3) of each point, (n, 3) of each with the tip radius, and the variance of the radius.
         """
-        inner = self._of(places)
+        inner = self._at(places)
         by_points, radius = inner.shared[:-1].reshape(len(places), 3, -1), inner.shared[-1]
         blocks = inner.own + by_points @ by_points.transpose(0, 2, 1)
         if inner.pattern is not None:
@@ -180,7 +180,7 @@ class PointFactors:
         """
         numbers = 3 * self.count + 1
         if numbers <= _DRAWN_TOGETHER:
-            root = root_of(self.of(np.eye(numbers)))
+            root = root_of(self.covariance_of(np.eye(numbers)))
             return lambda rng, many: rng.standard_normal((many, root.shape[1])) @ root.T
         variances, vectors = np.linalg.eigh(self.own)
         alone = vectors * np.sqrt(np.maximum(variances, 0.0))[:, None, :]
@@ -197,7 +197,7 @@ class PointFactors:
 
         return drawn
 
-    def _of(self, places: Int) -> PointFactors:
+    def _at(self, places: Int) -> PointFactors:
         known = np.arange(self.count) if self.places is None else self.places
         return self if np.array_equal(places, known) else self.kept(places)
 
@@ -303,7 +303,7 @@ def systematic_covariance(
     """Return the dense covariance (3 N, 3 N), mm^2, that averaging does not remove; few points."""
     count = len(sensitivities)
     factors = factors_of(systematic_contributions(sensitivities, rig, body), count)
-    return factors.of(np.eye(3 * count, 3 * count + 1))
+    return factors.covariance_of(np.eye(3 * count, 3 * count + 1))
 
 
 def point_uncertainty(

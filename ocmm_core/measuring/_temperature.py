@@ -97,7 +97,7 @@ class Climate:
     """The text of the probe's design; empty if unknown."""
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         if self.probe.now is None and self.part.now is None:
             return "No temperature compensation (no temperatures given)."
         return f"{_probe_words(self.probe)} {_part_words(self.part)}"
@@ -105,7 +105,7 @@ class Climate:
     @property
     def label(self) -> str:
         """Return the text for reports: pure ASCII, no comma."""
-        plain = self.words.replace("°C", "C").replace("±", "+-").replace(",", ";")
+        plain = self.summary.replace("°C", "C").replace("±", "+-").replace(",", ";")
         return plain.encode("ascii", "replace").decode("ascii")
 
     def record(self) -> TemperatureRecord:

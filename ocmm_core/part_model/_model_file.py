@@ -178,7 +178,7 @@ class _Arrays:
     def __init__(self, body: memoryview, where: str) -> None:
         self._body, self._where, self._at = body, where, 0
 
-    def take(self, kind: str, *shape: int) -> NDArray[Any]:
+    def read(self, kind: str, *shape: int) -> NDArray[Any]:
         """Return the next array; InputError if the rest is too short."""
         if any(not 0 <= length <= _MOST_ITEMS for length in shape):
             raise _damaged(self._where, "it says a length that cannot be")
@@ -200,13 +200,13 @@ class _Arrays:
 
 
 def _filled(head: _Head, arrays: _Arrays) -> PartModel:
-    vertices = arrays.take("<f8", head.vertices, 3)
-    normals = arrays.take("<f4", head.vertices, 3)
-    triangles = arrays.take("<i4", head.triangles, 3)
-    triangle_faces = arrays.take("<i4", head.triangles)
-    edge_points = arrays.take("<f8", head.edge_points, 3)
-    edge_starts = arrays.take("<i4", head.edges + 1)
-    edge_faces = arrays.take("<i4", head.edges, 2)
+    vertices = arrays.read("<f8", head.vertices, 3)
+    normals = arrays.read("<f4", head.vertices, 3)
+    triangles = arrays.read("<i4", head.triangles, 3)
+    triangle_faces = arrays.read("<i4", head.triangles)
+    edge_points = arrays.read("<f8", head.edge_points, 3)
+    edge_starts = arrays.read("<i4", head.edges + 1)
+    edge_faces = arrays.read("<i4", head.edges, 2)
     faces = tuple(_face(face, arrays) for face in head.faces)
     arrays.at_end()
     return PartModel(
@@ -228,14 +228,14 @@ def _face(head: _FaceHead, arrays: _Arrays) -> ModelFace:
     spline = None
     if (size := head.spline) is not None:
         spline = SplineSurface(
-            poles=arrays.take("<f8", size.poles_u, size.poles_v, 3),
-            weights=arrays.take("<f8", size.poles_u, size.poles_v),
-            knots_u=arrays.take("<f8", size.poles_u + size.degree_u + 1),
-            knots_v=arrays.take("<f8", size.poles_v + size.degree_v + 1),
+            poles=arrays.read("<f8", size.poles_u, size.poles_v, 3),
+            weights=arrays.read("<f8", size.poles_u, size.poles_v),
+            knots_u=arrays.read("<f8", size.poles_u + size.degree_u + 1),
+            knots_v=arrays.read("<f8", size.poles_v + size.degree_v + 1),
             degree_u=size.degree_u,
             degree_v=size.degree_v,
         )
-    loops = tuple(arrays.take("<f8", count, 2) for count in head.loops)
+    loops = tuple(arrays.read("<f8", count, 2) for count in head.loops)
     return ModelFace(
         number=head.number,
         kind=head.kind,

@@ -176,7 +176,7 @@ class ReleaseState:
         return known and not (self.changed or self.replaced)
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         """Return the state in one line, with name, date and key."""
         if self.release is None:
             return "not released"

@@ -242,7 +242,7 @@ Intent = Callable[[int], str | None]
 """Returns the intended feature of a touch that ends at an exposure; None: the active one."""
 
 
-class TouchTaker:
+class TouchRecorder:
     """Make points of touches; a `MeasureStep`.
 
     `live`: State of the latest frames. `maintenance`: Its procedures receive the frames instead of
@@ -303,7 +303,7 @@ class TouchTaker:
         code, blocker = self._instruments.blocking_reason()
         for touch in tracked.touches:
             if blocker is None:
-                self._take(touch)
+                self._record(touch)
                 continue
             time_s = float(tracked.block.time_ns[-1]) * 1e-9
             refusal = Refusal(code, blocker.what, blocker.remedy, time_s)
@@ -313,16 +313,16 @@ class TouchTaker:
                 # A full disk cannot log it either; measuring resumes once it is cleared.
                 self._faults.tell(error)
 
-    def _take(self, touch: Touch | Path) -> None:
+    def _record(self, touch: Touch | Path) -> None:
         job, events = self._current.now, self._events
         feature = self._intent(touch.first_frame) if self._intent is not None else None
         try:
             # A service names its interface only while running, which it is before the first point.
             job.session.conditions.note_origin(simulated=self._instruments.simulated)
             if isinstance(touch, Path):
-                outcome = job.session.paths.take(touch, feature)
+                outcome = job.session.paths.record_path(touch, feature)
             else:
-                outcome = job.session.touches.take(touch, feature)
+                outcome = job.session.touches.record_touch(touch, feature)
         except OcmmError as error:
             # A point that is not durable does not count. Measuring continues, unless the file is
             # lost.

@@ -13,9 +13,9 @@ from ocmm_core.export import DEFAULT_FORMAT, write_report
 from ocmm_core.export.report import Instrument, Profile, ReportData, reported_features
 from ocmm_core.export.template import paper_of
 from ocmm_core.failure import contained
-from ocmm_core.inspection.archive import SUFFIX, require_new_serial
 from ocmm_core.inspection.causes import Explanation
 from ocmm_core.inspection.evaluation import JobHeader, JobView, StatusWord
+from ocmm_core.inspection.finished import SUFFIX, require_new_serial
 from ocmm_core.inspection.plan import Plan, note_release
 from ocmm_core.inspection.session import HEADER_EVENT, InspectionSession, check_header, header_text
 from ocmm_core.measuring import Climate, MeasuredPoint, Refusal, RefusalCode
@@ -110,7 +110,7 @@ class StationJob:
         file = self._current.now.file
         return file.path, file.steps(after if file.path == job else 0)
 
-    def take(self) -> None:
+    def record_point(self) -> None:
         """Record a point now, result by signal; if not ready it is refused, not recorded later."""
         live = self._looks.live()
         if live.status not in (StatusWord.NOT_READY, StatusWord.FAILED):

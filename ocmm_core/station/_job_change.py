@@ -61,7 +61,7 @@ class JobChange:
         if self._gear.released_only:
             require_released(now.file.path, now.release)
         job = job_for(header, now.file.head, now.use.plan, now.file.path.parent, now.release)
-        self._begin(job, lambda: self._current.now.use)
+        self._start(job, lambda: self._current.now.use)
 
     def change_plan(self, path: Path, header: JobHeader) -> str:
         """Start a job by the plan of a file; return the state of the former one in a sentence.
@@ -79,7 +79,7 @@ class JobChange:
             return ""
         job, use = _job_by(path, header, now.file.head, now.use, now.file.path.parent)
         self._plan_files[job.head.plan_identity] = path
-        return self._begin(job, lambda: use)
+        return self._start(job, lambda: use)
 
     def go_on(self, path: Path) -> str:
         """Resume an open job by the plan in its own file; returns as `change_plan`.
@@ -89,11 +89,11 @@ class JobChange:
         """
         job = JobFile.open(path)
         now = self._current.now
-        return self._begin(
+        return self._start(
             job, lambda: _plan_of(job, now.file.head, now.use, self._plan_files), made=False
         )
 
-    def _begin(self, job: JobFile, by: Callable[[], PlanInUse], *, made: bool = True) -> str:
+    def _start(self, job: JobFile, by: Callable[[], PlanInUse], *, made: bool = True) -> str:
         """Measure into another job file, closing the former one, all or nothing.
 
         On any error the former job continues, and the other file is closed, and removed if it was
@@ -122,7 +122,7 @@ class JobChange:
                     self._frames.track_by(pipeline)
         except BaseException as error:
             self._current.now = before
-            self._parts.begin(before)
+            self._parts.start(before)
             give_back(job, made=made)
             if words and not was_paused:
                 before.session.pausing.resume()
@@ -131,7 +131,7 @@ class JobChange:
             raise contained(
                 error, "The change of the job", _NOTHING_CHANGED, remedy=REOPEN
             ) from error
-        self._parts.begin(after)
+        self._parts.start(after)
         self._events.emit(self._events.changed)
         return words
 

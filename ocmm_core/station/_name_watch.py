@@ -93,15 +93,15 @@ class RoomWatch(_PollingThread):
         self._newest: LoggedTemperature | None = None
 
     def _run(self) -> None:
-        self._look()
+        self._poll()
         read_s = time.monotonic()
         while not self._stop.wait(_LOOK_S):
             if time.monotonic() - read_s >= _READ_S:
                 self._newest, read_s = None, time.monotonic()
-            self._look()
-        self._look()
+            self._poll()
+        self._poll()
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         try:
             if self._newest is None:
                 # A server may send after 15 s: that delays neither the start nor the end.

@@ -16,8 +16,8 @@ from pathlib import Path
 from ocmm_core.calibration import monitor, records
 from ocmm_core.camera import Rig
 from ocmm_core.fieldbus.described import refuse_unproven
-from ocmm_core.inspection.archive import first_taken, is_known, settle_cameras
 from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.finished import first_taken, is_known, settle_cameras
 from ocmm_core.inspection.plan import Plan, climate_for, part_of_plan, release_in_job
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.seals import NO_RELEASE, ReleaseState
@@ -247,7 +247,7 @@ class PartLoader:
         self._thread: threading.Thread | None = None
         self._given_up = threading.Event()
 
-    def begin(self, job: OpenJob) -> None:
+    def start(self, job: OpenJob) -> None:
         """Load the part of a job, unless its file holds it, cancelling a running load."""
         self.close()
         if job.session.part.model is not None or job.use.plan.model is None:

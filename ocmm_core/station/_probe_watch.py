@@ -15,7 +15,7 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration import records
 from ocmm_core.calibration.guided import ShockDetector
 from ocmm_core.errors import CalibrationError
-from ocmm_core.inspection.archive import last_good_utc, settle_tip
+from ocmm_core.inspection.finished import last_good_utc, settle_tip
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.station._calibration_watch import KeptView
 from ocmm_core.storage import JobFile

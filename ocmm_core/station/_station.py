@@ -32,7 +32,7 @@ from ocmm_core.settings import Settings
 from ocmm_core.station._bus_watch import BusWatch
 from ocmm_core.station._calibration_watch import CalibrationWatch
 from ocmm_core.station._faults import StationEvents, StationFaults
-from ocmm_core.station._frame_loop import RECORDING, FrameLoop, FrameSink, Intent, TouchTaker
+from ocmm_core.station._frame_loop import RECORDING, FrameLoop, FrameSink, Intent, TouchRecorder
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._job import Reports, StationJob
 from ocmm_core.station._job_change import JobChange
@@ -142,7 +142,7 @@ class MeasuringStation:
             gear.rig, gear.body, looks, failed=lambda error: faults.note(error, "The coach")
         )
         """Turn of the probe that would improve its ball, or the remedy while it is lost."""
-        step = TouchTaker(
+        step = TouchRecorder(
             current, live, instruments, self.maintenance, faults, events, options.intent,
             options.follow,
         )  # fmt: skip
@@ -192,7 +192,7 @@ class MeasuringStation:
             self._frames.start()
             for watch in self._watches:
                 watch.start()
-            self._parts.begin(self._current.now)
+            self._parts.start(self._current.now)
         except Exception as error:
             raise self.faults.fail(error, "The start", tell=False) from error
 

@@ -153,7 +153,7 @@ class CoachWatch:
         self._thread.join(timeout_s)
         return not self._thread.is_alive()
 
-    def look(self, now: ProbeNow | None, time_s: float) -> CoachView:
+    def view_at(self, now: ProbeNow | None, time_s: float) -> CoachView:
         """Return the coach's view of the probe at a time, s; times only grow."""
         if now is None:
             self._steady.push(None, time_s)
@@ -181,7 +181,7 @@ class CoachWatch:
     def _run(self) -> None:
         try:
             while not self._stop.wait(LOOK_S):
-                view = self.look(self._seer.probe_now(), time.monotonic())
+                view = self.view_at(self._seer.probe_now(), time.monotonic())
                 if not view.looks_like(self._shown):
                     self._shown = view
                     self.changed.emit(view)

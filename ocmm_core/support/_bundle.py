@@ -157,7 +157,7 @@ class BundleDraft:
     masked: bool
     """Names of people were removed."""
 
-    def of(self, part: str) -> tuple[BundleItem, ...]:
+    def items_of(self, part: str) -> tuple[BundleItem, ...]:
         return tuple(item for item in self.items if item.part == part)
 
     def packed(self, without: Collection[str] = ()) -> bytes:
@@ -178,19 +178,19 @@ class BundleDraft:
         return stream.getvalue()
 
     def contents(
-        self, without: Collection[str] = (), say: Callable[[str], str] = lambda text: text
+        self, without: Collection[str] = (), tr: Callable[[str], str] = lambda text: text
     ) -> str:
-        """Return the list of included and missing parts; ``say`` translates it for the reader."""
+        """Return the list of included and missing parts; ``tr`` translates it for the reader."""
         lines = [
-            say(f"OCMM support bundle, {datetime.now(UTC).isoformat(timespec='seconds')}"),
-            say("Passwords, tokens and private keys were taken out."),
-            say("Names of people were masked." if self.masked else "Names of people were kept."),
+            tr(f"OCMM support bundle, {datetime.now(UTC).isoformat(timespec='seconds')}"),
+            tr("Passwords, tokens and private keys were taken out."),
+            tr("Names of people were masked." if self.masked else "Names of people were kept."),
             "",
         ]
         for spec in PARTS:
-            items = () if spec.name in without else self.of(spec.name)
+            items = () if spec.name in without else self.items_of(spec.name)
             why = "Left out." if spec.name in without else self.missing.get(spec.name, "")
-            lines.append(f"{say(spec.title)}: {say(spec.about)}. {say(why)}".rstrip())
+            lines.append(f"{tr(spec.title)}: {tr(spec.about)}. {tr(why)}".rstrip())
             lines += [f"  {item.name}  {len(item.content)} bytes" for item in items]
         return "\n".join(lines) + "\n"
 

@@ -44,7 +44,7 @@ _BATCHES = 10
 _SIGMAS = 5.0
 
 
-class HomeTaker:
+class HomeRecorder:
     """Records the first place of rest of a reference body; for one thread."""
 
     def __init__(self, rig: Rig, reference: ReferenceBody) -> None:
@@ -65,7 +65,7 @@ class HomeTaker:
             self._before_ns = now_ns
             more = np.bitwise_count(body.seen[index]).sum() > np.bitwise_count(self._seen).sum()
             if not good or gap or more:
-                self._begin(body, index)
+                self._start(body, index)
             if not good:
                 continue
             self._count += 1
@@ -76,7 +76,7 @@ class HomeTaker:
                 continue
             spots = np.array(self._spots)
             enough = len(spots) >= max(2 * _BATCHES, self._count // 2)
-            self._begin(body, index)
+            self._start(body, index)
             if enough and self._rests(spots):
                 return index + 1, home_of(
                     spots.mean(axis=0), len(spots), self._rig, self._reference
@@ -85,7 +85,7 @@ class HomeTaker:
                 self.reason = "it is not at rest, so its position cannot be taken"
         return None
 
-    def _begin(self, body: TrackBlock, index: int) -> None:
+    def _start(self, body: TrackBlock, index: int) -> None:
         self._spots.clear()
         self._count = 0
         self._began_ns, self._seen = int(body.time_ns[index]), body.seen[index]
@@ -140,7 +140,7 @@ class ReferenceTracker:
         of the pose has settled."""
         self._rig = rig
         self._reference = reference
-        self._taker = HomeTaker(rig, reference)
+        self._taker = HomeRecorder(rig, reference)
         self._filter = ReferenceFilter()
         self._anchors: dict[bytes, _Anchor] = {}
 

@@ -193,7 +193,7 @@ def _follow(
             frames[i] = 1.0
             continue
         if state[_FRAMES] == 0.0:
-            _begin(anchor, place, state, rotations_in[i], origins_in[i])
+            _restart(anchor, place, state, rotations_in[i], origins_in[i])
         else:
             # (rotation vector, translation), rad and mm, rig axes, as those of the covariance.
             _increments(anchor, place, rotations_in[i], origins_in[i], step)
@@ -228,7 +228,7 @@ def _follow(
                     failed = test
             # The latest frame alone is off: restart with it. Also without a usable covariance.
             if not sound or failed == 0:
-                _begin(anchor, place, state, rotations_in[i], origins_in[i])
+                _restart(anchor, place, state, rotations_in[i], origins_in[i])
             elif failed > 0:
                 first = 6 + 6 * failed
                 for k in range(6):
@@ -256,7 +256,7 @@ def _follow(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _begin(anchor: Float, place: Float, state: Float, rotation: Float, origin: Float) -> None:
+def _restart(anchor: Float, place: Float, state: Float, rotation: Float, origin: Float) -> None:
     """Restart the mean with one pose."""
     anchor[:] = rotation
     place[:] = origin

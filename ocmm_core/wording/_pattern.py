@@ -28,7 +28,7 @@ class Pattern:
     anything."""
 
     @classmethod
-    def of(cls, template: str) -> Pattern:
+    def from_template(cls, template: str) -> Pattern:
         """Return the pattern of a sentence with names in braces, or raise ValueError."""
         literals, names, marks = [""], [], []
         for text, name, mark, _ in string.Formatter().parse(template):

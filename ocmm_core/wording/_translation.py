@@ -109,12 +109,12 @@ class Translation:
         self._seen: dict[tuple[str, str], str | None] = {}
         patterns = []
         for english, shown in sentences.items():
-            said = Pattern.of(english)
+            said = Pattern.from_template(english)
             if said.names:
                 known = frozenset((codes or {}).get(english, ()))
-                patterns.append(_Known(said, Pattern.of(shown), known))
+                patterns.append(_Known(said, Pattern.from_template(shown), known))
             else:
-                self._plain[said.literals[0]] = Pattern.of(shown).literals[0]
+                self._plain[said.literals[0]] = Pattern.from_template(shown).literals[0]
         self._index(patterns)
 
     def _index(self, patterns: Sequence[_Known]) -> None:
@@ -128,13 +128,13 @@ class Translation:
             else:
                 self._wordless.append(known)
 
-    def of(self, text: str, code: str = "") -> str:
+    def translate(self, text: str, code: str = "") -> str:
         """Return sentences in this language, unchanged if unknown; ``code``: of an error."""
         key = (text, code)
         if key not in self._seen:
             if len(self._seen) >= _REMEMBERED:
                 self._seen.clear()
-            self._seen[key] = self._of(text, code, 0)
+            self._seen[key] = self._translate(text, code, 0)
         found = self._seen[key]
         return text if found is None else found
 
@@ -152,7 +152,7 @@ class Translation:
             return f"{symbol} {self.word(rest)}"
         return found or ", ".join(map(self.word, text.split(", ")) if ", " in text else [text])
 
-    def _of(self, text: str, code: str, depth: int) -> str | None:
+    def _translate(self, text: str, code: str, depth: int) -> str | None:
         """Return a text in this language; None if it is not in the catalogue."""
         if not _LETTERS.search(text):
             return text
@@ -225,7 +225,7 @@ class Translation:
         """Return a sentence within another; None if it is not in the catalogue."""
         if depth > _DEEPEST:
             return None
-        found = self._words.get(text) or self._of(text, "", depth)
+        found = self._words.get(text) or self._translate(text, "", depth)
         if found is None and (ended := self._plain.get(f"{text}.")) is not None:
             found = ended.removesuffix(".")
         # Names and numbers alone are not a sentence.
@@ -296,7 +296,9 @@ def in_language(error: OcmmError, language: str) -> tuple[str, str]:
     if language == ENGLISH:
         return error.what, error.remedy
     translation = load_translation(language)
-    return translation.of(error.what, error.code), translation.of(error.remedy, error.code)
+    return translation.translate(error.what, error.code), translation.translate(
+        error.remedy, error.code
+    )
 
 
 def with_comma(number: str) -> str:
@@ -314,23 +316,23 @@ class Speech:
     language: str = ENGLISH
     """One of `LANGUAGES`."""
 
-    def say(self, text: str) -> str:
+    def text(self, text: str) -> str:
         """Return sentences of the program; lines with an unknown sentence stay English."""
         if self.language == ENGLISH:
             return text
-        told = self._told()
-        whole = told.of(text) if "\n" in text else text
+        told = self._translation()
+        whole = told.translate(text) if "\n" in text else text
         return whole if whole != text else "\n".join(_line(told, one) for one in text.split("\n"))
 
     def word(self, text: str) -> str:
         """Return a word of the program: a heading, a verdict, a shape."""
-        return text if self.language == ENGLISH else self._told().word(text)
+        return text if self.language == ENGLISH else self._translation().word(text)
 
     def number(self, text: str) -> str:
         """Return formatted numbers with the decimal sign of the language."""
         return text if self.language == ENGLISH else with_comma(text)
 
-    def _told(self) -> Translation:
+    def _translation(self) -> Translation:
         try:
             return load_translation(self.language, comma=True)
         except OcmmError:
@@ -340,14 +342,14 @@ class Speech:
 def _line(told: Translation, text: str) -> str:
     """Return a word and a sentence, or a sentence with or without the full stop of a report."""
     head, _, rest = text.partition(": ")
-    if told.word(head) != head and told.of(rest) != rest:
-        return f"{told.word(head)}: {told.of(rest)}"
+    if told.word(head) != head and told.translate(rest) != rest:
+        return f"{told.word(head)}: {told.translate(rest)}"
     named, mark, identity = text.rpartition(" (")
-    if mark and " " not in identity and told.of(named) != named:
+    if mark and " " not in identity and told.translate(named) != named:
         # A rule with its identity, which is the same in every language.
-        return f"{told.of(named)} ({identity}"
+        return f"{told.translate(named)} ({identity}"
     for without, after in ((text, ""), (text.removesuffix("."), ".")):
-        said = told.of(without)
+        said = told.translate(without)
         if said != without:
             return said if said.endswith(after) else said + after
     return told.word(text)

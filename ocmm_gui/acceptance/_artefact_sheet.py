@@ -203,7 +203,7 @@ class ArtefactSheet(kit.Themed, WorkSheet):
             )  # fmt: skip
             return
         kind = cast('Literal["bar", "sphere"]', texts["kind"])
-        self._begin(
+        self._start(
             tr("Reading the certificate"), partial(_fields_of, path, kind, texts["quantity"])
         )
 
@@ -257,7 +257,7 @@ class ArtefactSheet(kit.Themed, WorkSheet):
 
         def fail(error: Exception) -> None:
             self._doing -= 1
-            self.say(tr("Failed; the previous result is still shown."))
+            self.show_message(tr("Failed; the previous result is still shown."))
             self.failed.emit(contained(error, reading, "Nothing was changed."))
 
         self._register.do(call, finish, fail)
@@ -266,7 +266,7 @@ class ArtefactSheet(kit.Themed, WorkSheet):
         now = self._clock()
         self._asked += 1
         asked = self._asked
-        self.say(tr("Reading the register"))
+        self.show_message(tr("Reading the register"))
 
         def read() -> _Register:
             entries = tuple(self._bench.artefacts().entries.values())
@@ -296,7 +296,9 @@ class ArtefactSheet(kit.Themed, WorkSheet):
                 ),
             )  # fmt: skip
         count = tr("%n artefacts", "1 artefact", len(self._entries))
-        self.say(tr("{count} in the register. Nothing is overwritten.").format(count=count))
+        self.show_message(
+            tr("{count} in the register. Nothing is overwritten.").format(count=count)
+        )
         if self._entries:
             self.table.selectRow(0)
         self._paint()
@@ -331,4 +333,4 @@ class ArtefactSheet(kit.Themed, WorkSheet):
     def _show(self, answer: object) -> None:
         if isinstance(answer, dict):
             self.form.show_read(answer)
-            self.say(tr("Read. Give an id and a due date, then store (F8)."))
+            self.show_message(tr("Read. Give an id and a due date, then store (F8)."))

@@ -67,7 +67,7 @@ class AcceptanceDesk(GuidedStack):
         self.start = AcceptanceStart()
         self.addWidget(self.start)
         self.start.chosen.connect(self._choose)
-        self.start.begun.connect(self._begin)
+        self.start.begun.connect(self._start)
         self.start.resumed.connect(self._resume)
         self.start.left.connect(self.leave)
         self._hand_failed.connect(self.failed, Qt.ConnectionType.QueuedConnection)
@@ -157,7 +157,7 @@ class AcceptanceDesk(GuidedStack):
 
         self._lists.do(read, done, failed)
 
-    def _begin(self) -> None:
+    def _start(self) -> None:
         self._make(self._wanted_test)
 
     def _wanted_test(self) -> Callable[[], acceptance.AcceptanceProcedure]:
@@ -174,14 +174,14 @@ class AcceptanceDesk(GuidedStack):
         who, place, customer = (start.value(key) for key in ("who", "place", "customer"))
         condition = start.chosen_condition()
 
-        def begin() -> acceptance.AcceptanceProcedure:
+        def start_test() -> acceptance.AcceptanceProcedure:
             given = StatedConditions(
                 who=who, place=place, customer=customer, condition=condition, temperature=warm(),
                 air=air,
             )  # fmt: skip
             return self.bench.start(offer, used, given, now)
 
-        return begin
+        return start_test
 
     def _typed(self) -> Temperature | None:
         keys = ("temperature", "thermometer")

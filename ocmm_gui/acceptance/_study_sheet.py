@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive import compare_folder, parts_of_batch
+from ocmm_core.inspection.finished import compare_folder, parts_of_batch
 from ocmm_core.typed_numbers import PARTS, REFERENCE, SEED, TRIALS
 from ocmm_gui import kit
 from ocmm_gui.acceptance._start_page import named_field
@@ -171,14 +171,16 @@ class StudySheet(WorkSheet):
                 "draw": lambda: self.store.ask(self._folder() / f"{self._text('name')}.toml"),
                 "plan": lambda: self.file.ask(self._folder() / f"{self._text('name')}.toml"),
                 "jobs": lambda: self.where.ask(self._folder()),
-                "look": self.look,
+                "look": self.show_progress,
                 "analyse": self.analyse,
                 "type1": self.analyse_one,
                 "stop": self.stop,
             },
             primary="analyse",
         )
-        self.say(tr("Draw a plan (F6) or open one (F7). The codes are the serial numbers of jobs."))
+        self.show_message(
+            tr("Draw a plan (F6) or open one (F7). The codes are the serial numbers of jobs.")
+        )
 
     def open(self) -> None:
         self.table.setFocus()
@@ -213,18 +215,18 @@ class StudySheet(WorkSheet):
     def use_jobs(self, folder: Path) -> None:
         self._jobs = folder
         if self._plan is not None:
-            self.look()
+            self.show_progress()
 
-    def look(self) -> None:
+    def show_progress(self) -> None:
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Reading the jobs"), partial(progress_of, plan, self._folder()))
+            self._start(tr("Reading the jobs"), partial(progress_of, plan, self._folder()))
 
     def analyse(self) -> None:
         """Compute the studies of all characteristics, without blocking."""
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Analysing"), partial(studied, plan, self._folder(), *self._records))
+            self._start(tr("Analysing"), partial(studied, plan, self._folder(), *self._records))
 
     def analyse_one(self) -> None:
         """Compute Cg and Cgk of the selected characteristic."""
@@ -234,7 +236,7 @@ class StudySheet(WorkSheet):
             if self._report is not None and row >= 0:
                 name = self._report.characteristics[row].name
             work = partial(type_one, self._folder(), name, reference, *self._records)
-            self._begin(tr("Analysing"), work)
+            self._start(tr("Analysing"), work)
 
     def _use(self, plan: studies.StudyPlan) -> None:
         self._plan, self._report = plan, None
@@ -247,7 +249,7 @@ class StudySheet(WorkSheet):
         self.word.show_text("")
         self.message.setText("")
         self.table.setRowCount(0)
-        self.say(
+        self.show_message(
             tr("{name}: {parts} parts, {operators} operators, {trials} trials").format(
                 name=plan.name, parts=len(plan.parts), operators=len(plan.operators),
                 trials=plan.trials,
@@ -265,7 +267,7 @@ class StudySheet(WorkSheet):
             self._type1 = answer
             self.run.show_run(answer.study, answer.values, answer.reference, answer.width)
             self.tabs.show_plot(2)
-            self.say(
+            self.show_message(
                 tr("{simulated}{name}: least tolerance {width:.4f} mm").format(
                     simulated=tr("SIMULATED. ") if answer.simulated else "", name=answer.name,
                     width=answer.study.least_tolerance,
@@ -299,7 +301,7 @@ class StudySheet(WorkSheet):
         simulated = tr("SIMULATED. ") if report.simulated else ""
         count = len(report.left_out)
         left = tr("%n files left out", "1 file left out", count) if count else ""
-        self.say(
+        self.show_message(
             tr("{simulated}{done} of {count} measured. {left}").format(
                 simulated=simulated, done=report.measured, count=len(report.plan.runs), left=left
             )

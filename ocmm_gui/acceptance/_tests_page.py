@@ -66,10 +66,10 @@ class TestsPage(QWidget):
 
     def _show(self, made: TestsMade) -> None:
         self._shown = made.finished
-        self.about.setText(" ".join((self._told(made), *made.unread)))
+        self.about.setText(" ".join((self._summary(made), *made.unread)))
         self.table.setRowCount(len(self._shown))
         for row, one in enumerate(self._shown):
-            self.table.show_words(row, _words(one))
+            self.table.show_words(row, _cells(one))
         if self._shown:
             self.table.selectRow(0)
         if made.chart is not None:
@@ -85,7 +85,7 @@ class TestsPage(QWidget):
         row = self.table.currentRow()
         return self._shown[row].file if 0 <= row < len(self._shown) else None
 
-    def _told(self, made: TestsMade) -> str:
+    def _summary(self, made: TestsMade) -> str:
         open_ones = sum(not one.blocker for one in made.unfinished)
         said = tr("%n tests", "1 test", len(self._shown))
         if open_ones:
@@ -95,7 +95,7 @@ class TestsPage(QWidget):
         return f"{said}."
 
 
-def _words(one: FinishedTest) -> tuple[str, ...]:
+def _cells(one: FinishedTest) -> tuple[str, ...]:
     record = one.record
     ended = datetime.fromisoformat(record.ended_utc).astimezone()
     worst = max(record.quantities, key=lambda q: abs(q.error_mm) / q.limit_mm, default=None)

@@ -93,10 +93,10 @@ class RulerLine(PaintedWidget):
 
     def show_length(self, ruler_mm: float | None) -> None:
         self._ruler_mm = ruler_mm
-        self.setAccessibleDescription(self.words())
+        self.setAccessibleDescription(self.message())
         self.update()
 
-    def words(self) -> str:
+    def message(self) -> str:
         size = screen_size(self.screen(), self._ruler_mm)
         length = localised(f"{size.mm_per_px * self.length_px():.0f}")
         if self._ruler_mm is not None:
@@ -125,7 +125,7 @@ class RulerLine(PaintedWidget):
         ink(painter, QColor(self._theme.muted), font=text_font(14))
         box = self.rect().adjusted(0, _END_PX + 8, 0, 0)
         flags = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap
-        painter.drawText(box, flags, self.words())
+        painter.drawText(box, flags, self.message())
 
 
 TARGET_MM = 15.0

@@ -12,7 +12,7 @@ from PySide6.QtCore import QStringListModel, Qt
 from PySide6.QtWidgets import QCompleter, QTableWidgetItem, QWidget
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import RecallRecord
+from ocmm_core.inspection.finished import RecallRecord
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 from ocmm_gui import kit
 from ocmm_gui.archive import _archive_words as archive_words
@@ -140,7 +140,7 @@ class ArchiveSheet(WorkSheet):
         self._known: tuple[tuple[str, str], ...] = ()
         self.use_keys(
             {
-                "ask": self.ask,
+                "ask": self.query,
                 "next": self._next,
                 "export": self.export,
                 "stop": self.stop,
@@ -154,17 +154,17 @@ class ArchiveSheet(WorkSheet):
     def open(self) -> None:
         """Query today's jobs, or repeat the last query."""
         self.question.setFocus()
-        self.ask()
+        self.query()
 
-    def ask(self) -> None:
+    def query(self) -> None:
         place = self._place_now()
         if place is None:
             return
         if self._recalls():
             work = self.attempt(lambda: self.recall.work(place))
             if work is not None:
-                self._begin(tr("Recalculating the jobs"), work)
-                self.say(tr("Checks the archived jobs. Nothing is changed."))
+                self._start(tr("Recalculating the jobs"), work)
+                self.show_message(tr("Checks the archived jobs. Nothing is changed."))
             return
         asked = self.attempt(self._asked)
         if asked is None:
@@ -173,22 +173,22 @@ class ArchiveSheet(WorkSheet):
         missing = [key for key in question.needs if not self.fields[key].text().strip()]
         name = "" if missing else question.name
         work = partial(archive_words.ask_archive, place, name, asked)
-        self._begin(tr("Asking the archive"), work)
+        self._start(tr("Asking the archive"), work)
         if missing:
-            self.say(tr("Fill in what it is about, then ask (F8)."))
+            self.show_message(tr("Fill in what it is about, then ask (F8)."))
             self.fields[missing[0]].setFocus()
 
     def export(self) -> None:
         """Ask for the file of the displayed table or recall."""
         if self._recalls():
             if self.recall.result.record is None:
-                self.say(tr("Recall first (F8): there are no pages yet."))
+                self.show_message(tr("Recall first (F8): there are no pages yet."))
                 return
             day = self.recall.result.record.made_utc[:10]
             self.target.ask(self._proposed() / f"recall-{day}.pdf")
             return
         if self._answer is None:
-            self.say(tr("Ask first (F8): there is no table yet."))
+            self.show_message(tr("Ask first (F8): there is no table yet."))
             return
         self.target.ask(self._proposed() / "archive.csv")
 
@@ -199,15 +199,17 @@ class ArchiveSheet(WorkSheet):
         self.recall.setVisible(recalls)
         (self.recall.finding if recalls else self.question).setFocus()
         if recalls:
-            self.say(tr("Choose what was found wrong, then recall (F8). Nothing is changed."))
+            self.show_message(
+                tr("Choose what was found wrong, then recall (F8). Nothing is changed.")
+            )
 
     def store(self) -> None:
         if not self._recalls():
-            self.say(tr("Turn to the recall first (F10)."))
+            self.show_message(tr("Turn to the recall first (F10)."))
             return
         work = self.attempt(self.recall.storing)
         if work is not None:
-            self._begin(tr("Storing the recall"), work)
+            self._start(tr("Storing the recall"), work)
 
     def show_standing(self, standing: HandOver) -> None:
         self.standing.setText(standing.line or tr("Everything measured here is in the archive."))
@@ -218,9 +220,9 @@ class ArchiveSheet(WorkSheet):
 
     def _show(self, answer: object) -> None:
         if isinstance(answer, RecallRecord):
-            self.say(self.recall.result.show_record(answer))
+            self.show_message(self.recall.result.show_record(answer))
         elif isinstance(answer, Path):
-            self.say(tr("Recall written to {path}.").format(path=answer))
+            self.show_message(tr("Recall written to {path}.").format(path=answer))
         if not isinstance(answer, archive_words.ArchiveResult):
             return
         self._known = answer.parts
@@ -230,7 +232,7 @@ class ArchiveSheet(WorkSheet):
         if answer.answer is None:
             return
         self._answer = answer.answer
-        self.say(
+        self.show_message(
             tr(
                 "{title}: %n rows. {place}", "{title}: 1 row. {place}", len(answer.answer.rows)
             ).format(title=kit.said(answer.answer.title), place=answer.place)
@@ -248,7 +250,7 @@ class ArchiveSheet(WorkSheet):
         if self._recalls():
             work = self.attempt(lambda: self.recall.writing(path))
             if work is not None:
-                self._begin(tr("Creating the pages"), work)
+                self._start(tr("Creating the pages"), work)
             return
         if self._answer is None:
             return
@@ -257,13 +259,13 @@ class ArchiveSheet(WorkSheet):
         except OcmmError as error:
             self.failed.emit(error)
             return
-        self.say(tr("Table written to {path}.").format(path=path))
+        self.show_message(tr("Table written to {path}.").format(path=path))
 
     def _next(self) -> None:
         if self._recalls():
             self.turn_to_recall()
         self.question.setCurrentIndex((self.question.currentIndex() + 1) % self.question.count())
-        self.ask()
+        self.query()
 
     def _show_fields(self) -> None:
         takes = QUESTIONS[self.question.currentIndex()].takes
@@ -292,7 +294,7 @@ class ArchiveSheet(WorkSheet):
             self.failed.emit(error)
             return None
         if place is None:
-            self.say(tr("The archive is off. Turn it on in Settings (Ctrl+,)."))
+            self.show_message(tr("The archive is off. Turn it on in Settings (Ctrl+,)."))
         return place
 
 

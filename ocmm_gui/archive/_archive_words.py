@@ -105,5 +105,5 @@ def ask_archive(place: ArchivePlace, question: str, asked: Query, tell: Tell) ->
     with open_archive(place.address, password=place.password, read_only=True) as archive:
         known = parts(archive)
         found = next((one for one in QUESTIONS if one.name == question), None)
-        answer = None if found is None else found.ask(archive, asked)
+        answer = None if found is None else found.answer(archive, asked)
         return ArchiveResult(answer, archive.place, known, standing)

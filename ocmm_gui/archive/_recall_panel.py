@@ -15,7 +15,7 @@ from ocmm_core.calibration.records import default_folder
 from ocmm_core.errors import InputError
 from ocmm_core.export import write_together
 from ocmm_core.inspection import recall
-from ocmm_core.inspection.archive import Outcome, RecallRecord
+from ocmm_core.inspection.finished import Outcome, RecallRecord
 from ocmm_core.inspection.recall import row
 from ocmm_core.wording import Speech
 from ocmm_gui import kit

@@ -48,15 +48,15 @@ class JobChangeCommands(QObject):
     def next_part(self, header: JobHeader) -> None:
         """Start a job for another part; emits `job_begun`."""
 
-        def begin() -> str:
+        def start() -> str:
             self._jobs.next_part(header)
             return ""
 
-        self._begin(begin)
+        self._start(start)
 
     def change_plan(self, path: Path, header: JobHeader) -> None:
         """Start a job with the plan of a file; emits `job_begun`."""
-        self._begin(lambda: self._jobs.change_plan(path, header))
+        self._start(lambda: self._jobs.change_plan(path, header))
 
     def go_on(self, path: Path) -> None:
         """Resume an open job (`job_begun`); if read-only, also emit `only_to_look`."""
@@ -69,22 +69,22 @@ class JobChangeCommands(QObject):
                     self.only_to_look.emit(path)
                 raise
 
-        self._begin(go_on)
+        self._start(go_on)
 
     def serve(self, start: Callable[[], str]) -> None:
         """Start a server that makes a job of its own; emits `job_begun`."""
-        self._begin(start)
+        self._start(start)
 
     def is_beginning(self) -> bool:
         return self._queue.begins
 
-    def _begin(self, call: Callable[[], str]) -> None:
+    def _start(self, call: Callable[[], str]) -> None:
         def done(words: str) -> None:
             if words:
                 self.job_left.emit(words)
             self.job_begun.emit()
 
-        def begin() -> str:
+        def start() -> str:
             words = call()
             # Evaluate first: until then the screen shows the previous job. The station reports
             # errors.
@@ -92,7 +92,7 @@ class JobChangeCommands(QObject):
                 self._job.view()
             return words
 
-        self._queue.begin(begin, done)
+        self._queue.start_job(start, done)
 
 
 class MaintenanceCommands(QObject):
@@ -231,7 +231,7 @@ class StationBridge(QObject):
         self.station.coach.start()
         if self._queue.begins:
             # The first touch belongs to the job being started.
-            self._queue.ask(
+            self._queue.query(
                 self.station.start, lambda _none: self._evaluator.wake(), self.failed.emit
             )
         else:

@@ -59,9 +59,9 @@ class CommandQueue:
         self.closed = False
         """No more commands are accepted."""
 
-    def take(self) -> None:
+    def record_point(self) -> None:
         if not self.closed:
-            self._takes.do(self._station.job.take, _done, self._failed)
+            self._takes.do(self._station.job.record_point, _done, self._failed)
 
     def do(self, call: Callable[[], None], done: Callable[[], None] = _done) -> None:
         """Queue a command; errors are emitted by signal."""
@@ -79,12 +79,12 @@ class CommandQueue:
         """Queue a session command, as `do`."""
         self.do(lambda: self._station.job.change(verb), done)
 
-    def ask(self, call: Callable[[], _T], done: Callable[[_T], None], failed: Failed) -> None:
+    def query(self, call: Callable[[], _T], done: Callable[[_T], None], failed: Failed) -> None:
         """Query a value after the queued commands."""
         if not self.closed:
             self._commands.do(call, done, failed)
 
-    def begin(self, call: Callable[[], str], done: Callable[[str], None]) -> None:
+    def start_job(self, call: Callable[[], str], done: Callable[[str], None]) -> None:
         """Start another job; ``done`` receives the fate of the previous one."""
 
         def begun(words: str) -> None:
@@ -121,8 +121,8 @@ class JobCommands:
     def __init__(self, queue: CommandQueue, shown: ShownJob) -> None:
         self._queue, self._shown = queue, shown
 
-    def take(self) -> None:
-        self._queue.take()
+    def record_point(self) -> None:
+        self._queue.record_point()
 
     def note_room(self, typed: TypedRoom, done: Callable[[], None]) -> None:
         who = self._shown.job.header.operator
@@ -236,7 +236,7 @@ class ResultCommands:
         self._queue.change(lambda session: session.accept_alignment(words), done)
 
     def report(self, done: Callable[[ReportData], None], failed: Failed) -> None:
-        self._queue.ask(self._station.reports.data, done, failed)
+        self._queue.query(self._station.reports.data, done, failed)
 
 
 class ServingCommands(QObject):

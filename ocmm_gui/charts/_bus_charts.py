@@ -74,7 +74,7 @@ class HistogramChart(Chart):
             if sum(histogram.counts)
             else tr("no values")
         )
-        self._say(f"{inside} {worst}".strip())
+        self._show_message(f"{inside} {worst}".strip())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         histogram = self._histogram
@@ -139,7 +139,7 @@ class RecentChart(Chart):
             if curve.values and curve.values[-1] is not None
         ]
         _, name, value = max(latest, default=(0.0, "", "–"))
-        self._say(f"{name} {value}".strip())
+        self._show_message(f"{name} {value}".strip())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = self._painter()
@@ -259,7 +259,7 @@ class HistoryChart(Chart):
             value, course = max(latest, key=lambda pair: abs(pair[0]))
             name = course.name if len(latest) > 1 else ""
             word = f"{name} {format(value, self._form)}".strip()
-        self._say(word or "–")
+        self._show_message(word or "–")
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = self._painter()

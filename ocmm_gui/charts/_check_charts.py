@@ -31,7 +31,7 @@ class ErrorChart(Plot):
         """Show all checks; name the one nearest to its limit."""
         self._checks, self._largest = tuple(checks), largest
         worst = checks[largest]
-        self._say(
+        self._show_message(
             tr("largest: {error} ({name})").format(
                 error=check_words(worst), name=said_word(worst.name)
             )
@@ -148,12 +148,12 @@ class InterimPlot(Plot):
     def __init__(self) -> None:
         super().__init__(tr("Interim checks, error in µm"))
         self._chart: InterimChart | None = None
-        self._say(tr("no checks yet"))
+        self._show_message(tr("no checks yet"))
 
     def show_chart(self, chart: InterimChart) -> None:
         self._chart = chart
         if not chart.points:
-            self._say(tr("no checks yet"))
+            self._show_message(tr("no checks yet"))
             return
         last = chart.points[-1]
         said = tr(
@@ -161,7 +161,7 @@ class InterimPlot(Plot):
             "1 check, last {error:+.1f} µm: {word}",
             len(chart.points),
         ).format(error=1e3 * last.check.error_mm, word=said_word(last.word.value))
-        self._say(f"{said_word(chart.doubt)}   {said}" if chart.doubt else said)
+        self._show_message(f"{said_word(chart.doubt)}   {said}" if chart.doubt else said)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = self._painter()

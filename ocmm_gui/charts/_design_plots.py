@@ -32,7 +32,7 @@ class MapPlot(Plot):
         span = tr("{least:.1f} to {most:.1f} µm")
         if known.size < found.space_um.size:
             span = tr("{least:.1f} to {most:.1f} µm; hatched: not seen")
-        self._say(
+        self._show_message(
             span.format(least=known.min(), most=known.max()) if known.size else tr("nothing seen")
         )
 
@@ -100,7 +100,9 @@ class BendingPlot(Plot):
     def show_mechanics(self, found: Mechanics | None) -> None:
         """Show the lines of a design; None for an unknown design."""
         self._found = found
-        self._say(tr("design not known") if found is None else tr("marks: LEDs; dashed: hand"))
+        self._show_message(
+            tr("design not known") if found is None else tr("marks: LEDs; dashed: hand")
+        )
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = self._painter()

@@ -45,7 +45,7 @@ class TipCourse(Plot):
         axes = ", ".join(
             localised(f"{name} {value:.1f}") for name, value in zip("XYZ", rms, strict=True)
         )
-        self._say(
+        self._show_message(
             tr("RMS {axes}; {left_out} left out").format(axes=axes, left_out=left_out or tr("none"))
         )
 
@@ -160,7 +160,7 @@ class TrailPlot(Plot):
         self._trails = tuple(_thinned(trail) for trail in trails)
         poses = sum(int(np.isfinite(one.paths_world[:, 0, 0]).sum()) for one in trails)
         leds = trails[0].paths_world.shape[1] if trails else 0
-        self._say(
+        self._show_message(
             tr(
                 "%n poses, {leds} LEDs; drag to rotate",
                 "1 pose, {leds} LEDs; drag to rotate",

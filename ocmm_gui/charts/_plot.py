@@ -58,7 +58,7 @@ class Plot(PaintedWidget):
     def word(self) -> str:
         return self._word
 
-    def _say(self, word: str) -> None:
+    def _show_message(self, word: str) -> None:
         self._word = word
         self.setAccessibleDescription(word)
         self.update()

@@ -45,7 +45,7 @@ class SensorArrows(Plot):
         spots = tr(
             "%n spots, {left_out} left out", "1 spot, {left_out} left out", len(used)
         ).format(left_out=left_out or tr("none"))
-        self._say(localised(f"RMS {rms:.4f} px, {spots}{kind}"))
+        self._show_message(localised(f"RMS {rms:.4f} px, {spots}{kind}"))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = self._painter()
@@ -113,7 +113,7 @@ class ResidualHistogram(Plot):
             self._counts = counts.astype(np.float64)
         beyond = int(np.count_nonzero(np.abs(values) > 3.0 * self._sigma))
         expected = 0.0027 * len(values)
-        self._say(
+        self._show_message(
             tr(
                 "RMS {sigma:.4f} px, {beyond} of {count} beyond 3 sigma ({expected:.0f} expected)"
             ).format(sigma=self._sigma, beyond=beyond, count=len(values), expected=expected)
@@ -186,14 +186,16 @@ class SpaceArrows(Plot):
         """Show vectors, mm, at places, mm; ``absent`` is shown if there are none."""
         self._places, self._vectors = places_world, vectors_world
         if not len(places_world):
-            self._say(absent)
+            self._show_message(absent)
             return
         rms = 1e3 * np.sqrt(np.mean(vectors_world**2, axis=0))
         worst = 1e3 * float(np.linalg.norm(vectors_world, axis=1).max())
         axes = ", ".join(
             localised(f"{name} {value:.1f}") for name, value in zip("XYZ", rms, strict=True)
         )
-        self._say(tr("RMS {axes} µm, largest {worst:.1f} µm").format(axes=axes, worst=worst))
+        self._show_message(
+            tr("RMS {axes} µm, largest {worst:.1f} µm").format(axes=axes, worst=worst)
+        )
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = self._painter()

@@ -28,7 +28,7 @@ class ComponentsPlot(Plot):
     def show_study(self, study: GaugeStudy | None) -> None:
         self._rows = ()
         if study is None:
-            self._say(tr("no study"))
+            self._show_message(tr("no study"))
             return
         um = 1e3
         self._rows = tuple(
@@ -41,7 +41,7 @@ class ComponentsPlot(Plot):
         tolerance = ""
         if study.tolerance_percent is not None:
             tolerance = tr(", {p:.1f} % of tolerance").format(p=study.tolerance_percent)
-        self._say(
+        self._show_message(
             tr("GRR {p:.1f} % of study{tolerance}, ndc {ndc}: {word}").format(
                 p=study.study_percent, tolerance=tolerance, ndc=study.ndc, word=study.word
             )
@@ -87,11 +87,13 @@ class OperatorsPlot(Plot):
         self._names = tuple(names)
         self._values = np.empty((0, 0, 0))
         if values is None or not values.size:
-            self._say(tr("no study"))
+            self._show_message(tr("no study"))
             return
         self._values = 1e3 * (values - values.mean(axis=(1, 2), keepdims=True))
         means = self._values.mean(axis=(0, 2))
-        self._say(tr("largest difference of operators {um:.1f} µm").format(um=float(np.ptp(means))))
+        self._show_message(
+            tr("largest difference of operators {um:.1f} µm").format(um=float(np.ptp(means)))
+        )
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = self._painter()
@@ -130,7 +132,7 @@ class RunPlot(Plot):
         """Show a study with its values, mm; ``width`` is the tolerance."""
         self._values, self._tenth = 1e3 * (np.asarray(values) - reference), 100.0 * width
         word = tr("CAPABLE") if study.capable else tr("NOT CAPABLE")
-        self._say(
+        self._show_message(
             tr("N {n}, Cg {cg:.2f} ({low:.2f} to {high:.2f}), Cgk {cgk:.2f}: {word}").format(
                 n=study.results, cg=study.cg, low=study.cg_low, high=study.cg_high,
                 cgk=study.cgk, word=word,

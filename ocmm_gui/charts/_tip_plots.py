@@ -200,7 +200,7 @@ class Bars(PaintedWidget):
             self.setAccessibleDescription(", ".join(f"{row.name} {row.value}" for row in rows))
             self.update()
 
-    def words(self) -> tuple[str, ...]:
+    def labels(self) -> tuple[str, ...]:
         return tuple(f"{row.name} {row.value}" for row in self._rows)
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 
-from ocmm_core.inspection.archive import Trend
+from ocmm_core.inspection.finished import Trend
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_gui import kit

@@ -180,19 +180,19 @@ class CoachPanel(kit.PaintedWidget):
 
     def show_coach(self, view: CoachView) -> None:
         self._view = view
-        self._tell()
+        self._show_hint()
 
     def show_refusal(self, refusal: Refusal) -> None:
         """Show the probe at a refused touch, for a while."""
         self._refusal = refusal
         self._end.start()
-        self._tell()
+        self._show_hint()
 
     def forget_refusal(self) -> None:
         """Show the coach's current state again."""
         self._refusal = None
         self._end.stop()
-        self._tell()
+        self._show_hint()
 
     def _on_end(self) -> None:
         self.forget_refusal()
@@ -213,7 +213,7 @@ class CoachPanel(kit.PaintedWidget):
         hint = self._view.hint
         return "" if hint is None else f"{hint_words(hint)}."
 
-    def words(self) -> str:
+    def message(self) -> str:
         """Return the text: a hint, a remedy, or U."""
         view = self._view
         if view.remedy:
@@ -224,8 +224,8 @@ class CoachPanel(kit.PaintedWidget):
             return tr("U {value} µm").format(value=_um(view.ellipsoid.u_mm))
         return ""
 
-    def _tell(self) -> None:
-        words = self.words()
+    def _show_hint(self) -> None:
+        words = self.message()
         about = [words]
         if self.shows_probe() and self._view.picture is not None:
             about += [
@@ -248,7 +248,7 @@ class CoachPanel(kit.PaintedWidget):
         painter = self._painter()
         frame = self._paint_panel(painter).adjusted(6, 4, -6, -4)
         view = self._view
-        words = "" if self._far else self.words()
+        words = "" if self._far else self.message()
         if words and frame.height() < _LOW * frame.width():
             left = QRectF(frame)
             left.setWidth(_PICTURE_SHARE * frame.width())
@@ -326,7 +326,7 @@ class CoachPanel(kit.PaintedWidget):
 
 
 def hint_words(hint: Hint) -> str:
-    turns = ", ".join(kit.said(turn.words) for turn in hint.turns)
+    turns = ", ".join(kit.said(turn.instruction) for turn in hint.turns)
     return tr("{turns}: U {now} → {then} µm").format(
         turns=turns, now=_um(hint.now_mm), then=_um(hint.then_mm)
     )

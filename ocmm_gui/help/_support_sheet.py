@@ -102,7 +102,7 @@ class SupportSheet(kit.Sheet):
         self.files.clear()
         self.text.clear()
         self.keys["write"].setEnabled(False)
-        self.say(tr("Gathering. Nothing is sent."))
+        self.show_message(tr("Gathering. Nothing is sent."))
         site, mask = self._site(), self.mask_names.isChecked()
         self._worker.do(
             lambda: support.draft_bundle(site, mask_names=mask), self._on_draft, self._on_failed
@@ -126,11 +126,11 @@ class SupportSheet(kit.Sheet):
         self.keys["write"].setEnabled(True)
         for name, box in self.parts.items():
             box.setToolTip(kit.literal(kit.said(draft.missing.get(name, "")) or box.text()))
-            box.setEnabled(bool(draft.of(name)))
+            box.setEnabled(bool(draft.items_of(name)))
         self._show_files()
 
     def _on_failed(self, error: Exception) -> None:
-        self.say(tr("Failed; nothing was written."))
+        self.show_message(tr("Failed; nothing was written."))
         self.failed.emit(error)
 
     def _show_files(self) -> None:
@@ -149,7 +149,7 @@ class SupportSheet(kit.Sheet):
         else:
             self.text.clear()
         total = kit.localised(f"{sum(len(item.content) for item in self._shown) / 1024:.0f}")
-        self.say(
+        self.show_message(
             tr(
                 "%n files, {size} KiB. This is all that is packed; nothing is sent. Passwords "
                 "and keys are never in it.",
@@ -195,7 +195,7 @@ class SupportSheet(kit.Sheet):
 
     def _on_not_written(self, error: Exception) -> None:
         if not isinstance(error, OcmmError):
-            self.say(tr("Failed; nothing was written."))
+            self.show_message(tr("Failed; nothing was written."))
         self.failed.emit(error)
 
 
@@ -231,7 +231,7 @@ class KeysSheet(kit.Sheet):
         self._show()
         self.table.fit_columns(len(_COLUMNS) - 1)
         self.body.addWidget(self.table, 1)
-        self.say(
+        self.show_message(
             tr(
                 "F1 to F5, F11 and F12 mean the same everywhere; F6 to F10 belong to the page. "
                 "Settings changes keys."
@@ -295,9 +295,9 @@ class AboutSheet(kit.Sheet):
 
     def copy(self) -> None:
         """Copy the table to the clipboard."""
-        rows = (": ".join(self.table.words(row)) for row in range(self.table.rowCount()))
+        rows = (": ".join(self.table.cells(row)) for row in range(self.table.rowCount()))
         QGuiApplication.clipboard().setText("\n".join(("OCMM", *rows)))
-        self.say(tr("Copied. Paste it into a message to support."))
+        self.show_message(tr("Copied. Paste it into a message to support."))
 
     def _show(self, number: int) -> None:
         document = DOCUMENTS[number]
@@ -333,7 +333,9 @@ class SecondScreenSheet(kit.Sheet):
         row = kit.hbox(self.code, (words, 1), spacing=28)
         row.setAlignment(self.code, Qt.AlignmentFlag.AlignTop)
         self.body.addLayout(row, 1)
-        self.say(tr("Scan the code with the camera of the tablet; the page opens in its browser."))
+        self.show_message(
+            tr("Scan the code with the camera of the tablet; the page opens in its browser.")
+        )
         self.use_keys({"start": start, "stop": stop}, primary="start")
         self.show_state(None)
 

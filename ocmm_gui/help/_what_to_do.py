@@ -307,4 +307,6 @@ class WhatToDoSheet(kit.Sheet):
     def search(self, wanted: str) -> None:
         found = answers(wanted)
         self.table.show_answers(found)
-        self.say(tr("%n lines", "1 line", len(found)) if found else tr("Nothing found. Type less."))
+        self.show_message(
+            tr("%n lines", "1 line", len(found)) if found else tr("Nothing found. Type less.")
+        )

@@ -64,7 +64,7 @@ class FileBrowser(QWidget):
         self.files = _list(tr("Files of the folder"))
         self.told = kit.sentence_label(tr("About the folder"), 14, role="muted")
         self.take = wide_button(tr("Choose this folder"), "primary")
-        self.take.clicked.connect(lambda: self._give(self._folder))
+        self.take.clicked.connect(lambda: self._submit(self._folder))
         cancel = wide_button(tr("Cancel"), "plain")
         cancel.clicked.connect(self.left)
         head = kit.hbox((self.path, 1), self.take, cancel)
@@ -143,11 +143,11 @@ class FileBrowser(QWidget):
         if path.is_dir():
             self._go(path)
         elif path.is_file() and self._wanted is not FileType.FOLDER:
-            self._give(path)
+            self._submit(path)
         else:
             self.told.setText(tr("{path}: not there, or not what is looked for.").format(path=path))
 
-    def _give(self, path: Path) -> None:
+    def _submit(self, path: Path) -> None:
         self.chosen.emit(path)
 
 

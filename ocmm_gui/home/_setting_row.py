@@ -150,9 +150,9 @@ class SettingRow(QObject):
         if in_job and spec.applies is Applies.REOPEN:
             told.append(tr("Used when the job is opened."))
         self._about = " ".join(told)
-        self._say(self._about, fault=False)
+        self._show_message(self._about, fault=False)
 
-    def take(self, text: str) -> None:
+    def set_text(self, text: str) -> None:
         self.field.setText(text)
         self.field.setModified(True)
         self._on_finished()
@@ -165,9 +165,9 @@ class SettingRow(QObject):
         try:
             value_of_text(self.spec, text)
         except InputError as error:
-            self._say(kit.said(error.what), fault=True)
+            self._show_message(kit.said(error.what), fault=True)
         else:
-            self._say(tr("Return takes it."), fault=False)
+            self._show_message(tr("Return takes it."), fault=False)
 
     def _on_finished(self) -> None:
         if not self.field.isModified():
@@ -175,27 +175,27 @@ class SettingRow(QObject):
         try:
             value = value_of_text(self.spec, self.field.text())
         except InputError as error:
-            self._say(kit.said(error.what), fault=True)
+            self._show_message(kit.said(error.what), fault=True)
             return
         self.field.setModified(False)
         if value != self._shown:
             self._commit(value)
         else:
             self.field.setText(_typed(self.spec, value))
-            self._say(self._about, fault=False)
+            self._show_message(self._about, fault=False)
 
     def _on_left(self) -> None:
         if self.field.isModified():
             self.field.setModified(False)
             self.field.setText(_typed(self.spec, self._shown))
-            self._say(self._about, fault=False)
+            self._show_message(self._about, fault=False)
         else:
             self.left.emit()
 
     def _commit(self, value: Value) -> None:
         self.committed.emit(self.spec.key, value)
 
-    def _say(self, text: str, *, fault: bool) -> None:
+    def _show_message(self, text: str, *, fault: bool) -> None:
         kit.use_role(self.told, "bad" if fault else "muted")
         self.told.setText(text)
         self.told.setToolTip(kit.literal(text))

@@ -199,7 +199,7 @@ class SettingsPage(kit.Sheet):
 
     def _on_chosen(self, path: Path) -> None:
         self._whole.setCurrentIndex(0)
-        self.rows[self._browsed].take(str(path))
+        self.rows[self._browsed].set_text(str(path))
 
     def _show(self) -> None:
         for row in self.rows.values():
@@ -214,7 +214,7 @@ class SettingsPage(kit.Sheet):
         self.notes.setVisible(bool(notes))
         if self._waiting:
             names = ", ".join(kit.said_word(spec_of(key).label) for key in sorted(self._waiting))
-            self.say(
+            self.show_message(
                 tr("Used from the next opening of the job: {names}. F8 opens it again now.").format(
                     names=names
                 )
@@ -226,4 +226,4 @@ class SettingsPage(kit.Sheet):
                 "1 setting differs from the default (●).",
                 count,
             )
-            self.say(f"{differ} {kit.said(self._store.places())}")
+            self.show_message(f"{differ} {kit.said(self._store.places())}")

@@ -38,15 +38,15 @@ class KeyList(QWidget):
             tr("Choose an action and press Change; a foot switch is set up likewise."),
         )  # fmt: skip
         self.capture = _Capture()
-        self.capture.pressed_key.connect(self.take)
+        self.capture.pressed_key.connect(self.assign)
         self.capture.given_up.connect(self._give_up)
         self._change = wide_button(tr("Change"))
-        self._change.clicked.connect(self._begin)
+        self._change.clicked.connect(self._start)
         self._default = wide_button(tr("Default key"))
         self._default.clicked.connect(self.restore)
         row = kit.hbox(self._change, self._default, (self.capture, 1))
         kit.vbox((self.list, 1), self.told, row, parent=self, margins=0)
-        self.list.itemActivated.connect(lambda _item: self._begin())
+        self.list.itemActivated.connect(lambda _item: self._start())
         self.show_keys({})
 
     def show_keys(self, changed: Mapping[str, tuple[str, ...]]) -> None:
@@ -64,7 +64,7 @@ class KeyList(QWidget):
     def select(self, key: str) -> None:
         self.list.setCurrentRow([info.key for info in kit.ACTIONS].index(key))
 
-    def take(self, shortcut: str) -> None:
+    def assign(self, shortcut: str) -> None:
         """Assign a key to the selected action, or show why not."""
         info = self._chosen()
         other = kit.conflict_of(info.key, shortcut, self._changed)
@@ -108,7 +108,7 @@ class KeyList(QWidget):
     def _chosen(self) -> kit.ActionInfo:
         return kit.ACTIONS[max(self.list.currentRow(), 0)]
 
-    def _begin(self) -> None:
+    def _start(self) -> None:
         self.told.setText(
             tr("Press the new key of {action}. Esc keeps the old one.").format(
                 action=tr(self._chosen().text)

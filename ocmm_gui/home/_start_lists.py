@@ -24,8 +24,8 @@ from ocmm_gui.kit import later, tr
 from ocmm_gui.work import SideProcess, Teller
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.archive import LastJob
     from ocmm_core.inspection.evaluation import JobView
+    from ocmm_core.inspection.finished import LastJob
     from ocmm_core.inspection.plan import PlanSummary
 
 
@@ -47,15 +47,15 @@ def judge_jobs(
     paths: tuple[Path, ...], probes: Path | None, calibrations: Path | None, tell: Teller
 ) -> None:
     """Send a `JobCardData` for each path; folders as `reopen_job`."""
-    from ocmm_core.inspection.archive import reopen_job
+    from ocmm_core.inspection.finished import reopen_job
 
     for path in paths:
         try:
             job = reopen_job(path, probes, calibrations=calibrations)
         except OcmmError as fault:
-            tell.give(JobCardData(path, fault=fault))
+            tell.send(JobCardData(path, fault=fault))
         else:
-            tell.give(JobCardData(path, job.view, job.doubts))
+            tell.send(JobCardData(path, job.view, job.doubts))
 
 
 class JobCards(kit.Themed, QListWidget):
@@ -204,14 +204,14 @@ class PlanChoice(kit.Sheet):
     def __init__(self) -> None:
         super().__init__(tr("New job: choose the plan"), _KEYS)
         self.list = kit.dressed(QListWidget(), tr("Plans"), font=kit.text_font(18))
-        self.list.itemActivated.connect(lambda _item: self._begin())
+        self.list.itemActivated.connect(lambda _item: self._start())
         self.body.addWidget(self.list, 1)
-        self.use_keys({"other": self.other_wanted.emit, "begin": self._begin}, primary="begin")
+        self.use_keys({"other": self.other_wanted.emit, "begin": self._start}, primary="begin")
 
     def open(self) -> None:
         """Show that plans are being read; `show_plans` follows."""
         self.list.clear()
-        self.say(tr("Reading the plans"))
+        self.show_message(tr("Reading the plans"))
         self.list.setFocus()
 
     def show_plans(self, plans: tuple[PlanSummary, ...]) -> None:
@@ -228,12 +228,12 @@ class PlanChoice(kit.Sheet):
             item.setData(_PATH, plan.path)
             item.setToolTip(kit.literal("\n".join((str(plan.path), *remarks))))
             item.setSizeHint(QSize(200, _PLAN_ROW_PX))
-        self.say(tr("Return or F8 goes on with the selected plan."))
+        self.show_message(tr("Return or F8 goes on with the selected plan."))
         if plans:
             self.list.setCurrentRow(0)
         self.list.setFocus()
 
-    def _begin(self) -> None:
+    def _start(self) -> None:
         item = self.list.currentItem()
         if item is not None:
             path: Path = item.data(_PATH)
@@ -242,7 +242,7 @@ class PlanChoice(kit.Sheet):
 
 def listed_jobs(folder: Path, recent: tuple[Path, ...]) -> tuple[LastJob, ...]:
     """Return the last jobs of the folder, and recent ones."""
-    from ocmm_core.inspection.archive import last_jobs
+    from ocmm_core.inspection.finished import last_jobs
 
     return last_jobs(folder, recent)
 

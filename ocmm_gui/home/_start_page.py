@@ -16,7 +16,7 @@ from ocmm_gui.kit import later, tr
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StateLine, StationState
-    from ocmm_core.inspection.archive import LastJob
+    from ocmm_core.inspection.finished import LastJob
 
 START_ACTIONS = (
     kit.ActionInfo("new", later("New job"), later("Choose a plan and measure a part"), ("F2",)),

@@ -25,7 +25,7 @@ from ocmm_gui.work import Worker
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationState
-    from ocmm_core.inspection.archive import LastJob
+    from ocmm_core.inspection.finished import LastJob
     from ocmm_gui.archive import ArchiveSheet
     from ocmm_gui.help import AboutSheet
     from ocmm_gui.home._settings_page import SettingsPage

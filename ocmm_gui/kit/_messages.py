@@ -29,7 +29,7 @@ def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3)
 
 def shape_word(shape: Shape) -> str:
     """Return the displayed name of a shape."""
-    return said_word(shape.words)
+    return said_word(shape.label)
 
 
 _LONG_NAME = 16
@@ -360,7 +360,7 @@ def verdict_line(summary: VerdictSummary) -> str:
     """Return the verdict of a feature, with counts for several characteristics."""
     if summary.verdict is None:
         return tr("NO TOLERANCE")
-    return said(summary.words) or said_word(summary.verdict.value)
+    return said(summary.share) or said_word(summary.verdict.value)
 
 
 def counted_line(job: evaluation.JobView) -> str:

@@ -138,9 +138,9 @@ class FieldPanel(QFrame):
         text = self.field.text().strip()
         if text:
             self.hide()
-            self._give(text)
+            self._submit(text)
 
-    def _give(self, text: str) -> None:
+    def _submit(self, text: str) -> None:
         raise NotImplementedError
 
 
@@ -188,7 +188,7 @@ class PathPanel(FieldPanel):
         self.field.setText(path)
         self.field.setFocus()
 
-    def _give(self, text: str) -> None:
+    def _submit(self, text: str) -> None:
         self.given.emit(Path(text).expanduser())
 
 
@@ -353,7 +353,7 @@ class ReasonPanel(FieldPanel):
         self._label.setText(tr("Reason for deleting point {number}").format(number=number))
         self._open(tr(PROPOSAL))
 
-    def _give(self, text: str) -> None:
+    def _submit(self, text: str) -> None:
         self.given.emit(self._number, text)
 
 
@@ -365,7 +365,7 @@ class WorkBar(QProgressBar):
         self.setAccessibleName(name)
         self.hide()
 
-    def begin(self, what: str = "") -> None:
+    def start(self, what: str = "") -> None:
         """Show the start of work; without a step only that something is done."""
         self.setRange(0, 100 if what else 0)
         self.setValue(0)

@@ -232,7 +232,7 @@ class DataTable(Themed, QTableWidget):
             self._cell(row, column).setFont(digit_font(pixels, bold=False))
             self._cell(row, column).setTextAlignment(RIGHT)
 
-    def words(self, row: int) -> tuple[str, ...]:
+    def cells(self, row: int) -> tuple[str, ...]:
         return tuple(self._cell(row, column).text() for column in range(self.columnCount()))
 
     def _cell(self, row: int, column: int) -> QTableWidgetItem:

@@ -57,7 +57,7 @@ class Sheet(QWidget):
         above = hbox(head, (self._about, 1), spacing=18)
         vbox(above, (self.body, 1), self._row, parent=self, spacing=8, margins=(14, 8, 14, 10))
 
-    def say(self, about: str, *, warns: bool = False) -> None:
+    def show_message(self, about: str, *, warns: bool = False) -> None:
         """Show a sentence next to the title, optionally in warning colour."""
         use_role(self._about, "warn" if warns else "muted")
         self._about.setText(about)

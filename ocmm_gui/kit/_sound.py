@@ -191,7 +191,7 @@ class Approach:
         self._step: int | None = None
         self.enabled = True
 
-    def feed(self, target: Target | None, tip_world: Float | None) -> None:
+    def update(self, target: Target | None, tip_world: Float | None) -> None:
         """Sound the ball position if it came nearer or moved away."""
         if target is None or tip_world is None or self._player is None or not self.enabled:
             self._step = None

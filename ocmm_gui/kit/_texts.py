@@ -78,7 +78,7 @@ def said(text: str) -> str:
     language = language_in_use()
     if language == ENGLISH:
         return text
-    return _catalogue(language, numbers_in_use().comma).of(text)
+    return _catalogue(language, numbers_in_use().comma).translate(text)
 
 
 def said_word(text: str) -> str:

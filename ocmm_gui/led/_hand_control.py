@@ -206,7 +206,7 @@ class HandControl(QObject):
 
     def calls(self) -> dict[str, Callable[[], None]]:
         """Return the commands by action key."""
-        return {"hand": self.toggle, "tour": self.toggle_tour, "take": self.take}
+        return {"hand": self.toggle, "tour": self.toggle_tour, "take": self.record_point}
 
     def toggle(self) -> None:
         hand = self._hand
@@ -229,19 +229,19 @@ class HandControl(QObject):
         self.strip.show_hand(taken=hand.taken)
         if hand.taken:
             self._view.setFocus()
-        self._look()
+        self._poll()
 
     def close(self) -> None:
         """Stop filtering input; call before the window closes."""
         self.tour.end()
         self.lead.set_leading(False)
 
-    def take(self) -> None:
+    def record_point(self) -> None:
         """Take a point: with the button of the led probe, or as the key does."""
         if self._hand is not None and self._hand.taken:
             self._hand.press()
         else:
-            self._bridge.job.take()
+            self._bridge.job.record_point()
 
     def toggle_tour(self) -> None:
         if self._hand is None:
@@ -251,7 +251,7 @@ class HandControl(QObject):
             self.tour.end()
         else:
             self._to_desk()
-            self.tour.begin()
+            self.tour.start()
         self._show_step()
 
     def show_live(self, _live: LiveView) -> None:
@@ -264,7 +264,7 @@ class HandControl(QObject):
         seen = self._hand.view()
         if seen.taken:
             self._view.show_aim(seen.hand.aim_world, seen.hand.normal_world)
-        self._look()
+        self._poll()
 
     def show_practice(self, *, practises: bool) -> None:
         """Show that a practised wizard does not count; the strip is above all pages."""
@@ -282,7 +282,7 @@ class HandControl(QObject):
         if self._hand is not None:
             self._hand.touch_at(origin, toward)  # type: ignore[arg-type]  # arrays, by a signal
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         if self._hand is None or not self.tour.runs:
             return
         job = self._bridge.shown.job

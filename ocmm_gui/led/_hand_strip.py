@@ -199,7 +199,7 @@ class Tour:
         """Return the step number, from 1; 0 if not running."""
         return 0 if self._place is None else self._place + 1
 
-    def begin(self) -> None:
+    def start(self) -> None:
         self._place, self._begun = 0, None
 
     def end(self) -> None:

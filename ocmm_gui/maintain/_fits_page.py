@@ -83,7 +83,7 @@ class FitsPage(QWidget):
             return
         folder = Path(self.folder.text().strip() or ".").expanduser()
         convention = Convention[self.convention.currentText()]
-        self.progress.begin()
+        self.progress.start()
         self.button.setText(tr("Cancel"))
         self.outcome.show_text(tr("Fitting"), "muted", kit.Mark.ACTIVE)
         self._process.start(partial(verified, folder, convention))

@@ -103,7 +103,7 @@ class ProbeDesignPage(QWidget):
         self._sentence.setText(tr(_ASK))
         self._wait(False)
 
-    def words(self) -> str:
+    def summary(self) -> str:
         parts = (self._sentence, self._nearest, self._mechanics)
         return "\n".join([self._labels.text(), *(part.text() for part in parts)])
 
@@ -143,7 +143,7 @@ class ProbeDesignPage(QWidget):
         self.button.setText(tr("Cancel") if waiting else tr("Examine"))
         self.button.setAccessibleName(self.button.text())
         if waiting:
-            self._progress.begin(tr("Starting"))
+            self._progress.start(tr("Starting"))
         else:
             self._progress.hide()
         for field in self.fields.values():

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import RecallRecord
+from ocmm_core.inspection.finished import RecallRecord
 from ocmm_core.inspection.recall import KeptPlaces, decide, recall
 from ocmm_gui.archive import RecallResult, write_recall
 from ocmm_gui.kit import ActionInfo, PathPanel, fill, language_in_use, later, tr
@@ -73,7 +73,7 @@ class RecallSheet(WorkSheet):
             },
             primary="folder",
         )
-        self.say(tr("Select the folder with the jobs (F7). Job files are not changed."))
+        self.show_message(tr("Select the folder with the jobs (F7). Job files are not changed."))
 
     def open(self) -> None:
         """Recall the jobs of the default folder, unless some are shown already."""
@@ -84,8 +84,8 @@ class RecallSheet(WorkSheet):
     def read(self, folder: Path) -> None:
         """Recall the jobs of a folder, without blocking."""
         self._asked = KeptPlaces((folder,), self._calibrations(), self._probes())
-        self._begin(tr("Starting"), partial(_recalled, self._asked))
-        self.say(
+        self._start(tr("Starting"), partial(_recalled, self._asked))
+        self.show_message(
             tr("Checks the jobs in {folder}. Job files are not changed.").format(folder=folder)
         )
         self.result.table.setFocus()
@@ -96,7 +96,7 @@ class RecallSheet(WorkSheet):
         if record is None or places is None:
             return
         self._asked = places
-        self._begin(tr("Storing the recall"), partial(_decided, record, places, self._who()))
+        self._start(tr("Storing the recall"), partial(_decided, record, places, self._who()))
 
     def ask_for_pages(self) -> None:
         record, _ = self._shown()
@@ -106,7 +106,7 @@ class RecallSheet(WorkSheet):
     def write(self, path: Path) -> None:
         record, _ = self._shown()
         if record is not None:
-            self._begin(
+            self._start(
                 tr("Creating the pages"), partial(write_recall, record, path, language_in_use())
             )
 
@@ -140,5 +140,5 @@ class RecallSheet(WorkSheet):
         elif isinstance(answer, RecallRecord):
             self._places = self._asked
             self.file.hide()
-            self.say(self.result.show_record(answer))
+            self.show_message(self.result.show_record(answer))
             self.result.table.setFocus()

@@ -49,7 +49,7 @@ class WireView(kit.PaintedWidget):
             self.setToolTip(kit.literal(kit.said(wire.words)))
             self.update()
 
-    def words(self) -> str:
+    def summary(self) -> str:
         return kit.said(self._wire.words) if self._wire is not None else ""
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -21,7 +21,7 @@ class SearchField(kit.FormField):
     moved = Signal(int)
 
     @classmethod
-    def of(cls, name: str, tip: str) -> SearchField:
+    def with_tip(cls, name: str, tip: str) -> SearchField:
         field = kit.dressed(cls(""), name)
         field.setToolTip(kit.literal(tip))
         field.setPlaceholderText(tip)
@@ -89,7 +89,7 @@ class ManualSheet(kit.Sheet):
         self._read: list[_Read] = []
         self._now = -1
         self._came_from: tuple[QWidget | None, QWidget | None] = (None, None)
-        self.field = SearchField.of(tr("Search the manual"), tr("Words to search for"))
+        self.field = SearchField.with_tip(tr("Search the manual"), tr("Words to search for"))
         self.list = kit.dressed(
             QListWidget(), tr("Chapters and what was found"), font=kit.text_font(14)
         )
@@ -118,12 +118,12 @@ class ManualSheet(kit.Sheet):
         )  # fmt: skip
         self._zooms()
         self._list()
-        self._tell()
+        self._show_status()
 
     def open(self, reference: str = "") -> None:
         """Show a section, ``document.md#section``, by default the first."""
         self.field.clear()
-        self._go(_Read(Place.of(reference or FIRST)))
+        self._go(_Read(Place.from_reference(reference or FIRST)))
         if self.text is not None:
             self.text.setFocus()
 
@@ -172,18 +172,18 @@ class ManualSheet(kit.Sheet):
         self.text.show_place(read.place, read.words)
         if not self.field.text():
             self._select(read.place)
-        self._tell()
+        self._show_status()
         self.text.setFocus()
 
-    def _tell(self) -> None:
+    def _show_status(self) -> None:
         self.keys["before"].setEnabled(self._now > 0)
         self.keys["after"].setEnabled(self._now + 1 < len(self._read))
         chapter = None if self._manual is None or not self._read else self._chapter()
         self._remark_on(chapter)
         if chapter is None:
-            self.say(tr("Tab and Return follow a link."))
+            self.show_message(tr("Tab and Return follow a link."))
         else:
-            self.say(
+            self.show_message(
                 tr("{part}: {title}. Tab and Return follow a link.").format(
                     part=tr(_PARTS[chapter.part]), title=chapter.title
                 )
@@ -210,7 +210,7 @@ class ManualSheet(kit.Sheet):
         if self._manual is not None and now is not None:
             place = self._manual.resolve(now.document, link)
         if place is None:
-            self.say(tr("{link} is not part of the manual.").format(link=link))
+            self.show_message(tr("{link} is not part of the manual.").format(link=link))
             return
         self._go(_Read(place))
 
@@ -257,7 +257,7 @@ class ManualSheet(kit.Sheet):
         reference = item.data(_PLACE)
         if reference:
             words = tuple(self.field.text().split())
-            self._go(_Read(Place.of(reference), words))
+            self._go(_Read(Place.from_reference(reference), words))
 
     def _take_first(self) -> None:
         item = self.list.currentItem()
@@ -272,7 +272,7 @@ class ManualSheet(kit.Sheet):
     def _select(self, place: Place) -> None:
         for row in range(self.list.count()):
             reference = self.list.item(row).data(_PLACE)
-            if reference and Place.of(reference).document == place.document:
+            if reference and Place.from_reference(reference).document == place.document:
                 self.list.setCurrentRow(row)
                 return
 

@@ -140,7 +140,7 @@ class FarView(CoachedView):
         # From afar the first sentence suffices.
         step, point, rest = kit.next_step(job, self._live).partition(". ")
         summary = NO_VERDICT if feature is None or job.shows_part else job.verdict_of(feature.name)
-        counted = f"{summary.deciding}: {kit.said(summary.words)}." if summary.words else ""
+        counted = f"{summary.deciding}: {kit.said(summary.share)}." if summary.share else ""
         hint = self.coach.hint()
         parts = (hint, counted, rest, far_off, kit.step_text(job))
         words = " ".join(part for part in parts if part)
@@ -188,8 +188,8 @@ class FarView(CoachedView):
         """Return the verdict, with its count if still legible from afar."""
         if summary.verdict is None:
             return kit.verdict_line(summary)
-        short = kit.said(summary.words.replace(" of ", "/"))
-        for words in (kit.said(summary.words), short):
+        short = kit.said(summary.share.replace(" of ", "/"))
+        for words in (kit.said(summary.share), short):
             if words and self.verdict.size_of(words) >= kit.far_type(self):
                 return words
         return kit.said_word(summary.verdict.value)

@@ -320,7 +320,7 @@ class FeaturePanel(kit.Themed, QFrame):
 
 
 def subject(result: CharacteristicResult) -> str:
-    return f"{kit.said_word(spec_of(result.kind).words)} {' – '.join(result.features)}"
+    return f"{kit.said_word(spec_of(result.kind).label)} {' – '.join(result.features)}"
 
 
 def _label(name: str, font: QFont, *, text: str = "", muted: bool = False) -> QLabel:

@@ -15,8 +15,8 @@ from PySide6.QtWidgets import QCompleter, QLineEdit, QListWidget, QListWidgetIte
 
 from ocmm_core.ambient import TypedRoom
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import BatchPart, next_serial, parts_of_batch
 from ocmm_core.inspection.evaluation import JobHeader, JobView
+from ocmm_core.inspection.finished import BatchPart, next_serial, parts_of_batch
 from ocmm_core.inspection.plan import PlanSummary, list_plans, plan_card
 from ocmm_gui import kit
 from ocmm_gui.bridge import StationBridge
@@ -53,7 +53,7 @@ class JobSheet(kit.Sheet):
     def __init__(self, bridge: StationBridge) -> None:
         super().__init__(tr("Job"), _KEYS)
         self._bridge = bridge
-        self.fields = self._form(_FIELDS, self.begin)
+        self.fields = self._form(_FIELDS, self.start)
         self.room = self._form(_ROOM, self.note_room)
         # A folder may hold many files on a slow disk.
         self._lists = Worker("ocmm-lists", self)
@@ -104,7 +104,7 @@ class JobSheet(kit.Sheet):
                 "next_part": self.next_part,
                 "plan": lambda: self.plan_file.ask(self._plan_folder()),
                 "go_on": self.go_on,
-                "begin": self.begin,
+                "begin": self.start,
             },
             primary="begin",
         )
@@ -140,7 +140,7 @@ class JobSheet(kit.Sheet):
         """Fill in known values, with the focus in the first field."""
         header = self._proposal(job)
         self._list_plans()
-        self.say(tr("Current job: {job}.").format(job=job.job))
+        self.show_message(tr("Current job: {job}.").format(job=job.job))
         for key, field in self.fields.items():
             field.setText(str(getattr(header, key)))
         self._list_jobs()
@@ -148,7 +148,7 @@ class JobSheet(kit.Sheet):
         self.fields["operator"].setFocus()
         self.fields["operator"].selectAll()
 
-    def begin(self) -> None:
+    def start(self) -> None:
         words = {key: field.text().strip() for key, field in self.fields.items()}
         header = JobHeader(part=self._bridge.station.job.plan.part, **words)
         card = self._cards[self.plans.currentIndex()]
@@ -201,7 +201,7 @@ class JobSheet(kit.Sheet):
 
     def _show_beginning(self) -> None:
         if self._bridge.jobs.is_beginning():
-            self.work.begin(tr("Starting the job"))
+            self.work.start(tr("Starting the job"))
 
     def _on_failed(self, _error: object) -> None:
         if not self._bridge.jobs.is_beginning():

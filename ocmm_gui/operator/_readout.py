@@ -278,15 +278,15 @@ class Feedback:
             return
         if job.complete and not previous.complete:
             # The part verdict includes the last feature.
-            self._tell(job.part_verdict.shown_as)
+            self._signal(job.part_verdict.shown_as)
             return
         before = {feature.name: feature.state for feature in previous.features}
         for feature in job.features:
             state = before.get(feature.name)
             if feature.state is FeatureState.DONE and state is not FeatureState.DONE:
-                self._tell(job.verdict_of(feature.name).verdict)
+                self._signal(job.verdict_of(feature.name).verdict)
 
-    def _tell(self, verdict: Verdict | None) -> None:
+    def _signal(self, verdict: Verdict | None) -> None:
         self.play(kit.verdict_sound(verdict))
         self._readout().flash(good=verdict in (None, Verdict.CONFORM))
 
@@ -299,7 +299,7 @@ class Feedback:
 
     def way(self, target: Target | None, tip_world: Float | None) -> None:
         """Play the approach of the ball, (3,) mm, to the target."""
-        self._approach.feed(target, tip_world)
+        self._approach.update(target, tip_world)
 
     def toggle_tone(self) -> None:
         self._approach.enabled = not self._approach.enabled

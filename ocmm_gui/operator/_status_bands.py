@@ -84,7 +84,7 @@ class MarkedLine(kit.Themed, QFrame):
     def text(self) -> str:
         return self._text.text()
 
-    def _say(self, text: str) -> None:
+    def _show(self, text: str) -> None:
         self._text.setText(text)
         self._text.setToolTip(text)
         self._paint()
@@ -122,7 +122,7 @@ class TipLine(MarkedLine):
             return
         before, self._view, self._place, self._pixels = self._view, view, place, pixels
         self._mark.show()
-        self._say(tip_words(view, place))
+        self._show(tip_words(view, place))
         if before is not None and (before.blocking_reason is None) != (
             view.blocking_reason is None
         ):
@@ -214,7 +214,7 @@ class TrustBar(MarkedLine):
         text = trust_words(view, place)
         if place is not TrustPlace.FAR:
             text = f"{text} {beside}".strip()
-        self._say(text)
+        self._show(text)
         self.setVisible(bool(text))
 
     def _paint(self) -> None:

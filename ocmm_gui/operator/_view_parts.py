@@ -234,10 +234,10 @@ class TargetRing(kit.PaintedWidget):
         approximate = target is not None and target.approximate
         if (distance, approximate) != (self._distance, self._approximate):
             self._distance, self._approximate = distance, approximate
-            self.setAccessibleDescription(self.words())
+            self.setAccessibleDescription(self.distance_text())
             self.update()
 
-    def words(self) -> str:
+    def distance_text(self) -> str:
         """Return the distance in words; empty if unknown."""
         if self._distance is None:
             return ""

@@ -303,7 +303,9 @@ class ModelImport(QObject):
     def _take_offers(self, taken: tuple[Offer, ...]) -> None:
         if self._read is not None:
             draft = self._draft()
-            self.importing.take(draft.plan, self._read, taken, draft.path, self.choice.zone_mm())
+            self.importing.import_selection(
+                draft.plan, self._read, taken, draft.path, self.choice.zone_mm()
+            )
             self.close()
 
     def _on_imported(self, found: ImportResult) -> None:

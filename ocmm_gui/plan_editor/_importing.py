@@ -239,7 +239,7 @@ class ImportLine(WorkLine):
             lambda given_up: plans.part_of_plan(plan, folder, given_up.is_set, self._reading.emit),
         )
 
-    def take(
+    def import_selection(
         self,
         plan: plans.Plan,
         model: LoadedModel,
@@ -260,7 +260,7 @@ class ImportLine(WorkLine):
         self._given_up.set()
         given_up = self._given_up = threading.Event()
         self._reads = True
-        self.begin(words, tr("Shift+F9 cancels."))
+        self.start(words, tr("Shift+F9 cancels."))
         self._worker.do(
             lambda: work(given_up),
             lambda found: self._done(given_up, found),
@@ -291,7 +291,7 @@ class ImportLine(WorkLine):
 
     def _show_progress(self, what: str) -> None:
         if self._reads:
-            self.begin(tr("Importing: {what}.").format(what=said(what)), tr("Shift+F9 cancels."))
+            self.start(tr("Importing: {what}.").format(what=said(what)), tr("Shift+F9 cancels."))
 
     def _not_done(self, given_up: threading.Event, error: Exception) -> None:
         if not given_up.is_set():

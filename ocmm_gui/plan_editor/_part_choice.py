@@ -108,7 +108,7 @@ class PartChoice(kit.Themed, QFrame):
         """Return the selected lines, from 0."""
         return [row for row in range(len(self._lines)) if self._is_chosen(row)]
 
-    def words(self) -> str:
+    def message(self) -> str:
         """Return the message about the selection."""
         return f"{self._told.text()} {self._about.text()}".strip()
 
@@ -246,7 +246,7 @@ class ModelChoice(PartChoice):
             read.model.part,
             [
                 ChoiceLine(
-                    _words(offer), tuple(face - 1 for face in offer.faces),
+                    _text(offer), tuple(face - 1 for face in offer.faces),
                     not offer.against and offer.free_form is None, offer.against,
                 )
                 for offer in self._offers
@@ -305,7 +305,7 @@ class ModelChoice(PartChoice):
         return tr("{name} can be touched.").format(name=name)
 
 
-def _words(offer: Offer) -> str:
+def _text(offer: Offer) -> str:
     """Return a line: name, shape, size, and reason against it."""
     feature = offer.feature
     size = f"\N{LATIN CAPITAL LETTER O WITH STROKE} {kit.millimetres(feature.diameter)}"

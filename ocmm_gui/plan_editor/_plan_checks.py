@@ -47,7 +47,7 @@ class PlanDraft:
         return None if self.path is None else self.path.absolute().parent
 
     @property
-    def words(self) -> str:
+    def status(self) -> str:
         """Return name, file and saved state in words."""
         where = tr("no file yet") if self.path is None else self.path.name
         saved = tr("saved") if self.is_saved else tr("not saved yet")
@@ -110,7 +110,7 @@ class PlanChecks(Themed, QWidget):
 
     def show_fault(self, fault: OcmmError) -> None:
         """Show why something is not applied."""
-        self._say(
+        self._show_message(
             tr("✖  Not applied: {what} {remedy}").format(
                 what=said(fault.what), remedy=said(fault.remedy)
             ),
@@ -125,9 +125,9 @@ class PlanChecks(Themed, QWidget):
         shown = [f"{said(one.what)} {said(one.remedy)}" for one in found[:_MOST_SHOWN]]
         count = plans.requirement_count(draft.plan)
         if count is not None and not count.is_whole:
-            shown.insert(0, f"{said(count.words)}.")
+            shown.insert(0, f"{said(count.sentence)}.")
         elif count is not None:
-            words += f" {said(count.words)}."
+            words += f" {said(count.sentence)}."
         if found and found[0].is_error:
             tone = "bad"
             words = tr("✖  The plan is not valid: no job can be started by it. {errors}")
@@ -142,12 +142,12 @@ class PlanChecks(Themed, QWidget):
                 "Picture of {names} not found beside the plan: the feature is drawn instead."
             )
             words += f" {drawn.format(names=', '.join(missing))}"
-        self._say(words, tone)
+        self._show_message(words, tone)
 
     def _paint(self) -> None:
         self._label.setStyleSheet(f"color: {self._theme.colour(self._tone)};")
 
-    def _say(self, words: str, tone: str) -> None:
+    def _show_message(self, words: str, tone: str) -> None:
         self._tone = tone
         self._label.setText(words)
         self._paint()
@@ -211,16 +211,16 @@ def new_characteristic(plan: plans.Plan, chosen: ItemKey) -> Characteristic | No
     For a construction it is the distance from the first feature.
     """
     if chosen.group == "constructions":
-        return _of(plan, [plan.features[0].name, chosen.name], "distance", 0.0, -0.1)
+        return _characteristic(plan, [plan.features[0].name, chosen.name], "distance", 0.0, -0.1)
     if chosen.group != "features":
         return None
     feature: NominalFeature = item_of(plan, chosen)
     if feature.shape.spec.is_radial:
-        return _of(plan, [feature.name], "diameter", feature.diameter, -0.1)
-    return _of(plan, [feature.name], "form", 0.0, 0.0)
+        return _characteristic(plan, [feature.name], "diameter", feature.diameter, -0.1)
+    return _characteristic(plan, [feature.name], "form", 0.0, 0.0)
 
 
-def _of(
+def _characteristic(
     plan: plans.Plan, features: list[str], kind: str, nominal: float, lower: float
 ) -> Characteristic:
     return Characteristic(

@@ -15,8 +15,8 @@ from ocmm_core.alignment import Alignment
 from ocmm_core.features.measured import Construction, nominal_geometries
 from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, NominalFeature, Shape
 from ocmm_core.geometry import Float, triple
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import checked_features
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import HEAD_FIELDS, Plan, taught_plan, usual_points
 from ocmm_core.measuring import reported_points
 from ocmm_core.tolerances.kinds import spec_of
@@ -230,7 +230,7 @@ class TeachProgress(WorkBar):
         if self._process.is_running():
             self.cancel()
             return
-        self.begin("%p%")
+        self.start("%p%")
         self._process.start(partial(taught_of_file, job, plan))
 
     def cancel(self) -> None:

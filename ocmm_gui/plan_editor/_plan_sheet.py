@@ -94,7 +94,7 @@ class PlanSheet(Sheet):
         self._stack = QStackedWidget()
         for form in self.forms.values():
             self._stack.addWidget(form)
-            form.edited.connect(self._take)
+            form.edited.connect(self._apply)
             form.left.connect(self.left)
         self.picture = StepPicture()
         self.checks = PlanChecks()
@@ -295,7 +295,7 @@ class PlanSheet(Sheet):
         self.picture.setVisible(drawn is not None)
         self.picture.show_step(drawn, self.draft.folder)
 
-    def _take(self) -> None:
+    def _apply(self) -> None:
         """Apply the form to the plan, or show why not."""
         try:
             made = plan_checks.with_item(self.draft.plan, self.items.chosen(), self.form().item())
@@ -328,7 +328,7 @@ class PlanSheet(Sheet):
 
     def _refresh(self, chosen: plan_items.ItemKey) -> None:
         self.items.show_plan(self.draft.plan, chosen)
-        self.say(self.draft.words)
+        self.show_message(self.draft.status)
         self._show_item()
 
     def _check(self) -> None:

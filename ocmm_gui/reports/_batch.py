@@ -15,8 +15,8 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from ocmm_core.build import build_version
 from ocmm_core.export import write_together
 from ocmm_core.export.template import Paper, PaperLengths, load_paper, template_in_use
-from ocmm_core.inspection.archive import Comparison, Trend, compare_files
 from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
+from ocmm_core.inspection.finished import Comparison, Trend, compare_files
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.wording import ENGLISH, Speech
 from ocmm_gui import kit
@@ -64,13 +64,13 @@ def lay_out(found: Comparison, paper: Paper) -> PageCanvas:
     canvas = PageCanvas(Speech(paper.template.language), PaperLengths(paper.template.lengths))
     speech = canvas.speech
     letterhead(canvas, paper)
-    canvas.say("Statistics of a batch", TITLE)
+    canvas.write_sentence("Statistics of a batch", TITLE)
     if found.simulated:
-        canvas.say(SIMULATED_LINE, Style(34.0, bold=True, colour=INK.warn))
+        canvas.write_sentence(SIMULATED_LINE, Style(34.0, bold=True, colour=INK.warn))
     jobs = f"{len(found.jobs)} jobs of plan {found.plan}, {found.jobs[0]} to {found.jobs[-1]}."
-    canvas.text(f"{speech.say(jobs)} {speech.say(canvas.lengths.sentence)}")
+    canvas.text(f"{speech.text(jobs)} {speech.text(canvas.lengths.sentence)}")
     canvas.table(COLUMNS, [_row(trend, canvas) for trend in found.trends])
-    canvas.say(_RULES, SMALL)
+    canvas.write_sentence(_RULES, SMALL)
     _reasons(canvas, found.left_out)
     for trend in found.trends:
         _characteristic(canvas, trend)
@@ -83,12 +83,12 @@ def batch_pdf(found: Comparison, paper: Paper) -> bytes:
     canvas = lay_out(found, paper)
     speech = canvas.speech
     state = f"   {speech.word(SIMULATED)}" if found.simulated else ""
-    foot = f"{found.plan}: {speech.say(f'{len(found.jobs)} jobs')}{state}   OCMM {build_version()}"
+    foot = f"{found.plan}: {speech.text(f'{len(found.jobs)} jobs')}{state}   OCMM {build_version()}"
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, foot),
         {"batch.json": _values(found)},
-        title=speech.say(f"Statistics of a batch: {found.plan}"),
+        title=speech.text(f"Statistics of a batch: {found.plan}"),
         software=build_version(),
         utc=max(
             (part.created_utc for trend in found.trends for part in trend.parts), default=_EPOCH
@@ -122,7 +122,7 @@ def _row(trend: Trend, canvas: PageCanvas) -> list[PageField]:
     odd = chart is not None and bool(chart.signals)
     return [
         PageField(trend.name, STRONG),
-        PageField(speech.say(f"{len(values)} of {len(trend.parts)}")),
+        PageField(speech.text(f"{len(values)} of {len(trend.parts)}")),
         PageField(_quantity(float(values.mean()), trend, canvas) if len(values) else "–"),
         PageField("–" if able is None else _quantity(able.sigma_overall, trend, canvas)),
         PageField("–" if able is None or able.cp is None else number(f"{able.cp:.2f}")),
@@ -144,17 +144,17 @@ def _characteristic(canvas: PageCanvas, trend: Trend) -> None:
     if len(trend.values):
         canvas.draw(_CHART, partial(_paint_chart, trend=trend, canvas=canvas), trend.name)
     able = trend.capability
-    told = [able.words if able is not None else trend.why_not, trend.caution]
-    canvas.text(" ".join(canvas.speech.say(one) for one in told if one))
+    told = [able.summary if able is not None else trend.why_not, trend.caution]
+    canvas.text(" ".join(canvas.speech.text(one) for one in told if one))
     if trend.chart is not None and trend.chart.signals:
         counted = [part for part in trend.parts if part.value is not None]
         lines = [
-            f"{counted[i].job}: {canvas.speech.say(f'{why.rule}, {why.value}.')}"
+            f"{counted[i].job}: {canvas.speech.text(f'{why.rule}, {why.value}.')}"
             for i, why in trend.chart.signals[-_MOST_SIGNALS:]
         ]
         more = len(trend.chart.signals) - len(lines)
         first = [f"{more} earlier signals are in the table of the batch."] if more else []
-        canvas.text(" ".join([*map(canvas.speech.say, first), *lines]), SMALL)
+        canvas.text(" ".join([*map(canvas.speech.text, first), *lines]), SMALL)
     _reasons(canvas, trend.left_out)
 
 
@@ -162,7 +162,7 @@ def _reasons(canvas: PageCanvas, reasons: tuple[str, ...]) -> None:
     if reasons:
         more = len(reasons) - _MOST_REASONS
         shown = [*reasons[:_MOST_REASONS], *([f"And {more} more."] if more > 0 else [])]
-        said = " ".join(canvas.speech.say(one) for one in shown)
+        said = " ".join(canvas.speech.text(one) for one in shown)
         canvas.text(f"{canvas.speech.word('Not counted')}: {said}", SMALL)
 
 

@@ -134,9 +134,9 @@ class PageCanvas:
         self.draw(text_height(text, style, RIGHT - left), paint, role=role)
         self.skip(6.0)
 
-    def say(self, sentence: str, style: Style = BODY) -> None:
+    def write_sentence(self, sentence: str, style: Style = BODY) -> None:
         """Write a sentence of the core in the language of the report."""
-        self.text(self.speech.say(sentence), style)
+        self.text(self.speech.text(sentence), style)
 
     def heading(self, text: str, below: float) -> None:
         """Write a heading, kept together with ``below`` of the following content."""

@@ -73,16 +73,16 @@ def lay_out(paper: Certificate) -> PageCanvas:
     canvas.text(certificate_title(paper, speech), TITLE)
     last = paper.final
     if last is None and paper.not_after:
-        canvas.say("NO STATEMENT OF CONFORMITY", Style(40.0, bold=True, colour=INK.warn))
+        canvas.write_sentence("NO STATEMENT OF CONFORMITY", Style(40.0, bold=True, colour=INK.warn))
     if last is not None:
         colour = {"pass": INK.good, "fail": INK.bad}.get(last.word, INK.warn)
-        canvas.text(speech.say(last.words).upper(), Style(40.0, bold=True, colour=colour))
+        canvas.text(speech.text(last.summary).upper(), Style(40.0, bold=True, colour=colour))
     for state in paper.states:
-        canvas.say(state, Style(34.0, bold=True, colour=INK.warn))
+        canvas.write_sentence(state, Style(34.0, bold=True, colour=INK.warn))
     canvas.skip(10.0)
     for fact in certificate_facts(paper, speech, canvas.lengths):
         if fact.name not in ("Title", "Statement"):
-            value = fact.value if fact.stated else speech.say(NOT_STATED)
+            value = fact.value if fact.stated else speech.text(NOT_STATED)
             _fact(canvas, speech.word(fact.name), value, stated=fact.stated)
     _state(canvas, "As found", paper.not_found)
     for run in paper.runs:
@@ -104,7 +104,7 @@ def _state(canvas: PageCanvas, name: str, why: str) -> None:
     if why:
         speech = canvas.speech
         canvas.heading(f"{speech.word(name)}: {speech.word('not determined')}", 120.0)
-        said = speech.say(why)
+        said = speech.text(why)
         canvas.text(f"{said[:1].upper()}{said[1:]}.", SMALL)
 
 
@@ -112,7 +112,7 @@ def certificate_pdf(paper: Certificate, files: Mapping[str, bytes]) -> bytes:
     """Return the pages as PDF with these files inside; StorageError as `written_pdf`."""
     canvas = lay_out(paper)
     # A single copied page must not be mistaken either.
-    states = (canvas.speech.say(state.partition(":")[0]) for state in paper.states)
+    states = (canvas.speech.text(state.partition(":")[0]) for state in paper.states)
     foot = "   ".join((paper.number, *states, f"OCMM {build_version()}"))
     return written_pdf(
         canvas,
@@ -126,28 +126,28 @@ def certificate_pdf(paper: Certificate, files: Mapping[str, bytes]) -> bytes:
 
 def _run(canvas: PageCanvas, run: CertificateRun) -> None:
     speech = canvas.speech
-    canvas.heading(f"{speech.word(_HEADS[run.status])}: {speech.say(run.words)}", 200.0)
+    canvas.heading(f"{speech.word(_HEADS[run.status])}: {speech.text(run.summary)}", 200.0)
     warm = air_said(run, speech)
     if run.temperature_c is None:
-        warm = ", ".join(part for part in (speech.say(NOT_STATED), warm) if part)
+        warm = ", ".join(part for part in (speech.text(NOT_STATED), warm) if part)
     when = run.made_utc[:16].replace("T", " ")
     rule = rule_said(run.rule, speech).removesuffix(".")
     canvas.text(f"{when} UTC, {run.made_by}, {warm}. {rule[:1].upper()}{rule[1:]}.", SMALL)
     for note in run.notes:
-        canvas.say(note, SMALL)
+        canvas.write_sentence(note, SMALL)
     canvas.table(_COLUMNS, [_row(line, speech, canvas.lengths) for line in run.lines])
     canvas.skip(12.0)
-    canvas.say(f"Record {run.record}; observations {run.data_sha256} (SHA-256)", SMALL)
+    canvas.write_sentence(f"Record {run.record}; observations {run.data_sha256} (SHA-256)", SMALL)
 
 
 def _line_said(name: str, speech: Speech) -> str:
     """Translate quantity and place of a line; the sign of a quantity stays."""
-    whole = speech.say(name)
+    whole = speech.text(name)
     if whole != name:
         return whole
     quantity, blank, place = name.partition(" ")
     parts = place.split(", ")
-    return f"{quantity}{blank}{', '.join(map(speech.say, parts))}" if place else name
+    return f"{quantity}{blank}{', '.join(map(speech.text, parts))}" if place else name
 
 
 def _row(line: CertificateLine, speech: Speech, lengths: PaperLengths) -> list[PageField]:
@@ -160,7 +160,7 @@ def _row(line: CertificateLine, speech: Speech, lengths: PaperLengths) -> list[P
         PageField(speech.number(number(line.expanded))),
         PageField(speech.number(number(line.limit))),
         PageField(
-            speech.word(told.words), Style(24.0, bold=True, colour=_COLOURS.get(told, INK.warn))
+            speech.word(told.summary), Style(24.0, bold=True, colour=_COLOURS.get(told, INK.warn))
         ),
     ]
 
@@ -269,7 +269,7 @@ def _paint_scales(
         "open: as found before an adjustment."
     )
     below = QRectF(plot.left(), box.bottom() - 100.0, plot.width(), 90.0)
-    paint_text(painter, below, speech.say(words), SMALL)
+    paint_text(painter, below, speech.text(words), SMALL)
 
 
 def main(arguments: list[str] | None = None) -> int:

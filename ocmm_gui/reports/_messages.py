@@ -126,7 +126,7 @@ def _in_unit(one: CertificateValue, lengths: PaperLengths) -> CertificateValue:
 def _name(one: CertificateValue, speech: Speech, lengths: PaperLengths) -> str:
     unit = lengths.word if one.unit == _LENGTH else _UNITS.get(one.unit, "")
     whose, mark, what = one.name.rpartition(": ")
-    name = f"{whose}{mark}{speech.say(what)}"
+    name = f"{whose}{mark}{speech.text(what)}"
     return f"{name}, {unit}" if unit else name
 
 

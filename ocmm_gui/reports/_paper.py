@@ -95,7 +95,7 @@ def paint_with_foot(painter: QPainter, canvas: PageCanvas, index: int, foot: str
     box = QRectF(LEFT, BOTTOM + 30.0, WIDTH, 60.0)
     paint_line(painter, box.adjusted(0.0, 0.0, -_NUMBER, 0.0), foot, SMALL)
     paint_line(
-        painter, box, canvas.speech.say(f"page {index + 1} of {len(canvas.pages)}"), SMALL,
+        painter, box, canvas.speech.text(f"page {index + 1} of {len(canvas.pages)}"), SMALL,
         Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop,
     )  # fmt: skip
 
@@ -162,7 +162,7 @@ def letterhead(canvas: PageCanvas, paper: Paper) -> None:
 def head_facts(canvas: PageCanvas, data: report.ReportData) -> None:
     """Write the facts of the head in two columns; long ones below them, at full width."""
     facts = [
-        replace(fact, name=canvas.speech.word(fact.name), value=canvas.speech.say(fact.value))
+        replace(fact, name=canvas.speech.word(fact.name), value=canvas.speech.text(fact.value))
         for fact in report.paper_facts(data, canvas.lengths)
         if fact.name not in ("Title", "Statement")
     ]
@@ -180,7 +180,7 @@ def head_facts(canvas: PageCanvas, data: report.ReportData) -> None:
         partial(
             _paint_columns,
             columns=columns,
-            unsaid={report.NOT_STATED, canvas.speech.say(report.NOT_STATED)},
+            unsaid={report.NOT_STATED, canvas.speech.text(report.NOT_STATED)},
         ),
     )
     for fact in facts:
@@ -257,14 +257,14 @@ _STATEMENTS = Style(26.0)
 
 
 def closing(canvas: PageCanvas, data: report.ReportData) -> None:
-    told = [canvas.speech.say(one) for one in report.statements(data)]
+    told = [canvas.speech.text(one) for one in report.statements(data)]
     end = f"End of report {report.report_number(data)}"
     write_end(canvas, told, data.paper.template.signatures, end)
 
 
 def write_end(canvas: PageCanvas, told: Sequence[str], signers: Sequence[str], end: str) -> None:
     """Write statements, signatures and the end on one page, never without other content."""
-    words = [canvas.speech.say(one) for one in signers]
+    words = [canvas.speech.text(one) for one in signers]
     each = WIDTH / len(words)
     below = 16.0 + max(text_height(one, SMALL, each - 60.0) for one in words)
     canvas.skip(30.0)
@@ -273,7 +273,7 @@ def write_end(canvas: PageCanvas, told: Sequence[str], signers: Sequence[str], e
     for sentence in told:
         canvas.text(sentence, _STATEMENTS)
     canvas.draw(_ABOVE + below, partial(_paint_signatures, words=words))
-    last = canvas.speech.say(end)
+    last = canvas.speech.text(end)
     canvas.draw(50.0, lambda painter, box: paint_text(painter, box, last, SMALL))
 
 
@@ -301,11 +301,11 @@ _CODE_WORDS = (
 def records(canvas: PageCanvas, data: report.ReportData) -> None:
     """Write the complete hashes, and the code that proves the job file."""
     canvas.heading("Records", 240.0)
-    head, say = data.head, canvas.speech.say
+    head, text = data.head, canvas.speech.text
     hashes = (
         ("Job", f"{data.job} ({head.job_uuid})"),
-        ("Cameras", say(data.calibration.note or data.calibration.label)),
-        ("Probe and tip", say(data.probe.note or data.probe.label)),
+        ("Cameras", text(data.calibration.note or data.calibration.label)),
+        ("Probe and tip", text(data.probe.note or data.probe.label)),
         ("Reference body", data.reference.note),
         ("Plan, SHA-256", head.plan_identity),
         ("Cameras, SHA-256", head.rig_identity),
@@ -328,13 +328,13 @@ def _seal(canvas: PageCanvas, data: report.ReportData) -> None:
     _fact(
         canvas,
         "Signed with key",
-        shown_key(seal.state.fingerprint) or canvas.speech.say("not signed"),
+        shown_key(seal.state.fingerprint) or canvas.speech.text("not signed"),
         SMALL,
     )
     if seal.line:
         canvas.skip(16.0)
         paint = partial(_paint_code, line=seal.line, speech=canvas.speech)
-        canvas.draw(_CODE_SIDE, paint, canvas.speech.say(_CODE_WORDS))
+        canvas.draw(_CODE_SIDE, paint, canvas.speech.text(_CODE_WORDS))
 
 
 def _paint_code(painter: QPainter, box: QRectF, *, line: str, speech: Speech) -> None:
@@ -350,7 +350,7 @@ def _paint_code(painter: QPainter, box: QRectF, *, line: str, speech: Speech) ->
                 path.addRect(box.left() + x * side, box.top() + y * side, side, side)
     painter.drawPath(path)
     words = QRectF(box.left() + _CODE_SIDE + 40.0, box.top(), 1200.0, 110.0)
-    paint_text(painter, words, speech.say(_CODE_WORDS), SMALL)
+    paint_text(painter, words, speech.text(_CODE_WORDS), SMALL)
 
 
 def _fact(canvas: PageCanvas, name: str, value: str, style: Style = BODY) -> None:

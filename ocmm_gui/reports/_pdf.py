@@ -60,7 +60,9 @@ def deviation_scale(
     without = [item.name for item in data.view.features if item.points and item.name not in shown]
     if without:
         names = ", ".join(without)
-        canvas.say(f"Without a whisker, as no zone of their surface has a value: {names}.", SMALL)
+        canvas.write_sentence(
+            f"Without a whisker, as no zone of their surface has a value: {names}.", SMALL
+        )
 
 
 _BOLDER = 2.2
@@ -114,7 +116,9 @@ def picture(canvas: PageCanvas, data: report.ReportData) -> None:
     written = sum(1 for _ in placed_words(QRectF(0.0, 0.0, WIDTH, height), tags, places))
     if written < len(tags):
         # A missing label must not suggest a missing feature.
-        canvas.say(f"{len(tags) - written} of {len(tags)} names have no room here.", SMALL)
+        canvas.write_sentence(
+            f"{len(tags) - written} of {len(tags)} names have no room here.", SMALL
+        )
     deviation_scale(canvas, data, seen, colour_mm)
 
 
@@ -211,7 +215,7 @@ def deviations(canvas: PageCanvas, data: report.ReportData) -> None:
     if not shown:
         return
     canvas.heading("Deviations within their tolerances", 4.0 * _ROW)
-    canvas.say(f"Band: tolerance about its middle. Whisker: {U_LABEL}.", SMALL)
+    canvas.write_sentence(f"Band: tolerance about its middle. Whisker: {U_LABEL}.", SMALL)
     for item in shown:
         paint = partial(_paint_deviation, item=item, canvas=canvas)
         canvas.draw(_ROW, paint, item.result.name)
@@ -387,6 +391,6 @@ def _paint_band(painter: QPainter, data: report.ReportData) -> None:
     speech = speech_of(data)
     words = "   ·   ".join(map(speech.word, data.states))
     if SIMULATED in data.states:
-        words += f"   ({speech.say(NO_REAL_PART)})"
+        words += f"   ({speech.text(NO_REAL_PART)})"
     style = Style(44.0, bold=True, colour="#ffffff")
     paint_text(painter, band, words, style, Qt.AlignmentFlag.AlignCenter)

@@ -130,13 +130,13 @@ class PagePicture:
 def preview_formats(data: ReportData, width: int, tell: Teller) -> None:
     """Send a `FormatText` for every format of the core, then every `PagePicture`."""
     for name in EXPORTERS:
-        tell.give(FormatText(name, _text(data, name)))
+        tell.send(FormatText(name, _text(data, name)))
     with drawing():
         canvas = lay_out(data)
         count = len(canvas.pages)
         for index in range(count):
             tell(f"Drawing page {index + 1} of {count}", (1 + index) / (1 + count))
-            tell.give(_pictured(page_picture(canvas, index, data, width), index, count))
+            tell.send(_pictured(page_picture(canvas, index, data, width), index, count))
 
 
 def _specimen_report() -> ReportData:

@@ -12,8 +12,8 @@ from pathlib import Path
 from ocmm_core.calibration.records import load, record_hash, seal
 from ocmm_core.export import write_together
 from ocmm_core.inspection import recall
-from ocmm_core.inspection.archive import Outcome, RecallRecord
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+from ocmm_core.inspection.finished import Outcome, RecallRecord
 from ocmm_core.wording import ENGLISH, LANGUAGES, Speech
 from ocmm_gui.reports._canvas import (
     BODY,
@@ -37,21 +37,21 @@ _COLOURS = {Outcome.HOLDS: INK.good, Outcome.CHANGES: INK.bad, Outcome.UNKNOWN: 
 def lay_out(record: RecallRecord, language: str = ENGLISH) -> PageCanvas:
     """Return the pages: totals first, then jobs in order of urgency."""
     canvas = PageCanvas(Speech(language))
-    say = canvas.speech.say
+    text = canvas.speech.text
     canvas.text(canvas.speech.word("Recall"), TITLE)
     canvas.text(recall.headline(record, canvas.speech), HEADING)
     for sentence in (*recall.totals(record), recall.decided(record)) if record.jobs else ():
-        canvas.say(sentence)
+        canvas.write_sentence(sentence)
     made = f"{record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}."
-    canvas.text(f"{say(recall.checked(record))} {made}", SMALL)
+    canvas.text(f"{text(recall.checked(record))} {made}", SMALL)
     for sentence in recall.not_judged(record):
-        canvas.say(sentence, Style(colour=INK.warn))
+        canvas.write_sentence(sentence, Style(colour=INK.warn))
     columns = [Column(name, w) for name, w in zip(recall.COLUMNS[1:], _WIDTHS, strict=True)]
     for job in recall.worst_first(record.jobs):
         canvas.skip(24.0)
         canvas.room(260.0)
         canvas.text(recall.job_line(job, canvas.speech), STRONG)
-        canvas.say(recall.rests_on(job), SMALL)
+        canvas.write_sentence(recall.rests_on(job), SMALL)
         canvas.table(
             columns,
             [
@@ -73,12 +73,12 @@ def pdf_bytes(record: RecallRecord, language: str = ENGLISH) -> bytes:
     Raises StorageError if the file read back differs from the input.
     """
     canvas = lay_out(record, language)
-    last = canvas.speech.say(foot(record))
+    last = canvas.speech.text(foot(record))
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, last),
         {"recall.json": seal(record)},
-        title=canvas.speech.say(f"Recall {record.made_utc[:10]}"),
+        title=canvas.speech.text(f"Recall {record.made_utc[:10]}"),
         software=record.software,
         utc=record.made_utc,
     )

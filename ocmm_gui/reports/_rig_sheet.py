@@ -38,7 +38,7 @@ def lay_out(sheet: RigSheet, language: str = ENGLISH) -> PageCanvas:
     canvas.text(f"{sheet.plan}: {sheet.probe}", HEADING)
     canvas.text(sheet.frame, SMALL)
     for sentence in sheet_sentences(sheet):
-        canvas.say(sentence)
+        canvas.write_sentence(sentence)
     canvas.heading("Places of the cameras", 200.0)
     columns = [Column(name, 175.0, right=True, length=name in _LENGTHS) for name in _NAMES]
     rows = []
@@ -49,7 +49,9 @@ def lay_out(sheet: RigSheet, language: str = ENGLISH) -> PageCanvas:
         cells = [PageField(number(text), _CELL) for text in texts]
         rows.append([PageField(one.name, STRONG), *cells])
     canvas.table([Column("Camera", 225.0), *columns], rows)
-    canvas.say("X, Y, Z: projection centre. Azimuth from +Y towards +X, elevation upwards.", SMALL)
+    canvas.write_sentence(
+        "X, Y, Z: projection centre. Azimuth from +Y towards +X, elevation upwards.", SMALL
+    )
     canvas.heading("What to buy", 100.0)
     for item in shopping_list(sheet):
         canvas.text(item)

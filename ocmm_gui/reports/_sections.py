@@ -130,11 +130,11 @@ def title(canvas: PageCanvas, data: ReportData) -> None:
     speech = canvas.speech
     if part.requirement_words:
         colour = INK.warn if part.is_partial else INK.text
-        told = f"{speech.say(part.requirement_words)}."
+        told = f"{speech.text(part.requirement_words)}."
         canvas.text(told, Style(34.0, bold=True, colour=colour))
     names = (one.result.name for one in data.reported)
     if any(printable(one) != one for one in (data.head.part, data.head.operator, *names)):
-        canvas.say(
+        canvas.write_sentence(
             "Signs such as [U+4E2D] are in no font of this computer; data files have them.", SMALL
         )
     for line in (*origin, *(part.reasons or (part.summary.counted,))):
@@ -143,21 +143,21 @@ def title(canvas: PageCanvas, data: ReportData) -> None:
         told = _shortened(line, speech)
         canvas.text(told, Style(34.0, bold=True, colour=INK.bad if fails else plain))
     if part.reasons:
-        canvas.say(part.summary.counted, SMALL)
+        canvas.write_sentence(part.summary.counted, SMALL)
     for note in (data.view.unproven, *data.view.camera_doubts, *data.view.noise, *data.notes):
         if note:
             canvas.skip(6.0)
-            canvas.text(f"! {canvas.speech.say(note)}", Style(32.0, bold=True, colour=INK.bad))
+            canvas.text(f"! {canvas.speech.text(note)}", Style(32.0, bold=True, colour=INK.bad))
 
 
 def _shortened(line: str, speech: Speech) -> str:
     """Return a reason with a limited number of names; the results list all."""
     names = line.split(", ")
     if len(names) <= _MOST_NAMES:
-        return speech.say(line)
+        return speech.text(line)
     count = len(names) - _MOST_NAMES
-    more = speech.say(f"and {count:d} more, see the results")
-    return f"{speech.say(', '.join(names[:_MOST_NAMES]))} {more}"
+    more = speech.text(f"and {count:d} more, see the results")
+    return f"{speech.text(', '.join(names[:_MOST_NAMES]))} {more}"
 
 
 def verdicts(canvas: PageCanvas, data: ReportData) -> None:
@@ -169,7 +169,7 @@ def verdicts(canvas: PageCanvas, data: ReportData) -> None:
         mark = ""
         if item.result.note:
             remarks.append(
-                f"{len(remarks) + 1}) {item.result.name}: {canvas.speech.say(item.result.note)}"
+                f"{len(remarks) + 1}) {item.result.name}: {canvas.speech.text(item.result.note)}"
             )
             mark = f" {len(remarks)})"
         rows.append(_result_row(item, mark, _symbol(item, shapes), canvas))
@@ -207,8 +207,8 @@ def why_not(canvas: PageCanvas, data: ReportData) -> None:
                 PageField(
                     f"{_MARKS[item.verdict]} {item.characteristic}", Style(bold=True, colour=colour)
                 ),
-                PageField(canvas.speech.say(said)),
-                PageField(canvas.speech.say(item.suggestion), STRONG),
+                PageField(canvas.speech.text(said)),
+                PageField(canvas.speech.text(item.suggestion), STRONG),
                 PageField(", ".join(str(number) for number in item.points) or "–"),
             ]
         )
@@ -236,14 +236,14 @@ def features(canvas: PageCanvas, data: ReportData) -> None:
                     if fit is None
                     else canvas.speech.word(fit.criterion.name.lower().replace("_", " "))
                 ),
-                PageField(canvas.speech.say(count_words(seen))),
+                PageField(canvas.speech.text(count_words(seen))),
                 PageField(
                     canvas.speech.number(canvas.lengths.number(fit.form))
                     if fit is not None and shows_form
                     else "–"
                 ),
                 PageField(
-                    canvas.speech.say(seen.note)
+                    canvas.speech.text(seen.note)
                     if element is None
                     else element_words(element, canvas.speech, canvas.lengths)
                 ),
@@ -253,7 +253,7 @@ def features(canvas: PageCanvas, data: ReportData) -> None:
     if data.annulled:
         canvas.skip(10.0)
         numbers = ", ".join(str(number) for number in data.annulled)
-        canvas.say(f"Points undone, kept in the job file: {numbers}.", SMALL)
+        canvas.write_sentence(f"Points undone, kept in the job file: {numbers}.", SMALL)
 
 
 def _verdict_field(summary: VerdictSummary, speech: Speech, *, undone: bool) -> PageField:
@@ -262,11 +262,12 @@ def _verdict_field(summary: VerdictSummary, speech: Speech, *, undone: bool) -> 
     if summary.verdict is None:
         colour = INK.warn if undone else INK.muted
         return PageField(
-            "\n".join([speech.say("no tolerance"), *lines]), Style(28.0, bold=undone, colour=colour)
+            "\n".join([speech.text("no tolerance"), *lines]),
+            Style(28.0, bold=undone, colour=colour),
         )
     if summary.verdict is not Verdict.CONFORM:
         lines.insert(0, summary.deciding)
-    told = speech.say(summary.words) or speech.word(summary.verdict.value)
+    told = speech.text(summary.share) or speech.word(summary.verdict.value)
     words = f"{_MARKS[summary.verdict]} {told}"
     style = Style(28.0, bold=True, colour=verdict_colour(INK, summary.verdict))
     return PageField("\n".join([words, *lines]), style)
@@ -282,7 +283,7 @@ def basis(canvas: PageCanvas, data: ReportData) -> None:
         rows.append(
             [
                 PageField(result.name, STRONG),
-                PageField(canvas.speech.say(result.frame).replace("|", " | ") or "–"),
+                PageField(canvas.speech.text(result.frame).replace("|", " | ") or "–"),
                 PageField(
                     canvas.speech.word(result.association or item.association or "least squares")
                 ),
@@ -360,7 +361,7 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
     # Nothing extends below the verdict: long names are given in full among the facts.
     beside = box.adjusted(0.0, 0.0, -_VERDICT - 30.0, 0.0)
     speech = speech_of(data)
-    paint_line(painter, beside, speech.say(data.paper.template.title), TITLE)
+    paint_line(painter, beside, speech.text(data.paper.template.title), TITLE)
     named = f"{one_line(data.head.part)}   {speech.word('no.')} {one_line(data.head.serial)}"
     paint_line(painter, beside.adjusted(0.0, 84.0, 0.0, 0.0), named, Style(38.0))
     # On paper missing features are a warning, because measuring cannot be resumed.
@@ -378,7 +379,7 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
             painter, states, " · ".join(map(speech.word, told)), style, Qt.AlignmentFlag.AlignCenter
         )
         frame.setTop(frame.top() + 36.0)
-    count = "".join(f": {speech.say(one)}" for one in part.short_headline[1:])
+    count = "".join(f": {speech.text(one)}" for one in part.short_headline[1:])
     words = f"{_MARKS[part.shown_as]} {speech.word(part.word.value)}{count}"
     # In some languages it is longer, and a second line would cover the states.
     style = on_one_line(words, Style(56.0, bold=True, colour=colour), frame.width() - 30.0)

@@ -66,7 +66,7 @@ class AlignmentSheet(kit.Sheet):
         """Compute residuals and freedom from the job file, in a side process."""
         self._report, self._of, self._is_old = None, self._bridge.shown.job, False
         self._paint()
-        self.progress.begin()
+        self.progress.start()
         self._process.start(partial(alignment_of_file, self._bridge.station.job.path))
 
     def accept(self) -> None:
@@ -121,7 +121,7 @@ class AlignmentSheet(kit.Sheet):
             self._spread.setText("")
             self.table.show_rows([])
             return
-        self.say(tr("Results are in the {frame}.").format(frame=report.frame))
+        self.show_message(tr("Results are in the {frame}.").format(frame=report.frame))
         if self._is_old:
             told = tr("Points have changed since: recalculate (F6)")
             self.state.show_text(told, mark=kit.Mark.DOUBT)

@@ -9,8 +9,8 @@ from pathlib import Path
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 from ocmm_core.export import batch_table
-from ocmm_core.inspection.archive import Comparison, Trend, compare_folder
 from ocmm_core.inspection.evaluation import SIMULATED_LINE
+from ocmm_core.inspection.finished import Comparison, Trend, compare_folder
 from ocmm_gui import kit
 from ocmm_gui.charts import TrendChart
 from ocmm_gui.kit import later, tr
@@ -115,7 +115,7 @@ class CompareSheet(WorkSheet):
             },
             primary="folder",
         )
-        self.say(tr("Select the folder with the jobs of the batch."))
+        self.show_message(tr("Select the folder with the jobs of the batch."))
 
     def open(self, folder: Path) -> None:
         """Propose a folder, and read it."""
@@ -127,17 +127,17 @@ class CompareSheet(WorkSheet):
         self._folder = folder
         probes, calibrations = self._records()
         work = partial(compare_folder, folder, probes=probes, calibrations=calibrations)
-        self._begin(tr("Starting"), work)
+        self._start(tr("Starting"), work)
 
     def _show(self, answer: object) -> None:
         if isinstance(answer, Path):
-            self.say(tr("Pages of the batch written to {path}.").format(path=answer))
+            self.show_message(tr("Pages of the batch written to {path}.").format(path=answer))
             return
         if not isinstance(answer, Comparison):
             return
         jobs = answer.jobs
         origin = f"{kit.said(SIMULATED_LINE)} " if answer.simulated else ""
-        self.say(
+        self.show_message(
             tr(
                 "{origin}%n jobs of plan {plan}, {first} to {last}.",
                 "{origin}1 job of plan {plan}, {first} to {last}.",
@@ -150,7 +150,7 @@ class CompareSheet(WorkSheet):
 
     def export(self) -> None:
         if self._shown is None:
-            self.say(tr("Select the folder with the jobs of the batch."))
+            self.show_message(tr("Select the folder with the jobs of the batch."))
             return
         self.target.ask(self._folder / f"{self._shown.plan}_batch.csv")
 
@@ -159,18 +159,18 @@ class CompareSheet(WorkSheet):
             return
         self.target.hide()
         if path.suffix.lower() == ".pdf":
-            self._begin(tr("Writing the pages"), partial(write_batch, self._shown, path))
+            self._start(tr("Writing the pages"), partial(write_batch, self._shown, path))
             return
         try:
             write_atomic(path, batch_table(self._shown))
         except OSError as error:
-            self.say(
+            self.show_message(
                 tr("{path}: the file cannot be written ({reason}).").format(
                     path=path, reason=error.strerror
                 )
             )
             return
-        self.say(tr("Table of the batch written to {path}.").format(path=path))
+        self.show_message(tr("Table of the batch written to {path}.").format(path=path))
 
     def _filter(self) -> None:
         """Show the trends of the feature in the field; all without one."""
@@ -179,7 +179,7 @@ class CompareSheet(WorkSheet):
         try:
             self._shown = self._found.about(self.feature.text().strip())
         except InputError as error:
-            self.say(kit.said(f"{error.what} {error.remedy}"))
+            self.show_message(kit.said(f"{error.what} {error.remedy}"))
             self._shown = self._found
         self.table.show_trends(self._shown.trends)
         if self._shown.trends:
@@ -192,7 +192,7 @@ class CompareSheet(WorkSheet):
         if trend is None:
             return
         able = trend.capability
-        told = [kit.said(able.words if able is not None else trend.why_not)]
+        told = [kit.said(able.summary if able is not None else trend.why_not)]
         if trend.chart is not None:
             counted = [part for part in trend.parts if part.value is not None]
             # Names of the rules are those of the literature, and not translated.

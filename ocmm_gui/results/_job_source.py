@@ -14,9 +14,9 @@ from ocmm_core.errors import MeasuringError, OcmmError
 from ocmm_core.export.report import ReportData, report_of_job
 from ocmm_core.geometry import Float
 from ocmm_core.inspection import evaluation
-from ocmm_core.inspection.archive import ReopenedJob, Tell, reopen_job
 from ocmm_core.inspection.causes import Explanation, explanations_of
 from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.inspection.finished import ReopenedJob, Tell, reopen_job
 from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloValue, simulate
 from ocmm_core.tolerances.uncertainty import Budget
 from ocmm_gui.bridge import StationBridge
@@ -90,7 +90,7 @@ class JobSource:
             calibration=tr("Cameras: {cameras}. Probe: {probe}. Plan: {release}.").format(
                 cameras=said(report.calibration.label),
                 probe=said(report.probe.label),
-                release=said(report.release.words),
+                release=said(report.release.summary),
             ),
             doubts=opened.doubts,
             remarks=opened.remarks,
@@ -102,7 +102,7 @@ class JobSource:
         numbers = tuple(point.number for feature in job.features for point in feature.points)
         return (self.path, numbers, job.active)
 
-    def words(self, job: JobView) -> str:
+    def title(self, job: JobView) -> str:
         """Return the displayed job, and findings against it."""
         who = header_words(job)
         if not self.read_only:

@@ -63,7 +63,7 @@ class ReportSheet(kit.Sheet):
         self._writer = ReportWriter(self)
         self._writer.asked.connect(self.question.ask)
         self.question.agreed.connect(self._writer.agree)
-        self._writer.begun.connect(lambda: self.work.begin(tr("Writing the report"), tr(_GIVE_UP)))
+        self._writer.begun.connect(lambda: self.work.start(tr("Writing the report"), tr(_GIVE_UP)))
         self._writer.advanced.connect(self.work.advance)
         self._writer.ended.connect(self._on_ended)
         self._writer.written.connect(self.written)
@@ -105,7 +105,7 @@ class ReportSheet(kit.Sheet):
         self._texts = {}
         self.pages.clear()
         self.question.hide()
-        self.say(source.words(source.view()), warns=source.read_only)
+        self.show_message(source.title(source.view()), warns=source.read_only)
         if not self.folder.text():
             self.folder.setText(str(self._folder().expanduser().absolute()))
         try:
@@ -124,7 +124,7 @@ class ReportSheet(kit.Sheet):
         self._fresh = True
         self._show_chosen()
         if not self._writer.is_busy():
-            self.work.begin(tr("Preparing the preview"))
+            self.work.start(tr("Preparing the preview"))
         asked = self._asked
 
         def done(data: ReportData) -> None:
@@ -246,7 +246,7 @@ class ReportSheet(kit.Sheet):
 
     def _on_ended(self) -> None:
         if self._previewing.is_running() and not self._writer.is_busy():
-            self.work.begin(tr("Preparing the preview"))
+            self.work.start(tr("Preparing the preview"))
         elif not self._writer.is_busy():
             self.work.end()
 

@@ -190,7 +190,7 @@ class ResultDetail(QFrame):
             self.progress.hide()
             self.check.setText(tr("Simulation cancelled."))
         elif self._source is not None and self._result is not None:
-            self.progress.begin(tr("Monte Carlo"))
+            self.progress.start(tr("Monte Carlo"))
             self.check.setText(tr("Trials run in a separate process. F6 stops them."))
             self._simulation.start(partial(trials_of_file, self._source.path, self._result.name))
 
@@ -263,7 +263,7 @@ class ResultDetail(QFrame):
             self._budgets = _NONE
         self._of, self._path, self._trials = state, source.path, {}
         self._simulation.cancel()
-        self.progress.begin(tr("Reading the job"))
+        self.progress.start(tr("Reading the job"))
         self._drill.start(partial(budgets_of_file, source.path))
 
     def _on_budgets(self, found: object) -> None:

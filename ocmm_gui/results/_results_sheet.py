@@ -186,7 +186,7 @@ class ResultsSheet(kit.Sheet):
         """
         probes, calibrations = self._records()
         self._opening.start(partial(opened_job, path, probes=probes, calibrations=calibrations))
-        self.opening.begin(tr("Opening {name}").format(name=path.name), tr("F7 cancels."))
+        self.opening.start(tr("Opening {name}").format(name=path.name), tr("F7 cancels."))
         self.table.setFocus()
 
     def is_opening(self) -> bool:
@@ -216,7 +216,7 @@ class ResultsSheet(kit.Sheet):
 
     def _refresh(self) -> None:
         self._job = job = self._source.view()
-        self.say(self._source.words(job), warns=self._source.read_only)
+        self.show_message(self._source.title(job), warns=self._source.read_only)
         line = kit.counted_line(job)
         if self._source.read_only:
             line = tr("{name}: {verdict}").format(name=self._source.path.stem, verdict=line)

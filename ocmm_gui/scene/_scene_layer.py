@@ -63,7 +63,7 @@ class _Drawing:
         )
         # Reuse memory of an earlier picture: allocating or copying megabytes would take
         # milliseconds.
-        self.canvas = canvas = canvases.take(
+        self.canvas = canvas = canvases.canvas(
             max(round(scene.size.width() * scale), 1), max(round(scene.size.height() * scale), 1)
         )
         self.image = _image_of(canvas, scale, opaque=part is not None)
@@ -219,7 +219,7 @@ class _Canvases:
         """Cache the lines of the scene below."""
         self._over = (below, over)
 
-    def take(self, width: int, height: int) -> Canvas:
+    def canvas(self, width: int, height: int) -> Canvas:
         for canvas in self._free:
             if (canvas.width, canvas.height) == (width, height):
                 self._free.remove(canvas)

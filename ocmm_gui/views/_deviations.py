@@ -59,7 +59,7 @@ _WORDS = {
 _SCALE = later("Deviation from the middle of the zone, × {factor:g}")
 _LOWER, _UPPER = later("lower limit"), later("upper limit")
 _REACH = later("Colour: between points, to {reach:.1f} mm. Grey: not measured.")
-Say = Callable[[str], str]
+Translate = Callable[[str], str]
 """Translates a `later` sentence."""
 _OUTSIDE = (DeviationClass.MORE, DeviationClass.LESS)
 SHADES = {DeviationClass.MORE: 0.35, DeviationClass.LESS: 0.55}
@@ -119,19 +119,19 @@ def deviation_items(picture: DeviationPicture, theme: Theme) -> tuple[Item, ...]
     return tuple(items)
 
 
-def scale_words(picture: DeviationPicture, say: Say = tr) -> tuple[str, str]:
+def scale_words(picture: DeviationPicture, translate: Translate = tr) -> tuple[str, str]:
     """Return the magnification of whiskers, and the counts per class."""
     counts = [(kind, picture.count(kind)) for kind in DeviationClass]
     return (
-        say(_SCALE).format(factor=picture.factor),
-        ", ".join(say(_WORDS[kind]).format(count=count) for kind, count in counts if count),
+        translate(_SCALE).format(factor=picture.factor),
+        ", ".join(translate(_WORDS[kind]).format(count=count) for kind, count in counts if count),
     )
 
 
-def limit_words(picture: DeviationPicture, say: Say = tr) -> tuple[str, str, str]:
+def limit_words(picture: DeviationPicture, translate: Translate = tr) -> tuple[str, str, str]:
     """Return the labels at the ends and the middle of the inner scale."""
     if picture.limit is None:
-        return say(_LOWER), "0", say(_UPPER)
+        return translate(_LOWER), "0", translate(_UPPER)
     limit = picture.limit
     return length_number(-limit, signed=True), "0", length_words(limit, signed=True)
 
@@ -144,7 +144,7 @@ def scale_place(box: QRectF) -> QRectF:
 
 def paint_scale(
     painter: QPainter, box: QRectF, picture: DeviationPicture, theme: Theme, scale: float = 1.0,
-    reach_mm: float | None = None, say: Say = tr,
+    reach_mm: float | None = None, translate: Translate = tr,
 ) -> None:  # fmt: skip
     """Paint the scale: too little, within, too much, with limits at the middle's ends.
 
@@ -154,7 +154,7 @@ def paint_scale(
         return
     line = 15.0 * scale
     font, bold = text_font(11.0 * scale), text_font(11.0 * scale, bold=True)
-    told, counted = scale_words(picture, say)
+    told, counted = scale_words(picture, translate)
     painter.setPen(QColor(theme.text))
     _line(painter, QRectF(box.left(), box.top(), box.width(), line), told, font)
     bar = QRectF(box.left(), box.top() + 1.1 * line, box.width(), 0.8 * line)
@@ -185,7 +185,7 @@ def paint_scale(
         painter.drawLine(QPointF(x, bar.top() - 2.0 * scale), QPointF(x, bar.bottom() + 3 * scale))
     under = bar.bottom() + 3.0 * scale
     wide = 2.0 * third
-    for x, words in zip(places, limit_words(picture, say), strict=True):
+    for x, words in zip(places, limit_words(picture, translate), strict=True):
         _line(
             painter, QRectF(x - 0.5 * wide, under, wide, line), words, bold,
             Qt.AlignmentFlag.AlignHCenter,
@@ -193,12 +193,12 @@ def paint_scale(
     _line(painter, QRectF(box.left(), under + line, box.width(), line), counted, font)
     if reach_mm is not None:
         below = QRectF(box.left(), under + 2.0 * line, box.width(), line)
-        _line(painter, below, reach_words(reach_mm, say), font)
+        _line(painter, below, reach_words(reach_mm, translate), font)
 
 
-def reach_words(reach_mm: float, say: Say = tr) -> str:
+def reach_words(reach_mm: float, translate: Translate = tr) -> str:
     """Return the meaning of coloured and uncoloured regions."""
-    return say(_REACH).format(reach=reach_mm)
+    return translate(_REACH).format(reach=reach_mm)
 
 
 def _shades(box: QRectF, kind: DeviationClass, theme: Theme) -> QLinearGradient:

@@ -46,7 +46,7 @@ class Easing(QObject):
     def is_running(self) -> bool:
         return self.goal is not None
 
-    def begin(self, start: Orbit, goal: Orbit) -> None:
+    def start(self, start: Orbit, goal: Orbit) -> None:
         """Start a transition, replacing a running one."""
         self._start, self.goal, self._began_s = start, goal, perf_counter()
         if self._animated and not start.is_like(goal):

@@ -72,7 +72,7 @@ class PartPicture(scene.OrbitView):
         self._marked = dict(marked)
         self.update()
 
-    def say(self, words: str) -> None:
+    def show_message(self, words: str) -> None:
         """Show a line of text below the part."""
         self._words = words
         self.setToolTip(kit.literal(words))

@@ -154,7 +154,7 @@ class PointView(OrbitView):
             surface = np.stack([point.surface_world for point in feature.points])
             places, box = np.concatenate([tips, surface]), self._inside()
             wanted = self._orbit.fitted(places, box.width(), box.height(), margin=1.6)
-            self.easing.begin(self._orbit, wanted)
+            self.easing.start(self._orbit, wanted)
 
     def lead(self, *, led: bool, part: PlacedPart | None) -> None:
         """Hold the view still while the user leads the ball, and show the touched part.
@@ -195,7 +195,7 @@ class PointView(OrbitView):
             target, toward
         )
 
-    def words(self) -> list[tuple[str, QRectF]]:
+    def painted_labels(self) -> list[tuple[str, QRectF]]:
         """Return the painted labels with their places, px; for tests."""
         return list(self._words)
 
@@ -253,7 +253,7 @@ class PointView(OrbitView):
         box = self._inside()
         wanted = following(orbit, self.work, box.width(), box.height(), turned=turned)
         if wanted is not goal:
-            self.easing.begin(self._orbit, wanted)
+            self.easing.start(self._orbit, wanted)
         if len(self.work.ball) and not self.shows(self.work.ball):
             self.easing.finish()
 

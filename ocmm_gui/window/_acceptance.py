@@ -48,7 +48,7 @@ class Certificates(QObject):
         self._work.cancel()
 
     def _write(self, folder: Path) -> None:
-        self.line.begin(tr("Writing the certificate"))
+        self.line.start(tr("Writing the certificate"))
         self._work.start(partial(certify_records, self._source, folder.absolute(), self._tip))
 
     def _finish(self, answer: object) -> None:

@@ -113,7 +113,7 @@ class RunningJob(QObject):
 
     def _on_evaluating(self, busy: bool) -> None:
         if busy:
-            self.work.begin(tr("Calculating the results"))
+            self.work.start(tr("Calculating the results"))
         else:
             self.work.end()
 
@@ -202,7 +202,7 @@ class Output(QObject):
         self._writer = ReportWriter(self)
         self._writer.asked.connect(lambda question: self.question.ask(question, far=far()))
         self._writer.begun.connect(
-            lambda: self.work.begin(tr("Writing the report"), tr("E cancels."))
+            lambda: self.work.start(tr("Writing the report"), tr("E cancels."))
         )
         self._writer.advanced.connect(self.work.advance)
         self._writer.ended.connect(self.work.end)

@@ -334,5 +334,5 @@ def calibration_words(bridge: StationBridge) -> str:
     return tr("Cameras: {cameras}. Probe: {probe}. Plan: {release}.").format(
         cameras=said(instruments.calibration().label),
         probe=said(instruments.probe().label),
-        release=said(bridge.station.job.release.words),
+        release=said(bridge.station.job.release.summary),
     )

@@ -1,8 +1,9 @@
 """Non-blocking link between a guided procedure and the window.
 
-Every observation is on disk before `Procedure.take` returns, and a calculation takes seconds. Both
-run on their own threads; the window pulls the latest snapshot with a timer. A dense solution holds
-the GIL for more than a second: another process resumes the session from its file and calculates.
+Every observation is on disk before `Procedure.record` returns, and a calculation takes seconds.
+Both run on their own threads; the window pulls the latest snapshot with a timer. A dense solution
+holds the GIL for more than a second: another process resumes the session from its file and
+calculates.
 """
 
 from __future__ import annotations
@@ -134,8 +135,8 @@ class WizardDriver(QObject):
         since = time.monotonic() - self._begun_at if running else None
         return StepSnapshot(self._view, self._automatic, since)
 
-    def take(self) -> None:
-        self._commands.put(self._take)
+    def record(self) -> None:
+        self._commands.put(self._record)
 
     def drop(self) -> None:
         """Undo the last observation of the step."""
@@ -177,7 +178,7 @@ class WizardDriver(QObject):
 
     def _run(self) -> None:
         while True:
-            command: Callable[[], object] | None = self._look
+            command: Callable[[], object] | None = self._poll
             with suppress(queue.Empty):
                 command = self._commands.get(timeout=LOOK_S)
             if command is None:
@@ -215,7 +216,7 @@ class WizardDriver(QObject):
             self._blind = not isinstance(error, OcmmError)
             self._failed_elsewhere.emit(contained(error, _PART, _SAFE))
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         """Record the temperature, and take automatically if ready."""
         base = self.procedure.base
         now = time.monotonic()
@@ -232,15 +233,15 @@ class WizardDriver(QObject):
             self.procedure.record_temperature(self._clock(), self._warmth())
         if self._automatic and base.live.ready and base.decision is ProcedureDecision.OPEN:
             try:
-                self._take()
+                self._record()
             except OcmmError as error:
                 # The target may have moved since the check: no error.
                 if error.code != NOT_READY:
                     self._automatic = False
                     raise
 
-    def _take(self) -> None:
-        self.procedure.take(self._clock())
+    def _record(self) -> None:
+        self.procedure.record(self._clock())
         self._taken_elsewhere.emit()
 
     def _calculate(self) -> None:

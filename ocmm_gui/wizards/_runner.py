@@ -141,7 +141,7 @@ class Runner(kit.Themed, QWidget):
     def _calls(self, extra: Mapping[str, Callable[[], None]]) -> dict[str, Callable[[], None]]:
         driver = self.driver
         return {
-            "take": driver.take,
+            "take": driver.record,
             "drop": driver.drop,
             "next": driver.advance,
             "back": driver.back,

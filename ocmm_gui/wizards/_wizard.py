@@ -48,7 +48,7 @@ def fields(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Field, ...]:
     )
 
 
-def begin(
+def start_session(
     site: WizardSite, spec: WizardSpec[Any], values: Mapping[str, str], now: datetime
 ) -> OpenSession:
     """Start a session with filled-in fields; raise OcmmError if impossible."""
@@ -117,7 +117,7 @@ class Wizard(GuidedStack):
         self._spec = WIZARDS[0]
         self.start = WizardStart()
         self.addWidget(self.start)
-        self.start.begun.connect(self._begin)
+        self.start.begun.connect(self._start)
         self.start.resumed.connect(self._resume)
         self.start.left.connect(self.leave)
         self._asked: tuple[Field, ...] = ()
@@ -159,7 +159,7 @@ class Wizard(GuidedStack):
         super().set_theme(theme)
         self.tables.set_theme(theme)
 
-    def _begin(self, values: dict[str, str]) -> None:
+    def _start(self, values: dict[str, str]) -> None:
         """Start a session, after the tables that it reads were shown and accepted."""
         try:
             named(values)
@@ -171,7 +171,7 @@ class Wizard(GuidedStack):
         self._values = values
         self._reads = next((one for one in self._asked if _is_to_be_shown(one, values)), None)
         if self._reads is None:
-            self._run(lambda: begin(self._site, self._spec, values, self._clock()))
+            self._run(lambda: start_session(self._site, self._spec, values, self._clock()))
             return
         path = Path(values[self._reads.key].strip()).expanduser()
         self.tables.open_table(path)
@@ -192,7 +192,7 @@ class Wizard(GuidedStack):
         if self._reads is not None:
             stated = table_values(self._reads.key, self.tables.options())
             self.setCurrentWidget(self.start)
-            self._begin({**self._values, **stated})
+            self._start({**self._values, **stated})
 
     def _refuse(self, error: OcmmError) -> None:
         self._decline_table()

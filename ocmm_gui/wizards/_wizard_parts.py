@@ -50,7 +50,7 @@ class WizardStart(kit.Themed, QWidget):
             tr("Resume  [G]"), tr("Resume the selected session"), "G"
         )
         self.leave_button = kit.large_button(tr("Leave  [Esc]"), tr("Leave the wizard"), "Esc")
-        self.begin_button.clicked.connect(self._begin)
+        self.begin_button.clicked.connect(self._start)
         self.resume_button.clicked.connect(self._resume)
         self.leave_button.clicked.connect(self.left)
         self.list = kit.dressed(QListWidget(), tr("Unfinished sessions"), font=kit.text_font(16))
@@ -125,7 +125,7 @@ class WizardStart(kit.Themed, QWidget):
     def _line(self, one: Field) -> QLineEdit:
         field = kit.HintField(one.proposal)
         field.setPlaceholderText(tr(one.tip))
-        field.returnPressed.connect(self._begin)
+        field.returnPressed.connect(self._start)
         field.textEdited.connect(lambda _text: self.show_trouble(""))
         return field
 
@@ -171,7 +171,7 @@ class WizardStart(kit.Themed, QWidget):
             for key, field in self.fields.items()
         }
 
-    def _begin(self) -> None:
+    def _start(self) -> None:
         self.begun.emit(self.values())
 
     def _resume(self) -> None:

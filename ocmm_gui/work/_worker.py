@@ -52,7 +52,7 @@ class Teller:
         """Report the next step, and the share done."""
         self._sender.send(_Step(what, share))
 
-    def give(self, part: object) -> None:
+    def send(self, part: object) -> None:
         """Send a part of the answer that can be shown already."""
         self._sender.send(_Part(part))
 
@@ -113,7 +113,7 @@ class SideProcess(QObject):
         self._scratch = Path()
         self._mail: deque[object] = deque()
         self._timer = QTimer(self, interval=_LOOK_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer.timeout.connect(self._poll)
 
     def is_running(self) -> bool:
         return self._process is not None
@@ -173,7 +173,7 @@ class SideProcess(QObject):
         ending.start()
         return ending
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         until = time.monotonic() + _TURN_S
         while self._process is not None and self._mail:
             said = self._mail.popleft()
@@ -260,7 +260,7 @@ class Worker(QObject):
         self._closed = False
         # A call that hangs on a dead disk must not block the exit.
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._back.connect(self._give, Qt.ConnectionType.QueuedConnection)
+        self._back.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
     def do(self, call: Callable[[], T], done: Callable[[T], None], failed: Failed) -> None:
         """Queue a call; returns immediately.
@@ -277,9 +277,9 @@ class Worker(QObject):
                 answer = call()
             except Exception as error:
                 caught = error
-                self._tell(lambda: failed(caught))
+                self._report(lambda: failed(caught))
             else:
-                self._tell(lambda: done(answer))
+                self._report(lambda: done(answer))
 
         self._calls.put(carry_out)
 
@@ -296,13 +296,13 @@ class Worker(QObject):
         while (call := self._calls.get()) is not None:
             call()
 
-    def _tell(self, answer: Callable[[], None]) -> None:
+    def _report(self, answer: Callable[[], None]) -> None:
         # After a close without waiting the receiver may be deleted, and the answer is not needed.
         if not self._closed:
             with contextlib.suppress(RuntimeError):
                 self._back.emit(answer)
 
-    def _give(self, answer: Callable[[], None]) -> None:
+    def _deliver(self, answer: Callable[[], None]) -> None:
         if not self._closed:
             answer()
 
@@ -327,7 +327,7 @@ class WorkLine(QFrame):
         hbox(self._bar, self._label, self._key, 1, parent=self, spacing=12, margins=(14, 3, 14, 3))
         self.hide()
 
-    def begin(self, what: str, key: str = "") -> None:
+    def start(self, what: str, key: str = "") -> None:
         """Show the start of work; ``key`` describes its cancellation, if possible."""
         self._bar.setRange(0, 0)
         self._label.setText(what)
@@ -344,7 +344,7 @@ class WorkLine(QFrame):
     def end(self) -> None:
         self.hide()
 
-    def words(self) -> str:
+    def message(self) -> str:
         """Return step and cancel key; empty while idle."""
         if self.isHidden():
             return ""
@@ -367,7 +367,7 @@ class WorkSheet(Sheet):
         """Cancel the work; displayed results stay."""
         if self._work.is_running() and self._work.give_up():
             self.working.end()
-            self.say(tr("Stopped; nothing was changed."))
+            self.show_message(tr("Stopped; nothing was changed."))
 
     def close_work(self) -> None:
         """Cancel the work; call it before the window closes."""
@@ -377,13 +377,13 @@ class WorkSheet(Sheet):
         """Return whether work is running; for tests."""
         return self._work.is_running()
 
-    def _begin(self, what: str, work: Work) -> None:
+    def _start(self, what: str, work: Work) -> None:
         self._work.start(work)
-        self.working.begin(what, tr("F9 stops."))
+        self.working.start(what, tr("F9 stops."))
 
     def _fail(self, error: object) -> None:
         self.working.end()
-        self.say(tr("Failed; the previous result is still shown."))
+        self.show_message(tr("Failed; the previous result is still shown."))
         self.failed.emit(error)
 
     def _finish(self, answer: object) -> None:

@@ -58,7 +58,7 @@ def serve_ippdme(
     failures: list[Exception] = []
 
     def tell(words: str) -> None:
-        console.say(words)
+        console.show(words)
 
     def fail(error: Exception) -> None:
         failures.append(error)

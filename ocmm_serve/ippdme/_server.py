@@ -165,7 +165,7 @@ class DmeServer:
 
     def flush(self) -> None:
         """Send the lines of the session; a client that does not read is disconnected."""
-        lines, client = self._session.take(), self._client
+        lines, client = self._session.pop_lines(), self._client
         if client is None or not lines:
             return
         told = [line for line in lines if line[6:] not in ("&", "%")]

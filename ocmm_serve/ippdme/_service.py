@@ -52,7 +52,7 @@ class DmeService:
         failed: Callable[[Exception], None] = lambda error: None,
     ) -> None:
         self._tell, self._sentence = tell, ""
-        self.machine = StationMachine(station, hand, header, self._say)
+        self.machine = StationMachine(station, hand, header, self._report)
         self.dme = DmeState(
             self.machine, options.dialect, CsyFrames(options.sign), options.any_place,
             options.surface,
@@ -88,7 +88,7 @@ class DmeService:
         self.machine.detach()
         return ended
 
-    def _say(self, words: str) -> None:
+    def _report(self, words: str) -> None:
         self._sentence = words
         self._tell(words)
 

@@ -57,7 +57,7 @@ class OpenCommand:
 
 
 class DmeSession:
-    """Commands of one client at a time; `take` returns the lines to send.
+    """Commands of one client at a time; `pop_lines` returns the lines to send.
 
     `patience_s`: longest wait for a touch. `tries`: refused touches after which a command fails.
     """
@@ -72,7 +72,7 @@ class DmeSession:
         self._led: deque[int] = deque(maxlen=_MOST_PENDING)
         """Points that the operator led, which he can delete."""
 
-    def take(self) -> list[str]:
+    def pop_lines(self) -> list[str]:
         """Return the lines since the last call."""
         out, self._out = self._out, []
         return out

@@ -40,7 +40,7 @@ def serve_lines(
     from ocmm_core.station.stream import StreamServer
     from ocmm_serve.lines._feed import LineFeed, SerialReceiver, run
 
-    made = LineTemplate.of(template, unit, point, decimal)
+    made = LineTemplate.parse(template, unit, point, decimal)
     if device and (address.port is not None or address.allow or address.host != "127.0.0.1"):
         raise InputError(
             "lines.two_ways",
@@ -80,7 +80,7 @@ def serve_keyboard(
     """
     from ocmm_serve.lines._feed import KeyboardReceiver, LineFeed, find_tool, run
 
-    made = LineTemplate.of(template, unit, point, decimal)
+    made = LineTemplate.parse(template, unit, point, decimal)
     receiver = KeyboardReceiver(find_tool(), window)
 
     request = site.request(plan_for(plan, site.source))

@@ -168,11 +168,11 @@ def run(request: StationRequest, template: LineTemplate, end: bytes, face: Face)
     ended = stop_event()
 
     def note(words: str) -> None:
-        console.say(words, style="yellow")
+        console.show(words, style="yellow")
 
     plain = PlainLines(lambda one: template.line(one).encode("ascii") + end, note)
     with serving(request, console) as built, face(built.station, plain, note) as made:
-        console.say(template.words)
+        console.show(template.summary)
         console.print(f"{lead('Lines   ')}{made}")
         measure_until(built.station, ended)
 

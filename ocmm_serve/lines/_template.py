@@ -39,7 +39,7 @@ class _Part:
 
 @dataclass(frozen=True, slots=True)
 class LineTemplate:
-    """Make a line of text of each point; `of` checks it."""
+    """Make a line of text of each point; `parse` checks it."""
 
     parts: tuple[_Part, ...]
     unit: LengthUnit
@@ -47,7 +47,7 @@ class LineTemplate:
     decimal: DecimalSign
 
     @classmethod
-    def of(
+    def parse(
         cls,
         text: str,
         unit: LengthUnit = "mm",
@@ -81,7 +81,7 @@ class LineTemplate:
         )
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         """Return what its numbers are, for the operator."""
         if self.kind == "ball":
             return f"Ball centres (radius not compensated) in {self.unit}, world of the cameras."

@@ -39,8 +39,8 @@ def serve_opcua(
     try:
         server.start()
         console.print(f"{lead('Server  ')}{server.address}")
-        publish_until_end(places, lambda words: console.say(words, style="yellow"), server.show)
+        publish_until_end(places, lambda words: console.show(words, style="yellow"), server.show)
     finally:
         server.close()
     refused, missed = clients.refused, server.missed
-    console.say(f"{refused} clients refused, {missed} changes skipped.")
+    console.show(f"{refused} clients refused, {missed} changes skipped.")

@@ -239,7 +239,7 @@ def _of_result(result: PublishedResult) -> _Tree:
     flag, evaluation = ua.VariantType.Boolean, ua.VariantType.Int32
     return {
         **_tree(report.job), "Simulated": (report.simulated, flag),
-        "Partial": (result.partial, flag), "PartVerdict": (result.words, text),
+        "Partial": (result.partial, flag), "PartVerdict": (result.verdict_text, text),
         "Evaluation": (int(result.evaluation), evaluation),
         "Characteristics": {
             one.name: {
@@ -259,7 +259,7 @@ def _structure(result: PublishedResult) -> Any:
         PartId=report.job.serial, ProductId=report.job.part, InternalRecipeId=report.job.plan,
         JobId=report.job.name, CreationTime=_moment(report.job.created_utc),
         ResultEvaluation=kinds.ResultEvaluationEnum(int(result.evaluation)),
-        ResultEvaluationDetails=ua.LocalizedText(result.words), FileFormat=[report.schema],
+        ResultEvaluationDetails=ua.LocalizedText(result.verdict_text), FileFormat=[report.schema],
     )  # fmt: skip
     content = [ua.Variant(result.json.decode("utf-8"), ua.VariantType.String)]
     return kinds.ResultDataType(ResultMetaData=meta, ResultContent=content)

@@ -54,7 +54,7 @@ def serve_screen(
         _, port = server.start()
         try:
             if options.is_exposed:
-                console.say(
+                console.show(
                     "Without TLS the page can be read and changed in the network (--cert).",
                     style="yellow",
                 )

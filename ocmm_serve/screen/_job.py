@@ -97,7 +97,7 @@ class JobOnScreen:
                 "Look at the page, then press again.",
             )
         if call.do == "take":
-            job.take()
+            job.record_point()
         elif call.do == "undo":
             job.change(lambda session: session.steps.undo())
         else:

@@ -262,7 +262,7 @@ class ScreenServer:
         except Exception as error:
             self.refused += isinstance(error, MeasuringError) and error.code == "screen.read_only"
             told = error if isinstance(error, OcmmError) else contained(error, "The action")
-            what, remedy = reader.speech.say(told.what), reader.speech.say(told.remedy)
+            what, remedy = reader.speech.text(told.what), reader.speech.text(told.remedy)
         reader.answers.append(_snapshot.ScreenAnswer(id=call.id, what=what, remedy=remedy))
         # A page that sends but does not read gets its last answers only.
         del reader.answers[:-MOST_READERS]

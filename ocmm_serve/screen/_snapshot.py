@@ -178,11 +178,11 @@ def live_of(live: LiveView, job: JobView | None, speech: Speech) -> ScreenLive:
                 distance = f"About {off:.0f} mm to the next point."
     return ScreenLive(
         status=ScreenWord(code=live.status.value, text=speech.word(live.status.value)),
-        reason=speech.say(live.reason),
+        reason=speech.text(live.reason),
         position=position,
         uncertainty=_number(speech, live.tip_uncertainty, 3),
-        distance=speech.say(distance),
-        faults=tuple(map(speech.say, live.faults)),
+        distance=speech.text(distance),
+        faults=tuple(map(speech.text, live.faults)),
     )
 
 
@@ -211,24 +211,24 @@ def job_of(
         job=view.job,
         sequence=sequence,
         title=" · ".join(one for one in names if one not in ("", DEFAULT_SERIAL, DEFAULT_OPERATOR)),
-        states=tuple(speech.say(line) for line in states if line),
-        paused=speech.say("The job is paused. Resume it at the station.") if view.paused else "",
-        next=speech.say(next_step(view)),
+        states=tuple(speech.text(line) for line in states if line),
+        paused=speech.text("The job is paused. Resume it at the station.") if view.paused else "",
+        next=speech.text(next_step(view)),
         instruction=""
         if active is None
-        else f"{active.text} {speech.say(active.spread_warning)}".strip(),
-        refusal=() if refusal is None else (speech.say(refusal.what), speech.say(refusal.remedy)),
+        else f"{active.text} {speech.text(active.spread_warning)}".strip(),
+        refusal=() if refusal is None else (speech.text(refusal.what), speech.text(refusal.remedy)),
         shown="" if shown is None else shown.name,
         deciding="" if shown is None else view.verdict_of(shown.name).deciding,
         part=ScreenWord(
             code="" if part.shown_as is None else part.shown_as.value,
-            text=speech.say(part.headline) if part.is_partial else speech.word(part.word.value),
+            text=speech.text(part.headline) if part.is_partial else speech.word(part.word.value),
         ),
         reason=_reason(view, shown, features, results, speech),
         features=features,
         results=results,
         picture=active.name if active is not None and active.picture else "",
-        undo=speech.say(view.undo),
+        undo=speech.text(view.undo),
         can_finish=active is not None and active.taken >= MINIMUM_POINTS[active.shape],
     )
 
@@ -269,7 +269,9 @@ def _reason(
     """Return why the shown verdict is not better, or what the shown feature lacks."""
     part = view.part_verdict
     if shown is None:
-        return " · ".join(speech.say(one) for one in (*part.reasons, part.requirement_words) if one)
+        return " · ".join(
+            speech.text(one) for one in (*part.reasons, part.requirement_words) if one
+        )
     told = [item.note for item in features if item.name == shown.name]
     if not shown.provisional:
         deciding = view.verdict_of(shown.name).deciding
@@ -289,18 +291,18 @@ def _feature(view: JobView, feature: FeatureView, speech: Speech) -> ScreenFeatu
     lacking = feature.taken < MINIMUM_POINTS[feature.shape]
     return ScreenFeature(
         name=feature.name,
-        shape=speech.word(feature.shape.words),
+        shape=speech.word(feature.shape.label),
         count=feature.count_text,
         state=ScreenWord(code=feature.state.value, text=speech.word(words[feature.state])),
         verdict=_verdict(summary, speech),
-        note="" if lacking else speech.say(feature.note),
+        note="" if lacking else speech.text(feature.note),
     )
 
 
 def _verdict(summary: VerdictSummary, speech: Speech) -> ScreenWord:
     if summary.verdict is None:
         return ScreenWord(code="", text=speech.word("NO TOLERANCE"))
-    words = speech.say(summary.words) or speech.word(summary.verdict.value)
+    words = speech.text(summary.share) or speech.word(summary.verdict.value)
     return ScreenWord(code=summary.verdict.value, text=words)
 
 
@@ -323,7 +325,7 @@ def _result(
         uncertainty=_number(speech, result.uncertainty, digits),
         valued=result.measured is not None,
         verdict=ScreenWord(code=result.verdict.value, text=speech.word(result.verdict.value)),
-        reason=" ".join(speech.say(one) for one in told if one),
+        reason=" ".join(speech.text(one) for one in told if one),
     )
 
 
@@ -335,5 +337,5 @@ def _number(speech: Speech, value: float | None, digits: int, sign: str = "") ->
 
 
 def _spoken(speech: Speech, text: str) -> str:
-    said = speech.say(text)
+    said = speech.text(text)
     return speech.word(text) if said == text else said

@@ -191,7 +191,7 @@ class Tasks:
     things: Sequence[Any]
     named: Callable[[Any], str]
     contents: Callable[[Any], Sequence[bytes]]
-    told: Callable[[int], None]
+    on_done: Callable[[int], None]
     open: dict[str, _Open] = field(default_factory=dict)
     kept: TaskContents = field(default_factory=TaskContents)
     begun: int = 0
@@ -213,14 +213,14 @@ class Tasks:
         client = self._connected(ours)
         try:
             room = self._room(client)
-            self.told(0)
+            self.on_done(0)
             while given < len(self.things):
                 while places := self._following(room):
-                    failed = self._give(client, places, ours)
+                    failed = self._submit(client, places, ours)
                     found |= failed
                     for _ in failed:
                         done += 1
-                        self.told(done)
+                        self.on_done(done)
                 while given in found:
                     yield found.pop(given)
                     given += 1
@@ -233,7 +233,7 @@ class Tasks:
                         raise sentences.scheduler_lost(self.address)
                     client = self._again(client, ours)
                     continue
-                answered = self._take(key)
+                answered = self._result(key)
                 if answered is None:
                     continue
                 if isinstance(answered, Refused):
@@ -242,7 +242,7 @@ class Tasks:
                 losses = 0
                 for _ in answered:
                     done += 1
-                    self.told(done)
+                    self.on_done(done)
                 taken += 1
                 room = self._room(client) if taken % 16 == 0 else room
         finally:
@@ -292,7 +292,7 @@ class Tasks:
         together = min(int(_BUNDLE_S / max(self.thing_s, 1e-6)), _LARGEST, left // (2 * room))
         return range(self.begun, self.begun + max(together, 1))
 
-    def _give(
+    def _submit(
         self, client: Client, places: Sequence[int], ours: WorkerPlatform
     ) -> dict[int, OcmmError]:
         """Submit a task for the first of some things; return those that cannot be."""
@@ -345,7 +345,7 @@ class Tasks:
             elif waited > 5.0:
                 since = time.monotonic() - 5.0
 
-    def _take(self, key: str) -> dict[int, Any] | Refused | None:
+    def _result(self, key: str) -> dict[int, Any] | Refused | None:
         """Return the answers of a task by index; None to repeat it."""
         one = self.open[key]
         answers: dict[int, Any] = {}

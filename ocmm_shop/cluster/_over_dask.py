@@ -46,7 +46,7 @@ def over_scheduler(
     things: Sequence[T],
     named: Callable[[T], str],
     contents: Callable[[T], Sequence[bytes]],
-    told: Callable[[int], None],
+    on_done: Callable[[int], None],
 ) -> Iterator[R | OcmmError]:
     """Yield the result of each thing, computed by a scheduler's workers; see `run_tasks`."""
     security = None
@@ -58,7 +58,7 @@ def over_scheduler(
     with _quiet(), dask.config.set(_CONFIG):
         tasks = Tasks(
             lambda seconds: _client(site.scheduler, security, seconds), site.scheduler,
-            work, things, named, contents, told,
+            work, things, named, contents, on_done,
         )  # fmt: skip
         yield from tasks.run()
 
@@ -69,7 +69,7 @@ def over_local(
     things: Sequence[T],
     named: Callable[[T], str],
     contents: Callable[[T], Sequence[bytes]],
-    told: Callable[[int], None],
+    on_done: Callable[[int], None],
 ) -> Iterator[R | OcmmError]:
     """Yield results from local Dask processes; TLS: other users cannot run code in them."""
     use_one_thread()
@@ -85,7 +85,7 @@ def over_local(
     ):  # fmt: skip
         tasks = Tasks(
             lambda seconds: Client(cluster, timeout=seconds, set_as_default=False),
-            cluster.scheduler_address, work, things, named, contents, told,
+            cluster.scheduler_address, work, things, named, contents, on_done,
         )  # fmt: skip
         yield from tasks.run()
 

@@ -1,4 +1,4 @@
-"""Studies from recalculated jobs, one per characteristic (`inspection.archive`).
+"""Studies from recalculated jobs, one per characteristic (`inspection.finished`).
 
 Suspect values count as missing; an unbalanced study is refused, not filled up. Linearity is the
 bias of several calibrated parts over the range.
@@ -21,7 +21,7 @@ import numpy as np
 from ocmm_core.documents import Document, files_of_folder, load_document, write_new
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive import SUFFIX, Comparison, Trend, compare_files
+from ocmm_core.inspection.finished import SUFFIX, Comparison, Trend, compare_files
 from ocmm_core.measuring import COVERAGE_FACTOR
 from ocmm_core.names import label_fault
 from ocmm_shop.studies import _single as single

@@ -232,10 +232,10 @@ def uncertainty_for(study: PartStudy, wanted: PartTask, temperature_c: float) ->
     return found
 
 
-def _words(study: PartStudy) -> str:
+def _text(study: PartStudy) -> str:
     simulated = "SIMULATED, " if study.simulated else ""
     return f"{simulated}U {study.expanded:.6f} mm of {study.characteristic}"
 
 
-AUDITED = AuditedRecord("ocmm.part-study", PartStudy, Signed.STUDY, _words)
+AUDITED = AuditedRecord("ocmm.part-study", PartStudy, Signed.STUDY, _text)
 """Entry point of the group `ocmm.records`."""

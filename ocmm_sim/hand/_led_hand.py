@@ -187,7 +187,7 @@ class MouseHand:
 
     # Interface `LedHand`.
 
-    def begin(self, tip_world: Float, attitude: Float) -> None:
+    def pick_up(self, tip_world: Float, attitude: Float) -> None:
         """Take the probe at its current pose, and hold it."""
         with self._lock:
             self._letters.clear()

@@ -234,7 +234,7 @@ class Operator:
                 contacts = self._open(artefact, count, there, rng)
             elif old.rounds:
                 contacts = sample(artefact, max(count, 12), rng)
-                contacts = contacts.take(sorted(rng.permutation(max(count, 12))[:count]))
+                contacts = contacts.subset(sorted(rng.permutation(max(count, 12))[:count]))
             else:
                 contacts = sample(artefact, count, rng)
             self._places.setdefault(name, contacts)

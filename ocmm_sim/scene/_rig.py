@@ -267,21 +267,21 @@ class VirtualRig:
             self.options, self.seed, camera, self.n_leds, first, self._times(first, count)
         )
         hidden = hidden | self._behind_body
-        valid, uv = self._look(
+        valid, uv = self._image(
             camera, first, motion.rotation_world_from_probe, motion.origin_world(world.tip_probe),
             _Lights(world.leds_probe, self.body.led_body, world.slots[camera]),
             white[:, :n_probe], hidden,
         )  # fmt: skip
         if self.reference is None:
             return valid, uv
-        also, beside = self._look(
+        also, beside = self._image(
             camera, first, *self.reference_pose(first, count),
             _Lights(world.leds_reference, self.reference.leds, world.reference_slots[camera]),
             white[:, n_probe:], hidden >> np.uint64(n_probe),
         )  # fmt: skip
         return valid | also, np.where(np.isfinite(uv), uv, beside)
 
-    def _look(
+    def _image(
         self, camera: int, first: int, rotation: Float, origin: Float, lights: _Lights,
         white: Float, hidden: NDArray[np.uint64],
     ) -> tuple[NDArray[np.uint64], Float]:  # fmt: skip

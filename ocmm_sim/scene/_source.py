@@ -98,7 +98,7 @@ SLOWEST = 0.1
 class LedHand(Protocol):
     """Holder of the probe instead of the scripted operator."""
 
-    def begin(self, tip_world: Float, attitude: Float) -> None:
+    def pick_up(self, tip_world: Float, attitude: Float) -> None:
         """Take the probe: ball centre (3,), mm, and rotation vector (3,), rad."""
         ...
 
@@ -107,7 +107,7 @@ class LedHand(Protocol):
         ...
 
     def place(self) -> tuple[Float, Float]:
-        """Return ball centre and attitude in the form of `begin`."""
+        """Return ball centre and attitude in the form of `pick_up`."""
         ...
 
 
@@ -207,7 +207,7 @@ class SimulatedSource:
         """Give the probe to a hand from the next frame, dropping pending touches; thread-safe."""
         with self._lock:
             now = self._rig.operator_motion(self._next_frame, 1)
-            hand.begin(now.tip_world[0], rotation_vector(now.rotation_world_from_probe[0]))
+            hand.pick_up(now.tip_world[0], rotation_vector(now.rotation_world_from_probe[0]))
             self._rig.interrupt(self._next_frame)
             self._hand = hand
 

@@ -29,7 +29,7 @@ class Contacts:
     place: np.ndarray[tuple[int], np.dtype[np.int64]]
     """(n,) int64: touches with the same number can be joined by a straight path."""
 
-    def take(self, chosen: Sequence[int]) -> Contacts:
+    def subset(self, chosen: Sequence[int]) -> Contacts:
         """Return the touches with the given indices."""
         index = np.asarray(chosen, dtype=np.int64)
         return Contacts(self.points[index], self.normals[index], self.place[index])
@@ -80,7 +80,7 @@ def farthest(contacts: Contacts, radius: float, tips: Float, count: int) -> Cont
     balls = contacts.points + radius * contacts.normals
     gaps = np.linalg.norm(balls[:, None] - tips[None], axis=2).min(axis=1, initial=np.inf)
     order = np.argsort(-gaps, kind="stable")
-    return contacts.take(sorted(order[:count].tolist()))
+    return contacts.subset(sorted(order[:count].tolist()))
 
 
 def _together(points: Float, normals: Float, place: int | None = None) -> Contacts:

@@ -349,7 +349,7 @@ class FrameBuffer:
         if 0 < ahead <= device.FRAMES_PER_CYCLE:
             self._tail += ahead
 
-    def take(self, now_ns: int) -> tuple[int, int]:
+    def pop(self, now_ns: int) -> tuple[int, int]:
         """Return the first frame to send and their number; drop frames without room."""
         exposed = self._newest(now_ns) + 1
         end = min(exposed, self._generated)

@@ -163,7 +163,7 @@ class SoftwareCamera:
         memory = esc.memory
         first = count = 0
         if buffer.running:
-            first, count = buffer.take(esc.system_time_ns)
+            first, count = buffer.pop(esc.system_time_ns)
         status = (
             (_OPERATIONAL if esc.state == registers.OP else 0)
             | (_SYNCHRONISED if esc.is_synchronised else 0)

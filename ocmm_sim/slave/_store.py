@@ -221,7 +221,7 @@ class _InUse:
     mean: float
 
     @classmethod
-    def of(cls, pixels: NDArray[np.uint16]) -> _InUse:
+    def from_pixels(cls, pixels: NDArray[np.uint16]) -> _InUse:
         content = np.ascontiguousarray(pixels, "<u2").tobytes()
         digest = hashlib.sha256(content).digest()
         return cls(pixels, digest, zlib.crc32(content), float(pixels.mean()))
@@ -239,7 +239,7 @@ class _InUse:
                 "camera.stored", "The stored black image is incomplete.", "Measure it again."
             )
         pixels = np.frombuffer(block, "<u2", offset=_SHAPE.size).reshape(height, width)
-        return cls.of(pixels.astype(np.uint16))
+        return cls.from_pixels(pixels.astype(np.uint16))
 
 
 class BlackImages:
@@ -329,26 +329,26 @@ class BlackImages:
         command = BlackCommand(value[0])
         if command is BlackCommand.MEASURE:
             frames = self._frames
-            self._begin(lambda: self._measure(frames), self._darken(frames))
+            self._start(lambda: self._measure(frames), self._darken(frames))
         elif command is BlackCommand.STORE:
             in_use = self._in_use
             if in_use is None:
                 raise AbortError(Abort.NO_DATA)
-            self._begin(lambda: self._keep(in_use), 0)
+            self._start(lambda: self._keep(in_use), 0)
         elif command is BlackCommand.LOAD:
             if self._stored_sha is None:
                 raise AbortError(Abort.NO_DATA)
-            self._begin(self._load, 0)
+            self._start(self._load, 0)
         else:
-            self._begin(self._clear, 0)
+            self._start(self._clear, 0)
 
-    def _begin(self, work: Callable[[], _InUse | None], takes_ns: int) -> None:
+    def _start(self, work: Callable[[], _InUse | None], takes_ns: int) -> None:
         self._state = Work.BUSY
         self._began_ns, self._takes_ns = self._now_ns, takes_ns
         self._job = BackgroundJob(STORED_NAME, work)
 
     def _measure(self, frames: int) -> _InUse:
-        return _InUse.of(self._sensor.black_image(self._camera, frames))
+        return _InUse.from_pixels(self._sensor.black_image(self._camera, frames))
 
     def _keep(self, in_use: _InUse) -> _InUse:
         self._store.save(STORED_NAME, in_use.block())

@@ -218,7 +218,7 @@ def test_what_grows_would_be_found() -> None:
     kept = []
     for _ in range(3):
         kept.append(os.open(os.devnull, os.O_RDONLY))
-        held.look(0.0)
+        held.sample(0.0)
     for descriptor in kept:
         os.close(descriptor)
     assert held.found()["descriptors more"] == 1

@@ -92,12 +92,12 @@ def zone(word: str, *faces: int, **more: Any) -> Tolerance:
 
 def of_size(item: Dimension, general: str = "") -> tuple[Plan, AccountItem]:
     plan, account = made(general, dimensions=(item,))
-    return plan, account.of("dimension")[0]
+    return plan, account.all_items("dimension")[0]
 
 
 def of_zone(item: Tolerance, *others: Tolerance, **pmi: Any) -> tuple[Plan, AccountItem]:
     plan, account = made(tolerances=(item, *others), **pmi)
-    return plan, account.of("tolerance")[0]
+    return plan, account.all_items("tolerance")[0]
 
 
 def test_a_size_of_several_bores_is_one_characteristic_each() -> None:
@@ -366,7 +366,7 @@ def test_datums_of_faces_in_one_plane_and_of_opposite_faces() -> None:
 def test_a_datum_that_cannot_be_takes_its_tolerances_with_it(datum: Datum, why: str) -> None:
     flat = zone("parallelism", TOP, datums=(DatumReference(labels=("D",)),))
     _, account = made(tolerances=(flat,), datums=(datum,))
-    for item in account.of("datum", "tolerance", "datum reference"):
+    for item in account.all_items("datum", "tolerance", "datum reference"):
         assert item.status == "refused"
         assert why in item.why
 
@@ -389,8 +389,8 @@ def test_everything_stands_in_the_account_once() -> None:
     }  # fmt: skip
     assert all(bool(item.became) == (item.status != "refused") for item in account.items)
     assert all(bool(item.why) == (item.status != "taken") for item in account.items)
-    assert "2X INDIVIDUALLY" in account.of("dimension")[0].remark
-    label, lost = account.of("annotation")[1:]
+    assert "2X INDIVIDUALLY" in account.all_items("dimension")[0].remark
+    label, lost = account.all_items("annotation")[1:]
     assert (label.became, lost.status) == (("S",), "refused")
     assert not account.is_complete
 

@@ -170,7 +170,7 @@ def test_parameters_along_edges_are_those_of_the_library() -> None:
         for face in explored(shape, "FACE"):
             for edge in explored(face, "EDGE"):
                 curve = BRepAdaptor_Curve2d(edge, face)
-                along, _ = asked.of(edge, curve.FirstParameter(), curve.LastParameter())
+                along, _ = asked.lookup(edge, curve.FirstParameter(), curve.LastParameter())
                 truth = [(p.X(), p.Y()) for p in map(curve.Value, along.tolist())]
                 # Some 100 mm: their last bits.
                 assert parameters_on(curve, along) == pytest.approx(np.array(truth), abs=1e-11)

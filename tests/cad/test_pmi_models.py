@@ -257,7 +257,10 @@ def test_a_model_that_the_library_wrote_is_read_back(tmp_path: Path) -> None:
     needs_package("OCP", "the extra 'step'")
     model = read_model(toleranced(tmp_path / "bored.stp", MODELS["bored"][0]()))
     plan, account = planned(model)
-    assert [item.status for item in account.of("dimension", "tolerance")] == ["taken", "taken"]
+    assert [item.status for item in account.all_items("dimension", "tolerance")] == [
+        "taken",
+        "taken",
+    ]
     size, flat = plan.characteristics
     (bore,) = [one for one in plan.features if one.shape is Shape.CYLINDER]
     assert (size.kind, size.features, size.nominal) == ("diameter", [bore.name], 12.0)

@@ -57,7 +57,9 @@ BLOCK = boxes(((0, 0, 0), (100, 60, 20)))
 def test_a_block_is_reached_from_above_and_from_its_sides(
     point: tuple[float, ...], normal: Float, own: int
 ) -> None:
-    found = Reach(BLOCK, 3.0, SETTING, NO_AXES).of(np.array([point], float), normal[None], [own])
+    found = Reach(BLOCK, 3.0, SETTING, NO_AXES).evaluate(
+        np.array([point], float), normal[None], [own]
+    )
     assert found.stage.tolist() == [0]
     assert found.leds[0] >= 4
     assert found.ways_mm[0] == 8.0
@@ -68,13 +70,13 @@ def test_a_block_is_reached_from_above_and_from_its_sides(
 
 def test_what_faces_down_is_left_out_with_the_face_that_the_stylus_meets() -> None:
     reach = Reach(BLOCK, 3.0, SETTING, NO_AXES)
-    found = reach.of(np.array([[50.0, 30.0, 0.0]]), DOWN[None], [4])
+    found = reach.evaluate(np.array([[50.0, 30.0, 0.0]]), DOWN[None], [4])
     assert found.stage[0] != 0
     assert np.isnan(found.turns_part_from_probe).all()
     assert reach.why_not(found) == "the stylus would touch face 5"
     # Turned over it can be touched.
     turned = Setting(BODY, DESIGN, RIG, Placement(up=(0.0, 0.0, -1.0)))
-    assert Reach(BLOCK, 3.0, turned, NO_AXES).of(
+    assert Reach(BLOCK, 3.0, turned, NO_AXES).evaluate(
         np.array([[50.0, 30.0, 0.0]]), DOWN[None], [4]
     ).stage.tolist() == [0]  # fmt: skip
 
@@ -84,7 +86,7 @@ def test_a_slit_narrower_than_the_ball_has_no_target(width: float, stage: int) -
     # Two walls side by side; the ball touches the right side of the first near its top.
     walls = boxes(((0, 0, 0), (50, 60, 20)), ((50 + width, 0, 0), (100, 60, 20)))
     reach = Reach(walls, 3.0, None, NO_AXES)
-    found = reach.of(np.array([[50.0, 30.0, 18.0]]), RIGHT[None], [1])
+    found = reach.evaluate(np.array([[50.0, 30.0, 18.0]]), RIGHT[None], [1])
     assert found.stage.tolist() == [stage]
     if stage:
         assert reach.why_not(found) == "the ball would touch face 7"
@@ -94,11 +96,11 @@ def test_a_roof_over_a_target_is_met_by_the_body_of_the_probe() -> None:
     # 60 mm above: the stylus of 40 mm fits below it, the panel does not; wide to all sides.
     roof = boxes(((0, 0, 0), (100, 60, 20)), ((-600, -600, 80), (600, 600, 90)))
     reach = Reach(roof, 3.0, Setting(BODY, DESIGN), NO_AXES)
-    found = reach.of(np.array([[50.0, 30.0, 20.0]]), UP[None], [5])
+    found = reach.evaluate(np.array([[50.0, 30.0, 20.0]]), UP[None], [5])
     assert found.stage[0] != 0
     assert "would touch face" in reach.why_not(found)
     # Without a probe only the ball is checked, and it has room.
-    assert Reach(roof, 3.0, None, NO_AXES).of(
+    assert Reach(roof, 3.0, None, NO_AXES).evaluate(
         np.array([[50.0, 30.0, 20.0]]), UP[None], [5]
     ).stage.tolist() == [0]  # fmt: skip
 
@@ -114,17 +116,17 @@ def test_a_wall_towards_the_cameras_hides_the_leds() -> None:
         shift = RIG.volume_world.mean(axis=0) - moved[0]
         blind = Setting(BODY, DESIGN, RIG, Placement(offset_world=tuple(shift.tolist())))
         reach = Reach(wall, 3.0, blind, NO_AXES)
-    found = reach.of(point, UP[None], [5])
+    found = reach.evaluate(point, UP[None], [5])
     assert found.stage[0] != 0
     assert "LEDs of the probe there, 4 are needed" in reach.why_not(found)
     without = Reach(wall, 3.0, Setting(BODY, DESIGN), NO_AXES)
-    assert without.of(point, UP[None], [5]).stage.tolist() == [0]
+    assert without.evaluate(point, UP[None], [5]).stage.tolist() == [0]
 
 
 def test_outside_the_volume_of_the_rig_nothing_is_measured() -> None:
     away = Setting(BODY, DESIGN, RIG, Placement(offset_world=(1000.0, 0.0, 0.0)))
     reach = Reach(BLOCK, 3.0, away, NO_AXES)
-    found = reach.of(np.array([[50.0, 30.0, 20.0]]), UP[None], [5])
+    found = reach.evaluate(np.array([[50.0, 30.0, 20.0]]), UP[None], [5])
     assert reach.why_not(found) == "it is outside the measuring volume where the part stands"
 
 
@@ -137,7 +139,7 @@ def test_a_bore_is_entered_along_its_axis() -> None:
     )  # fmt: skip
     reach = Reach(shaft, 3.0, Setting(BODY, DESIGN), UP[None])
     points = np.array([[40.0, 50.0, high - 8.0], [40.0, 50.0, high - 60.0]])
-    found = reach.of(points, np.tile(RIGHT, (2, 1)), [1], UP)
+    found = reach.evaluate(points, np.tile(RIGHT, (2, 1)), [1], UP)
     assert found.stage[0] == 0
     # The panel of 40 mm and more does not fit into the shaft.
     assert found.stage[1] in (2, 3)
@@ -146,7 +148,7 @@ def test_a_bore_is_entered_along_its_axis() -> None:
 def test_leds_counted_are_those_that_both_cameras_show() -> None:
     reach = Reach(BLOCK, 3.0, SETTING, NO_AXES)
     points = np.column_stack([np.linspace(5, 95, 30), np.full(30, 30.0), np.full(30, 20.0)])
-    found = reach.of(points, np.tile(UP, (30, 1)), [5])
+    found = reach.evaluate(points, np.tile(UP, (30, 1)), [5])
     pose = SETTING.pose(BLOCK.middle)
     for point, turn, count in zip(points, found.turns_part_from_probe, found.leds, strict=True):
         leds = pose.apply(BODY.leds_probe @ turn.T + point + 3.0 * UP)
@@ -292,7 +294,7 @@ def test_orientation_rules_of_the_probe_are_kept() -> None:
     path = shipped_design(thesis)
     setting = Setting(thesis, load_design(path, thesis) if path else None, RIG)
     reach = Reach(BLOCK, 3.0, setting, NO_AXES)
-    found = reach.of(np.array([[0.0, 30.0, 10.0]]), LEFT[None], [0])
+    found = reach.evaluate(np.array([[0.0, 30.0, 10.0]]), LEFT[None], [0])
     (turn,) = found.turns_part_from_probe
     assert found.stage.tolist() == [0]
     for axis, world in thesis.rules:
@@ -303,7 +305,7 @@ def test_where_rules_leave_no_attitude_that_is_said() -> None:
     thesis = load_probe(resource("probes", "thesis.toml"))
     for rig in (RIG, None):
         reach = Reach(BLOCK, 3.0, Setting(thesis, None, rig), NO_AXES)
-        found = reach.of(np.array([[50.0, 30.0, 0.0]]), DOWN[None], [4])
+        found = reach.evaluate(np.array([[50.0, 30.0, 0.0]]), DOWN[None], [4])
         assert "held from below" in reach.why_not(found)
 
 
@@ -339,7 +341,7 @@ def test_surfaces_that_are_asked_at_once_are_answered_as_one_by_one() -> None:
     at_once = reach.of_each(asked)
     assert at_once[0].stage.tolist() == [0, 0]
     for places, found in zip(asked, at_once, strict=True):
-        alone = reach.of(places.points, places.normals, places.own, places.axis_part)
+        alone = reach.evaluate(places.points, places.normals, places.own, places.axis_part)
         for name in ("stage", "face", "turns_part_from_probe", "ways_mm", "leds"):
             assert np.array_equal(getattr(found, name), getattr(alone, name), equal_nan=True)
     assert reach.of_each([]) == []

@@ -45,4 +45,4 @@ def write_job(path: Path, serial: str, touches: list[Touch]) -> None:
         )
         session.conditions.note_climate()
         for touch in touches:
-            assert isinstance(session.touches.take(touch), MeasuredPoint)
+            assert isinstance(session.touches.record_touch(touch), MeasuredPoint)

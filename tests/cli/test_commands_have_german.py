@@ -1,4 +1,4 @@
-"""Commands print through `say` or its siblings, so that German is possible (decision 47)."""
+"""Commands print through `tr` or its siblings, so that German is possible (decision 47)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = ROOT / "ocmm_cli"
 
 _WORD = re.compile(r"[^\W\d_]{2,}")
-_SAYING = {"say", "say_word", "say_later", "heads", "lead", "told"}
+_SAYING = {"tr", "tr_word", "tr_later", "heads", "lead", "error_text"}
 _PRINTING = {
     "print", "echo", "_say", "add_column", "add_row", "add_task", "status", "Table", "Text",
     "TextColumn", "input", "prompt", "confirm",
@@ -127,7 +127,7 @@ SOURCES = _sources()
 
 @pytest.mark.parametrize("name", SOURCES)
 def test_a_command_says_nothing_past_the_catalogue(name: str) -> None:
-    assert unsaid(SOURCES[name]) == [], f"{name}: put it into say(), say_word(), lead() or heads()"
+    assert unsaid(SOURCES[name]) == [], f"{name}: put it into tr(), tr_word(), lead() or heads()"
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_a_command_says_nothing_past_the_catalogue(name: str) -> None:
         'console.print(f"Record   {path}", highlight=False)',
         'table.add_column("Serial", no_wrap=True)',
         'typer.echo("PASS" if passed else "FAIL")',
-        'console.print(say("Written") + " to the file")',
+        'console.print(tr("Written") + " to the file")',
         'why = "The file has no end."',
     ],
 )
@@ -146,7 +146,7 @@ def test_what_is_not_said_is_found(line: str) -> None:
 
 
 def test_what_is_said_is_passed() -> None:
-    assert unsaid('console.print(say("The bus is running."), style="bold red")') == []
+    assert unsaid('console.print(tr("The bus is running."), style="bold red")') == []
     assert unsaid("""console.print(f"{lead('Record   ')}{path}")""") == []
 
 
@@ -158,5 +158,5 @@ def test_a_label_stays_as_wide_where_it_fits(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(_console, "_translation", lambda: load_translation("de"))
     assert lead("Source   ") == "Quelle   "
     assert lead("  Kept in     ") == "  Abgelegt in "
-    assert _console.say("  Not done: ") == "  Nicht ausgeführt: "
-    assert _console.say("Nobody ever says this.") == "Nobody ever says this."
+    assert _console.tr("  Not done: ") == "  Nicht ausgeführt: "
+    assert _console.tr("Nobody ever says this.") == "Nobody ever says this."

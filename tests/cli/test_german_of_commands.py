@@ -118,14 +118,14 @@ def test_what_was_mended_is_counted() -> None:
     )
     done = [Mended(change), Mended(change, complaint="Permission denied")]
     console = page()
-    print_mended(done, _console.say("taken back"), console)
+    print_mended(done, _console.tr("taken back"), console)
     assert printed(console) == (
         "  Nicht ausgeführt: /sys/a: Keine Berechtigung\n1 von 2 zurückgenommen.\n"
     )
 
 
 def test_one_event_is_one() -> None:
-    assert [_console.say(f"1 {one}") for one in ("event", "record", "session")] == [
+    assert [_console.tr(f"1 {one}") for one in ("event", "record", "session")] == [
         "1 Ereignis", "1 Protokoll", "1 Sitzung",
     ]  # fmt: skip
 
@@ -194,9 +194,9 @@ def test_a_source_that_ended_too_early_is_told_as_a_whole() -> None:
         "touched.",
         "Start the command again: it continues this session.",
     )
-    assert "Die Quelle endete. Noch 12 Lagen. Am Ende: " in _console.told(error)
+    assert "Die Quelle endete. Noch 12 Lagen. Am Ende: " in _console.error_text(error)
     error = CalibrationError("a.b", "Show the bar: the source ended. 3 bar placements to go.", "")
-    assert _console.told(error) == "Show the bar: Die Quelle endete. Noch 3 Maßstablagen."
+    assert _console.error_text(error) == "Show the bar: Die Quelle endete. Noch 3 Maßstablagen."
 
 
 def test_points_of_a_test_are_planned() -> None:
@@ -229,7 +229,7 @@ def _names(tree: ast.AST, inside: set[str]) -> Iterator[ast.Call]:
                 yield node
 
 
-_SAYING = {"say", "say_word", "told", "heads", "lead"}
+_SAYING = {"tr", "tr_word", "error_text", "heads", "lead"}
 _KEEPING = {"finish", "decide", "decided_code", "accept", "keep", "mount", "excuse_corner"}
 """What these get goes into a signed history."""
 
@@ -270,8 +270,8 @@ def test_what_is_kept_is_kept_in_english(path: Path) -> None:
 @pytest.mark.parametrize(
     "line",
     [
-        'finish(procedure, site, decision, say("calibrated"), console)',
-        'why = say("It ended.")\n    raise CalibrationError("a.b", f"It stopped. {why}", "Go on.")',
+        'finish(procedure, site, decision, tr("calibrated"), console)',
+        'why = tr("It ended.")\n    raise CalibrationError("a.b", f"It stopped. {why}", "Go on.")',
     ],
 )
 def test_what_is_kept_in_a_language_is_found(line: str) -> None:

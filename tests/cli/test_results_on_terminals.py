@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from ocmm_cli.measure import print_table
-from ocmm_cli.terminal import PlainConsole, _console, say_word
+from ocmm_cli.terminal import PlainConsole, _console, tr_word
 from ocmm_core.wording import load_translation
 from tests.generated_jobs import generated_job
 from tests.host import amount
@@ -26,7 +26,7 @@ def printed(seed: int, width: int, *, is_terminal: bool, long_names: bool) -> tu
     stream = io.StringIO()
     console = PlainConsole(file=stream, width=width, force_terminal=is_terminal, no_color=True)
     print_table(console, replace(job, characteristics=tuple(results)), truth)
-    verdicts = [say_word(one.verdict.value) for one in results]
+    verdicts = [tr_word(one.verdict.value) for one in results]
     measured = [f"{one.measured:z.4f}" for one in results if one.measured is not None]
     return stream.getvalue(), [*verdicts, *measured]
 
@@ -47,4 +47,4 @@ def test_shortens_no_number_and_no_verdict(
 
 def test_a_pipe_gets_all_columns() -> None:
     text, _ = printed(1, 118, is_terminal=False, long_names=True)
-    assert all(say_word(name) in text for name in ("Nominal", "Lower", "Upper", "True", "Error"))
+    assert all(tr_word(name) in text for name in ("Nominal", "Lower", "Upper", "True", "Error"))

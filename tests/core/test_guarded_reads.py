@@ -43,7 +43,7 @@ LISTS = {
     "ocmm_core/fieldbus/wire/_interface.py": "/sys and /proc",
     "ocmm_core/fieldbus/wire/_sockets.py": "/proc",
     "ocmm_core/host/_posix.py": "/proc",
-    "ocmm_core/inspection/archive/_batch.py": "a list of offers",
+    "ocmm_core/inspection/finished/_batch.py": "a list of offers",
     "ocmm_core/inspection/plan/_file_beside.py": "copies, and models next to a reference",
     "ocmm_core/inspection/plan/_file.py": "a list of offers",
     "ocmm_core/cleanup.py": "files that were left over",

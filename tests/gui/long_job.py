@@ -53,6 +53,6 @@ def make_long_job(folder: Path) -> Path:
         session = InspectionSession(long, rig, body, job, options)
         for name, found in own.items():
             for touch in found * _TIMES:
-                session.touches.take(touch, name)
+                session.touches.record_touch(touch, name)
         assert not session.steps.missing()
         return job.path

@@ -76,7 +76,7 @@ def measured_steps(name: str, folder: Path, model: PartModel | None = None) -> I
         for feature in plan.features:
             for _ in range(feature.points):
                 before = seen(session.view)
-                session.touches.take(next(touches), feature.name)
+                session.touches.record_touch(next(touches), feature.name)
                 after = seen(session.view)
                 point = after.feature(feature.name).points[-1]
                 for lift in _LIFTS_MM[::-1]:

@@ -77,7 +77,7 @@ def test_an_artefact_is_typed_listed_renewed_and_removed_by_keys(
     QTest.keyClick(sheet.form.fields["id"], Qt.Key.Key_F8)
     _settled(qtbot, sheet)
     assert sheet.table.rowCount() == 1, failed
-    words = sheet.table.words(0)
+    words = sheet.table.cells(0)
     assert words[:4] == ("S-7", "sphere", "4711", "0.30")
     assert words[5] == "2099-12-31"
     assert "▲" not in words[6]
@@ -96,7 +96,7 @@ def test_an_artefact_is_typed_listed_renewed_and_removed_by_keys(
     _settled(qtbot, sheet)
     assert failed == []
     assert sheet.table.rowCount() == 1
-    assert "SPHERE-25" in sheet.table.words(0)[6]
+    assert "SPHERE-25" in sheet.table.cells(0)[6]
     assert "certified to 500.0 um" in sheet.reasons.text()
     # An invalid number is named.
     _typed(sheet, id="S-8", expanded="small")
@@ -204,7 +204,7 @@ def test_a_study_is_drawn_followed_and_analysed(
     # Nothing is measured yet; drawn once more it would be another study.
     study.draw(path)
     assert "the file exists" in failed.pop().what
-    study.look()
+    study.show_progress()
     qtbot.waitUntil(lambda: not study.is_working(), timeout=HANG_MS)
     assert study.progress.text().startswith("0 of 90 measured.")
     study.analyse()
@@ -221,7 +221,7 @@ def test_components_operators_and_verdict_are_those_of_the_core(
     study._show(report)  # noqa: SLF001 - as if it had been analysed
     (one,) = report.characteristics
     assert one.study is not None
-    words = study.table.words(0)
+    words = study.table.cells(0)
     assert words[0] == "WIDTH"
     assert words[2] == f"{one.study.study_percent:.1f}"
     assert words[6] == one.study.word

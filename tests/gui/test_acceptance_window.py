@@ -236,7 +236,7 @@ def test_a_test_that_was_left_goes_on_and_gets_its_certificate(desk: Desk, tmp_p
     written: list[object] = []
     desk.window.tests.papers.written.connect(written.append)
     desk.key(Qt.Key.Key_2)
-    assert page.values.words(0)[0] == "D_eff"
+    assert page.values.cells(0)[0] == "D_eff"
     desk.key(Qt.Key.Key_P)
     desk.until(desk.window.tests.papers.panel.isVisible)
     desk.key(Qt.Key.Key_Return)
@@ -255,7 +255,7 @@ def test_a_test_that_was_left_goes_on_and_gets_its_certificate(desk: Desk, tmp_p
     desk.window.maintenance.view.list.setCurrentRow(3)
     shown = desk.window.tests.page
     desk.until(lambda: shown.table.rowCount() == 1)
-    assert shown.table.words(0)[0] == "SIMULATED PASS"
+    assert shown.table.cells(0)[0] == "SIMULATED PASS"
     desk.key(Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
     desk.until(desk.window.tests.papers.panel.isVisible)
 

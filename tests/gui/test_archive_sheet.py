@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from benchmarks.recall_scenes import TruePart, World, base_points
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import Outcome
+from ocmm_core.inspection.finished import Outcome
 from ocmm_core.inspection.recall import headline
 from ocmm_gui.archive import ArchiveSheet
 from ocmm_gui.kit import use_language
@@ -111,7 +111,7 @@ def test_a_question_that_has_no_answer_says_why(qtbot: QtBot, sheet: ArchiveShee
 
 
 def test_asking_is_given_up_at_once(sheet: ArchiveSheet) -> None:
-    sheet.ask()
+    sheet.query()
     assert sheet.is_working()
     sheet.keys["stop"].trigger()
     assert not sheet.is_working()
@@ -120,7 +120,7 @@ def test_asking_is_given_up_at_once(sheet: ArchiveSheet) -> None:
 def test_an_archive_that_is_off_is_said(qtbot: QtBot, tmp_path: Path) -> None:
     sheet = ArchiveSheet(lambda: None, lambda: tmp_path)
     qtbot.addWidget(sheet)
-    sheet.ask()
+    sheet.query()
     assert "The archive is off" in sheet.about()
 
 
@@ -196,7 +196,7 @@ def test_a_recall_is_computed_shown_stored_and_printed(
     assert not told
     assert "Anna" in sheet.recall.result.totals.text()
     with open_archive(place.address) as archive:
-        rows = archive.ask("SELECT serial, held FROM archived_job ORDER BY serial").rows
+        rows = archive.query("SELECT serial, held FROM archived_job ORDER BY serial").rows
         assert rows == (("before", 0), ("large", 1))
     # A finding that is named needs to say what, and since when.
     sheet.recall.finding.setCurrentIndex(1)

@@ -10,7 +10,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.export.template import plain_paper
-from ocmm_core.inspection.archive import Comparison
+from ocmm_core.inspection.finished import Comparison
 from ocmm_gui.reports import _batch as pages
 from ocmm_gui.results import CompareSheet
 from tests.core.export.test_batch_table import COMPARISON, trend
@@ -71,10 +71,10 @@ def test_the_sheet_writes_table_or_pages_by_the_name_of_the_file(
     sheet.resize(1280, 720)
     sheet.show()
     sheet._show(COMPARISON)  # noqa: SLF001 -- as if a folder had been read
-    assert "to" not in sheet.table.words(0)[5]
+    assert "to" not in sheet.table.cells(0)[5]
     able = COMPARISON.trends[0].capability
     assert able is not None
-    assert sheet.table.words(0)[5] == f"{able.cpk_low:.2f} – {able.cpk_high:.2f}"
+    assert sheet.table.cells(0)[5] == f"{able.cpk_low:.2f} – {able.cpk_high:.2f}"
     assert "Not in control" in sheet.words.text()
     for name, start in (("b.csv", b"\xef\xbb\xbf"), ("b.PDF", b"%PDF")):
         path = tmp_path / name

@@ -89,9 +89,9 @@ def test_a_bus_in_order(wire: Wire) -> None:
     wire.show(IN_ORDER)
     page = wire.page
     assert page.phase.text() == "IN OPERATION"
-    assert page.wire.words() == "2 of 2 cameras answer."
+    assert page.wire.summary() == "2 of 2 cameras answer."
     # left, as in its report: serial, place, state, code, frames, lost, overruns, bad, ...
-    assert page.cameras.words(0) == (
+    assert page.cameras.cells(0) == (
         "left", "1001", "1", "OP", "no error", "4799912", "88", "1", "3", "0", "36.4", "2", "0",
         "17", "1.4.2",
     )  # fmt: skip
@@ -110,24 +110,24 @@ def test_a_missing_camera_is_said_in_words_and_drawn(wire: Wire) -> None:
     page = wire.page
     assert page.phase.text() == "RECOVERING"
     assert page.trouble().startswith("Camera 'right' (serial 1002) is missing. Switch the camera")
-    assert page.wire.words() == "Broken behind 'left': 'right' does not answer."
-    assert page.cameras.words(1)[2:5] == ("not found", "NO ANSWER", "–")
-    assert page.events.words(0)[1:5] == (
+    assert page.wire.summary() == "Broken behind 'left': 'right' does not answer."
+    assert page.cameras.cells(1)[2:5] == ("not found", "NO ANSWER", "–")
+    assert page.events.cells(0)[1:5] == (
         "right",
         "Camera 'right' (serial 1002) is missing.",
         "Switch the camera on and check the cable that leads to it.",
         "1000",
     )
     when = datetime.fromtimestamp(MISSING.events[-1].utc_ns * 1e-9).astimezone()
-    assert page.events.words(0)[0] == f"{when:%Y-%m-%d %H:%M:%S}.000"
+    assert page.events.cells(0)[0] == f"{when:%Y-%m-%d %H:%M:%S}.000"
     assert page.events.rowCount() == len(MISSING.events)
     assert "real-time priority" in page.notes.text()
 
 
 def test_an_open_ring_and_a_state_are_shown(wire: Wire) -> None:
     wire.show(FOUR)
-    assert "The ring to enp4s0 is open" in wire.page.wire.words()
-    assert wire.page.cameras.words(3)[3:5] == ("SAFEOP", "0x001B sync manager watchdog")
+    assert "The ring to enp4s0 is open" in wire.page.wire.summary()
+    assert wire.page.cameras.cells(3)[3:5] == ("SAFEOP", "0x001B sync manager watchdog")
 
 
 def test_the_accounts_add_up_or_say_that_they_do_not(wire: Wire) -> None:
@@ -248,7 +248,8 @@ def test_a_saved_report_says_what_the_page_says(wire: Wire, tmp_path: Path) -> N
     wire.show(MISSING)
     text = bus_text(wire.watch, "recommended")
     for part in (
-        "recommended", "enp3s0", wire.page.wire.words(), "Camera 'right' (serial 1002) is missing.",
+        "recommended", "enp3s0", wire.page.wire.summary(),
+        "Camera 'right' (serial 1002) is missing.",
         "Switch the camera on", "601015", "real-time priority",
     ):  # fmt: skip
         assert part in text

@@ -94,17 +94,17 @@ def test_a_camera_is_switched_off_and_on(
     names = [camera.name for camera in bench.station.instruments.rig.cameras]
     # The page polls a few times a second; the first report may be older than the first frame.
     qtbot.waitUntil(
-        lambda: all(int(bus.cameras.words(row)[5]) > 0 for row in range(len(names))),
+        lambda: all(int(bus.cameras.cells(row)[5]) > 0 for row in range(len(names))),
         timeout=PATIENCE_MS,
     )
     for row, camera in enumerate(bench.station.instruments.rig.cameras):
-        words = bus.cameras.words(row)
+        words = bus.cameras.cells(row)
         assert words[:4] == (names[row], str(camera.serial), str(row + 1), "OP")
     report = bench.station.looks.bus_report()
     assert report is not None
     assert report.good + report.late + report.lost + report.bad == report.elapsed > 0
     assert sum(report.lateness.counts) > 0
-    assert bus.wire.words() == "2 of 2 cameras answer."
+    assert bus.wire.summary() == "2 of 2 cameras answer."
     QTest.keyClick(window, Qt.Key.Key_M)
 
     off = bench.do(FaultKind.POWER_OFF)
@@ -119,10 +119,10 @@ def test_a_camera_is_switched_off_and_on(
     )
     record_property("camera off to its name, ms", round(1000 * (time.monotonic() - off)))
     QTest.keyClick(window, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: bus.cameras.words(1)[3] == "NO ANSWER", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: bus.cameras.cells(1)[3] == "NO ANSWER", timeout=PATIENCE_MS)
     assert bus.phase.text() != "IN OPERATION"
     assert names[1] in bus.trouble()
-    assert f"'{names[1]}' does not answer" in bus.wire.words()
+    assert f"'{names[1]}' does not answer" in bus.wire.summary()
     QTest.keyClick(window, Qt.Key.Key_M)
 
     on = bench.do(FaultKind.POWER_ON)

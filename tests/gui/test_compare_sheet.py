@@ -51,14 +51,14 @@ def test_the_jobs_of_a_folder_are_shown_with_the_count_they_rest_on(
 ) -> None:
     sheet.open(folder)
     assert sheet.is_working()
-    assert "F9 stops." in sheet.working.words()
+    assert "F9 stops." in sheet.working.message()
     qtbot.waitUntil(lambda: not sheet.is_working(), timeout=TIMEOUT_MS)
-    assert sheet.working.words() == ""
+    assert sheet.working.message() == ""
     assert f"{JOBS} jobs of plan QUICK" in sheet.about()
     assert sheet.table.rowCount() == 2
-    assert f"{JOBS} of {JOBS}" in sheet.table.words(0)
+    assert f"{JOBS} of {JOBS}" in sheet.table.cells(0)
     # Three values are too few for a scatter, and a dash replaces the numbers.
-    assert sheet.table.words(0)[3:5] == ("–", "–")
+    assert sheet.table.cells(0)[3:5] == ("–", "–")
     assert "Measure 2 more parts" in sheet.words.text()
     assert "3 parts" in sheet.chart.accessibleDescription()
 
@@ -68,7 +68,7 @@ def test_reading_is_given_up_at_once(qtbot: QtBot, sheet: CompareSheet, folder: 
     sheet.keys["stop"].trigger()
     assert not sheet.is_working()
     assert "nothing was changed" in sheet.about()
-    assert sheet.working.words() == ""
+    assert sheet.working.message() == ""
 
 
 def test_a_folder_without_jobs_is_told(qtbot: QtBot, sheet: CompareSheet, tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_a_folder_without_jobs_is_told(qtbot: QtBot, sheet: CompareSheet, tmp_pa
     sheet.failed.connect(errors.append)
     sheet.read(tmp_path)
     qtbot.waitUntil(lambda: bool(errors), timeout=TIMEOUT_MS)
-    assert sheet.working.words() == ""
+    assert sheet.working.message() == ""
     assert errors[0].code == "compare.too_few"
     assert "no job" in errors[0].what
 

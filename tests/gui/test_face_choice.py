@@ -60,7 +60,7 @@ def test_list_and_picture_are_one_choice(choice: FaceChoice, qtbot: QtBot) -> No
     QTest.keyClick(choice.list, Qt.Key.Key_Space)
     assert [face.number for face in choice.chosen()] == [1, 2]
     choice.picture.face_clicked.emit(1)
-    assert "1 of 3 faces" in choice.words()
+    assert "1 of 3 faces" in choice.message()
     with qtbot.waitSignal(choice.taken, timeout=HANG_MS) as told:
         QTest.keyClick(choice.list, Qt.Key.Key_Return)
     assert [face.name for face in told.args[0]] == ["SKIN"]
@@ -71,7 +71,7 @@ def test_nothing_chosen_aligns_nothing(choice: FaceChoice) -> None:
     choice.taken.connect(taken.append)
     QTest.keyClick(choice.list, Qt.Key.Key_Return)
     assert taken == []
-    assert "leave no motion of the part open" in choice.words()
+    assert "leave no motion of the part open" in choice.message()
 
 
 @pytest.mark.parametrize("theme", list(THEMES))

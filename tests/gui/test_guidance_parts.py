@@ -46,15 +46,15 @@ def test_the_tone_rises_on_the_way_and_a_probe_at_rest_is_silent(qtbot: QtBot) -
     heard = Heard()
     approach = Approach(heard)
     for distance in (200.0, 120.0, 80.0, 40.0, 20.0, 10.0, 5.0, 2.0, 0.5):
-        approach.feed(TARGET, _at(distance))
+        approach.update(TARGET, _at(distance))
     assert heard.pitches == sorted(heard.pitches)
     assert heard.pitches[-1] > 4.0 * heard.pitches[0]
     count = len(heard.pitches)
     for _ in range(5):
-        approach.feed(TARGET, _at(0.5))
+        approach.update(TARGET, _at(0.5))
     approach.enabled = False
-    approach.feed(TARGET, _at(50.0))
-    approach.feed(None, _at(20.0))
+    approach.update(TARGET, _at(50.0))
+    approach.update(None, _at(20.0))
     assert len(heard.pitches) == count
 
 
@@ -84,14 +84,14 @@ def test_the_ring_says_how_far_the_next_point_is(qtbot: QtBot) -> None:
     qtbot.addWidget(ring)
     ring.resize(120, 140)
     ring.show_target(TARGET, _at(12.0))
-    assert ring.words() == "12 mm to the next point"
+    assert ring.distance_text() == "12 mm to the next point"
     far = _accented(ring)
     ring.show_target(TARGET, _at(1.5))
     near = _accented(ring)
     # The ring is drawn in a line of constant width: nearer is shorter.
     assert 0 < near < far
     ring.show_target(TARGET, None)
-    assert ring.words() == ""
+    assert ring.distance_text() == ""
 
 
 def _accented(ring: TargetRing) -> int:

@@ -31,8 +31,8 @@ def test_the_coach_of_a_running_station_reaches_both_views(
 ) -> None:
     bench = open_window(speed=0.5)
     window = bench.window
-    qtbot.waitUntil(lambda: window.desk.coach.words() != "", timeout=HANG_MS)
-    assert window.far.coach.words() == window.desk.coach.words()
+    qtbot.waitUntil(lambda: window.desk.coach.message() != "", timeout=HANG_MS)
+    assert window.far.coach.message() == window.desk.coach.message()
     assert bench.built.station.faults.beside == ()
 
 
@@ -75,14 +75,14 @@ def test_a_hint_is_said_with_its_turns_and_both_numbers(open_window: OpenWindow)
     bench.bridge.coach_changed.emit(CoachView(None, hint, "", picture))
     words = "Turn 15° left, Tilt 30° away from you: U 31 → 18 µm"
     for view in (bench.window.desk, bench.window.far):
-        assert view.coach.words() == words
+        assert view.coach.message() == words
         assert "as you face the cameras" in view.coach.toolTip()
     lost = help_when_lost(instruments.rig, instruments.body, None, None, seen & False)
     bench.bridge.coach_changed.emit(CoachView(remedy=lost.remedy, picture=lost.picture))
     assert bench.window.far.coach.is_trouble()
     bench.bridge.coach_changed.emit(NOTHING)
     assert not bench.window.far.coach.shows_probe()
-    assert bench.window.desk.coach.words() == ""
+    assert bench.window.desk.coach.message() == ""
 
 
 @pytest.mark.parametrize("code", list(RefusalCode))

@@ -191,7 +191,7 @@ def test_everything_that_is_shown_of_a_result_says_inch(
     window.sheets.open("results")
     qtbot.wait(200)
     table = window.sheets.results.table
-    cells = [word for row in range(table.rowCount()) for word in table.words(row)]
+    cells = [word for row in range(table.rowCount()) for word in table.cells(row)]
     lengths = [word for word in cells if number.search(word)]
     assert len(lengths) > 5
     assert all("in" in word.split() for word in lengths), lengths

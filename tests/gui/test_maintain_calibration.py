@@ -129,12 +129,12 @@ def test_a_valid_calibration_with_its_facts_and_history(
     assert facts["Verified"].endswith("+0.0 of ±20.0 µm")
     assert store.active_hash is not None
     assert facts["Hash"] == store.active_hash[:12]
-    happened = [page.history.words(row)[1] for row in range(page.history.rowCount())]
+    happened = [page.history.cells(row)[1] for row in range(page.history.rowCount())]
     assert happened == [
         "Verification passed", "Activated", "Verification FAILED", "Activated",
         "Verification passed", "Activated",
     ]  # fmt: skip
-    assert page.history.words(1)[2:4] == ("R. Lang", "The frame was moved.")
+    assert page.history.cells(1)[2:4] == ("R. Lang", "The frame was moved.")
     assert page.focal.word() == "left +3.0"
     assert page.baseline.word() == "+0.0"
     assert page.error.word() == "+0"
@@ -161,7 +161,7 @@ def test_a_doubt_appears_while_it_is_looked_at(
         f"Points since {since} are suspect, also in older jobs. Recall jobs (F12) shows which "
         "of their verdicts hold."
     )
-    assert window.maintenance.calibration.history.words(0)[1:5] == (
+    assert window.maintenance.calibration.history.cells(0)[1:5] == (
         "Marked suspect", "monitor", "Camera 'left' has turned.", since,
     )  # fmt: skip
     qtbot.waitUntil(

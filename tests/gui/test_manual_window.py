@@ -54,10 +54,12 @@ def _reading(sheet: ManualSheet) -> DocumentView:
 def test_every_place_of_the_register_is_a_section_of_the_manual(language: str) -> None:
     manual = load_manual(language=language)
     lost = {
-        name: place for name, place in PLACES.items() if manual.section(Place.of(place)) is None
+        name: place
+        for name, place in PLACES.items()
+        if manual.section(Place.from_reference(place)) is None
     }
     assert not lost
-    assert manual.section(Place.of(FIRST)) is not None
+    assert manual.section(Place.from_reference(FIRST)) is not None
     # Every one names a section: a document alone is a long way to read.
     assert all("#" in place for place in PLACES.values())
 

@@ -66,14 +66,14 @@ def names(taken: tuple[Offer, ...]) -> list[str]:
 
 def test_what_nothing_stands_against_is_chosen_to_begin_with(choice: ModelChoice) -> None:
     assert names(choice.chosen()) == ["1", "2", "3", "4", "6"]
-    assert "5 of 6 surfaces are chosen." in choice.words()
+    assert "5 of 6 surfaces are chosen." in choice.message()
 
 
 def test_the_keyboard_alone_chooses_and_takes_over(choice: ModelChoice, qtbot: QtBot) -> None:
     for _ in range(4):
         QTest.keyClick(choice.list, Qt.Key.Key_Down)
     # It is selected, and a sentence gives the reason why it was not chosen.
-    assert f"PLANE_5: {WHY}." in choice.words()
+    assert f"PLANE_5: {WHY}." in choice.message()
     QTest.keyClick(choice.list, Qt.Key.Key_Space)
     QTest.keyClick(choice.list, Qt.Key.Key_Home)
     QTest.keyClick(choice.list, Qt.Key.Key_Space)
@@ -163,14 +163,14 @@ def test_a_free_form_is_taken_with_its_zone_and_not_without(sheet: PlanSheet, qt
     assert "7" not in "".join(names(choice.chosen()))
     choice.list.setCurrentRow(6)
     QTest.keyClick(choice.list, Qt.Key.Key_Space)
-    assert "Enter the profile of free forms." in choice.words()
+    assert "Enter the profile of free forms." in choice.message()
     QTest.keyClick(choice.list, Qt.Key.Key_Return)
     assert sheet.draft.plan is before
     for text in ("0", "-1", "word"):
         choice.zone.setText(text)
         assert choice.zone_mm() is None
     choice.zone.setText("0,05")
-    assert "Enter the profile" not in choice.words()
+    assert "Enter the profile" not in choice.message()
     QTest.keyClick(choice.list, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: sheet.draft.plan is not before, timeout=HANG_MS)
     (item,) = sheet.draft.plan.characteristics

@@ -115,7 +115,7 @@ def test_no_screen_is_greener_than_the_worst_characteristic(
             else:
                 assert not promises(said), (seed, said)
         for row, result in enumerate(job.characteristics):
-            assert promises(table.words(row)[-1]) == [result.verdict], seed
+            assert promises(table.cells(row)[-1]) == [result.verdict], seed
 
 
 def _expect(verdict: Verdict | None, said: str, seed: int) -> None:

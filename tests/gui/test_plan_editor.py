@@ -234,9 +234,9 @@ def test_a_model_is_read_beside_the_window_and_can_be_given_up(
     told: list[object] = []
     sheet.failed.connect(told.append)
     sheet.import_file(path)
-    assert sheet.models.importing.words() == "Importing a.step. Shift+F9 cancels."
+    assert sheet.models.importing.message() == "Importing a.step. Shift+F9 cancels."
     sheet.keys["import"].trigger()
-    assert sheet.models.importing.words() == ""
+    assert sheet.models.importing.message() == ""
     qtbot.waitUntil(lambda: multiprocessing.active_children() == [], timeout=HANG_MS)
     assert (sheet.draft.plan, told) == (before, [])
 

@@ -39,12 +39,12 @@ def test_the_page_shows_what_the_terminal_prints(page: ProbeDesignPage, qtbot: Q
         assert page.button.text() == "Cancel"
     # The chart's 21.9 um, minus the effect of a shallower volume.
     assert page.number.text() == "21.8 µm"
-    words = page.words()
+    words = page.summary()
     assert "LEDs cannot be confused" in words
     assert "1.75 µm/K" in words
     assert "42.0 nm" in words
-    assert page.budget.words(4)[0] == "Temperature of the probe, not measured"
-    assert float(page.budget.words(4)[1]) > float(page.budget.words(5)[1]) > 0.0
+    assert page.budget.cells(4)[0] == "Temperature of the probe, not measured"
+    assert float(page.budget.cells(4)[1]) > float(page.budget.cells(5)[1]) > 0.0
     assert page.button.text() == "Examine"
     assert page.grab().toImage() != before
     for theme in THEMES.values():
@@ -67,13 +67,13 @@ def test_a_bad_document_is_told_on_the_page(
     page.fields["design"].setText(str(resource("designs", "standard.toml")))
     with qtbot.waitSignal(page.failed, timeout=PATIENCE_MS):
         QTest.keyClick(page.fields["design"], Qt.Key.Key_Return)
-    assert "'standard'" in page.words()
-    assert "Give the design of this probe" in page.words()
+    assert "'standard'" in page.summary()
+    assert "Give the design of this probe" in page.summary()
     page.fields["design"].clear()
     page.fields["tilt"].setText("45 up 10")
     with qtbot.waitSignal(page.failed, timeout=PATIENCE_MS):
         QTest.mouseClick(page.button, Qt.MouseButton.LeftButton)
-    assert "The typed tilt is 'up', which is not a number." in page.words()
+    assert "The typed tilt is 'up', which is not a number." in page.summary()
     # It ends with the window.
     qtbot.waitUntil(lambda: multiprocessing.active_children() == [], timeout=PATIENCE_MS)
 

@@ -108,16 +108,16 @@ def test_standing_tips_trends_and_history(open_bench: Callable[[], Bench], tmp_p
     assert page.facts["Ball"].text() == "6.0030 mm"
     assert page.facts["Calibrated"].text().endswith("technician")
     assert page.fault.text() == ""
-    assert [page.tips.words(row)[:2] for row in range(2)] == [
+    assert [page.tips.cells(row)[:2] for row in range(2)] == [
         ("▶ A", "VALID"), ("   long", "SUSPECT"),
     ]  # fmt: skip
-    assert page.tips.words(0)[2].startswith("6.0030 ± ")
-    assert page.tips.words(1)[5] == "never"
+    assert page.tips.cells(0)[2].startswith("6.0030 ± ")
+    assert page.tips.cells(1)[5] == "never"
     # The ball was 3 µm smaller when it was qualified for the first time.
     assert page.diameter.word() == "+3.0"
     assert page.history.rowCount() == len(store.events) == 5
-    assert page.history.words(0)[1:3] == ("Tip qualified", "A")
-    assert page.history.words(4)[4] == "first"
+    assert page.history.cells(0)[1:3] == ("Tip qualified", "A")
+    assert page.history.cells(4)[4] == "first"
     for theme in THEMES:
         bench.window.use_theme(theme)
         assert not bench.window.grab().isNull()
@@ -138,7 +138,7 @@ def test_a_tip_is_mounted_with_one_key_pressed_twice_and_must_then_be_checked(
     bench.press(Qt.Key.Key_N)
     qtbot.waitUntil(lambda: page.word.text() == "SUSPECT", timeout=PATIENCE_MS)
     assert "quick tip check" in page.sentence.text()
-    assert page.history.words(0)[1:3] == ("Tip mounted", "A")
+    assert page.history.cells(0)[1:3] == ("Tip mounted", "A")
     assert ProbeStore(probe_store_folder(tmp_path, "standard")).events[-1].kind == "tip mounted"
 
 
@@ -236,14 +236,14 @@ def test_leds_are_added_removed_and_taken_as_measured(definition: DefinitionPage
     page = definition
     QTest.keyClick(page, Qt.Key.Key_F10)
     assert page.leds.rowCount() == 7
-    assert page.leds.words(6)[1:] == page.leds.words(5)[1:]
+    assert page.leds.cells(6)[1:] == page.leds.cells(5)[1:]
     page.leds.setCurrentCell(0, 0)
     QTest.keyClick(page, Qt.Key.Key_F6)
     assert page.leds.rowCount() == 6
-    assert page.leds.words(0)[0] == "L1"
-    assert page.leds.words(0)[1] == "55"
+    assert page.leds.cells(0)[0] == "L1"
+    assert page.leds.cells(0)[1] == "55"
     QTest.keyClick(page, Qt.Key.Key_F7)
-    assert page.leds.words(0)[1] == "30"
+    assert page.leds.cells(0)[1] == "30"
     assert page.form.fields["led_sigma"].text() == "0.0020"
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from ocmm_core.calibration.records import record_hash, seal
 from ocmm_core.errors import StorageError
-from ocmm_core.inspection.archive import (
+from ocmm_core.inspection.finished import (
     SCHEMA,
     Outcome,
     RecalledCharacteristic,

@@ -54,14 +54,14 @@ def test_totals_table_and_decision(
     assert errors[-1].code == "recall.nothing"
     sheet.open()
     assert sheet.is_working()
-    assert "F9 stops." in sheet.working.words()
+    assert "F9 stops." in sheet.working.message()
     qtbot.waitUntil(lambda: not sheet.is_working(), timeout=HANG_MS)
-    assert sheet.working.words() == ""
+    assert sheet.working.message() == ""
     assert sheet.result.headline.text() == "0 CANNOT BE KNOWN   1 CHANGES   1 HOLDS"
     # Jobs that need a decision come first.
     assert sheet.result.table.rowCount() == 4
-    assert sheet.result.table.words(0)[:2] == ("large", "Ball diameter")
-    assert sheet.result.table.words(0)[4] == "CHANGES"
+    assert sheet.result.table.cells(0)[:2] == ("large", "Ball diameter")
+    assert sheet.result.table.cells(0)[4] == "CHANGES"
     assert "SHA-256" in sheet.result.about_job.text()
     assert "Not decided" in sheet.result.totals.text()
     # Another folder that is given up leaves the decision about this one to this one.
@@ -84,7 +84,7 @@ def test_totals_table_and_decision(
     sheet.write(pages)
     qtbot.waitUntil(lambda: not sheet.is_working(), timeout=HANG_MS)
     assert pages.read_bytes().startswith(b"%PDF")
-    assert sheet.working.words() == ""
+    assert sheet.working.message() == ""
     assert [one.code for one in errors] == ["recall.nothing", "recall.busy"]
 
 
@@ -93,4 +93,4 @@ def test_it_is_given_up_at_once(sheet: RecallSheet) -> None:
     sheet.keys["stop"].trigger()
     assert not sheet.is_working()
     assert "nothing was changed" in sheet.about()
-    assert sheet.working.words() == ""
+    assert sheet.working.message() == ""

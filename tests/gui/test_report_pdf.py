@@ -20,8 +20,8 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import StorageError
 from ocmm_core.export import EXPORTERS
 from ocmm_core.export.report import Element, ReportData, polyworks_profile, report_of_job
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import FeatureState
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.tolerances.decisions import U_LABEL, PartWord, Verdict
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_gui.kit import NumberStyle, numbers_in_use

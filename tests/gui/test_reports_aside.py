@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.export import ENDING, registry
-from ocmm_core.inspection.archive import reopen
+from ocmm_core.inspection.finished import reopen
 from ocmm_core.inspection.session import JobSteps
 from ocmm_core.station import JobChange, Reports
 from ocmm_gui.kit import Level, Notice
@@ -179,8 +179,8 @@ def test_an_incomplete_job_is_written_only_on_an_answer(
     _press(KEY.Key_E)
     with qtbot.waitSignal(window.output.exported, timeout=PATIENCE_MS) as written:
         _press(KEY.Key_Return)
-        assert "cancels" in window.output.work.words()
-    assert window.output.work.words() == ""
+        assert "cancels" in window.output.work.message()
+    assert window.output.work.message() == ""
     paths: tuple[Path, ...] = written.args[0]
     assert paths
     assert all(path.parent == tmp_path / "report" and path.is_file() for path in paths)
@@ -208,7 +208,7 @@ def test_the_report_page_asks_too_and_what_is_given_up_leaves_nothing(
     _press(KEY.Key_F8)
     _press(KEY.Key_Return)
     assert sheet.is_writing()
-    assert "F8 cancels" in sheet.work.words()
+    assert "F8 cancels" in sheet.work.message()
     _press(KEY.Key_F8)
     assert not sheet.is_writing()
     qtbot.waitUntil(lambda: any("not written" in notice.what for notice in told))
@@ -235,11 +235,11 @@ def test_opening_is_shown_given_up_and_told_where_it_fails(
     results, told = bench.window.sheets.results, _banner(bench)
     _press(KEY.Key_F3)
     results.open_file(long_job)
-    assert "F7 cancels" in results.opening.words()
+    assert "F7 cancels" in results.opening.message()
     # Its process has only just begun: the key comes before the job is open.
     _press(KEY.Key_F7)
     assert not results.is_opening()
-    assert results.opening.words() == ""
+    assert results.opening.message() == ""
     assert "Current job" in results.about()
     results.open_file(long_job)
     qtbot.waitUntil(lambda: "read-only" in results.about(), timeout=PATIENCE_MS)

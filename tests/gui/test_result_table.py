@@ -8,8 +8,8 @@ import pytest
 from PySide6.QtGui import QFontMetricsF
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.results._result_table import ResultTable
 from tests.gui.long_job import make_long_job

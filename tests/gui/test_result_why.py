@@ -17,8 +17,8 @@ from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.export import EXPORTERS
 from ocmm_core.export.report import ReportData, polyworks_profile, report_of_job
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.causes import Cause, Explanation
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.reports import _pdf as pdf
 from ocmm_gui.results import JobSource, ResultsSheet

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_gui.results import JobSource
 from ocmm_gui.results._job_source import opened_job
 from tests.host import HANG_MS
@@ -43,13 +43,13 @@ def test_results_have_budgets_trials_reports_and_a_next_part(
 
     _press(Qt.Key.Key_F3)
     table, detail = sheets.results.table, sheets.results.detail
-    rows = [table.words(row) for row in range(table.rowCount())]
+    rows = [table.cells(row) for row in range(table.rowCount())]
     assert [row[0] for row in rows] == [item.name for item in job.characteristics]
     for row, item in zip(rows, job.characteristics, strict=True):
         assert row[3] == f"{item.measured:.3f}"
         assert row[-1].endswith(item.verdict.value)
     qtbot.waitUntil(lambda: not detail.is_busy(), timeout=PATIENCE_MS)
-    shares = [float(detail.budget.words(row)[3].rstrip(" %"))
+    shares = [float(detail.budget.cells(row)[3].rstrip(" %"))
               for row in range(detail.budget.rowCount())]  # fmt: skip
     assert len(shares) >= 3
     # Rounded to whole percents.

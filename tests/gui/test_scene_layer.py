@@ -11,8 +11,8 @@ from PySide6.QtGui import QColor, QFont, QImage, QPainter
 from PySide6.QtWidgets import QApplication
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobView, Target
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_gui.app import make_application
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, text_font
 from ocmm_gui.scene import Orbit, StillScene, _scene_layer, paint_scene

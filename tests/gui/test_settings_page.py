@@ -110,7 +110,7 @@ def test_a_rig_that_is_none_is_refused_while_it_is_typed(make_page: MakePage, qt
     row = page.rows["instrument.rig"]
     _type(qtbot, row.field, str(resource("probes", "standard.toml")))
     assert "ocmm.rig/1" in row.fault()
-    row.take(str(resource("rigs", "thesis.toml")))
+    row.set_text(str(resource("rigs", "thesis.toml")))
     assert page.loaded.settings.instrument_rig == resource("rigs", "thesis.toml")
 
 
@@ -178,10 +178,10 @@ def test_a_key_is_changed_by_pressing_it_and_a_taken_one_is_refused(
     QTest.keyClick(keys.capture, Qt.Key.Key_F9)
     assert page.loaded.settings.window_keys == {"flip": ("Ctrl+U",)}
     keys.select("take")
-    keys.take("F16")
+    keys.assign("F16")
     # The foot switch keeps its key in addition to the new one.
     assert page.loaded.settings.window_keys["take"] == ("F16", "F13")
-    keys.take("Esc")
+    keys.assign("Esc")
     assert page.loaded.settings.window_keys["take"] == ("F16", "F13")
     keys.restore()
     assert page.loaded.settings.window_keys == {"flip": ("Ctrl+U",)}

@@ -47,7 +47,7 @@ class Counting:
     def __call__(self, tell: Teller) -> int:
         for number in range(3):
             tell(f"Step {number}", number / 3)
-            tell.give(number)
+            tell.send(number)
         return len(self.content)
 
 
@@ -63,7 +63,7 @@ class Waiting:
         with tempfile.NamedTemporaryFile(prefix="left-") as left:
             if self.committed:
                 tell.commit()
-            tell.give(left.name)
+            tell.send(left.name)
             while not Path(self.until).exists():
                 time.sleep(0.01)
         return "done"

@@ -18,7 +18,7 @@ from ocmm_core.build import this_build
 from ocmm_core.calibration.records import CalibrationStore, store_folder
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.inspection.archive import LastJob
+from ocmm_core.inspection.finished import LastJob
 from ocmm_core.settings import SettingsFile, SettingsStore
 from ocmm_core.tolerances.decisions import PartWord, RequirementCount
 from ocmm_gui.home import SettingsPage, StartChoice, StartPurpose, StartWindow

@@ -42,8 +42,8 @@ def test_lines_columns_and_unit_are_shown(page: TableImport, tmp_path: Path) -> 
     page.show_preview(preview_features(file, TableOptions()))
     assert _heads(page)[2:7] == ["name", "shape", "y", "x", "z"]
     assert page.table.rowCount() == 16
-    assert page.table.words(1)[1] == "is a comment"
-    assert page.table.words(15)[:4] == ("43", "", "B39", "circle")
+    assert page.table.cells(1)[1] == "is a comment"
+    assert page.table.cells(15)[:4] == ("43", "", "B39", "circle")
     for part in ("40 rows read", "Unit inch", "Decimal comma", "27 lines"):
         assert part in page.summary.text()
     taken: list[FeatureTable] = []

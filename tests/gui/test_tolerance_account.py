@@ -66,10 +66,10 @@ def test_nothing_is_taken_over_before_it_is_answered(sheet: PlanSheet) -> None:
     assert "1 of 2 dimensions" in account.summary.text()
     assert account.table.rowCount() == 2
     # Items outside the plan come first, with the reason; a label is text and never markup.
-    status, label, says, why = account.table.words(0)
+    status, label, says, why = account.table.cells(0)
     assert (status, label, says) == ("✖ refused", "Wrong", "diameter 25.4 +0.2 -0.1 mm")
     assert "says 25.4 mm, but the diameter of BORE" in why
-    assert account.table.words(1)[1:] == ("Good <b>", "diameter 12 +0.2 -0.1 mm", "Good b")
+    assert account.table.cells(1)[1:] == ("Good <b>", "diameter 12 +0.2 -0.1 mm", "Good b")
     for theme in THEMES.values():
         dress(account, theme)
         first = account.table.item(0, 0)

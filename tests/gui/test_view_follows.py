@@ -171,10 +171,10 @@ def test_words_cover_neither_each_other_nor_ball_nor_target(
     for step in every(steps, max(len(steps) // 16, 1)):
         watched.show(step)
         watched.paint()
-        words, free = watched.view.words(), watched.view.kept_free
-        again = watched.view.words()
+        words, free = watched.view.painted_labels(), watched.view.kept_free
+        again = watched.view.painted_labels()
         watched.paint()
-        assert [(text, rect) for text, rect in watched.view.words()] == again
+        assert [(text, rect) for text, rect in watched.view.painted_labels()] == again
         seen += len(words)
         for (one, first), (other, second) in combinations(words, 2):
             assert not first.intersects(second), (one, other)
@@ -236,7 +236,7 @@ def test_the_first_place_is_in_the_picture_before_anything_is_located(
     work = watched.view.work
     assert work.target is not None
     assert watched.view.shows(work.needed())
-    words = [text for text, _ in watched.view.words()]
+    words = [text for text, _ in watched.view.painted_labels()]
     assert job.planned.nominal.name in words
     assert "touch here first, roughly" in words
     # A sentence marks the place as a guess, and names the feature to touch.

@@ -36,7 +36,7 @@ def test_closing_while_measuring_takes_less_than_two_seconds_and_loses_no_point(
 def test_commands_after_closing_do_nothing(open_window: OpenWindow) -> None:
     bench = open_window(speed=1.0)
     bench.window.close()
-    bench.bridge.job.take()
+    bench.bridge.job.record_point()
     bench.bridge.job.undo()
     assert bench.bridge.close()
 

@@ -209,7 +209,7 @@ def test_result_compared_accepted_and_compared_again(bench: WizardBench) -> None
     page = _result(bench)
     assert "mrad" in page.compare.summary.text()
     # The same spots again: nothing may seem to have moved.
-    assert page.compare.cameras.words(0) == (
+    assert page.compare.cameras.cells(0) == (
         "left", "0.0000", "0.0000", "+0.00000", "+0.000", "+0.000",
     )  # fmt: skip
     bench.key(Qt.Key.Key_K)

@@ -156,7 +156,7 @@ def test_a_sweep_begins_and_ends_by_itself_and_the_next_one_follows(sweeps: Swee
     view = sweeps.view
     assert view.first.good
     assert view.second.poses == 0
-    assert sweeps.page().bars.words()[-1] == "Away from the first –"
+    assert sweeps.page().bars.labels()[-1] == "Away from the first –"
     # The map of the first sweep is full: all wanted directions are among the reached ones.
     assert view.first.covered > 0.5
 
@@ -171,7 +171,7 @@ def test_what_was_swept_survives_a_crash_and_can_be_thrown_away(sweeps: Sweeps) 
     sweeps.sweep(scene, batches=2)
     wizard.until(lambda: sweeps.view.first.poses == 2 * BATCH)
     page = sweeps.page()
-    wizard.until(lambda: page.bars.words()[4] == f"Poses {2 * BATCH} / 150")
+    wizard.until(lambda: page.bars.labels()[4] == f"Poses {2 * BATCH} / 150")
     assert "%" not in page.map.accessibleDescription()
     assert page.map.accessibleDescription() != "0 of 0 directions"
     wizard.crash()
@@ -221,10 +221,10 @@ def test_result_is_shown_compared_and_a_changed_tip_wants_a_reason(sweeps: Sweep
     assert page.trails.word().startswith("400 poses, 6 LEDs")
     assert page.facts.value("Tip") == f"U {2e3 * first.tip_sigma:.1f} µm (k = 2)"
     assert "First calibration of this tip" in page.compare.summary.text()
-    assert page.compare.tip.words(2)[1] == f"{first.tip_probe[2]:.4f}"
-    assert page.compare.tip.words(2)[-1] == "–"
+    assert page.compare.tip.cells(2)[1] == f"{first.tip_probe[2]:.4f}"
+    assert page.compare.tip.cells(2)[-1] == "–"
     thesis = 1e3 * (first.thesis_tip_probe - first.tip_probe)[0]
-    assert page.compare.tip.words(0)[5] == f"{thesis:+.1f}"
+    assert page.compare.tip.cells(0)[5] == f"{thesis:+.1f}"
     wizard.key(Qt.Key.Key_A)
     wizard.key(Qt.Key.Key_Return, wizard.wizard.focusWidget())
     wizard.until(lambda: wizard.seen.view.base.stored)
@@ -238,7 +238,7 @@ def test_result_is_shown_compared_and_a_changed_tip_wants_a_reason(sweeps: Sweep
     sweeps.taken(bent, bent)
     page = sweeps.result()
     assert page.word() == "TIP CHANGED"
-    assert page.compare.tip.words(0)[-1].startswith("+9") or page.compare.tip.words(0)[
+    assert page.compare.tip.cells(0)[-1].startswith("+9") or page.compare.tip.cells(0)[
         -1
     ].startswith("+10")
     wizard.key(Qt.Key.Key_A)

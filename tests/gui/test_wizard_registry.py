@@ -65,7 +65,7 @@ def _begun(bench: WizardBench, spec: WizardSpec[Any]) -> OpenSession:
     }
     if "points" in values:
         values["points"] = str(bench.bench.folder / "points.csv")
-    return _sessions.begin(bench.site, spec, values, bench.bench.now())
+    return _sessions.start_session(bench.site, spec, values, bench.bench.now())
 
 
 def test_each_kind_of_procedure_has_one_wizard() -> None:

@@ -100,11 +100,11 @@ def test_the_sphere_is_touched_without_a_key_and_goes_on_after_a_crash(bench: Ti
     wizard.until(lambda: page.banner.word() == "TOUCH")
     assert "pole" in page.banner.note()
     assert bench.touch(3) == 3
-    wizard.until(lambda: page.bars.words()[0] == "Places 3 / 25")
+    wizard.until(lambda: page.bars.labels()[0] == "Places 3 / 25")
     assert page.map.accessibleDescription() == "3 of 25 directions"
     wizard.until(lambda: page.banner.word() == "TAKEN")
     wizard.key(Qt.Key.Key_Backspace)
-    wizard.until(lambda: page.bars.words()[0] == "Places 2 / 25")
+    wizard.until(lambda: page.bars.labels()[0] == "Places 2 / 25")
     wizard.crash()
     wizard.wizard.open(ProcedureKind.QUALIFICATION)
     assert "sphere, 2 of 25" in wizard.wizard.start.list.item(0).text()
@@ -112,12 +112,12 @@ def test_the_sphere_is_touched_without_a_key_and_goes_on_after_a_crash(bench: Ti
     again = wizard.runner.page()
     assert isinstance(again, SpherePage)
     assert bench.touch(3) == 3
-    wizard.until(lambda: again.bars.words()[0] == "Places 5 / 25")
+    wizard.until(lambda: again.bars.labels()[0] == "Places 5 / 25")
     # Now the points determine the ball, and the effect of the rest can be predicted.
     view = wizard.seen.view
     assert isinstance(view, TipView)
     expected = f"{2e3 * view.sphere.diameter_sigma_end_mm:.1f} µm"
-    wizard.until(lambda: again.bars.words()[-1] == f"… with all places {expected}")
+    wizard.until(lambda: again.bars.labels()[-1] == f"… with all places {expected}")
     wizard.until(lambda: again.ball.number() == f"{view.sphere.diameter_mm:.4f} mm")
 
 
@@ -162,7 +162,7 @@ def test_a_verdict_is_shown_stored_and_compared_with_the_one_before(bench: TipBe
         assert page.facts.value("Diameter") == f"{outcome.record.diameter_mm:.4f} mm"
         assert page.chart.table.rowCount() == len(outcome.record.checks)
         assert page.form.word().startswith("25 points")
-        assert page.compared.words(0)[2] == (
+        assert page.compared.cells(0)[2] == (
             "–" if number == 0 else f"{bench.store().qualifications()[0].diameter_mm:.4f}"
         )
         for plot, title in enumerate(TipResultPage.plots):

@@ -52,7 +52,7 @@ class TrackerBench(WizardBench):
                 break
             self.watcher(tracker.frames(rig, shown, first, min(50, shown.n_frames - first)))
             if procedure.base.live.ready:
-                procedure.take(self.bench.now())
+                procedure.record(self.bench.now())
             if procedure.base.step.name == "rest" and procedure.base.step.gate.open:
                 procedure.advance(self.bench.now())
 
@@ -76,7 +76,7 @@ def test_a_tracker_is_calibrated_in_the_window(bench: TrackerBench) -> None:
     result = bench.runner.page()
     assert isinstance(result, TrackerResultPage)
     bench.until(lambda: result.table.rowCount() > 0)
-    rows = [result.table.words(row) for row in range(result.table.rowCount())]
+    rows = [result.table.cells(row) for row in range(result.table.rowCount())]
     assert rows[2][0] == "sigma_across"
     assert float(rows[2][2]) == pytest.approx(bench.tracker.true.noise.sigma_across, rel=0.05)
     assert result.word() == "USABLE, CHECK"

@@ -83,8 +83,9 @@ _KNOWN = {
 _SHOWS = frozenset(
     (
         "setText", "setWindowTitle", "setToolTip", "setAccessibleName", "setAccessibleDescription",
-        "setPlaceholderText", "addItem", "addItems", "setTitle", "drawText", "show_text", "say",
-        "inform", "begin", "dressed", "QLabel", "QPushButton", "QAction", "FitText",
+        "setPlaceholderText", "addItem", "addItems", "setTitle", "drawText", "show_text",
+        "show_message",
+        "inform", "start", "dressed", "QLabel", "QPushButton", "QAction", "FitText",
         "sentence_label",
         "value_label", "caption", "form_field", "ResultVerdict", "BannerMessage", "Row", "Tag",
     )

@@ -43,7 +43,7 @@ def measure(bench: Bench) -> Measure:  # noqa: F811 - the fixture
             session.conditions.note_origin(simulated=simulated)
             session.conditions.note_calibration(f"{state} RIG", f"{state} PROBE", unproven)
             for touch in bench.touches[:touches]:
-                session.touches.take(touch)
+                session.touches.record_touch(touch)
         return path
 
     return run

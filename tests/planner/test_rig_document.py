@@ -126,7 +126,7 @@ def test_sheet_survives_json_and_speaks_german(
     with pytest.raises(InputError):
         read_sheet(path)
     said, speech = sheet_sentences(sheet), Speech("de")
-    untranslated = [one for one in said if speech.say(one) == one]
+    untranslated = [one for one in said if speech.text(one) == one]
     assert not untranslated
     assert shopping_list(sheet)[0] == "2 x OCMM smart camera, 2048 x 2048"
     # The nodes in the sheet are those of its figures.

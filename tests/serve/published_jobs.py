@@ -8,8 +8,8 @@ import msgspec
 
 from ocmm_core.export import EXPORTERS
 from ocmm_core.export.report import ReportFile, polyworks_profile, read_report, report_of_job
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile, make_head
@@ -37,7 +37,7 @@ def measure(
         session.conditions.note_origin(simulated=simulated)
         session.conditions.note_calibration("VALID RIG", "VALID PROBE", unproven)
         for touch in bench.touches[:touches]:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
     return path
 
 

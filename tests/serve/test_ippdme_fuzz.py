@@ -53,28 +53,28 @@ def test_answers_any_line_in_the_grammar(tmp_path: Path, repeats: Callable[..., 
     # No socket, so that lines cost microseconds.
     with pure_session(tmp_path) as one:
         one.receive(b"00001 StartSession()")
-        one.take()
+        one.pop_lines()
         lines = _lines(rng)
         for _ in range(repeats(4000, 1_000_000)):
             line = _spoil(rng, rng.choice(lines), rng.choice(lines)).replace(b"\r\n", b"")
             if b"Session" in line:
                 continue
             one.receive(line)
-            answers = [parse_answer(text) for text in one.take()]
+            answers = [parse_answer(text) for text in one.pop_lines()]
             own = "".join(answer.kind for answer in answers if answer.tag != "E0000")
             unasked = [answer.kind for answer in answers if answer.tag == "E0000"]
             assert re.fullmatch("&[#!]*%?", own) or (own == "" and unasked[0] == "!"), line
             if own and "%" not in own:
                 # A measurement that waits for a touch.
                 one.receive(b"E0001 AbortE()")
-                aborted = [parse_answer(text) for text in one.take()]
+                aborted = [parse_answer(text) for text in one.pop_lines()]
                 assert [answer.tag for answer in aborted if answer.kind == "%"][-1] == "E0001"
                 answers += aborted
             if any(it.error is not None and it.error.severity > 1 for it in answers):
                 one.receive(b"99999 ClearAllErrors()")
-                assert [parse_answer(text).kind for text in one.take()] == ["&", "%"], line
+                assert [parse_answer(text).kind for text in one.pop_lines()] == ["&", "%"], line
         one.receive(b"00001 EndSession()")
-        assert one.take()[-1] == "00001 %"
+        assert one.pop_lines()[-1] == "00001 %"
 
 
 def test_survives_streams_of_bytes(tmp_path: Path, repeats: Callable[..., int]) -> None:

@@ -77,7 +77,7 @@ def test_types_each_point_once(field: Path, tmp_path: Path) -> None:
     plan = resource("plans", "quick.toml")
     station = build_station(StationRequest(plan=plan, out=tmp_path, frame_rate_hz=500)).station
     notes: list[str] = []
-    template = LineTemplate.of("{x:.4f}\\t{y:.4f}\\t{z:.4f}")
+    template = LineTemplate.parse("{x:.4f}\\t{y:.4f}\\t{z:.4f}")
     plain = PlainLines(lambda point: template.line(point).encode("ascii") + b"\n", notes.append)
     receiver = KeyboardReceiver(find_tool(), "measured VALUES")
     with LineFeed(station, plain, receiver, notes.append):

@@ -34,7 +34,7 @@ from tests.serve.test_ippdme_kills import points_of
 from tests.waiting import wait_until
 
 POINTS = 14  # of the quick plan
-CSV = LineTemplate.of("{n};{x:.4f};{y:.4f};{z:.4f}")
+CSV = LineTemplate.parse("{n};{x:.4f};{y:.4f};{z:.4f}")
 
 
 @pytest.fixture
@@ -90,7 +90,7 @@ def test_writes_points_by_the_template(text: str, options: dict[str, object], li
         7, "P", 0.0, 1, 2, 2, np.array([-0.5, 1234.56783, -0.00001]), np.eye(3),
         np.array([0.0, 0.0, 1.0]), 3.0, np.eye(3), nothing, 1.0, "trail",
     )  # fmt: skip
-    assert LineTemplate.of(text, **options).line(point) == line  # type: ignore[arg-type] # of the table
+    assert LineTemplate.parse(text, **options).line(point) == line  # type: ignore[arg-type] # of the table
 
 
 @pytest.mark.parametrize(
@@ -111,13 +111,13 @@ def test_writes_points_by_the_template(text: str, options: dict[str, object], li
 )  # fmt: skip
 def test_refuses_templates_that_lose_or_join_numbers(text: str, why: str) -> None:
     with pytest.raises(InputError) as caught:
-        LineTemplate.of(text)
+        LineTemplate.parse(text)
     assert why in caught.value.what
 
 
 def test_refuses_a_comma_between_numbers_with_a_comma() -> None:
     with pytest.raises(InputError, match="run together"):
-        LineTemplate.of("{x},{y},{z}", decimal="comma")
+        LineTemplate.parse("{x},{y},{z}", decimal="comma")
 
 
 def test_sends_each_point_once_over_tcp(station: MeasuringStation) -> None:

@@ -86,7 +86,7 @@ def test_follows_a_station_from_its_start_to_the_verdict_and_its_end(tmp_path: P
                 for one in data.results
             }
             assert result.report.state == data.states
-            assert "SIMULATED" in result.words
+            assert "SIMULATED" in result.verdict_text
             station.close()
             wait_until(lambda: not facts().state.online)
             assert facts().state.part is None

@@ -160,7 +160,7 @@ def expected_of(view: JobView) -> dict[str, object]:
         code, text = one.state.value, {"pending": "open"}.get(one.state.value, one.state.value)
         if one.state is FeatureState.DONE and summary.verdict is not None:
             code = summary.verdict.value
-            text = summary.words or code
+            text = summary.share or code
         elif one.state is FeatureState.DONE:
             code, text = "", "NO TOLERANCE"
         features.append([one.name, code, text])
@@ -169,7 +169,7 @@ def expected_of(view: JobView) -> dict[str, object]:
     if not view.shows_part and view.shown is not None:
         summary = view.verdict_of(view.shown.name)
         code = "" if summary.verdict is None else summary.verdict.value
-        verdict = [code, summary.words or code or "NO TOLERANCE"]
+        verdict = [code, summary.share or code or "NO TOLERANCE"]
     return {
         "results": [[one.name, *[one.verdict.value] * 2] for one in view.characteristics],
         "features": features,

@@ -45,7 +45,7 @@ class _Led:
         self.rig = _rig(hz=hz)
         self.hand = MouseHand(self.rig)
         self.pose = self.rig.part.T_world_from_part
-        self.hand.begin(self.pose.apply(np.array([0.0, 0.0, 80.0])), np.zeros(3))
+        self.hand.pick_up(self.pose.apply(np.array([0.0, 0.0, 80.0])), np.zeros(3))
         self.period_s = self.rig.frame_period_ns * 1e-9
         self.frame = 0
         self.tips: list[Float] = []

@@ -71,9 +71,9 @@ PLACES = (
     # Trigger and point.
     Place("ocmm_core.measuring._trigger.TouchCollector.push", IndexError),
     Place("ocmm_core.inspection.session._session.average", ArithmeticError),
-    Place("ocmm_core.inspection.session._acceptance.judge_touch", KeyError),
+    Place("ocmm_core.inspection.session._touch_filter.judge_touch", KeyError),
     Place("ocmm_core.inspection.session._assignment.assign_touch", AttributeError),
-    Place("ocmm_core.inspection.session._session.TouchIntake.take", RecursionError),
+    Place("ocmm_core.inspection.session._session.TouchIntake.record_touch", RecursionError),
     # Storage.
     Place("ocmm_core.storage._tables.insert_point", MemoryError),
     Place("ocmm_core.storage._audit.insert_audited", OverflowError),

@@ -24,8 +24,8 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.features.shapes import MINIMUM_POINTS
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import load_plan, save_plan
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.bridge import StationBridge

@@ -85,7 +85,7 @@ assert not run("report", str(job), "--format", "all", "--out", out)
 from PySide6.QtWidgets import QApplication
 app = QApplication([])
 from ocmm_core.export.report import report_of_job
-from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.finished import reopen_job
 from tests.gui.pdf_texts import pages
 drawn = pages(report_of_job(reopen_job(job)))
 Path(words).write_text("\\n".join(drawn), "utf-8")

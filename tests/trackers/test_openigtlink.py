@@ -42,9 +42,9 @@ _DOCUMENT = load_tracker(TRACKER)
 def frames_in(data: bytes, path: Path = TRACKER) -> list[np.ndarray]:
     document = _DOCUMENT if path == TRACKER else load_tracker(path)
     stream, builder, found = IgtlDecoder(document), FrameBuilder(document), []
-    for one in stream.feed(data):
+    for one in stream.push(data):
         if isinstance(one.content, Pose):
-            found += [frame.places for frame in builder.take(one.content, one.time_ns)]
+            found += [frame.places for frame in builder.add(one.content, one.time_ns)]
     return found
 
 
@@ -93,9 +93,9 @@ def test_markers_arrive_as_sent(kind: Kind, version: int) -> None:
     stream, builder = IgtlDecoder(document), FrameBuilder(document)
     found = []
     for start in range(0, len(data), 37):
-        for one in stream.feed(data[start : start + 37]):
+        for one in stream.push(data[start : start + 37]):
             if isinstance(one.content, Pose):
-                found += builder.take(one.content, one.time_ns)
+                found += builder.add(one.content, one.time_ns)
     # A frame of single messages is complete with the first one of the next.
     whole = len(sent) if kind in ("TDATA", "QTDATA", "POINT") else len(sent) - 1
     assert len(found) == whole

@@ -185,7 +185,7 @@ def test_a_bad_minute_at_rest_leads_no_further(kind: str, tmp_path: Path) -> Non
         true = msgspec.structs.replace(true, noise=noise)
     site = TrackerSite(tmp_path, true, stated, 3)
     procedure = at_rest(site, 62.0, 0.05 if kind == "shaken" else 0.0)
-    procedure.take(site.now)
+    procedure.record(site.now)
     with pytest.raises(CalibrationError) as refused:
         procedure.advance(site.now)
     said = {"shaken": "vibrates", "filtered": "smooths its markers"}[kind]
@@ -198,7 +198,7 @@ def test_a_bad_minute_at_rest_leads_no_further(kind: str, tmp_path: Path) -> Non
 def test_a_session_resumes_with_its_observations(tmp_path: Path) -> None:
     site = TrackerSite(tmp_path, *drawn(3), 3)
     procedure = at_rest(site, 62.0)
-    procedure.take(site.now)
+    procedure.record(site.now)
     again = TrackerProcedure.resume(
         SessionSite(procedure.base.session.parent, site.rig, site.body, site.store.folder),
         procedure.base.session,
@@ -220,8 +220,8 @@ def test_the_reader_applies_the_scale() -> None:
         MarkerPlace(name, (100.0 + i, 200.0, 300.0 + 10.0 * i))
         for i, name in enumerate(document.markers)
     )
-    (plain,) = FrameBuilder(document).take(Pose(elements, whole=True), 10**18)
-    (found,) = FrameBuilder(scaled).take(Pose(elements, whole=True), 10**18)
+    (plain,) = FrameBuilder(document).add(Pose(elements, whole=True), 10**18)
+    (found,) = FrameBuilder(scaled).add(Pose(elements, whole=True), 10**18)
     np.testing.assert_allclose(found.places, 1.0003 * plain.places, rtol=1e-12)
 
 

@@ -38,7 +38,7 @@ def refusal(protocol: str, data: bytes, requests: int = 1) -> AcquisitionError:
     for number in range(requests):
         decoder.requests(10.0 * number)
     with pytest.raises(AcquisitionError) as found:
-        decoder.feed(data)
+        decoder.push(data)
     return found.value
 
 
@@ -68,8 +68,8 @@ def test_markers_filled_in_by_motive_are_hidden() -> None:
     encoder, places = NatNetEncoder(load_tracker(_OPTITRACK)), places_of(np.random.default_rng(2))
     places[2] = np.nan
     decoder = decoder_of("natnet")
-    decoder.feed(encoder.answer(decoder.requests(0.0)))
-    *_, message = decoder.feed(encoder.frame(places, _FIRST_NS))
+    decoder.push(encoder.answer(decoder.requests(0.0)))
+    *_, message = decoder.push(encoder.frame(places, _FIRST_NS))
     assert isinstance(message.content, Pose)
     # The encoder sends a place for it, flagged as occluded and from the model.
     assert [np.isfinite(one.place[0]) for one in message.content.elements] == [
@@ -100,16 +100,16 @@ def test_new_labels_of_qtm_are_requested_again() -> None:
     document = load_tracker(TRACKER)
     decoder, encoder = decoder_of("qtm"), QtmEncoder(document)
     places = places_of(np.random.default_rng(3))
-    decoder.feed(encoder.answer(decoder.requests(0.0)))
+    decoder.push(encoder.answer(decoder.requests(0.0)))
     encoder.answer(decoder.requests(0.0))
-    assert decoder.feed(encoder.frame(places, _FIRST_NS))[-1].kind == "frame"
+    assert decoder.push(encoder.frame(places, _FIRST_NS))[-1].kind == "frame"
     part = struct.pack("<IHH4f", 1, 0, 0, 1.0, 2.0, 3.0, 0.1)
     data = struct.pack("<QIIII", 1, 1, 1, 8 + len(part), 9) + part
-    assert decoder.feed(qtm(3, data)) == []
+    assert decoder.push(qtm(3, data)) == []
     assert decoder.account.malformed == 1
     assert b"GetParameters" in decoder.requests(0.0)
     # Once, until they have come.
-    assert decoder.feed(qtm(3, data)) == []
+    assert decoder.push(qtm(3, data)) == []
     assert decoder.requests(0.0) == b""
 
 
@@ -120,7 +120,7 @@ def test_a_hostile_list_of_labels_is_refused() -> None:
     )
     for content in (bomb, b"<a>\0", b"\0", b"<a><The_3D><Label><Name>\xff</Name></Label></a>"):
         decoder = decoder_of("qtm")
-        assert decoder.feed(qtm(2, content)) == []
+        assert decoder.push(qtm(2, content)) == []
         assert decoder.account.malformed == 1
         assert not decoder.ready
 
@@ -135,11 +135,11 @@ def test_a_device_of_ndi_in_another_state_is_named() -> None:
     decoder = decoder_of("ndi")
     for reply in ("ERROR0C", "OKAY", "00", "00", "OKAY"):
         assert decoder.requests(0.0)
-        decoder.feed(text(reply))
+        decoder.push(text(reply))
     assert decoder.ready
     assert decoder.requests(0.0).startswith(b"BX2:")
     with pytest.raises(AcquisitionError) as found:
-        decoder.feed(text("ERROR0C"))
+        decoder.push(text("ERROR0C"))
     assert found.value.code == "ndi.refused"
     assert "BX2 with ERROR0C" in found.value.what
 
@@ -149,7 +149,7 @@ def test_a_command_without_a_good_reply_is_sent_again() -> None:
     first = decoder.requests(0.0)
     assert decoder.requests(0.5) == b""
     assert decoder.requests(1.5) == first
-    decoder.feed(b"OKAY0000\r")
+    decoder.push(b"OKAY0000\r")
     assert decoder.account.damaged == 1
     assert decoder.requests(1.6) == first
 
@@ -158,15 +158,15 @@ def test_strays_of_ndi_without_a_tool_have_no_time() -> None:
     decoder = decoder_of("ndi")
     for reply in ("OKAY", "OKAY", "00", "00", "OKAY"):
         decoder.requests(0.0)
-        decoder.feed(text(reply))
+        decoder.push(text(reply))
     decoder.requests(0.0)
-    decoder.feed(text("ERROR01"))
+    decoder.push(text("ERROR01"))
     assert decoder.requests(0.0).startswith(b"BX:1009")
     body = struct.pack("<BBB3fH", 0, 1, 0, 1.0, 2.0, 3.0, 0)
     head = struct.pack("<HH", 0xA5C4, len(body))
     sealed = b"".join(one + struct.pack("<H", checksum_ndi(one)) for one in (head, body))
     with pytest.raises(AcquisitionError) as found:
-        decoder.feed(sealed)
+        decoder.push(sealed)
     assert found.value.code == "ndi.no_tool"
 
 

@@ -93,7 +93,7 @@ def started(device: Device) -> tuple[Decoder, MarkerEncoder]:
     encoder, now = device.encoder(), 0.0
     decoder = PROTOCOLS[device.protocol](device.document)
     if encoder.greeting:
-        decoder.feed(encoder.greeting)
+        decoder.push(encoder.greeting)
     while not (decoder.ready and encoder.ready):
         answer(decoder, encoder, now)
         now += 2.0
@@ -104,7 +104,7 @@ def started(device: Device) -> tuple[Decoder, MarkerEncoder]:
 def answer(decoder: Decoder, encoder: MarkerEncoder, now: float) -> None:
     data = encoder.answer(decoder.requests(now))
     if data:
-        decoder.feed(data)
+        decoder.push(data)
 
 
 def frames_in(
@@ -112,9 +112,9 @@ def frames_in(
 ) -> list[MarkerFrame]:
     found = []
     for one in datagrams_of(data) if encoder.datagrams else [data]:
-        for message in decoder.feed(one):
+        for message in decoder.push(one):
             if isinstance(message.content, Pose):
-                found += builder.take(message.content, message.time_ns)
+                found += builder.add(message.content, message.time_ns)
     return found
 
 
@@ -252,10 +252,10 @@ def test_hostile_packets_are_counted_or_end_with_a_sentence(name: str) -> None:
         if device.protocol == "ndi" and number % 2:
             packet = resealed(packet)
         try:
-            messages = decoder.feed(packet)
+            messages = decoder.push(packet)
             for pose in [one for one in messages if isinstance(one.content, Pose)]:
                 assert isinstance(pose.content, Pose)
-                for found in FrameBuilder(device.document).take(pose.content, pose.time_ns):
+                for found in FrameBuilder(device.document).add(pose.content, pose.time_ns):
                     frames += 1
                     good, bad = tips_near([block_of(found, device)], device, places)
                     right, wrong = right + good, wrong + bad
@@ -313,7 +313,7 @@ def test_the_button_is_that_of_the_document(name: str) -> None:
         answer(decoder, encoder, 1e3 + n)
         places = places_of(np.random.default_rng(n))
         data = encoder.frame(places, time_ns, pressed=n in (1, 2))
-        for one in decoder.feed(data):
+        for one in decoder.push(data):
             if isinstance(one.content, SensorValues) and one.device == device.document.button:
                 pressed.append(one.content.values[0] > 0.5)
     assert pressed == [False, True, True, False]

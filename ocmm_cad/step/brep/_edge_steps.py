@@ -27,7 +27,7 @@ class EdgeSteps:
     def __init__(self) -> None:
         self._kept: dict[tuple[SameShape, float, float], tuple[Float, Place]] = {}
 
-    def of(self, edge: Any, first: float, last: float) -> tuple[Float, Place]:
+    def lookup(self, edge: Any, first: float, last: float) -> tuple[Float, Place]:
         """Return `edge_steps` (NaN if degenerate), and the place of the middle one, mm."""
         key = SameShape(edge), first, last
         kept = self._kept.get(key)

@@ -320,7 +320,7 @@ def _piece(edge: Any, face: Any, steps: EdgeSteps) -> Float | None:
     from OCP.TopAbs import TopAbs_REVERSED
 
     curve = BRepAdaptor_Curve2d(edge, face)
-    along, _ = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
+    along, _ = steps.lookup(edge, curve.FirstParameter(), curve.LastParameter())
     line = parameters_on(curve, along)
     if not np.isfinite(line).all():
         return None

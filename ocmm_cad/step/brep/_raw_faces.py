@@ -270,7 +270,7 @@ def _curves(face: Any, steps: edge_steps.EdgeSteps) -> _Curves:
     others: dict[int, Float] = {}
     for edge in explored(face, "EDGE"):
         curve = BRepAdaptor_Curve2d(edge, face)
-        along, middle = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
+        along, middle = steps.lookup(edge, curve.FirstParameter(), curve.LastParameter())
         middles.append(middle)
         kind, six = edge_steps.curve_numbers(curve)
         if kind == kernel.OTHER:

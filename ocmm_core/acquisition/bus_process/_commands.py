@@ -134,7 +134,7 @@ class CommandPort:
         """Return the port on standard streams; use `read_first_line`: ``sys.stdin`` buffers."""
         return cls(sys.stdin.fileno(), sys.stdout.fileno(), on_end, on_failure)
 
-    def take(self) -> objects.ObjectRequest | objects.EepromRequest | None:
+    def next_request(self) -> objects.ObjectRequest | objects.EepromRequest | None:
         """Return the next request, or None; never waits."""
         while True:
             try:

@@ -127,7 +127,7 @@ class EthercatSource:
             try:
                 for phase in self._bus.open_steps():
                     self._supervisor.stepping(phase)
-                    self._tell()
+                    self._publish_report()
                 break
             except BusError as error:
                 if error.code in _PASSING and not last:
@@ -136,7 +136,7 @@ class EthercatSource:
                 self._supervisor.failed(error, now_ns)
                 self._supervisor.phase = BusPhase.FAILED
                 self._note(self._supervisor.alarm, error.what, now_ns, remedy=error.remedy)
-                self._tell()
+                self._publish_report()
                 raise
         self._begin_session()
         self._pacer = CyclePacer(self._settings.cycle_period_ns, self._time.now_ns())
@@ -150,7 +150,7 @@ class EthercatSource:
         cycle = step(self._pacer)
         self._accounts.cycle(cycle.verdict.value, cycle.skipped.value, cycle.elapsed)
         self._listen()
-        self._tell()
+        self._publish_report()
         return cycle
 
     def close(self) -> None:
@@ -159,12 +159,12 @@ class EthercatSource:
         if self._pacer is not None:
             self._pacer = None
             self._supervisor.phase = BusPhase.CLOSED
-            self._tell()
+            self._publish_report()
 
     def _exchange(self, pacer: CyclePacer) -> Cycle:
         self.lateness_ns = self._time.wait_until(pacer.deadline_ns)
         now_ns = self._time.now_ns()
-        elapsed = pacer.begin(now_ns)
+        elapsed = pacer.start_cycle(now_ns)
         self._accounts.lateness.add(max(0, self.lateness_ns))
         answer = self._bus.exchange(
             [record.next_frame for record in self._records],
@@ -181,7 +181,7 @@ class EthercatSource:
         if fault is not None:
             self._bus.look_closer()
             return self._refuse(self._or_the_computer(fault, elapsed), elapsed)
-        given = self._take(answer)
+        given = self._receive(answer)
         end_ns = self._time.now_ns()
         if self._supervisor.good(end_ns):
             self._note(OPERATION, "The cameras are in operation.", end_ns)
@@ -262,7 +262,7 @@ class EthercatSource:
         if not elapsed:
             # The due cycle counts for this call; the next one starts a period later.
             time.sleep(max(0, pacer.deadline_ns - now_ns) * 1e-9)
-            elapsed = pacer.begin(max(self._time.now_ns(), pacer.deadline_ns))
+            elapsed = pacer.start_cycle(max(self._time.now_ns(), pacer.deadline_ns))
         reason = supervisor.message or "The cameras are starting up."
         return Cycle(CycleVerdict.LOST, reason, elapsed=elapsed, skipped=CycleVerdict.LOST)
 
@@ -298,11 +298,11 @@ class EthercatSource:
                 self._settings.cameras, self._bus.session.layouts, strict=True
             )
         ]
-        gap = self._exposures.begin(schedule, self._bus.session.start_host_ns)
+        gap = self._exposures.start(schedule, self._bus.session.start_host_ns)
         self._accounts.lost(gap)
         self._supervisor.brought_up(self._time.now_ns())
 
-    def _take(self, answer: CycleAnswer) -> Given:
+    def _receive(self, answer: CycleAnswer) -> Given:
         """Add frames that are new by their counters; return the completed ones."""
         schedule = self._bus.schedule
         for camera, header in enumerate(answer.headers):
@@ -320,7 +320,7 @@ class EthercatSource:
         """Log the cameras' messages and finished requests."""
         now_ns = self._time.now_ns()
         for camera, trouble in self._bus.port_news():
-            self._note(Alarm.PORT_ERRORS, trouble.words(camera), now_ns, camera=camera)
+            self._note(Alarm.PORT_ERRORS, trouble.message(camera), now_ns, camera=camera)
         while self._objects.emergencies:
             camera, emergency = self._objects.emergencies.popleft()
             if emergency.is_over:
@@ -349,7 +349,7 @@ class EthercatSource:
             cycles=cycles,
         )  # fmt: skip
 
-    def _tell(self) -> None:
+    def _publish_report(self) -> None:
         """Publish the report after a change or an interval."""
         if self._publish is None:
             return

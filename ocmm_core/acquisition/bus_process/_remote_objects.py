@@ -45,7 +45,7 @@ class ObjectLine:
         self._ended: BusError | None = None
         self.garbled = 0
 
-    def ask(
+    def request(
         self,
         sender: LineSender,
         make: Callable[[int], Request],
@@ -130,7 +130,7 @@ class RemoteObjects:
     def read(
         self, index: int, sub: int, *, room: int = MAX_VALUE_BYTES, progress: Progress | None = None
     ) -> bytes:
-        """Return an entry's value, `room` bytes at most; BusError as `ObjectLine.ask`."""
+        """Return an entry's value, `room` bytes at most; BusError as `ObjectLine.request`."""
         return self._ask(
             lambda number: ObjectRequest(number, self._camera, index, sub, None, room), progress
         )
@@ -161,7 +161,7 @@ class RemoteObjects:
 
     def _ask(self, make: Callable[[int], Request], progress: Progress | None) -> bytes:
         try:
-            return self._process.objects.ask(self._process, make, progress, self._timeout_s)
+            return self._process.objects.request(self._process, make, progress, self._timeout_s)
         except OcmmError as error:
             if self._camera in error.what:
                 raise

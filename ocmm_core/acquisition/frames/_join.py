@@ -149,7 +149,7 @@ class ExposureCount:
         self._start_ns = self._period_ns = 0
         self._owed = 0
 
-    def begin(self, schedule: Schedule, start_host_ns: int) -> int:
+    def start(self, schedule: Schedule, start_host_ns: int) -> int:
         """Start a bring-up's exposures, the first near a host time; return the lost ones."""
         gap = 0
         if self._origin is None or self._joiner is None:

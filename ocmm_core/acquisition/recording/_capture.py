@@ -182,7 +182,7 @@ class BusCapture:
             return False
         areas = self._usual or self._listener.areas
         if areas != self._areas:
-            self._begin(areas)
+            self._start(areas)
         end = at + len(datagram.data)
         mine = [area for area in areas if at <= area.inputs and area.inputs_end <= end]
         if datagram.command not in _READS or not mine:
@@ -196,7 +196,7 @@ class BusCapture:
             found |= self._take_camera(areas.index(area), content)
         return found
 
-    def _begin(self, areas: tuple[CameraArea, ...]) -> None:
+    def _start(self, areas: tuple[CameraArea, ...]) -> None:
         known = dict(zip((area.station for area in self._areas), self.account.cameras, strict=True))
         self._areas = areas
         self._tracks = [_Track() for _ in areas]

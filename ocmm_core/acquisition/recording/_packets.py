@@ -77,16 +77,16 @@ class PacketFile:
             )
 
     def _read_pcap(self, stream: BinaryIO, order: str, tick_ns: int) -> Iterator[Packet]:
-        head = self._take(stream, 20)
+        head = self._read_exactly(stream, 20)
         if head is None:
             return
         self._check_link(struct.unpack_from(order + "I", head, 16)[0] & 0x0FFFFFFF)
         record = struct.Struct(order + "IIII")
-        while (raw := self._take(stream, record.size, first=True)) is not None:
+        while (raw := self._read_exactly(stream, record.size, first=True)) is not None:
             seconds, ticks, size, original = record.unpack(raw)
             if size > _LONGEST_PACKET:
                 raise self._damaged(stream, f"a packet claims {size} bytes")
-            content = self._take(stream, size)
+            content = self._read_exactly(stream, size)
             if content is None:
                 return
             yield Packet(seconds * 1_000_000_000 + ticks * tick_ns, content, size >= original)
@@ -95,14 +95,14 @@ class PacketFile:
         stream.seek(0)
         order = "<"
         interfaces: list[int] = []
-        while (raw := self._take(stream, 8, first=True)) is not None:
+        while (raw := self._read_exactly(stream, 8, first=True)) is not None:
             if raw[:4] == _PCAPNG_MAGIC:
                 order = self._section_order(stream)
                 interfaces.clear()
             kind, size = struct.unpack(order + "II", raw)
             if size % 4 or not _BLOCK_OVERHEAD <= size <= _LONGEST_BLOCK:
                 raise self._damaged(stream, f"a block claims {size} bytes")
-            body = self._take(stream, size - 8)
+            body = self._read_exactly(stream, size - 8)
             if body is None:
                 return
             if struct.unpack_from(order + "I", body, len(body) - 4)[0] != size:
@@ -153,7 +153,7 @@ class PacketFile:
         time_ns = (high << 32 | low) * 1_000_000_000 // interfaces[interface]
         return Packet(time_ns, body[20 : 20 + size], size >= original)
 
-    def _take(self, stream: BinaryIO, size: int, *, first: bool = False) -> bytes | None:
+    def _read_exactly(self, stream: BinaryIO, size: int, *, first: bool = False) -> bytes | None:
         """Return `size` bytes, or None at the end; note truncation."""
         content = stream.read(size)
         if len(content) == size:

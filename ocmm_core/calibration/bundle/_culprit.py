@@ -120,7 +120,7 @@ def examine(
     ``start``.
     """
     state = adjust(data, prior, start).state if exactly else start
-    history = BlockHistory.of(data, prior, state)
+    history = BlockHistory.from_data(data, prior, state)
     if history is None or dof < 1:
         return None
     found = _round(history, dof, _TRIED if exactly else 0)
@@ -152,7 +152,9 @@ def _round(history: BlockHistory, dof: int, tried: int) -> _Round:
         # A change occurs at one frame within its block; frames on its wrong side fit nothing.
         moment = max(sudden, key=lambda one: one.score.score).moment
         assert moment is not None  # noqa: S101 - as just chosen
-        finer = BlockHistory.of(history.data, history.prior, history.state, (moment - 1, moment))
+        finer = BlockHistory.from_data(
+            history.data, history.prior, history.state, (moment - 1, moment)
+        )
         history = finer or history
         trials, suspects = _suspects(history)
         misfit = _misfit(suspects, cost, dof)
@@ -228,7 +230,7 @@ def _with_others(found: _Round, dof: int) -> CulpritVerdict:
 def _after(history: BlockHistory, suspect: Suspect) -> BlockHistory | None:
     """Return the history once a suspect is granted; None if it leaves something undetermined."""
     data, prior = _granting(history, suspect)
-    return BlockHistory.of(data, prior, adjust(data, prior, history.state).state)
+    return BlockHistory.from_data(data, prior, adjust(data, prior, history.state).state)
 
 
 def _suspects(history: BlockHistory) -> tuple[list[_Trial], list[Suspect]]:

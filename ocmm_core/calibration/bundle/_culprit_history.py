@@ -78,7 +78,7 @@ class BlockHistory:
     """Chi-square at the minimum, to first order."""
 
     @classmethod
-    def of(
+    def from_data(
         cls, data: BundleData, prior: Prior, state: BundleState, finely: Sequence[int] = ()
     ) -> BlockHistory | None:
         """Return the history, or None if undetermined; each frame in ``finely`` is a block."""

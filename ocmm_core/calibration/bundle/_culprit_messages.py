@@ -117,7 +117,7 @@ def accuse(verdict: CulpritVerdict, names: Names) -> Finding | None:
     if not verdict.named:
         return None
     best = verdict.named[0]
-    told = [_told(one, verdict, names) for one in verdict.named]
+    told = [_message(one, verdict, names) for one in verdict.named]
     code = f"{'relocation' if names.bars else 'pivot'}.{_CODES[best.cause]}"
     every = (verdict.named, *verdict.also)
     during = all(one.profile is not None for part in every for one in part)
@@ -169,7 +169,7 @@ def _sentence(told: Sequence[str], verdict: CulpritVerdict, names: Names) -> str
         leds = " and ".join(f"LED {part[0].subject + 1}" for part in verdict.also)
         return f"{text} It fits as well if {leds} alone are elsewhere."
     for part in verdict.also:
-        others = ", or ".join(_told(one, verdict, names) for one in part)
+        others = ", or ".join(_message(one, verdict, names) for one in part)
         text += f" In addition, {others}."
     if not verdict.explained:
         text += (
@@ -179,7 +179,7 @@ def _sentence(told: Sequence[str], verdict: CulpritVerdict, names: Names) -> str
     return text
 
 
-def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
+def _message(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
     state, cause, index = verdict.history.state, suspect.cause, suspect.subject
     size = suspect.score.size
     if cause is Culprit.BAR:

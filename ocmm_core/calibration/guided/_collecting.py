@@ -130,10 +130,10 @@ class StaticSpotAverager:
     def live(self) -> Live:
         """Return the current view and whether it can be recorded."""
         if self._judged is None:
-            self._judged = self._look()
+            self._judged = self._live()
         return self._judged
 
-    def _look(self) -> Live:
+    def _live(self) -> Live:
         window = self._window
         if not len(window.counter):
             return Live(wanted=window.size)
@@ -263,10 +263,10 @@ class ProbeSpotAverager:
         """Return the current view and whether it can be recorded."""
         # Cached: a procedure polls this several times between two blocks of frames.
         if self._judged is None:
-            self._judged = self._look()
+            self._judged = self._live()
         return self._judged
 
-    def _look(self) -> Live:
+    def _live(self) -> Live:
         window = self._window
         if not len(window.counter):
             return Live(wanted=window.size)

@@ -111,7 +111,7 @@ class Live:
     cameras: tuple[CameraLive, ...] = ()
     """One for each camera; empty before the first frame."""
     ready: bool = False
-    """`take` would record it now."""
+    """`record` would store it now."""
     hint: str = "No frames yet."
     """Why not, or the next task, in one sentence."""
     frames: int = 0
@@ -311,7 +311,7 @@ class Procedure(ABC):
         """Raise StorageError if the session file lost its name, and stop recording. Cheap."""
         self._log.require_name()
 
-    def take(self, now: datetime) -> None:
+    def record(self, now: datetime) -> None:
         """Record the current view as the next observation of the current step.
 
         CalibrationError, with the reason, unless `Live.ready`; StorageError if not stored.

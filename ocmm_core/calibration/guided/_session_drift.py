@@ -132,7 +132,7 @@ def session_changes(
     found: list[tuple[SessionChange, ...]] = []
     if len(rests) < 2:
         return found
-    normal, drifting = _Normal.of(rests, repeats, rig, body), set[tuple[str, int]]()
+    normal, drifting = _Normal.from_rests(rests, repeats, rig, body), set[tuple[str, int]]()
     for _ in range(_MOST):
         suspects = normal.suspects(rests, len(rig.cameras), body.n_leds, chance)
         # A drift is hardly ever exactly even: the rest of it is no jump.
@@ -160,7 +160,7 @@ class _Normal:
     """Per rest or repeat: (rest, rows) of the changes, values, and rows of shared effects."""
 
     @classmethod
-    def of(
+    def from_rests(
         cls, rests: Sequence[Rest], repeats: Sequence[tuple[int, int]], rig: Rig, body: ProbeBody
     ) -> _Normal:
         of_cameras, of_geometry = _root(rig.parameter_covariance), _root(body.geometry_covariance)

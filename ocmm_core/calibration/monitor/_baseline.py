@@ -97,7 +97,7 @@ class PatternFit:
     grids: tuple[tuple[BellGrid, BellGrid], ...]
 
     @classmethod
-    def of(cls, looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> PatternFit:
+    def from_samples(cls, looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> PatternFit:
         """Return the regression on looks made without a map."""
         shape = (len(looks), len(rig.cameras), body.n_leds, 2)
         belief = Belief.of_documents(rig, body)
@@ -238,7 +238,7 @@ def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -
             f"{len(looks)} samples of the moving probe are too few to learn the sensor pattern.",
             f"Wave the probe through the whole volume until there are {MIN_LOOKS}.",
         )
-    problem = PatternFit.of(looks, rig, body)
+    problem = PatternFit.from_samples(looks, rig, body)
     held_out = np.arange(len(looks)) // _STRETCH % _HELD_OUT == _HELD_OUT - 1
     partial = problem.solve(~held_out)
     left_px = problem.left_px(partial, held_out)

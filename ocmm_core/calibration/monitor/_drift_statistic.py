@@ -82,7 +82,7 @@ def score_changes(
     ``belief``: errors of rig and probe then. ``floor_px``: constant error of one LED in one camera,
     per axis; ``pixel_px``: error fixed to the pixels (`PixelNoise`).
     """
-    system = _System.of(looks, rig, body, belief, floor_px, pixel_px)
+    system = _System.from_samples(looks, rig, body, belief, floor_px, pixel_px)
     normal = system.without_poses()
     n_poses = system.blocks["poses"].stop
     first_of = {name: block.start - n_poses for name, block in system.blocks.items()}
@@ -147,7 +147,7 @@ class _System:
     anchored: bool
 
     @classmethod
-    def of(
+    def from_samples(
         cls,
         looks: Sequence[ResidualSample],
         rig: Rig,

@@ -168,10 +168,10 @@ class CalibrationMonitor:
                 )
             )
         for look in self._collector.push(track):
-            results += self._take(look)
+            results += self._add(look)
         return results
 
-    def _take(self, look: ResidualSample) -> list[DriftReport]:
+    def _add(self, look: ResidualSample) -> list[DriftReport]:
         if self._latest and look.first_ns < self._latest[-1].first_ns:
             # The bus clock was reset: earlier times are invalid.
             self._latest.clear()

@@ -124,11 +124,11 @@ class ResidualAccumulator:
         pieces, self._pieces = self._pieces, []
         if not pieces:
             return []
-        look = look_of(join(pieces), self._rig, self._body, self._maps)
+        look = sample_of(join(pieces), self._rig, self._body, self._maps)
         return [] if look is None else [look]
 
 
-def look_of(
+def sample_of(
     frames: TrackBlock, rig: Rig, body: ProbeBody, maps: Sequence[PatternMap] = ()
 ) -> ResidualSample | None:
     """Return the look of consecutive tracked frames; those without a tip are ignored.

@@ -31,7 +31,7 @@ class EventKind(StrEnum):
     FALLEN = "artefact found wrong"
     """The calibration, or the verification given as evidence, rests on a faulty artefact."""
     RECALLED = "jobs recalled"
-    """Jobs were recomputed; the evidence is the result (`inspection.archive`)."""
+    """Jobs were recomputed; the evidence is the result (`inspection.finished`)."""
 
 
 class Event(StoredEvent, frozen=True, kw_only=True):

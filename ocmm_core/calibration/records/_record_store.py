@@ -90,7 +90,7 @@ class RecordStore(EventFolder[T]):
         one, what = found
         return CalibrationError(
             "evidence.defect",
-            f"{one.words(self._folder)} {what}.",
+            f"{one.summary(self._folder)} {what}.",
             f"Restore the file from a backup. If there is none, {self._renewals[wanted[one]]}; "
             "the file is then no longer needed.",
         )

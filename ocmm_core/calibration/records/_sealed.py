@@ -210,7 +210,7 @@ class KeptFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return whether the name is the hash of the content."""
         return self.name == f"{self.sha256}.json"
 
-    def words(self, folder: Path) -> str:
+    def summary(self, folder: Path) -> str:
         """Return kind and path for messages; records with a shortened hash."""
         if self.is_record:
             return f"Record {self.sha256[:12]} in {folder}"
@@ -259,7 +259,7 @@ class EvidenceCheck:
                 self._patrolled, self._turn = time.monotonic(), self._turn + 1
                 self._good.pop(wanted[self._turn % len(wanted)], None)
             for one in wanted if thorough or not self._begun else self._chosen(wanted):
-                what = self._look(one)
+                what = self._check(one)
                 if what:
                     return one, what
             # After a defect, the files behind it have not been read yet.
@@ -270,7 +270,7 @@ class EvidenceCheck:
         """Return the names of the files that are not as they were; reads all of them."""
         with self._lock:
             self._good.clear()
-            return tuple(one.name for one in wanted if self._look(one))
+            return tuple(one.name for one in wanted if self._check(one))
 
     def _chosen(self, wanted: Sequence[KeptFile]) -> list[KeptFile]:
         """Return the files to inspect now: defective ones, the newest, a window of the others."""
@@ -280,7 +280,7 @@ class EvidenceCheck:
         wrong = [one for one in old if one in self._bad] if self._bad else []
         return [*wrong, *window, *new]
 
-    def _look(self, wanted: KeptFile) -> str:
+    def _check(self, wanted: KeptFile) -> str:
         """Return and remember the defect of a file; empty if it is intact."""
         what = self._what_is_wrong(wanted)
         if what:

@@ -288,7 +288,7 @@ def check_camera_temperature(
 
 def _intrinsics(record: CameraRecord, entry: CameraEntry) -> Intrinsics:
     made = int(datetime.fromisoformat(record.made_utc).timestamp())
-    return Intrinsics.of(camera_of(entry), made)
+    return Intrinsics.from_camera(camera_of(entry), made)
 
 
 def _difference(found: Intrinsics, expected: Intrinsics) -> str:

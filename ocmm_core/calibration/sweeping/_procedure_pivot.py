@@ -40,8 +40,8 @@ class PivotProcedure(
 ):
     """See `procedure`.
 
-    `watch` frames; whenever ``view.base.live.ready`` is set, `take` (a batch of poses, durable when
-    it returns); when the gate of the step is open, `advance`.
+    `watch` frames; whenever ``view.base.live.ready`` is set, `record` (a batch of poses, durable
+    when it returns); when the gate of the step is open, `advance`.
     """
 
     kind = guided.ProcedureKind.PIVOT

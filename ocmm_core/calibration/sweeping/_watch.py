@@ -135,7 +135,7 @@ class SweepWatch:
             self._spots.push(part)
             self._now_ns = int(part.time_ns[-1])
             self._live = self._spots.live()
-            look = self._look() if self._live.ready else None
+            look = self._sample() if self._live.ready else None
             if look is not None:
                 self._judge(look)
             elif self._phase is SweepPhase.COUNTDOWN:
@@ -213,7 +213,7 @@ class SweepWatch:
             return f"{moved[0].what} {moved[0].remedy}" if moved else BACK
         return ""
 
-    def _look(self) -> _Look | None:
+    def _sample(self) -> _Look | None:
         uv = self._spots.average().uv
         seen = np.isfinite(uv).all(axis=2)
         self._seen += _SEEN_MEMORY * (seen - self._seen)

@@ -63,7 +63,7 @@ S = TypeVar("S", bound=TouchSetup)
 class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q, B, S]):
     """Base of both procedures.
 
-    `watch` frames; whenever ``view.base.live.ready`` is set, `take`; when the gate of the step is
+    `watch` frames; whenever ``view.base.live.ready`` is set, `record`; when the gate of the step is
     open, `advance`; in the last step `compute`, then `accept` (which also stores failed results) or
     `keep`. `drop` removes the last point, `take_back` any. `start` raises CalibrationError also if
     the tip is not mounted or lacks the record that the procedure rests on.

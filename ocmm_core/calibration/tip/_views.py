@@ -20,7 +20,7 @@ class Phase(StrEnum):
     """Must rest longer; see `Countdown.seconds_left`."""
 
     READY = "ready"
-    """`take` records it now."""
+    """`record` stores it now."""
 
     TAKEN = "taken"
     """This place is recorded: move on."""

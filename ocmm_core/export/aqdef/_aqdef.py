@@ -76,7 +76,9 @@ def _preview(
     rows: list[tuple[report.Cell, ...]] = []
     for index, reported in enumerate(jobs[0].reported):
         asked = reported.result
-        told = [_told(data, data.reported[index], units) for data in head.alike(jobs)]
+        told = [
+            _value_with_attribute(data, data.reported[index], units) for data in head.alike(jobs)
+        ]
         values: list[report.Cell] = [value if value is not None else "" for value, _ in told]
         rows.append((index + 1, asked.name, reported.unit, *values))
     columns = ("No.", "Characteristic", "Unit", *(data.job for data in jobs))
@@ -106,7 +108,7 @@ def _remarks(data: report.ReportData) -> Iterator[head.KeyedLine]:
             yield head.KeyedLine(_REMARK, index, reported.result.verdict.value)
 
 
-def _told(
+def _value_with_attribute(
     data: report.ReportData, reported: report.ReportedResult, units: report.Units
 ) -> tuple[report.Number | None, int]:
     """Return value and attribute of a result."""
@@ -127,7 +129,7 @@ def _fields(
     reported: report.ReportedResult,
     units: report.Units,
 ) -> list[str]:
-    value, attribute = _told(data, reported, units)
+    value, attribute = _value_with_attribute(data, reported, units)
     batch = data.view.header.batch
     return [
         "" if value is None else head.fitted("K0001", value.text()),
@@ -153,7 +155,7 @@ def _is_told(
     jobs: Sequence[report.ReportData], data: report.ReportData, reported: report.ReportedResult,
     fields: Mapping[str, str], units: report.Units,
 ) -> bool:  # fmt: skip
-    value, attribute = _told(data, reported, units)
+    value, attribute = _value_with_attribute(data, reported, units)
     told = fields.get("K0001", "")
     same = told == "" if value is None else report.same_number(value, told)
     keys = ("K0008", "K0010", "K0011", "K0012")

@@ -15,7 +15,7 @@ from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export import ENDING
 from ocmm_core.export.audits._audit_files import Audit, AuditedKind, AuditRow, audit_file
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX
-from ocmm_core.inspection.archive import SUFFIX
+from ocmm_core.inspection.finished import SUFFIX
 from ocmm_core.seals import RELEASE_ENDING
 from ocmm_core.storage import JobEvent, JobFile
 

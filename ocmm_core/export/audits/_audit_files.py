@@ -18,7 +18,7 @@ from ocmm_core.calibration.records import load_signed
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, check_report_seal
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX, check_dcc_seal
-from ocmm_core.inspection.archive import RecallRecord
+from ocmm_core.inspection.finished import RecallRecord
 from ocmm_core.plugins import load_all
 from ocmm_core.seals import RELEASE_ENDING, KeyFolder, SealState, SealWord, Signed, release_state
 from ocmm_core.settings import SettingsFile
@@ -199,7 +199,7 @@ def _of_certificate(path: Path) -> Audit:
     row = AuditRow(found.dcc.end, found.dcc.laboratory, f"{found.dcc.number} {found.dcc.title}")
     audit = _judged(xml, AuditedKind.CERTIFICATE, found.state, row)
     why = found.dcc.signature.why
-    return replace(audit, faults=(*audit.faults, f"{found.words}")) if why else audit
+    return replace(audit, faults=(*audit.faults, f"{found.summary}")) if why else audit
 
 
 def _of_chain(path: Path) -> Audit:

@@ -97,7 +97,7 @@ def artefact_text(
     return "\n".join(
         (
             f"# From certificate {_quoted(dcc.number)}: {_quoted(length.name)}"
-            f"{' (radius, doubled)' if factor == 2.0 else ''}. {_quoted(dcc.signature.words)}.",
+            f"{' (radius, doubled)' if factor == 2.0 else ''}. {_quoted(dcc.signature.summary)}.",
             f"schema = {_quoted(_SCHEMAS[kind])}",
             'unit = "mm"',
             f"name = {_quoted(name or kind)}",
@@ -156,7 +156,7 @@ def _the_length(dcc: Dcc, kind: Literal["bar", "sphere"], asked: str) -> tuple[D
     if dcc.signature.word is XmlSignatureWord.INVALID:
         raise InputError(
             "dcc.signature",
-            f"Certificate {dcc.number}: {dcc.signature.words}.",
+            f"Certificate {dcc.number}: {dcc.signature.summary}.",
             "Ask the laboratory for the certificate again.",
         )
     lengths = [

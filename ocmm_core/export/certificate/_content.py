@@ -39,7 +39,7 @@ class Conformity(StrEnum):
     NOT_CONFORM = "fail"
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         return {
             Conformity.CONFORM: "CONFORM",
             Conformity.LEANING_IN: "NOT PROVEN, leaning in",
@@ -110,11 +110,11 @@ class CertificateRun:
         return str(self.stated) or ("pass" if self.passed else "fail")
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         if self.stated == "noPass":
             return "VOID: it shows nothing"
         if isinstance(self.stated, Conformity):
-            return self.stated.words
+            return self.stated.summary
         return "passed" if self.passed else "NOT passed"
 
 
@@ -241,24 +241,24 @@ def open_certificate_clauses(paper: Certificate) -> tuple[str, ...]:
 
 def certificate_title(paper: Certificate, speech: Speech = _ENGLISH) -> str:
     """Return the translated title; a laboratory's own title stays."""
-    whole = speech.say(paper.title)
+    whole = speech.text(paper.title)
     if whole != paper.title:
         return whole
-    return ": ".join(map(speech.say, paper.title.split(": ")))
+    return ": ".join(map(speech.text, paper.title.split(": ")))
 
 
 def rule_said(rule: str, speech: Speech) -> str:
     """Return the guideline and decision rule of a judgement, translated."""
     head, mark, name = rule.rpartition(", rule ")
     if not mark:
-        return speech.say(rule)
-    return f"{speech.say(head)}, {speech.say('decision rule')}: {speech.say(name)}"
+        return speech.text(rule)
+    return f"{speech.text(head)}, {speech.text('decision rule')}: {speech.text(name)}"
 
 
 def air_said(run: CertificateRun, speech: Speech = _ENGLISH) -> str:
     """Return temperature, humidity and pressure of a run; empty if not noted."""
     warm = () if run.temperature_c is None else (f"{run.temperature_c:.1f} °C",)
-    return ", ".join((*map(speech.number, warm), *map(speech.say, run.air.words)))
+    return ", ".join((*map(speech.number, warm), *map(speech.text, run.air.lines)))
 
 
 def conformity_words(paper: Certificate, speech: Speech = _ENGLISH) -> str:
@@ -267,11 +267,11 @@ def conformity_words(paper: Certificate, speech: Speech = _ENGLISH) -> str:
     if last is None:
         if not paper.not_after:
             return ""
-        return f"{speech.say('No statement')}: {speech.say(paper.not_after)}"
-    words = speech.say(last.words)
+        return f"{speech.text('No statement')}: {speech.text(paper.not_after)}"
+    words = speech.text(last.summary)
     words = words[:1].upper() + words[1:]
     rule = rule_said(last.rule, speech)
-    return f"{words}, {speech.say('by its rule')}: {rule}. {speech.say(_each_error(last))}"
+    return f"{words}, {speech.text('by its rule')}: {rule}. {speech.text(_each_error(last))}"
 
 
 def _each_error(run: CertificateRun) -> str:
@@ -283,7 +283,7 @@ def _each_error(run: CertificateRun) -> str:
 def _facts(
     paper: Certificate, speech: Speech, lengths: PaperLengths
 ) -> Iterator[tuple[str, str, str]]:
-    say = speech.say
+    tr = speech.text
     house, given = paper.paper.template.laboratory, paper.paper.given
     machine = paper.paper.template.machine
     yield "7.8.2.1 a", "Title", certificate_title(paper, speech)
@@ -291,32 +291,32 @@ def _facts(
     if paper.accreditation:
         yield "", "Accreditation", paper.accreditation
     yield "7.8.2.1 d", "Number", paper.number
-    if paper.paper.words:
-        yield "", "Template", paper.paper.words
+    if paper.paper.label:
+        yield "", "Template", paper.paper.label
     yield "7.8.2.1 e", "Customer", given.customer or house.name
     yield "7.8.2.1 c", "Place", given.place or paper.paper.template.place
-    yield "7.8.2.1 g", "Item", ", ".join((say(paper.item), *_identified(paper, speech)))
+    yield "7.8.2.1 g", "Item", ", ".join((tr(paper.item), *_identified(paper, speech)))
     yield "", "Machine", ", ".join(part for part in (machine.name, machine.serial) if part)
-    yield "7.8.2.1 f", "Method", "; ".join(map(say, (paper.method, *paper.norms)))
+    yield "7.8.2.1 f", "Method", "; ".join(map(tr, (paper.method, *paper.norms)))
     begin, end = paper.begin_utc[:10], paper.end_utc[:10]
-    yield "7.8.2.1 i", "Tested", begin if begin == end else say(f"{begin} to {end}")
-    yield "7.8.2.1 j", "Issued", say("dated beside the signature")
+    yield "7.8.2.1 i", "Tested", begin if begin == end else tr(f"{begin} to {end}")
+    yield "7.8.2.1 j", "Issued", tr("dated beside the signature")
     yield "7.8.4.1 b", "Environment", _environment(paper, speech)
-    yield "7.8.4.1 c", "Traceability", " ".join(map(say, _traceability(paper)))
+    yield "7.8.4.1 c", "Traceability", " ".join(map(tr, _traceability(paper)))
     yield "7.8.4.1 d", "Condition", _condition(paper, speech)
-    yield "7.8.4.1 a", "Uncertainty", say("U, expanded, k = 2 (about 95 %), with every result.")
+    yield "7.8.4.1 a", "Uncertainty", tr("U, expanded, k = 2 (about 95 %), with every result.")
     yield "7.8.4.1 e", "Conformity", conformity_words(paper, speech)
-    yield "7.8.2.1 m", "Units, volume", f"{say(_units(lengths))} {say(paper.volume)}"
+    yield "7.8.2.1 m", "Units, volume", f"{tr(_units(lengths))} {tr(paper.volume)}"
     notes = [*paper.states, *given.deviations, *(note for run in paper.runs for note in run.notes)]
     # A deviation of both runs is stated once.
-    notes = list(map(say, dict.fromkeys(notes)))
-    none = say("None noted in the record, none stated.")
+    notes = list(map(tr, dict.fromkeys(notes)))
+    none = tr("None noted in the record, none stated.")
     yield "7.8.2.1 n", "Deviations", " ".join(notes) or none
     yield "", "Software", f"OCMM {paper.software}"
-    yield "7.8.2.1 o", "Signed by", "; ".join(map(say, paper.paper.template.signatures))
-    yield "7.8.2.1 l", "Statement", say(RELATES_ONLY)
+    yield "7.8.2.1 o", "Signed by", "; ".join(map(tr, paper.paper.template.signatures))
+    yield "7.8.2.1 l", "Statement", tr(RELATES_ONLY)
     if not paper.accreditation:
-        yield "", "Statement", say(IN_HOUSE)
+        yield "", "Statement", tr(IN_HOUSE)
 
 
 def _units(lengths: PaperLengths) -> str:
@@ -327,16 +327,16 @@ def _units(lengths: PaperLengths) -> str:
 
 def _identified(paper: Certificate, speech: Speech) -> Iterator[str]:
     for name, value in paper.identifications:
-        yield f"{speech.say(name)} {value}"
+        yield f"{speech.text(name)} {value}"
 
 
 def _environment(paper: Certificate, speech: Speech) -> str:
-    told = [
-        f"{speech.say(name)}: {speech.number(f'{celsius:.1f} °C')}"
+    states = [
+        f"{speech.text(name)}: {speech.number(f'{celsius:.1f} °C')}"
         for name, celsius in paper.climate
     ]
-    told += [
-        f"{speech.say(STATUS_WORDS[run.status])}: {air}"
+    states += [
+        f"{speech.text(STATUS_WORDS[run.status])}: {air}"
         for run in paper.runs
         if (air := air_said(run, speech))
     ]
@@ -344,11 +344,11 @@ def _environment(paper: Certificate, speech: Speech) -> str:
     airs = [run.air for run in paper.runs]
     known = {HUMIDITY.field for air in airs if air.humidity_percent is not None}
     known |= {PRESSURE.field for air in airs if air.pressure_hpa is not None}
-    told += [
-        speech.say(sentence).removesuffix(".")
+    states += [
+        speech.text(sentence).removesuffix(".")
         for sentence in ambient_conditions(paper.paper.given, known)
     ]
-    return "; ".join(told)
+    return "; ".join(states)
 
 
 def _traceability(paper: Certificate) -> Iterator[str]:
@@ -359,18 +359,18 @@ def _traceability(paper: Certificate) -> Iterator[str]:
 
 def _condition(paper: Certificate, speech: Speech) -> str:
     """Return both states in words, also if not determined."""
-    say = speech.say
+    tr = speech.text
     if not paper.runs and not (paper.not_found or paper.not_after):
         return ""
     states = [run.status for run in paper.runs]
     if states == ["beforeAdjustment"] and not paper.not_after:
-        return say("As found; nothing was adjusted.")
+        return tr("As found; nothing was adjusted.")
     if len(states) == 2 and not paper.not_after:
-        return say("As found and after adjustment, both below.")
+        return tr("As found and after adjustment, both below.")
 
-    def told(status: str, why: str) -> str:
-        return say("below") if status in states else f"{say('not determined')} ({say(why)})"
+    def state_text(status: str, why: str) -> str:
+        return tr("below") if status in states else f"{tr('not determined')} ({tr(why)})"
 
-    found = told("beforeAdjustment", paper.not_found or "no test as found was made")
-    after = told("afterAdjustment", paper.not_after)
-    return f"{say('As found')}: {found}. {say('After adjustment')}: {after}."
+    found = state_text("beforeAdjustment", paper.not_found or "no test as found was made")
+    after = state_text("afterAdjustment", paper.not_after)
+    return f"{tr('As found')}: {found}. {tr('After adjustment')}: {after}."

@@ -60,10 +60,10 @@ class DccFound:
         )  # fmt: skip
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         """Return its signatures, for people."""
         if self.dcc.signature.word is not XmlSignatureWord.NONE:
-            return f"{self.dcc.signature.words}."
+            return f"{self.dcc.signature.summary}."
         if self.state.sound:
             return f"Signed by {self.state.signer}."
         return f"{self.state.word.value}: for information only."

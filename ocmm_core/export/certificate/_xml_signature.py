@@ -69,7 +69,7 @@ class XmlSignature:
     """State of the key, if a station signed it."""
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         more = "; ".join(part for part in (self.signer, self.why) if part)
         return f"XML signature {self.word.value}{f' ({more})' if more else ''}"
 

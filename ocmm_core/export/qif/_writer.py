@@ -50,7 +50,7 @@ def definition_of(shape: Shape, element: Element, side: str) -> list[Pair]:
     held += [(name, value or 0.0) for name, value in _sizes(words, element)]
     match words.extent:
         case "definition":
-            held += _told(("Length", element.length))
+            held += _known_pairs(("Length", element.length))
         case "cone":
             held += _ends(element, element.angle_deg or 0.0)
         case "flat":
@@ -98,7 +98,7 @@ def measured_of(shape: Shape, element: Element) -> list[Pair]:
     words = shape.spec.qif
     sizes = _sizes(words, element)
     before, after = sizes[: words.before], sizes[words.before :]
-    return [*_told(*before), *place_of(shape, element), *_told(*after)]
+    return [*_known_pairs(*before), *place_of(shape, element), *_known_pairs(*after)]
 
 
 def _sizes(words: QifShape, element: Element) -> list[tuple[str, float | None]]:
@@ -123,7 +123,7 @@ def _ends(element: Element, angle_deg: float) -> list[Pair]:
     return [*ends, ("SmallEndDistance", -half)] if narrowest > 0.0 else ends
 
 
-def _told(*pairs: tuple[str, float | None]) -> list[Pair]:
+def _known_pairs(*pairs: tuple[str, float | None]) -> list[Pair]:
     return [(name, value) for name, value in pairs if value is not None]
 
 

@@ -195,7 +195,7 @@ def _has_keys(table: tables.ReportTable) -> bool:
     return table.columns != ("Item", "Value")
 
 
-def told(text: str, profile: Profile, has_keys: bool = True) -> str:
+def cell_text(text: str, profile: Profile, has_keys: bool = True) -> str:
     """Return text as a cell can hold it; names that are keys stay different from each other."""
     plain = clean_text(text).replace(profile.separator, _INSTEAD[profile.separator])
     plain = plain.replace('"', "'")
@@ -210,7 +210,7 @@ def _cell(cell: tables.Cell, profile: Profile, has_keys: bool) -> str:
         return ""
     if isinstance(cell, tables.Number):
         return cell.text(profile.decimal)
-    return told(cell, profile, has_keys) if isinstance(cell, str) else str(cell)
+    return cell_text(cell, profile, has_keys) if isinstance(cell, str) else str(cell)
 
 
 def _is_told(wanted: tables.Cell, found: str, profile: Profile, has_keys: bool) -> bool:
@@ -218,4 +218,4 @@ def _is_told(wanted: tables.Cell, found: str, profile: Profile, has_keys: bool) 
         return same_number(wanted, found, profile.decimal)
     if isinstance(wanted, int):
         return found == str(wanted)
-    return found == ("" if wanted is None else told(wanted, profile, has_keys))
+    return found == ("" if wanted is None else cell_text(wanted, profile, has_keys))

@@ -68,7 +68,7 @@ def account_file(plan: Plan, suffix: str) -> bytes:
     """Return the inspection plan as CSV (UTF-8), or as a workbook for ``.xlsx``."""
     table, count = account_table(plan), requirement_count(plan)
     if suffix.lower() == ".xlsx":
-        about = () if count is None else (f"{count.words}.",)
+        about = () if count is None else (f"{count.sentence}.",)
         return _workbook(((f"{plan.name}, part {plan.part}", *about), table))
     return delimited(table, _csv_profile(), _shape(table))
 
@@ -108,7 +108,7 @@ def form_table(data: ReportData) -> ReportTable:
     others = [one for name, one in known.items() if name not in drawn]
     for number, one in enumerate(others, start=max(numbers, default=0) + 1):
         place = f"plan {data.plan.name}"
-        asks = "" if one.asked is None else _words(one.asked, one.unit, lengths)
+        asks = "" if one.asked is None else _text(one.asked, one.unit, lengths)
         cells = (str(number), place, one.result.name, asks)
         rows.append((*cells, *_results(data, [one], ""), *end))
     return ReportTable("Form 3", _FORM, tuple(rows))
@@ -222,7 +222,7 @@ def _result(one: ReportedResult, lengths: PaperLengths, *, name: bool) -> str:
     return f"{lead}{value} {unit} (U {uncertainty}), {one.result.verdict.value}"
 
 
-def _words(one: Characteristic, unit: str, lengths: PaperLengths) -> str:
+def _text(one: Characteristic, unit: str, lengths: PaperLengths) -> str:
     scale, word = (lengths.per_mm, lengths.word) if unit == "mm" else (1.0, unit)
     nominal, upper, lower = scale * one.nominal, scale * one.upper, scale * one.lower
     size = f"{nominal:g} {upper:+g} {lower:+g}" if nominal else f"{upper:g}"

@@ -105,7 +105,7 @@ def _file(data: ReportData) -> json_schema.ReportFile:
             created_utc=head.created_utc,
             plan=data.plan.name,
             plan_sha256=head.plan_identity,
-            plan_release=clean_text(data.release.words),
+            plan_release=clean_text(data.release.summary),
             rig_sha256=head.rig_identity,
             probe_sha256=head.probe_identity,
             measured_with=head.software_version,

@@ -89,8 +89,8 @@ def _facts(data: ReportData, lengths: PaperLengths) -> Iterator[tuple[Group, str
         yield "laboratory", "", "Accreditation", house.accreditation
     yield "laboratory", "7.8.2.1 d", "Report number", report_number(data)
     yield "laboratory", "7.8.2.1 j", "Issued", "dated beside the authorising signature"
-    if data.paper.words:
-        yield "laboratory", "", "Template", data.paper.words
+    if data.paper.label:
+        yield "laboratory", "", "Template", data.paper.label
     yield "customer", "7.8.2.1 e", "Customer", _joined(given.customer, given.customer_address)
     yield "customer", "", "Order", given.order or data.view.header.order
     yield "item", "7.8.2.1 g", "Part", head.part
@@ -100,7 +100,7 @@ def _facts(data: ReportData, lengths: PaperLengths) -> Iterator[tuple[Group, str
     yield "item", "", "Revision", given.revision
     yield "item", "7.8.2.1 h", "Received, condition", given.received
     yield "measurement", "7.8.2.1 f", "Method", _method(data)
-    yield "measurement", "", "Plan release", data.release.words
+    yield "measurement", "", "Plan release", data.release.summary
     yield "measurement", "7.8.2.1 c", "Place", given.place or paper.place
     yield "measurement", "7.8.2.1 i", "Begin (UTC)", _moment(head.created_utc)
     yield "measurement", "7.8.2.1 i", "End (UTC)", _moment(data.last_taken_utc)

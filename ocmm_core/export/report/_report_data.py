@@ -15,9 +15,9 @@ from ocmm_core.export.report._names import check_file_stem, last_moment
 from ocmm_core.export.template import Paper, plain_paper
 from ocmm_core.features.shapes import Fit, NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
-from ocmm_core.inspection.archive import ReopenedJob
 from ocmm_core.inspection.causes import Explanation, explanations
 from ocmm_core.inspection.evaluation import FeatureView, JobView, job_states
+from ocmm_core.inspection.finished import ReopenedJob
 from ocmm_core.inspection.plan import Plan, release_in_job
 from ocmm_core.measuring import Climate, MeasuredPoint
 from ocmm_core.named_file import FileIdentity

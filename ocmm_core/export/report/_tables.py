@@ -295,7 +295,7 @@ def head_table(data: ReportData) -> ReportTable:
         ("Last point (UTC)", data.last_taken_utc),
         ("Plan", data.plan.name),
         ("Plan SHA-256", head.plan_identity),
-        ("Plan release", clean_text(data.release.words)),
+        ("Plan release", clean_text(data.release.summary)),
         *((verdict.value, count) for verdict, count in counts.items()),
         ("Decision rule", data.rule_words),
         ("Uncertainty", U_WORDS),
@@ -368,15 +368,15 @@ def said_line(name: Cell, told: Cell, speech: Speech) -> tuple[Cell, Cell]:
         told = said(told, speech)
     word, blank, number = head.rpartition(" ")
     if blank and number.isdecimal():
-        return f"{speech.say(word)} {number}", told
-    return speech.say(head), told
+        return f"{speech.text(word)} {number}", told
+    return speech.text(head), told
 
 
 def said(cell: Cell, speech: Speech) -> Cell:
     """Return translated words of the program: a sentence, a word, or a list with commas."""
     if not isinstance(cell, str) or not cell:
         return cell
-    whole = speech.say(cell)
+    whole = speech.text(cell)
     if whole != cell:
         return whole
     for mark in (", ", " + "):

@@ -216,7 +216,7 @@ def _new_sheet(book: xlsxwriter.Workbook, data: ReportData, title: str) -> Works
     sheet.set_margins(left=0.5, right=0.4, top=0.6, bottom=0.6)
     # The command character of a foot is doubled.
     job = data.job.replace("&", "&&")
-    sheet.set_footer(_speech(data).say(f"&L{job}&C&A&RPage &P of &N"))
+    sheet.set_footer(_speech(data).text(f"&L{job}&C&A&RPage &P of &N"))
     if data.states:
         # Also on paper, on every page of the sheet.
         sheet.set_header(f"&C&B{said(data.state_words, _speech(data))}")
@@ -233,16 +233,16 @@ def _front_lines(data: ReportData) -> tuple[str, ...]:
     part, head, speech = data.part, data.head, _speech(data)
     about = (("Part", head.part), ("Serial number", head.serial), ("Operator", head.operator))
     return (
-        ": ".join((speech.word(part.word.value), *map(speech.say, part.short_headline[1:]))),
+        ": ".join((speech.word(part.word.value), *map(speech.text, part.short_headline[1:]))),
         *map(speech.word, data.states),
         *(
             line
             for reason in filter(None, (part.requirement_words, *part.reasons))
-            for line in textwrap.wrap(speech.say(reason), _FRONT_SIGNS)
+            for line in textwrap.wrap(speech.text(reason), _FRONT_SIGNS)
         ),
-        speech.say(part.summary.counted or "The plan has no characteristics."),
-        *(f"{speech.say(name)}: {clean_text(text)}" for name, text in about),
-        f"{speech.say('Job')}: {data.job}",
+        speech.text(part.summary.counted or "The plan has no characteristics."),
+        *(f"{speech.text(name)}: {clean_text(text)}" for name, text in about),
+        f"{speech.text('Job')}: {data.job}",
     )
 
 

@@ -178,9 +178,9 @@ class Paper:
     """Release of the template; None without a template, and for the shipped one."""
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         """Return the name of the template with its release; empty without a release."""
-        return "" if self.release is None else f"{self.template.name}: {self.release.words}"
+        return "" if self.release is None else f"{self.template.name}: {self.release.summary}"
 
 
 def plain_paper() -> Paper:

@@ -71,7 +71,7 @@ class CommandingPoints:
         return float(f"{min(self.rms / max(self.rms_without, 1e-12), 1e6):.2g}")
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         names = ", ".join(map(str, self.numbers))
         off = ", ".join(f"{abs(one):.4g}" for one in self.off)
         rms, less = self.rms or 0.0, f"{self.rms_without:.4f}"

@@ -327,7 +327,7 @@ class _Reading:
     radians: bool = False
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         """Return the differences from the convention of NIST."""
         words = (
             (self.free, "circle as one problem in space"),
@@ -396,5 +396,5 @@ def _compared(
     elif fit.shape not in (Shape.LINE, Shape.PLANE):
         size = abs((1.0 if reading.radius else 2.0) * fit.radius - float(certified[-1]))
     return PairResult(
-        name, fit.shape, len(points), position, size, direction, apex, reading=reading.words
+        name, fit.shape, len(points), position, size, direction, apex, reading=reading.summary
     )

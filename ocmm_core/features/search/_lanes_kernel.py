@@ -213,7 +213,7 @@ def _move(kind: int, lanes: int, b: Float) -> None:
 
 
 @compiled()
-def _begin(start: Float, w: int, b: Float) -> None:
+def _load_start(start: Float, w: int, b: Float) -> None:
     """Load a start into a lane; its first trial is the start itself, always accepted."""
     for i in range(8):
         b[_Q + i, w] = start[i]
@@ -246,7 +246,7 @@ def descend_lanes(
     lanes = min(LANES, len(starts))
     for w in range(lanes):
         which[w], tries[w] = w, steps
-        _begin(starts[w], w, b)
+        _load_start(starts[w], w, b)
     following = lanes
     while lanes > 0:
         _evaluate(kind, k, points, lanes, b)
@@ -274,7 +274,7 @@ def descend_lanes(
                 starts[which[w], i] = b[_P + i, w]
             if following < len(starts):
                 which[w], tries[w] = following, steps
-                _begin(starts[following], w, b)
+                _load_start(starts[following], w, b)
                 following += 1
                 continue
             # No start is waiting: the last lane moves here, and there is one less.

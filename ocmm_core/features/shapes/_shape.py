@@ -33,7 +33,7 @@ class Shape(Enum):
         return SPECS[self.value]
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         """Return the name as displayed: ``Round slot`` for ``RoundSlot``."""
         return "".join(
             f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(self.value)

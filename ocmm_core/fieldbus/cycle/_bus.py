@@ -113,7 +113,7 @@ class CyclePacer:
         self.phase_ns = 0.0
         """Smoothed deviation of the cycle starts from their target on the bus clock."""
 
-    def begin(self, now_ns: int) -> int:
+    def start_cycle(self, now_ns: int) -> int:
         """Start the due cycle; return the elapsed cycles, 1 if none was missed."""
         elapsed = 1 + max(0, now_ns - self.deadline_ns) // self._period_ns
         self.deadline_ns += elapsed * self._period_ns

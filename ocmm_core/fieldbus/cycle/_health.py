@@ -251,7 +251,7 @@ def _port_words(view: WatchView, names: Sequence[str]) -> tuple[str, str]:
     if not found:
         return "", ""
     trouble, name = max(found, key=lambda each: each[0].broken + each[0].lost)
-    return name, f" {trouble.words(name)}"
+    return name, f" {trouble.message(name)}"
 
 
 def _no_answer(answer: CycleAnswer, names: Sequence[str]) -> CycleFault:

@@ -31,7 +31,7 @@ class PortTrouble(NamedTuple):
     lost: int
     """`broken`, `lost`: frames and links since the last sample; counter value if saturated."""
 
-    def words(self, camera: str) -> str:
+    def message(self, camera: str) -> str:
         parts = []
         if self.broken:
             parts.append(f"{self.broken} broken frame{'s' if self.broken > 1 else ''}")

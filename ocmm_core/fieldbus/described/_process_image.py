@@ -81,7 +81,9 @@ class ProcessImage:
         self.output_bytes = _size(self.outputs)
         self._all = [entry for _index, entries in self.inputs for entry in entries]
         self._of_slots = {
-            role: _Column.of([one for one in self._all if one.role is role and one.slot >= 0])
+            role: _Column.from_entries(
+                [one for one in self._all if one.role is role and one.slot >= 0]
+            )
             for role in _OF_SLOTS
             if any(one.role is role and one.slot >= 0 for one in self._all)
         }
@@ -172,7 +174,7 @@ class _Column:
     """Any of them."""
 
     @classmethod
-    def of(cls, entries: list[PlacedEntry]) -> _Column:
+    def from_entries(cls, entries: list[PlacedEntry]) -> _Column:
         places = np.array([(one.exposure, one.slot, one.at) for one in entries], np.int64)
         return cls(places[:, 0], places[:, 1], places[:, 2], entries[0])
 

@@ -22,8 +22,8 @@ from ocmm_core.fieldbus.device._object_entries import (
     number,
     octets,
     record,
+    text_entry,
     variable,
-    words,
 )
 from ocmm_core.fieldbus.device._object_entries import DictionaryObject as DictionaryObject
 from ocmm_core.fieldbus.device._object_entries import ObjectEntry as ObjectEntry
@@ -91,9 +91,9 @@ def object_dictionary(
         ERROR_REGISTER: variable(
             number("Error register", DataType.USINT, text="Bits, see below.", live=True)
         ),
-        0x1008: variable(words("Device name", DEVICE_NAME)),
-        0x1009: variable(words("Hardware version", "software")),
-        0x100A: variable(words("Software version", f"{layout.revision >> 16}.0.0")),
+        0x1008: variable(text_entry("Device name", DEVICE_NAME)),
+        0x1009: variable(text_entry("Hardware version", "software")),
+        0x100A: variable(text_entry("Software version", f"{layout.revision >> 16}.0.0")),
         IDENTITY: record(
             "Identity",
             [

@@ -130,7 +130,7 @@ class Intrinsics:
     """`pitch_mm`, `focal`, `aspect`, `u0`, `v0`, `k1`, `k2`, `p1`, `p2`: as in `CameraModel`."""
 
     @classmethod
-    def of(cls, camera: CameraModel, date_s: int) -> Intrinsics:
+    def from_camera(cls, camera: CameraModel, date_s: int) -> Intrinsics:
         """Return the intrinsics of `camera`, dated `date_s`."""
         return cls(
             camera.serial, date_s, camera.width, camera.height, camera.pitch_mm, camera.focal,

@@ -109,7 +109,7 @@ def number(
     )  # fmt: skip
 
 
-def words(name: str, value: str, text: str = "") -> ObjectEntry:
+def text_entry(name: str, value: str, text: str = "") -> ObjectEntry:
     """Return an entry that holds ASCII text."""
     return ObjectEntry(name, DataType.VISIBLE_STRING, value.encode("ascii"), text=text)
 

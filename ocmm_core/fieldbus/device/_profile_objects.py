@@ -27,7 +27,7 @@ from ocmm_core.fieldbus.device._object_entries import (
     number,
     octets,
     record,
-    words,
+    text_entry,
 )
 
 CONFIGURATION = 0x8000
@@ -113,9 +113,9 @@ def profile_objects(serial: int, layout: InputLayout) -> dict[int, DictionaryObj
         VERSIONS: record(
             "Versions",
             [
-                words("Firmware", f"{layout.revision >> 16}.0.0"),
-                words("Sensor logic", "1.0.0"),
-                words("Boot loader", "1.0.0"),
+                text_entry("Firmware", f"{layout.revision >> 16}.0.0"),
+                text_entry("Sensor logic", "1.0.0"),
+                text_entry("Boot loader", "1.0.0"),
                 number(
                     "Object table", DataType.UINT, layout.revision >> 16, "Version of this table."
                 ),

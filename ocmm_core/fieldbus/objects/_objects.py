@@ -33,7 +33,7 @@ Request = ObjectRequest | EepromRequest
 class RequestPort(Protocol):
     """Source of requests and sink of replies; never blocks."""
 
-    def take(self) -> Request | None:
+    def next_request(self) -> Request | None:
         """Return the next request, or None."""
         ...
 
@@ -82,7 +82,7 @@ class CameraLine:
                 return None
             self._request = self.queue.popleft()
             self._tries = 0
-            self._begin(now_ns)
+            self._start(now_ns)
         number = self._request.number
         if port.is_cancelled(number):
             self._end()
@@ -96,7 +96,7 @@ class CameraLine:
         if self._error is not None:
             self._tries += 1
             if self._again and self._tries < _TRIES:
-                self._begin(now_ns)
+                self._start(now_ns)
                 return None
             return self._finish(done, total, self._error)
         if transfer.done:
@@ -118,7 +118,7 @@ class CameraLine:
             return self._finish(done, total, error)
         return None
 
-    def _begin(self, now_ns: int) -> None:
+    def _start(self, now_ns: int) -> None:
         request, size = self._request, self._mailbox.areas.out_bytes
         self._error = None
         self._again = False
@@ -207,7 +207,7 @@ class ObjectService:
         port = self._port
         if port is None:
             return
-        while (request := port.take()) is not None:
+        while (request := port.next_request()) is not None:
             line = self._lines.get(request.camera)
             if line is None:
                 self.failed += request.number >= 0
@@ -273,9 +273,9 @@ class Thermometer:
         self._next_ns = now_ns()
         self._turn = 0
 
-    def take(self) -> Request | None:
+    def next_request(self) -> Request | None:
         """Return the next request of the other port, or a due reading."""
-        request = None if self._port is None else self._port.take()
+        request = None if self._port is None else self._port.next_request()
         now_ns = self._now_ns()
         if request is not None or now_ns < self._next_ns:
             return request

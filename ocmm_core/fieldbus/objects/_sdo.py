@@ -333,13 +333,13 @@ class SdoWrite(SdoTransfer):
         if body[0] >> 5 != _Server.DOWNLOAD:
             raise self._unfit(f"its command {body[0]:#04x} confirms nothing that was written")
         self._started = True
-        self._take(self._first)
+        self._next_segment(self._first)
 
     def _take_segment(self, body: bytes) -> None:
         self._check_segment(body[0], _Server.DOWNLOAD_SEGMENT)
-        self._take(self._segment)
+        self._next_segment(self._segment)
 
-    def _take(self, size: int) -> None:
+    def _next_segment(self, size: int) -> None:
         self._acknowledged = min(self._acknowledged + size, len(self._value))
         self._done = self._acknowledged == len(self._value)
 

@@ -143,7 +143,7 @@ class Master:
         check_room(len(self._devices), sum(self._sizes))
         for position in range(len(self._devices)):
             target = -position & 0xFFFF
-            answers = self.port.ask([Datagram(Command.APRD, target, _STATION_REGISTER, bytes(2))])
+            answers = self.port.query([Datagram(Command.APRD, target, _STATION_REGISTER, bytes(2))])
             address = 0 if answers is None else int.from_bytes(answers[0].data, "little")
             if address != self.station(position):
                 raise BusError(
@@ -189,7 +189,7 @@ class Master:
 
     def _register(self, question: Datagram, name: str) -> bytes:
         for _ in range(_TRIES):
-            answers = self.port.ask([question])
+            answers = self.port.query([question])
             if answers is not None and answers[0].working_counter == 1:
                 return answers[0].data
         raise BusError(
@@ -297,7 +297,7 @@ class Master:
         ``token``: heartbeat in the outputs of this cycle.
         """
         port = self.port
-        port.begin(service, token)
+        port.start_cycle(service, token)
         for own in self._own:
             drain(own)
         # Sent back to back, so that receivers wake up once.
@@ -328,7 +328,7 @@ class Master:
             # Answers need not be awaited: every bring-up starts at INIT.
             if self._devices:
                 content = INIT.to_bytes(2, "little")
-                self._port.ask([Datagram(Command.BWR, 0, _AL_CONTROL, content)])
+                self._port.query([Datagram(Command.BWR, 0, _AL_CONTROL, content)])
             self._port.close()
             self._port = None
         for own in self._own:
@@ -355,7 +355,7 @@ class Master:
         )  # fmt: skip
 
     def _exchange(self, datagram: Datagram) -> Datagram:
-        answers = self.port.ask([datagram])
+        answers = self.port.query([datagram])
         if answers is None:
             raise BusError(
                 "bus.no_answer",

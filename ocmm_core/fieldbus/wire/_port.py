@@ -193,7 +193,7 @@ class Port:
                 "Check the adapter and its driver.",
             ) from error
 
-    def ask(self, datagrams: Sequence[Datagram]) -> tuple[Datagram, ...] | None:
+    def query(self, datagrams: Sequence[Datagram]) -> tuple[Datagram, ...] | None:
         """Send datagrams outside a cycle, for 30 ms at most; return their answers or None."""
         service = self._questions
         for _ in range(_ASK_TRIES):
@@ -228,7 +228,7 @@ class Port:
 
     def count_devices(self) -> int:
         """Return the number of answering devices; blocks for 30 ms at most."""
-        answers = self.ask([Datagram(Command.BRD, 0, _DL_INFORMATION, bytes(1))])
+        answers = self.query([Datagram(Command.BRD, 0, _DL_INFORMATION, bytes(1))])
         return 0 if answers is None else answers[0].working_counter
 
     def link_trouble(self) -> str:
@@ -241,9 +241,9 @@ class Port:
         """Return whether every interface has a link."""
         return not any(link.trouble() for link in self.links)
 
-    def begin(self, service: ServiceChannel, token: int) -> None:
+    def start_cycle(self, service: ServiceChannel, token: int) -> None:
         """Process late answers and expect those of the next cycle."""
-        self.tally.begin(token)
+        self.tally.expect(token)
         for frame in self.collect(service):
             if self.ring is None:
                 self.tally.take_late(frame)
@@ -300,7 +300,7 @@ class Port:
                     continue
                 if index >= FIRST_INDEX:
                     if self._is_whole(end, index, frame):
-                        self._service_came |= service.take(frame)
+                        self._service_came |= service.receive(frame)
                 elif index < N_INDICES:
                     own.append(frame)
                 elif self.ring is None:
@@ -345,7 +345,7 @@ class Port:
                 ready = bool(select.select(self._channels, [], [], _POLL_S)[0])
             if ready:
                 for frame in self.collect(service):
-                    tally.take(frame)
+                    tally.receive(frame)
                 continue
             stands_still = self.link_trouble() or time.monotonic_ns() > give_up_ns
             if stands_still or not self._time.on_their_way(sent, self._came):
@@ -368,4 +368,4 @@ class Port:
                 # On a ring the master reassembles the answers itself, from copies.
                 self._copies += 1
                 if self.ring is None:
-                    self.tally.take(frame)
+                    self.tally.receive(frame)

@@ -59,28 +59,28 @@ def scan_devices(exchange: Exchange) -> tuple[ScannedDevice, ...]:
 
 def stored_serial(exchange: Exchange, position: int) -> int:
     """Return the EEPROM serial of a device, 0 if none; raise BusError if not released."""
-    ask = _asking(exchange, position)
-    ask(Command.APWR, _EEPROM_OWNER, b"\x00")
-    return int(struct.unpack("<I", _read_eeprom(ask, position, _SERIAL_WORD))[0])
+    read = _asking(exchange, position)
+    read(Command.APWR, _EEPROM_OWNER, b"\x00")
+    return int(struct.unpack("<I", _read_eeprom(read, position, _SERIAL_WORD))[0])
 
 
 def read_words(exchange: Exchange, position: int, word: int, words: int) -> bytes:
     """Return EEPROM words of a device by position; errors as `stored_serial`."""
-    ask = _asking(exchange, position)
-    ask(Command.APWR, _EEPROM_OWNER, b"\x00")
-    content = b"".join(_read_eeprom(ask, position, each) for each in range(word, word + words, 2))
+    read = _asking(exchange, position)
+    read(Command.APWR, _EEPROM_OWNER, b"\x00")
+    content = b"".join(_read_eeprom(read, position, each) for each in range(word, word + words, 2))
     return content[: 2 * words]
 
 
 def write_word(exchange: Exchange, position: int, word: int, value: int) -> None:
     """Write an EEPROM word of a device by position; raise BusError if refused."""
-    ask = _asking(exchange, position)
-    ask(Command.APWR, _EEPROM_OWNER, b"\x00")
+    read = _asking(exchange, position)
+    read(Command.APWR, _EEPROM_OWNER, b"\x00")
     # Address and value first, then the command with the bit that allows writing.
-    ask(Command.APWR, _EEPROM_CONTROL + 2, struct.pack("<IH", word, value))
-    ask(Command.APWR, _EEPROM_CONTROL, struct.pack("<H", _WRITE))
+    read(Command.APWR, _EEPROM_CONTROL + 2, struct.pack("<IH", word, value))
+    read(Command.APWR, _EEPROM_CONTROL, struct.pack("<H", _WRITE))
     for _ in range(_POLLS):
-        (status,) = struct.unpack("<H", ask(Command.APRD, _EEPROM_CONTROL, bytes(2)))
+        (status,) = struct.unpack("<H", read(Command.APRD, _EEPROM_CONTROL, bytes(2)))
         if not status & _BUSY:
             if status & _ERRORS:
                 break
@@ -154,11 +154,11 @@ def decode_scan(content: bytes) -> tuple[ScannedDevice, ...]:
 
 
 def _look_at(exchange: Exchange, position: int) -> ScannedDevice:
-    ask = _asking(exchange, position)
-    (state,) = struct.unpack("<H", ask(Command.APRD, _AL_STATUS, bytes(2)))
-    ask(Command.APWR, _EEPROM_OWNER, b"\x00")
+    read = _asking(exchange, position)
+    (state,) = struct.unpack("<H", read(Command.APRD, _AL_STATUS, bytes(2)))
+    read(Command.APWR, _EEPROM_OWNER, b"\x00")
     words = b"".join(
-        _read_eeprom(ask, position, word)
+        _read_eeprom(read, position, word)
         for word in (_ALIAS_WORD, *range(_IDENTITY_WORD, _IDENTITY_WORD + _IDENTITY.size // 2, 2))
     )
     (alias,) = struct.unpack_from("<H", words)
@@ -170,19 +170,19 @@ def _look_at(exchange: Exchange, position: int) -> ScannedDevice:
 def _asking(exchange: Exchange, position: int) -> _Ask:
     target = -position & 0xFFFF
 
-    def ask(command: Command, register: int, data: bytes) -> bytes:
+    def read(command: Command, register: int, data: bytes) -> bytes:
         answer = exchange(Datagram(command, target, register, data))
         if answer.working_counter != 1:
             raise _lost(position, "no longer answers")
         return answer.data
 
-    return ask
+    return read
 
 
-def _read_eeprom(ask: _Ask, position: int, word: int) -> bytes:
-    ask(Command.APWR, _EEPROM_CONTROL, _EEPROM_REQUEST.pack(_READ, word))
+def _read_eeprom(read: _Ask, position: int, word: int) -> bytes:
+    read(Command.APWR, _EEPROM_CONTROL, _EEPROM_REQUEST.pack(_READ, word))
     for _ in range(_POLLS):
-        answer = ask(Command.APRD, _EEPROM_CONTROL, bytes(_EEPROM_ANSWER.size))
+        answer = read(Command.APRD, _EEPROM_CONTROL, bytes(_EEPROM_ANSWER.size))
         status, place, data = _EEPROM_ANSWER.unpack(answer)
         if status & _BUSY:
             continue

@@ -77,7 +77,7 @@ class ServiceChannel:
         self._waiting[self._newest] = (self._number, chosen, form)
         return form.encode(self._newest)
 
-    def take(self, frame: bytes) -> bool:
+    def receive(self, frame: bytes) -> bool:
         """Process an answer of this channel; return whether it was expected."""
         index = frame_index(frame)
         asked = None if index is None else self._waiting.get(index)
@@ -187,7 +187,7 @@ class EepromRead:
             yield self._write(_CONTROL, _REQUEST.pack(_READ, place), "_asked")
         else:
             question = Datagram(Command.FPRD, self._station, _CONTROL, bytes(_ANSWER.size))
-            yield Job(question, self._look)
+            yield Job(question, self._check)
 
     def _write(self, register: int, content: bytes, step: str) -> Job:
         def written(answer: Datagram | None) -> None:
@@ -197,7 +197,7 @@ class EepromRead:
 
         return Job(Datagram(Command.FPWR, self._station, register, content), written)
 
-    def _look(self, answer: Datagram | None) -> None:
+    def _check(self, answer: Datagram | None) -> None:
         self._waiting = False
         if answer is None or answer.working_counter != 1:
             return

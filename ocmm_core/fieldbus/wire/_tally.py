@@ -66,7 +66,7 @@ class AnswerTally:
         self.stray = self.late = 0
         self._expected, self._before = [], []
 
-    def begin(self, token: int) -> None:
+    def expect(self, token: int) -> None:
         """Expect the answers of the next cycle, whose outputs carry `token`."""
         # Kept to recognise late answers.
         self._before = self._expected
@@ -77,7 +77,7 @@ class AnswerTally:
         self._first = self._expected[0] if self._expected else -1
         self._count = self.working_counter = 0
 
-    def take(self, frame: bytes) -> bool:
+    def receive(self, frame: bytes) -> bool:
         """Record an answer to the master library; return whether it was expected."""
         index = frame[_INDEX_AT]
         if not self._count and self._is_first(frame):

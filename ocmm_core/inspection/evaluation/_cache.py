@@ -222,7 +222,7 @@ class Grouped(Generic[T]):
     """Feature of each point, by its number."""
 
     @classmethod
-    def of(
+    def from_points(
         cls, points: Sequence[MeasuredPoint], values: Sequence[T], before: Grouped[T] | None
     ) -> Grouped[T]:
         """Return the values by feature; only those behind the first change are grouped anew."""

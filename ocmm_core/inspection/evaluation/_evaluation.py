@@ -214,7 +214,7 @@ class JobResults:
         self, status: JobStatus, cache: EvaluationCache | None = None
     ) -> tuple[CharacteristicResult, ...]:
         """Return the results, suspect ones as not proven; ``cache`` as in `evaluate_job`."""
-        doubtful = {name: f"{one.words} {REMOVE}" for name, one in self.commanding.items()}
+        doubtful = {name: f"{one.summary} {REMOVE}" for name, one in self.commanding.items()}
         notes = doubtful | notes_on(self.points, status.held)
         if not notes and not status.unproven:
             return self.results
@@ -254,7 +254,7 @@ def evaluate_job(
     commanding = graph.commanding(touched, actual)
     for name, one in commanding.items():
         if isinstance(actual[name], FitError):
-            actual[name] = FitError("session.commanded", one.words, REMOVE)
+            actual[name] = FitError("session.commanded", one.summary, REMOVE)
     seen = graph.grouped("sensitivities", points, sensitivities).by_feature
     results = ValueGraph(graph, rig, body).results(touched, seen, actual)
     progress = _Probed(graph.below, done, skipped, touched.points.keys(), actual)
@@ -327,7 +327,7 @@ def checked_features(
     plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions
 ) -> dict[str, ActualFeature | FitError]:
     """Return every feature of a plan, or why unknown; rows of jacobians are points by index."""
-    touched = PointsByFeature.of(points, range(len(points)))
+    touched = PointsByFeature.group(points, range(len(points)))
     return FeatureGraph(plan, options, EvaluationCache()).features(touched)
 
 

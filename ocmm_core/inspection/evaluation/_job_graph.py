@@ -113,7 +113,7 @@ class PlanFacts:
     """Names of a projected feature and of its plane, by its name."""
 
     @classmethod
-    def of(cls, plan: Plan) -> PlanFacts:
+    def from_plan(cls, plan: Plan) -> PlanFacts:
         return cls(
             {item.name: item for item in plan.features},
             plan.bound_alignment,
@@ -143,7 +143,7 @@ class Below:
     """As ``rests_on``, without order."""
 
     @classmethod
-    def of(cls, plan: Plan) -> Below:
+    def from_plan(cls, plan: Plan) -> Below:
         bound, asked = plan.bound_alignment, plan.characteristics
         rests_on = {item.name: plan.rests_on(item, bound) for item in asked}
         return cls(
@@ -168,7 +168,7 @@ class PointsByFeature:
     """Feature of each index."""
 
     @classmethod
-    def of(cls, points: Sequence[MeasuredPoint], places: Sequence[int]) -> PointsByFeature:
+    def group(cls, points: Sequence[MeasuredPoint], places: Sequence[int]) -> PointsByFeature:
         """Return the points by feature; indices must be unique."""
         owners = {place: point.feature for point, place in zip(points, places, strict=True)}
         if len(owners) < len(points):
@@ -198,11 +198,11 @@ class FeatureGraph:
 
     def __init__(self, plan: Plan, options: SessionOptions, cache: EvaluationCache) -> None:
         self.plan, self.options, self.cache = plan, options, cache
-        self.facts = cache.known("plan", (plan,), lambda: PlanFacts.of(plan))
+        self.facts = cache.known("plan", (plan,), lambda: PlanFacts.from_plan(plan))
 
     @property
     def below(self) -> Below:
-        return self.cache.known("below", (self.plan,), lambda: Below.of(self.plan))
+        return self.cache.known("below", (self.plan,), lambda: Below.from_plan(self.plan))
 
     def touched(self, points: Sequence[MeasuredPoint]) -> PointsByFeature:
         """Return stored points as reported, indexed by their numbers."""
@@ -218,7 +218,9 @@ class FeatureGraph:
     def grouped(self, key: str, points: Sequence[MeasuredPoint], values: Sequence[T]) -> Grouped[T]:
         """Return values of the points by feature."""
         points, values = tuple(points), tuple(values)
-        return self.cache.grown(("grouped", key), lambda before: Grouped.of(points, values, before))
+        return self.cache.grown(
+            ("grouped", key), lambda before: Grouped.from_points(points, values, before)
+        )
 
     def _reported(self, name: str, own: tuple[MeasuredPoint, ...]) -> tuple[MeasuredPoint, ...]:
         part = self.options.climate.part
@@ -275,7 +277,7 @@ class FeatureGraph:
             item = self.facts.by_name[name]
             plane = actual.get(item.projection)
             if is_examined(item, scatters, plane):
-                step = usual.of(name)
+                step = usual.lookup(name)
                 found[name] = self.cache.known(
                     ("commanding", name),
                     (item, plane, step, *own),

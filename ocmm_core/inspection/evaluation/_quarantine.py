@@ -82,7 +82,7 @@ class UsualScatter:
     def __init__(self, scatters: Mapping[str, float]) -> None:
         self._scatters, self._sorted = scatters, sorted(scatters.values())
 
-    def of(self, name: str) -> float:
+    def lookup(self, name: str) -> float:
         """Return one of `USUAL_MM`: the median of the other features, rounded up."""
         sizes, own = self._sorted, self._scatters.get(name)
         # Without one's own: places from it on are one further.
@@ -109,7 +109,7 @@ def commanding(
     plane = actual.get(nominal.projection)
     if not is_examined(nominal, scatters, plane):
         return None
-    return commanding_among(nominal, points, plane, UsualScatter(scatters).of(nominal.name))
+    return commanding_among(nominal, points, plane, UsualScatter(scatters).lookup(nominal.name))
 
 
 def commanding_among(

@@ -54,7 +54,7 @@ class FeatureTable:
         """Return the account for the plan: each row, and each line skipped by the user."""
         found = []
         for one, line in zip(self.features, self.lines, strict=True):
-            asks, reference = _words(one), f"line {line}"
+            asks, reference = _nominal_text(one), f"line {line}"
             found.append(
                 Requirement(
                     group="feature", label=one.name, asks=asks, reference=reference,
@@ -171,7 +171,7 @@ def _feature(
     )
 
 
-def _words(one: NominalFeature) -> str:
+def _nominal_text(one: NominalFeature) -> str:
     place = ", ".join(f"{value:g}" for value in one.point)
     size = f", diameter {one.diameter:g}" if one.diameter else ""
     return f"{one.shape.value} at {place}{size} mm"

@@ -64,7 +64,7 @@ class NotedRoom(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
 
 @dataclass(frozen=True, slots=True)
-class _Told:
+class _Reading:
     """A reading of one quantity, and the ones it supersedes: repeated without a point between."""
 
     noted: NotedRoom
@@ -157,7 +157,7 @@ def _doubts(
         if span is None:
             continue
         asked = f"{span[0]:g} to {span[1]:g} {one.unit}"
-        told = _told(one, noted)
+        told = _readings_of(one, noted)
         if not any(item.noted.points == 0 for item in told):
             if last_point:
                 yield (
@@ -196,14 +196,14 @@ def environment_words(noted: Sequence[NotedRoom], last_point: int) -> tuple[tupl
         *(
             (one.field, sentence)
             for one in QUANTITIES
-            for item in _told(one, noted)
+            for item in _readings_of(one, noted)
             for sentence in _sentences(one, item, last_point)
         ),
         *((ROOM.field, doubt) for doubt in doubts),
     )
 
 
-def _sentences(one: Quantity, item: _Told, last_point: int) -> Iterator[str]:
+def _sentences(one: Quantity, item: _Reading, last_point: int) -> Iterator[str]:
     word, reading = _WORDS[one], item.reading.words
     if item.noted.points == 0:
         yield f"{word} {reading} at the begin."
@@ -219,9 +219,9 @@ def _at_end(noted: NotedRoom, last_point: int) -> bool:
     return noted.points > 0 and noted.next_point > last_point
 
 
-def _told(one: Quantity, noted: Sequence[NotedRoom]) -> list[_Told]:
+def _readings_of(one: Quantity, noted: Sequence[NotedRoom]) -> list[_Reading]:
     """Return the readings of a quantity; a repeated one without a point between includes both."""
-    found: list[_Told] = []
+    found: list[_Reading] = []
     for item in noted:
         reading = reading_of(one, getattr(item, one.field))
         if reading is None:
@@ -233,5 +233,5 @@ def _told(one: Quantity, noted: Sequence[NotedRoom]) -> list[_Told]:
         ):
             last = found.pop()
             before = (*last.before, *((last.reading,) if last.reading != reading else ()))
-        found.append(_Told(item, reading, before))
+        found.append(_Reading(item, reading, before))
     return found

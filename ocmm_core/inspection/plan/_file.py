@@ -123,7 +123,7 @@ def require_released(path: Path, found: seals.ReleaseState) -> None:
     if not found.released:
         raise InputError(
             "plan.not_released",
-            f"{path}: the plan is {found.words}, and this station measures released plans only.",
+            f"{path}: the plan is {found.summary}, and this station measures released plans only.",
             "Have the person who answers for its limits release it: ocmm plan release.",
         )
 
@@ -131,7 +131,7 @@ def require_released(path: Path, found: seals.ReleaseState) -> None:
 def note_release(job: JobFile, found: seals.ReleaseState) -> None:
     """Copy the release of the plan into a new job; StorageError if it cannot be stored."""
     if found.release is not None and found.release.signature is not None:
-        content = msgspec.json.encode(_Copy(found.words, found.release, found.replaced))
+        content = msgspec.json.encode(_Copy(found.summary, found.release, found.replaced))
         job.append_event(RELEASE_EVENT, content.decode())
 
 
@@ -166,7 +166,7 @@ class PlanSummary:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        return tuple(filter(None, (self.release.words, self.requirements)))
+        return tuple(filter(None, (self.release.summary, self.requirements)))
 
 
 def plan_card(path: Path) -> PlanSummary:
@@ -175,7 +175,7 @@ def plan_card(path: Path) -> PlanSummary:
     count = requirement_count(plan)
     return PlanSummary(
         path.absolute(), text_digest(text), plan.name, plan.part, plan_release(path),
-        "" if count is None else count.words,
+        "" if count is None else count.sentence,
     )  # fmt: skip
 
 

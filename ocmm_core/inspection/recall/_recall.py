@@ -19,7 +19,7 @@ from ocmm_core.calibration import records
 from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.documents import find_files
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.inspection import archive
+from ocmm_core.inspection import finished
 from ocmm_core.inspection.recall import _recall_job as recall_job
 from ocmm_core.inspection.recall._recall_judge import Cases, cases_of, judgement, recalled, unknown
 from ocmm_core.seals import KeptKeys
@@ -37,41 +37,41 @@ class Doubting:
 
     def knows(self, rig: str, calibration: str) -> bool:
         try:
-            return archive.is_known(self._store(rig).events, calibration)
+            return finished.is_known(self._store(rig).events, calibration)
         except InputError:
             return False
 
     def of_file(self, path: Path) -> recall_job.DoubtedJob | None:
         """Return a job with suspect points, or None; OcmmError if job or history is unreadable."""
         with JobFile.read(path) as job:
-            return self._of(path, job, lambda store: archive.known_here(
+            return self._doubted_job(path, job, lambda store: finished.known_here(
                 job, path, self._probes, self._calibrations, store, self._keys
             ))  # fmt: skip
 
     def of_content(self, path: Path, content: bytes) -> recall_job.DoubtedJob | None:
         """Return a job of any computer by the bytes of its file, called `path`; as `of_file`."""
         with JobFile.in_memory(path, content) as job:
-            return self._of(path, job, lambda _: replace(
-                archive.known_alone(job, self._keys),
-                tip=archive.ask_tip(
-                    archive.StoredDocuments(path, job.head).probe_records(),
+            return self._doubted_job(path, job, lambda _: replace(
+                finished.known_alone(job, self._keys),
+                tip=finished.ask_tip(
+                    finished.StoredDocuments(path, job.head).probe_records(),
                     self._probes or records.default_probe_folder(),
                 ),
             ))  # fmt: skip
 
-    def _of(
+    def _doubted_job(
         self,
         path: Path,
         job: JobFile,
-        asked: Callable[[records.CalibrationStore], archive.KnownOfJob],
+        asked: Callable[[records.CalibrationStore], finished.KnownOfJob],
     ) -> recall_job.DoubtedJob | None:
         # Regardless of earlier releases: the last recall decides about all points.
-        record = archive.StoredDocuments(path, job.head).camera_record()
+        record = finished.StoredDocuments(path, job.head).camera_record()
         if record is None:
             return None
         store, used = self._store(record.rig), job.head.rig_identity
         events = store.events
-        if not archive.is_known(events, used):
+        if not finished.is_known(events, used):
             # Silence would mean that it is not suspect.
             raise InputError(
                 "recall.unknown",
@@ -80,7 +80,7 @@ class Doubting:
                 "Give the calibration folder it was measured with.",
             )
         observed = job.observed()
-        doubts = archive.points_in_doubt(events, used, archive.first_stored(observed))
+        doubts = finished.points_in_doubt(events, used, finished.first_stored(observed))
         why = doubts.open | doubts.failed
         counts = [one.number for one in observed if not one.annulled]
         in_doubt = {number: why[number] for number in counts if number in why}
@@ -95,7 +95,7 @@ class Doubting:
             self._laters[key] = later_than(store, record, self._now)
         known = asked(store)
         # A mark of an earlier recall must not prevent this one.
-        cameras = archive.CameraHistory(unread=known.cameras.unread)
+        cameras = finished.CameraHistory(unread=known.cameras.unread)
         known = replace(known, cameras=cameras, held=())
         return recall_job.DoubtedJob(path, self._laters[key], in_doubt, known)
 
@@ -160,7 +160,7 @@ def recall(
     tell: Tell = lambda what, share: None,
     processes: int | None = None,
     site: Site = HERE,
-) -> archive.RecallRecord:
+) -> finished.RecallRecord:
     """Return the outcome of all suspect jobs; changes nothing, unlike `decide`.
 
     ``processes``: None for one per core, or this process alone for few jobs; without them ``site``
@@ -169,15 +169,15 @@ def recall(
     paths, left_out = _paths(places.jobs)
     touched, unread = _touched(paths, places, now, tell)
 
-    def told(done: int) -> None:
+    def on_done(done: int) -> None:
         share = _LOOKING + (1.0 - _LOOKING) * done / max(len(touched), 1)
         tell(f"Recalculated {done} of {len(touched)} jobs", share)
 
     if processes is not None:
         site = Site(workers=processes)
-    jobs, failed = recall_doubted(touched, content_of_file, site, told)
-    return archive.RecallRecord(
-        schema=archive.SCHEMA,
+    jobs, failed = recall_doubted(touched, content_of_file, site, on_done)
+    return finished.RecallRecord(
+        schema=finished.SCHEMA,
         made_utc=now.isoformat(timespec="microseconds"),
         made_by="",
         software=build_version(),
@@ -193,7 +193,7 @@ def _paths(jobs: Sequence[Path]) -> tuple[list[Path], list[str]]:
     left_out: list[str] = []
     for place in jobs:
         if place.is_dir():
-            files, errors = find_files(place, archive.SUFFIX)
+            files, errors = find_files(place, finished.SUFFIX)
             found |= dict.fromkeys(files)
             left_out += [f"{error.what} {error.remedy}" for error in errors]
         elif place.is_file():
@@ -236,8 +236,8 @@ def recall_doubted(
     touched: Sequence[recall_job.DoubtedJob],
     contents: Callable[[recall_job.DoubtedJob], tuple[bytes]],
     site: Site,
-    told: Callable[[int], None],
-) -> tuple[tuple[archive.RecalledJob, ...], list[str]]:
+    on_done: Callable[[int], None],
+) -> tuple[tuple[finished.RecalledJob, ...], list[str]]:
     """Return the outcome of suspect jobs, and why some could not be opened.
 
     ``contents``: bytes of a job, with the steps of its log. ``site`` computes; all are judged here.
@@ -250,7 +250,7 @@ def recall_doubted(
         lambda job: f"Recalculating {job.path.name}",
         site=site,
         contents=contents,
-        told=told,
+        on_done=on_done,
     ):
         if isinstance(one, recall_job.JobFindings):
             found.append(one)
@@ -264,7 +264,7 @@ def content_of_file(job: recall_job.DoubtedJob) -> tuple[bytes]:
     return (read_job(job.path).file,)
 
 
-def _judged(found: Sequence[recall_job.JobFindings]) -> Iterator[archive.RecalledJob]:
+def _judged(found: Sequence[recall_job.JobFindings]) -> Iterator[finished.RecalledJob]:
     ordered = sorted(found, key=lambda job: (job.begun_utc, str(job.path)))
     groups: dict[tuple[str, str, str], list[tuple[recall_job.JobFindings, recall_job.Anew]]] = {}
     for job in ordered:
@@ -283,8 +283,8 @@ def _judged(found: Sequence[recall_job.JobFindings]) -> Iterator[archive.Recalle
 
 
 def _as_record(
-    job: recall_job.JobFindings, found: tuple[archive.RecalledCharacteristic, ...], sentence: str
-) -> archive.RecalledJob:
+    job: recall_job.JobFindings, found: tuple[finished.RecalledCharacteristic, ...], sentence: str
+) -> finished.RecalledJob:
     kept = {
         job.points[place].number
         for one, rests_on in zip(found, job.rests_on, strict=True)
@@ -294,7 +294,7 @@ def _as_record(
     # A point without dependent results was not judged.
     judged = {job.points[place].number for rests_on in job.rests_on for place in rests_on}
     released = sorted((job.in_doubt.keys() & judged) - kept)
-    return archive.RecalledJob(
+    return finished.RecalledJob(
         path=str(job.path),
         sha256=job.sha256,
         name="" if job.name == job.path.stem else job.name,
@@ -311,13 +311,13 @@ def _as_record(
         judgement=" ".join(filter(None, (sentence, job.requirements))),
         characteristics=found,
         released=tuple(released),
-        points_sha256=archive.points_digest(job.points, released),
+        points_sha256=finished.points_digest(job.points, released),
     )
 
 
 def decide(
-    record: archive.RecallRecord, places: KeptPlaces, who: str, now: datetime
-) -> archive.RecallRecord:
+    record: finished.RecallRecord, places: KeptPlaces, who: str, now: datetime
+) -> finished.RecallRecord:
     """Release the points whose results hold, and return the signed recall.
 
     ``record``: the reviewed result of `recall`; stored with its calibrations, in their histories.
@@ -343,11 +343,11 @@ def decide(
                 "Run the recall again.",
             )
     decided = msgspec.structs.replace(record, made_by=who)
-    found = [one for one in archive.Outcome if record.count(one)]
+    found = [one for one in finished.Outcome if record.count(one)]
     words = ", ".join(f"{record.count(one)} {one.value}" for one in found)
     for rig, calibration in about:
         path = records.save(stores[rig].folder, decided)
         # The history must not name an unreadable record.
-        records.load_named(stores[rig].folder, path.stem, archive.RecallRecord)
+        records.load_named(stores[rig].folder, path.stem, finished.RecallRecord)
         stores[rig].recalled(calibration, path.stem, who, f"Jobs: {words}.", now)
     return decided

@@ -23,7 +23,7 @@ from ocmm_core.camera import N_PARAMETERS, Rig, project, projection_jacobians
 from ocmm_core.errors import OcmmError, TrackingError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection import evaluation
-from ocmm_core.inspection.archive import KnownOfJob, ReopenedJob, reopen_content
+from ocmm_core.inspection.finished import KnownOfJob, ReopenedJob, reopen_content
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobHead
 from ocmm_core.tolerances.decisions import CharacteristicResult

@@ -24,7 +24,7 @@ from ocmm_core.calibration.records import CalibrationStore, EventKind, record_ha
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive import Outcome, RecalledCharacteristic, RecalledValue
+from ocmm_core.inspection.finished import Outcome, RecalledCharacteristic, RecalledValue
 from ocmm_core.inspection.recall._recall_job import Anew, JobFindings
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 

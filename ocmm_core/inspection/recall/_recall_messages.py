@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ocmm_core.inspection import archive
+from ocmm_core.inspection import finished
 from ocmm_core.inspection.evaluation import SIMULATED
 from ocmm_core.wording import Speech
 
@@ -13,34 +13,34 @@ _ENGLISH = Speech()
 COLUMNS = ("Job", "Characteristic", "Before", "After", "Result", "Why")
 
 _MEANS = {
-    archive.Outcome.HOLDS: "Same verdict with every calibration its spots allow.",
-    archive.Outcome.CHANGES: (
+    finished.Outcome.HOLDS: "Same verdict with every calibration its spots allow.",
+    finished.Outcome.CHANGES: (
         "Different verdict with the later calibration, the only one its spots fit."
     ),
-    archive.Outcome.UNKNOWN: "Measure the part again: the file cannot decide.",
+    finished.Outcome.UNKNOWN: "Measure the part again: the file cannot decide.",
 }
 
 
-def headline(record: archive.RecallRecord, speech: Speech = _ENGLISH) -> str:
+def headline(record: finished.RecallRecord, speech: Speech = _ENGLISH) -> str:
     if not record.jobs:
         if record.unread:
-            return speech.say(f"{len(record.unread)} NOT JUDGED of {record.looked_at} checked")
-        return speech.say(f"NO SUSPECT JOBS ({record.looked_at} checked)")
-    words = [f"{record.count(one)} {speech.word(one.value)}" for one in reversed(archive.Outcome)]
+            return speech.text(f"{len(record.unread)} NOT JUDGED of {record.looked_at} checked")
+        return speech.text(f"NO SUSPECT JOBS ({record.looked_at} checked)")
+    words = [f"{record.count(one)} {speech.word(one.value)}" for one in reversed(finished.Outcome)]
     simulated = all(job.simulated for job in record.jobs)
     return "   ".join(([speech.word(SIMULATED)] if simulated else []) + words)
 
 
-def checked(record: archive.RecallRecord) -> str:
+def checked(record: finished.RecallRecord) -> str:
     """Return the number of checked jobs, and their folders."""
     count = record.looked_at
     return f"{count:d} job{'' if count == 1 else 's'} checked in {', '.join(record.folders)}."
 
 
-def totals(record: archive.RecallRecord) -> tuple[str, ...]:
+def totals(record: finished.RecallRecord) -> tuple[str, ...]:
     """Return the counts of jobs and verdicts by outcome, with its meaning, a sentence each."""
     lines = []
-    for one in reversed(archive.Outcome):
+    for one in reversed(finished.Outcome):
         jobs, verdicts = record.count(one), record.count_verdicts(one)
         counted = (
             f"{jobs:d} job{'' if jobs == 1 else 's'}, "
@@ -50,14 +50,14 @@ def totals(record: archive.RecallRecord) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def not_judged(record: archive.RecallRecord, most: int | None = None) -> tuple[str, ...]:
+def not_judged(record: finished.RecallRecord, most: int | None = None) -> tuple[str, ...]:
     """Return a sentence for each job that was not judged, at most ``most``."""
     shown = [f"Not judged: {sentence}" for sentence in record.unread[:most]]
     left = len(record.unread) - len(shown)
     return (*shown, f"Not judged: {left} more; all are in the PDF.") if left else (*shown,)
 
 
-def decided(record: archive.RecallRecord) -> str:
+def decided(record: finished.RecallRecord) -> str:
     if not record.made_by:
         return "Not decided: no points released by this recall."
     released = sum(bool(job.released) for job in record.jobs)
@@ -67,16 +67,16 @@ def decided(record: archive.RecallRecord) -> str:
     )
 
 
-def job_line(job: archive.RecalledJob, speech: Speech = _ENGLISH) -> str:
+def job_line(job: finished.RecalledJob, speech: Speech = _ENGLISH) -> str:
     origin = f"{speech.word(SIMULATED)}, " if job.simulated else ""
     about = f"{job.label}, part {job.part}"
     if job.serial not in ("", "-"):
         about = f"{job.label}, part {job.part}, serial {job.serial}"
-    result = f"{speech.word(job.outcome.value)}. {speech.say(job.judgement)}"
-    return f"{origin}{speech.say(about)}: {result}"
+    result = f"{speech.word(job.outcome.value)}. {speech.text(job.judgement)}"
+    return f"{origin}{speech.text(about)}: {result}"
 
 
-def rests_on(job: archive.RecalledJob) -> str:
+def rests_on(job: finished.RecalledJob) -> str:
     """Return the evidence for the judgement of a job, with hashes."""
     later = f", recalculated with {job.later[:12]}" if job.later else ""
     return (
@@ -86,20 +86,20 @@ def rests_on(job: archive.RecalledJob) -> str:
 
 
 def row(
-    one: archive.RecalledCharacteristic, speech: Speech = _ENGLISH
+    one: finished.RecalledCharacteristic, speech: Speech = _ENGLISH
 ) -> tuple[str, str, str, str, str]:
     """Return the cells of a characteristic, after that of its job."""
     after = "–" if one.after is None else _value(one.after, speech)
     outcome = speech.word(one.outcome.value)
-    return one.name, _value(one.before, speech), after, outcome, speech.say(one.reason)
+    return one.name, _value(one.before, speech), after, outcome, speech.text(one.reason)
 
 
-def worst_first(jobs: Sequence[archive.RecalledJob]) -> list[archive.RecalledJob]:
-    order = {archive.Outcome.CHANGES: 0, archive.Outcome.UNKNOWN: 1, archive.Outcome.HOLDS: 2}
+def worst_first(jobs: Sequence[finished.RecalledJob]) -> list[finished.RecalledJob]:
+    order = {finished.Outcome.CHANGES: 0, finished.Outcome.UNKNOWN: 1, finished.Outcome.HOLDS: 2}
     return sorted(jobs, key=lambda job: (order[job.outcome], job.created_utc))
 
 
-def _value(found: archive.RecalledValue, speech: Speech) -> str:
+def _value(found: finished.RecalledValue, speech: Speech) -> str:
     if found.value is None:
         return speech.word(found.verdict)
     spread = "" if found.expanded is None else f" ± {found.expanded:.4f}"

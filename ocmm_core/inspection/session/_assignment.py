@@ -22,15 +22,15 @@ from ocmm_core.inspection.evaluation import (
     place_of_nominals,
 )
 from ocmm_core.inspection.plan import Plan, step_fault
-from ocmm_core.inspection.session._acceptance import (
+from ocmm_core.inspection.session._step_log import JobLedger
+from ocmm_core.inspection.session._touch_filter import (
     MOST_SLANT_DEG,
     SEARCH_MM,
-    Acceptance,
     Contact,
     TouchAssignment,
+    TouchFilter,
     touched_feature,
 )
-from ocmm_core.inspection.session._step_log import JobLedger
 from ocmm_core.measuring import METHODS, MeasuredPoint, Refusal, RefusalCode, StablePoint, Touch
 
 
@@ -203,12 +203,12 @@ class TouchAssigner:
     """Assign a touch to a feature and pass it on; second of three steps. `radius` in mm."""
 
     def __init__(
-        self, ledger: JobLedger, radius: float, options: SessionOptions, acceptance: Acceptance
+        self, ledger: JobLedger, radius: float, options: SessionOptions, acceptance: TouchFilter
     ) -> None:
         self._ledger, self._radius, self._options = ledger, radius, options
         self._acceptance = acceptance
 
-    def take(
+    def assign_touch(
         self, touch: Touch, stable: StablePoint, ways: tuple[Float, ...], wanted: str | None
     ) -> MeasuredPoint | Refusal:
         """Return the point from a touch, or why it gives none.
@@ -218,7 +218,7 @@ class TouchAssigner:
         meant = self.assign(stable.tip_world, ways, stable.time_s, wanted)
         if isinstance(meant, Refusal):
             return meant
-        return self._acceptance.take(touch, stable, meant)
+        return self._acceptance.filter(touch, stable, meant)
 
     def assign(
         self, tip_world: Float, ways: tuple[Float, ...], time_s: float, wanted: str | None

@@ -197,7 +197,7 @@ class Conditions:
             state = self._logged_state(read)
             if state == self._logged:
                 return
-            note_room_in(ledger.job, TypedRoom(room=read.words), read.name, read.doubt)
+            note_room_in(ledger.job, TypedRoom(room=read.note), read.name, read.doubt)
             self._logged, self._rooms = state, noted_rooms(ledger.job.events())
             ledger.view = None
 
@@ -216,6 +216,6 @@ class Conditions:
             raise MeasuringError(
                 "session.temperature",
                 f"{self._ledger.job.path}: its points were taken with other temperature "
-                f"settings. {before.words}",
+                f"settings. {before.summary}",
                 "Continue with the same settings, or start a new job.",
             )

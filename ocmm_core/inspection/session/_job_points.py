@@ -206,7 +206,7 @@ class JobPoints:
     def count(self, feature: str) -> int:
         return sum(point.feature == feature for point in self.counting)
 
-    def of(self, feature: str) -> list[MeasuredPoint]:
+    def of_feature(self, feature: str) -> list[MeasuredPoint]:
         return [point for point in self.counting if point.feature == feature]
 
     def point(self, number: int) -> MeasuredPoint:

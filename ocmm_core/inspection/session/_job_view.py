@@ -163,7 +163,7 @@ def view_of(
     last = points.counting[-1].tip_world if points.counting else None
     targets: tuple[evaluation.Target, ...] = ()
     if progress.active:
-        own = points.of(progress.active)
+        own = points.of_feature(progress.active)
         targets = evaluation.targets_of(plan, progress.active, own, place, body.tip_radius, last)
         if targets:
             active = replace(features[progress.active], targets=targets)
@@ -192,7 +192,7 @@ def view_of(
         held=tuple(p.number for p in points.counting if p.number in status.held)
         if status.held
         else (),
-        temperature=options.climate.words,
+        temperature=options.climate.summary,
         at_20_c=options.climate.part.compensated,
         header=state.header,
         probing=progress.probing,
@@ -235,7 +235,7 @@ class _Seen:
         self._methods, progress = state.methods, state.progress
         self._notes = evaluation.notes_on(found.points, status.held)
         self._deleted = points.all_deleted()
-        self._facts = facts = cache.known("seen", (plan,), lambda: _PlanViews.of(plan))
+        self._facts = facts = cache.known("seen", (plan,), lambda: _PlanViews.from_plan(plan))
         # The pose of the part matters only to extended shapes.
         there = None if place is None else place.T_nominal_from_world
         self._places = dict.fromkeys(facts.extended, there)
@@ -268,7 +268,7 @@ class _Seen:
         nominal, found = self._facts.nominals[name], self._found
         actual, own = found.actual[name], found.points.get(name, ())
         commanding = found.commanding.get(name)
-        why = "" if commanding is None else f"{commanding.words} {evaluation.REMOVE}"
+        why = "" if commanding is None else f"{commanding.summary} {evaluation.REMOVE}"
         fitted = actual if isinstance(actual, ActualFeature) else None
         place = self._places.get(name)
         return evaluation.FeatureView(
@@ -322,7 +322,7 @@ class _PlanViews:
     """Probed features of each construction, by its name."""
 
     @classmethod
-    def of(cls, plan: Plan) -> _PlanViews:
+    def from_plan(cls, plan: Plan) -> _PlanViews:
         return cls(
             {item.name: item for item in plan.features},
             tuple(item.name for item in plan.features),

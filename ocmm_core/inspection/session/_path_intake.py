@@ -12,10 +12,10 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.fieldbus.described import REST_SPEED
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.evaluation import SessionOptions, nearness
-from ocmm_core.inspection.session._acceptance import SEARCH_MM, Accepted, all_measured, doubt_of
 from ocmm_core.inspection.session._assignment import TouchAssigner
 from ocmm_core.inspection.session._job_points import ReferenceUse
 from ocmm_core.inspection.session._step_log import JobLedger
+from ocmm_core.inspection.session._touch_filter import SEARCH_MM, Accepted, all_measured, doubt_of
 from ocmm_core.measuring import (
     PATH,
     MeasuredPoint,
@@ -62,19 +62,19 @@ class PathIntake:
             active = self._ledger.progress.active
             return bool(active) and self._ledger.plan.feature(active).spacing > 0.0
 
-    def take(self, path: Path, feature: str | None = None) -> MeasuredPoint | Refusal:
+    def record_path(self, path: Path, feature: str | None = None) -> MeasuredPoint | Refusal:
         """Make durable points of a path and return the last, or why not.
 
         StorageError if not durable.
         `feature`: intended feature; None for the active one.
         """
         with self._ledger.lock:
-            outcome = self._take(path, feature)
+            outcome = self._record_path(path, feature)
             if isinstance(outcome, Refusal):
                 self._ledger.note(outcome)
             return outcome
 
-    def _take(self, path: Path, wanted: str | None) -> MeasuredPoint | Refusal:
+    def _record_path(self, path: Path, wanted: str | None) -> MeasuredPoint | Refusal:
         ledger, ticks = self._ledger, path.ticks
         time_s = float(ticks.time_s[0]) if ticks is not None else 0.0
         refusal = ledger.obstacle(time_s, interrupted=path.interrupted)

@@ -24,7 +24,6 @@ from ocmm_core.inspection.evaluation import (
     measured_frame,
 )
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.session._acceptance import Acceptance
 from ocmm_core.inspection.session._assignment import TouchAssigner, awaits_pull, methods_of
 from ocmm_core.inspection.session._header import Conditions, header_of
 from ocmm_core.inspection.session._job_points import ReferenceUse
@@ -32,6 +31,7 @@ from ocmm_core.inspection.session._job_view import JobState, PlacedNominal, view
 from ocmm_core.inspection.session._path_intake import PathIntake
 from ocmm_core.inspection.session._step_log import JobLedger, UnderWay
 from ocmm_core.inspection.session._steps import JobSteps, Pausing, PointSteps
+from ocmm_core.inspection.session._touch_filter import TouchFilter
 from ocmm_core.measuring import (
     MeasuredPoint,
     PointOptions,
@@ -47,7 +47,7 @@ from ocmm_core.tracking import ProbeBody, ReferenceHome, TipSensitivity
 
 
 class TouchIntake:
-    """Make durable points of touches (rest, `TouchAssigner`, `Acceptance`); thread-safe."""
+    """Make durable points of touches (rest, `TouchAssigner`, `TouchFilter`); thread-safe."""
 
     def __init__(
         self,
@@ -61,7 +61,7 @@ class TouchIntake:
         self._noise = TouchNoise(rig, body)
         self._assignment = assignment
 
-    def take(self, touch: Touch, feature: str | None = None) -> MeasuredPoint | Refusal:
+    def record_touch(self, touch: Touch, feature: str | None = None) -> MeasuredPoint | Refusal:
         """Make a durable point of a touch, or return why not; StorageError if not durable.
 
         `feature`: intended feature; None for the active one.
@@ -91,7 +91,7 @@ class TouchIntake:
         trails = (touch.trail_world, touch.pull_world[::-1])
         ways = [approach_direction(trail, stable.tip_world, near_mm) for trail in trails]
         known = tuple(way for way in ways if way is not None)
-        return self._assignment.take(touch, stable, known, feature)
+        return self._assignment.assign_touch(touch, stable, known, feature)
 
 
 class HeldPoints:
@@ -197,7 +197,7 @@ class InspectionSession:
                 "Start a new job.",
             )
         self._reference = ReferenceUse(rig, body, options.reference, job, begun=begun)
-        acceptance = Acceptance(ledger, rig, body, options, self._reference)
+        acceptance = TouchFilter(ledger, rig, body, options, self._reference)
         assignment = TouchAssigner(ledger, body.tip_radius, options, acceptance)
         self.touches = TouchIntake(ledger, rig, body, options.point, assignment)
         self.paths = PathIntake(ledger, rig, body, options, self._reference, assignment)
@@ -281,7 +281,7 @@ class InspectionSession:
                 "No point commands the fit of this feature.",
                 "Select the point to delete.",
             )
-        self.points.delete_points(found.numbers, found.words)
+        self.points.delete_points(found.numbers, found.summary)
         return found.numbers
 
     @property

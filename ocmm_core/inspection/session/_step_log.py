@@ -167,7 +167,7 @@ class StepLog:
         """Return the step that `redo` repeats."""
         return self._deeds.last_undone
 
-    def take(
+    def add(
         self,
         points: Sequence[MeasuredPoint],
         sensitivities: Sequence[TipSensitivity],
@@ -351,7 +351,7 @@ class JobLedger:
         after = before if follows else progress
         if self.points.count(name) + len(points) >= self.plan.feature(name).points:
             after = after.finished(name)
-        self.log.take(points, sensitivities, before, after, events)
+        self.log.add(points, sensitivities, before, after, events)
         self.changed()
 
     def settled(self, name: str, more: int) -> Progress:

@@ -45,7 +45,7 @@ class JobSteps:
         ledger = self._ledger
         with ledger.lock:
             name = ledger.known(name or ledger.require_active())
-            numbers = [point.number for point in ledger.points.of(name)]
+            numbers = [point.number for point in ledger.points.of_feature(name)]
             ledger.did(
                 f"repeat of {name}",
                 ledger.progress.opened(name),

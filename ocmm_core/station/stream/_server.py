@@ -199,7 +199,7 @@ class StreamServer:
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(self._on_loop_failed)
         reception = Reception(
-            listener, self._tls, self._greet, self._begin, self._failed,
+            listener, self._tls, self._greet, self._start, self._failed,
             partial(may_connect, self._options), plain=self._plain is not None,
         )  # fmt: skip
         self._reception, self._loop = reception, loop
@@ -213,7 +213,7 @@ class StreamServer:
                 if now >= next_look:
                     next_look = max(next_look + period, now)
                     if self._plain is None:
-                        self._look()
+                        self._poll()
                 self._fill_all()
                 reception.prune(now)
             receiving.cancel()
@@ -252,7 +252,7 @@ class StreamServer:
             messages.Hello(self._id, job, 1, len(self._messages), needed, simulated)
         )
 
-    def _begin(self, client: StreamClient, line: bytes) -> None:
+    def _start(self, client: StreamClient, line: bytes) -> None:
         end = partial(self._reception.end, client)
         try:
             request = messages.read_request(line)
@@ -274,14 +274,14 @@ class StreamServer:
             return
         client.begun, client.poses, client.next_seq = True, request.poses, request.resume + 1
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         """Send changes of the state, and poses."""
         listening = self._reception.listening
         if not listening:
             return
         if self._changed.is_set():
             self._changed.clear()
-            self._verdicts.ask()
+            self._verdicts.request()
         live = self._source.looks.live()
         job = self._source.job.path.stem
         state = (job, live.status.value, live.reason)

@@ -132,7 +132,7 @@ class VerdictWatch:
     def start(self) -> None:
         self._thread.start()
 
-    def ask(self) -> None:
+    def request(self) -> None:
         """Request an evaluation; returns at once."""
         self._asked.set()
 

@@ -102,7 +102,7 @@ class ProcessCapability:
     """Part of the overall variance explained by the stated uncertainty, at most one."""
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         """Return the indices with their count in a sentence."""
         both = f"Cp {self.cp:.2f}, " if self.cp is not None else ""
         text = (

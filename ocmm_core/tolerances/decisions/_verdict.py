@@ -119,7 +119,7 @@ class VerdictSummary:
         return sum(count for _, count in self.counts)
 
     @property
-    def words(self) -> str:
+    def share(self) -> str:
         """Return the share of the verdict, e.g. ``1 of 3 NOT CONFORM``; empty below two."""
         if self.verdict is None or self.total < 2:
             return ""
@@ -197,7 +197,7 @@ class RequirementCount:
         return f"{self.present:d} of {self.total:d} requirements"
 
     @property
-    def words(self) -> str:
+    def sentence(self) -> str:
         """Return the count as a sentence without its full stop."""
         found, kind = self.present, self.origin
         if not self.notes:
@@ -228,7 +228,7 @@ class PartVerdict:
     @property
     def requirement_words(self) -> str:
         """Return how many requirements of its sources the plan contains, or an empty text."""
-        return "" if self.requirements is None else self.requirements.words
+        return "" if self.requirements is None else self.requirements.sentence
 
     @property
     def is_partial(self) -> bool:

@@ -195,7 +195,7 @@ class KindSpec:
     """Coordinate of a place along ``axis``."""
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         return self.title or self.name
 
     @property

@@ -356,7 +356,7 @@ def _linear(task: Task, names: Sequence[str]) -> Mapping[str, tuple[float, float
         item = asked[name]
         involved = {key: task.actual[key] for key in involved_features(item, task.alignment)}
         evaluation = evaluate(item, involved, task.alignment)
-        variance = float(factors.of(evaluation.gradient[None])[0, 0])
+        variance = float(factors.covariance_of(evaluation.gradient[None])[0, 0])
         found[name] = (evaluation.value, math.sqrt(max(variance, 0.0)))
     return found
 

@@ -81,7 +81,7 @@ def budget_of(
     rows = [
         row(
             part.source.name,
-            part.of(gradients),
+            part.covariance_of(gradients),
             part.source.kind,
             part.source.distribution,
             part.source.origin,

@@ -140,7 +140,7 @@ def _line_sample(
     followed = np.stack([np.full(n, 1.0 / np.sqrt(n)), along / np.linalg.norm(along)])
     rows = Rows.of_points(places, np.kron(followed, across))
     noise = float(np.einsum("nij,ij->", factors.blocks(places)[0], across))
-    noise -= float(np.trace(factors.of(rows)))
+    noise -= float(np.trace(factors.covariance_of(rows)))
     pair = np.linalg.svd(across)[0][:, :2]
     residuals = feature.fit.residuals
     return sample_of(
@@ -238,7 +238,7 @@ def widened(
     scatter of ``samples`` then counts as form.
     """
     nothing_known = np.zeros((len(gradients), len(gradients)))
-    plain = nothing_known if factors is None else factors.of(gradients)
+    plain = nothing_known if factors is None else factors.covariance_of(gradients)
     # An invalid covariance is left unchanged, so that the caller can refuse it.
     nothing = factors is not None and float(np.trace(plain)) <= 0.0
     if not np.all(np.isfinite(plain)) or nothing:

@@ -319,6 +319,6 @@ def _spread(
         return _extent(value, sigma, evaluation.noise, factors)
     ranked = evaluation.ranked
     if ranked is not None and np.isfinite(sigma):
-        errors = factors.of(ranked.gradients)
+        errors = factors.covariance_of(ranked.gradients)
         return interval.Rank(value, sigma, ranked.sizes, errors, ranked.greatest)
     return interval.Normal(value, sigma, one_sided=spec_of(characteristic.kind).one_sided)

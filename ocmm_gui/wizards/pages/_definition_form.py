@@ -88,7 +88,7 @@ class LedTable(kit.NumberTable):
             values = [
                 number(word, f"{kit.led_name(row)} {title.partition(',')[0]}")
                 for word, (title, _) in zip(
-                    self.words(row)[1:], kit.tr_all(_COLUMNS)[1:], strict=True
+                    self.cells(row)[1:], kit.tr_all(_COLUMNS)[1:], strict=True
                 )
             ]
             position: Vector3 = (values[0], values[1], values[2])
@@ -98,7 +98,7 @@ class LedTable(kit.NumberTable):
     def add(self) -> None:
         """Add an LED like the last one."""
         if self.rowCount() < MAX_LEDS:
-            last = self.words(self.rowCount() - 1)[1:] if self.rowCount() else ("0",) * 6
+            last = self.cells(self.rowCount() - 1)[1:] if self.rowCount() else ("0",) * 6
             self.insertRow(self.rowCount())
             for column, word in enumerate((kit.led_name(self.rowCount() - 1), *last)):
                 self._write(self.rowCount() - 1, column, word)
@@ -144,17 +144,17 @@ class DefinitionForm(QWidget):
     def show_document(self, document: ProbeDocument) -> None:
         """Show the numbers of a document; keep the file name."""
         rules = "; ".join(
-            f"{_words(rule.probe_axis)} > {_words(rule.world_direction)}"
+            f"{_text(rule.probe_axis)} > {_text(rule.world_direction)}"
             for rule in document.orientation_rules
         )
         code = document.strobe
         strobe = "" if code is None else f"{code.period}: {' '.join(map(str, code.dark))}"
         for key, text in (
             ("name", document.name),
-            ("tip", _words(document.tip)),
+            ("tip", _text(document.tip)),
             ("tip_diameter", kit.localised(f"{document.tip_diameter:g}")),
             ("tip_diameter_sigma", kit.localised(f"{document.tip_diameter_sigma:g}")),
-            ("tip_sigma", _words(document.tip_sigma)),
+            ("tip_sigma", _text(document.tip_sigma)),
             ("led_sigma", kit.localised(f"{document.led_sigma:g}")),
             ("emission_half_angle_deg", kit.localised(f"{document.emission_half_angle_deg:g}")),
             ("rules", rules),
@@ -236,5 +236,5 @@ def _frame(text: str) -> int:
     return round(value)
 
 
-def _words(vector: Vector3) -> str:
+def _text(vector: Vector3) -> str:
     return " ".join(kit.localised(f"{value:g}") for value in vector)

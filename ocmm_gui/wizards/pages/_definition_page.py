@@ -91,7 +91,7 @@ class DefinitionPage(kit.Themed, QWidget):
 
     def set_theme(self, theme: kit.Theme) -> None:
         self._theme = theme
-        self._say(self._word.text(), self._mark, self.sentence.text())
+        self._show_message(self._word.text(), self._mark, self.sentence.text())
 
     def close_examination(self) -> None:
         self._settle.stop()
@@ -108,7 +108,7 @@ class DefinitionPage(kit.Themed, QWidget):
 
     def _on_changed(self) -> None:
         self._examination.cancel()
-        self._say(tr("EXAMINING"), kit.Mark.ACTIVE, "")
+        self._show_message(tr("EXAMINING"), kit.Mark.ACTIVE, "")
         self._settle.start()
 
     def _examine(self) -> None:
@@ -127,12 +127,14 @@ class DefinitionPage(kit.Themed, QWidget):
     def _show_examined(self, found: object) -> None:
         if not isinstance(found, probe_design.DefinitionCheck):
             return
-        self._say(tr("GOOD"), kit.Mark.GOOD, examined_words(found))
+        self._show_message(tr("GOOD"), kit.Mark.GOOD, examined_words(found))
 
     def _show_refused(self, error: OcmmError) -> None:
-        self._say(tr("CANNOT BE USED"), kit.Mark.BAD, kit.said(f"{error.what} {error.remedy}"))
+        self._show_message(
+            tr("CANNOT BE USED"), kit.Mark.BAD, kit.said(f"{error.what} {error.remedy}")
+        )
 
-    def _say(self, word: str, mark: kit.Mark, sentence: str) -> None:
+    def _show_message(self, word: str, mark: kit.Mark, sentence: str) -> None:
         self._mark = mark
         self._word.show_text(word, kit.mark_colour(self._theme, mark), mark)
         self.sentence.setText(sentence)
@@ -144,7 +146,9 @@ class DefinitionPage(kit.Themed, QWidget):
         except OcmmError as error:
             self._show_refused(error)
             return
-        self._say(tr("SAVED"), kit.Mark.GOOD, tr("Probe saved in {path}.").format(path=path))
+        self._show_message(
+            tr("SAVED"), kit.Mark.GOOD, tr("Probe saved in {path}.").format(path=path)
+        )
         self.saved.emit(path)
 
     def _ask_import(self) -> None:

@@ -178,7 +178,7 @@ class FormPlot(Plot):
         cosines = directions_world @ (middle / max(float(np.linalg.norm(middle)), 1e-9))
         self._below = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
         form = float(np.ptp(self._residuals_um)) if len(residuals_mm) else 0.0
-        self._say(
+        self._show_message(
             tr(
                 "%n points, form {form:.1f} µm", "1 point, form {form:.1f} µm", len(residuals_mm)
             ).format(form=form)

@@ -114,7 +114,7 @@ class TipScatter(Plot):
         self._off_um, self._limit_um = 1e3 * off_world, 1e3 * limit_mm
         self._off_um = self._off_um[np.isfinite(self._off_um).all(axis=1)]
         largest = float(np.linalg.norm(self._off_um, axis=1).max(initial=0.0))
-        self._say(
+        self._show_message(
             tr("largest {largest:.1f} µm").format(largest=largest)
             if len(self._off_um) > 1
             else tr("none yet")

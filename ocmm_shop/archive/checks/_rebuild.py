@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ocmm_core.documents import find_files
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.inspection.archive import SUFFIX
+from ocmm_core.inspection.finished import SUFFIX
 from ocmm_shop.archive.records import Delivery, Extract, ExtractedJob, Sender, extract_job, snapshot
 from ocmm_shop.archive.stores import Archive, stations_by_key
 
@@ -44,7 +44,7 @@ def rebuild(
     the station by the fingerprint of its key, or a prefix of it. InputError: the archive is not
     empty. StorageError: it cannot be written.
     """
-    if archive.ask("SELECT 1 FROM job LIMIT 1").rows:
+    if archive.query("SELECT 1 FROM job LIMIT 1").rows:
         raise InputError(
             "archive.not_empty",
             f"{archive.place}: there are jobs in it.",
@@ -103,7 +103,7 @@ def files_of(folders: Iterable[Path], unread: Callable[[str], None]) -> Iterator
 
 def files_in(archive: Archive, unread: Callable[[str], None]) -> Iterator[tuple[str, bytes]]:
     """Yield the job files in an archive, regardless of its rows; ``unread`` gets faults."""
-    for (sha256,) in archive.ask("SELECT sha256 FROM file ORDER BY sha256").rows:
+    for (sha256,) in archive.query("SELECT sha256 FROM file ORDER BY sha256").rows:
         try:
             yield f"{str(sha256)[:12]}{SUFFIX}", archive.content(str(sha256))
         except OcmmError as error:
@@ -114,7 +114,7 @@ def stations_of(archive: Archive) -> dict[str, str]:
     """Return stations by fingerprint: with proof of the key; in old archives, the first sender."""
     proven = stations_by_key(archive)
     found: dict[str, str] = {}
-    rows = archive.ask("SELECT signer, key, station FROM job WHERE signer <> '' ORDER BY id").rows
+    rows = archive.query("SELECT signer, key, station FROM job WHERE signer <> '' ORDER BY id").rows
     for signer, key, station in rows:
         own = proven.get(str(key), {str(station)})
         if str(station) in own or str(signer) not in found:

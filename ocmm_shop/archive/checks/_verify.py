@@ -15,7 +15,7 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import SUFFIX
+from ocmm_core.inspection.finished import SUFFIX
 from ocmm_core.seals import Signed
 from ocmm_core.storage import JobFile
 from ocmm_shop.archive import records
@@ -66,7 +66,7 @@ def verify_archive(
     extract: records.Extract = records.extract_job,
 ) -> Checked:
     """Compare every row with its job file: its hash, and if `deep` its recomputed rows."""
-    rows = archive.ask("SELECT id, job_uuid, sha256, station FROM job ORDER BY id").rows
+    rows = archive.query("SELECT id, job_uuid, sha256, station FROM job ORDER BY id").rows
     faults: list[_Fault] = []
     jobs: dict[str, _Versions] = defaultdict(_Versions)
     for done, (number, job, sha256, station) in enumerate(rows, start=1):
@@ -94,7 +94,7 @@ def verify_archive(
     if deep:
         faults += [*_forked(archive, jobs), *_beside(archive), *_claims(archive)]
         faults += [(None, "", why) for why in archive.malformed()]
-    counts = {row[0] for row in archive.ask("SELECT job_id FROM archived_job").rows}
+    counts = {row[0] for row in archive.query("SELECT job_id FROM archived_job").rows}
     return Checked(
         len(rows),
         tuple(dict.fromkeys((job, why) for _, job, why in faults)),
@@ -168,9 +168,9 @@ def _forked(archive: Archive, jobs: Mapping[str, _Versions]) -> Iterator[_Fault]
 def _beside(archive: Archive) -> Iterator[_Fault]:
     """Yield rows that contradict their job."""
     for why, off in _OFF:
-        for number, job in archive.ask(f"SELECT j.id, j.job_uuid FROM job j WHERE {off}").rows:  # noqa: S608
+        for number, job in archive.query(f"SELECT j.id, j.job_uuid FROM job j WHERE {off}").rows:  # noqa: S608
             yield number, str(job), f"Altered in the archive: {why}."
-    for outbox, sequence in archive.ask(
+    for outbox, sequence in archive.query(
         "SELECT d.outbox, d.sequence FROM delivery d"
         " WHERE NOT EXISTS (SELECT 1 FROM job j WHERE j.id = d.job) ORDER BY 1, 2"
     ).rows:
@@ -181,10 +181,10 @@ def _beside(archive: Archive) -> Iterator[_Fault]:
 def _claims(archive: Archive) -> Iterator[_Fault]:
     """Yield keys and deliveries with a wrong signature, and jobs of other stations."""
     stations = stations_by_key(archive)
-    for claimant, key in archive.ask("SELECT station, key FROM archive_station_key").rows:
+    for claimant, key in archive.query("SELECT station, key FROM archive_station_key").rows:
         if str(claimant) not in stations.get(str(key), ()):
             yield None, "", f"Station {_shown(claimant)} did not prove that a key is its own."
-    for outbox, sequence, sha256, signature, station, number, job in archive.ask(
+    for outbox, sequence, sha256, signature, station, number, job in archive.query(
         "SELECT d.outbox, d.sequence, d.sha256, d.signature, j.station, j.id, j.job_uuid"
         " FROM delivery d JOIN job j ON j.id = d.job WHERE d.signature <> ''"
     ).rows:
@@ -194,7 +194,7 @@ def _claims(archive: Archive) -> Iterator[_Fault]:
             why = f"Delivery {sequence!s} was not signed by station {_shown(station)}."
             yield number, str(job), why
     # A copy of a job that its own station also sent is harmless.
-    for number, job, station, key in archive.ask(
+    for number, job, station, key in archive.query(
         "SELECT j.id, j.job_uuid, j.station, j.key FROM job j WHERE j.sound = 1 AND NOT EXISTS"
         " (SELECT 1 FROM job o JOIN station_key k ON k.station = o.station AND k.key = o.key"
         " WHERE o.job_uuid = j.job_uuid AND o.sha256 = j.sha256 AND o.sound = 1)"
@@ -217,7 +217,7 @@ def verify_files(archive: Archive, folders: Iterable[Path]) -> Checked:
             job = found.record.job
             known = {
                 int(str(steps)): str(head)
-                for steps, head in archive.ask(
+                for steps, head in archive.query(
                     "SELECT steps, head FROM archived_job WHERE job_uuid = :job AND fault = ''",
                     {"job": job.job_uuid},
                 ).rows
@@ -250,7 +250,7 @@ def mark_altered(archive: Archive, checked: Checked, who: str) -> int:
 
 def records_of(archive: Archive, unread: Callable[[str], None]) -> Iterator[records.JobRecord]:
     """Yield the rows of all jobs independent of their arrival; ``unread`` gets faults."""
-    rows = archive.ask("SELECT id FROM job ORDER BY job_uuid, steps, head, sound, station").rows
+    rows = archive.query("SELECT id FROM job ORDER BY job_uuid, steps, head, sound, station").rows
     for (number,) in rows:
         try:
             yield archive.record(int(str(number)))

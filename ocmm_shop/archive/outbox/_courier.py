@@ -39,7 +39,7 @@ def learn_marks(archive: Archive, path: Path | None = None) -> int:
     known = read_held_jobs(path)
     # Another archive numbers its marks from 1; holds of the former one are not final.
     after = known.after if known.archive in ("", archive.place) else 0
-    newest = archive.ask("SELECT id FROM archive_mark ORDER BY id DESC LIMIT 1", {}, int).rows
+    newest = archive.query("SELECT id FROM archive_mark ORDER BY id DESC LIMIT 1", {}, int).rows
     if not newest or int(str(newest[0][0])) < after:
         # It was restored from a backup, and continues numbering from there.
         after = 0
@@ -106,7 +106,7 @@ def _lists(
 ) -> Iterator[tuple[int, str, str]]:
     """Yield number, text and arrival of all lists of ends in a selection, newest first."""
     before = (1 << 63) - 1
-    while rows := archive.ask(
+    while rows := archive.query(
         f"SELECT id, document, received_utc FROM finding WHERE id IN ({chosen})"  # noqa: S608 - constants
         f" AND kind = '{HEADS}' AND length(document) < {_LONGEST} AND id < :before"
         f" ORDER BY id DESC LIMIT {_PAGE}",

@@ -20,8 +20,8 @@ from pathlib import Path
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_core.inspection.archive import Trend
 from ocmm_core.inspection.evaluation import SIMULATED
+from ocmm_core.inspection.finished import Trend
 from ocmm_core.names import normal_name
 from ocmm_core.plugins import install_line
 from ocmm_core.seals import KeptKeys, KeyFolder, SealState, SealWord, Signature, shown_key
@@ -156,7 +156,7 @@ class Judge:
         """
         kept = offset = 0
         while True:
-            page = self._archive.ask(
+            page = self._archive.query(
                 f"{sql} LIMIT :page OFFSET :offset", values | {"page": _PAGE, "offset": offset}
             )
             for row in _entries(page):
@@ -222,7 +222,7 @@ class Judge:
     def _line_of(self, job: str) -> tuple[Cell, int]:
         """Return the valid line of a job, and how many other versions differ from it."""
         if job not in self._taken:
-            lines = list(_entries(self._archive.ask(_LINES, {"job": job})))
+            lines = list(_entries(self._archive.query(_LINES, {"job": job})))
             good = [one for one in lines if not one["fault"] and self.word(one) is SealWord.SEALED]
             ranked = sorted(good or lines, key=self._rank)
             taken = ranked[0]
@@ -303,7 +303,7 @@ class Query:
 
 def parts(archive: Archive) -> tuple[tuple[str, str], ...]:
     """Return the archived parts and characteristics, sorted."""
-    table = archive.ask("SELECT part, characteristic FROM archive_characteristic ORDER BY 1, 2")
+    table = archive.query("SELECT part, characteristic FROM archive_characteristic ORDER BY 1, 2")
     return tuple((shown_text(str(part)), shown_text(str(name))) for part, name in table.sound)
 
 

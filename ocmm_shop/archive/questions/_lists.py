@@ -111,7 +111,7 @@ def _words_for(archive: Archive, asked: Query) -> Iterator[tuple[str, str]]:
     last = asked.what
     for _ in range(_MOST_HASHES):
         # One index step each: a DISTINCT would read every job.
-        table = archive.ask(
+        table = archive.query(
             "SELECT identity FROM archived_use WHERE used_kind = :kind AND identity > :last"
             " AND identity < :beyond ORDER BY identity LIMIT 1",
             {"kind": asked.kind, "last": last, "beyond": f"{asked.what}g"},

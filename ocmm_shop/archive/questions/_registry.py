@@ -23,7 +23,7 @@ class Question:
     """`takes`, `needs`: Fields of `Query` that it uses, and the required ones."""
     answers: Answers
 
-    def ask(self, archive: Archive, asked: Query) -> ArchiveAnswer:
+    def answer(self, archive: Archive, asked: Query) -> ArchiveAnswer:
         """Return the answer; malformed ones are errors, and not shown.
 
         InputError: a required parameter is missing, or unknown. StorageError: the archive cannot be

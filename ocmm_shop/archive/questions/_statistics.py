@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.inspection.archive import PartValue, Trend
 from ocmm_core.inspection.evaluation import SIMULATED_LINE
+from ocmm_core.inspection.finished import PartValue, Trend
 from ocmm_core.measuring import COVERAGE_FACTOR
 from ocmm_core.tolerances.decisions import Verdict, capability, control_chart
 from ocmm_shop.archive.questions._judge import (
@@ -43,7 +43,7 @@ def trend(archive: Archive, asked: Query) -> ArchiveAnswer:
         notes.insert(0, f"Limits were changed: {len(groups)} trends, one for each pair of limits.")
     for (_, low, high, unit), made in zip(groups, trends, strict=True):
         words = f"{_limits(low, high, unit)}: " if len(groups) > 1 else ""
-        able = "" if made.capability is None else made.capability.words
+        able = "" if made.capability is None else made.capability.summary
         notes += [f"{words}{text}" for text in (made.why_not, made.caution, able) if text]
     shown = tuple(
         (
@@ -120,7 +120,7 @@ def _notes(
         notes.append("Jobs without a serial number count as a part each.")
     if simulated:
         return [SIMULATED_LINE, *notes]
-    others = archive.ask(
+    others = archive.query(
         "SELECT count(DISTINCT job_uuid) FROM archived_result WHERE part = :part"
         " AND simulated = 1 AND (:name = '' OR characteristic = :name)", named,
     ).rows[0][0]  # fmt: skip

@@ -14,7 +14,12 @@ from typing import TypedDict
 
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import ReopenedJob, StoredDocuments, reopen_alone, why_not_counted
+from ocmm_core.inspection.finished import (
+    ReopenedJob,
+    StoredDocuments,
+    reopen_alone,
+    why_not_counted,
+)
 from ocmm_core.seals import SealWord
 from ocmm_core.storage import JobFile, JobHead, JobSeal
 from ocmm_core.tolerances.decisions import PartWord

@@ -99,7 +99,7 @@ class Archive(Protocol):
     def record(self, job: int) -> JobRecord:
         """Return the rows of a job by its number."""
 
-    def ask(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
+    def query(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
         """Return the answer to read-only SQL, values ``:name``; cells are checked against kinds."""
 
     def now(self) -> datetime:
@@ -140,7 +140,7 @@ def verifies(what: Signed, content: bytes, key: str, signature: str) -> bool:
 def stations_by_key(archive: Archive) -> dict[str, set[str]]:
     """Return the stations that proved possession of a key, by key."""
     found: dict[str, set[str]] = {}
-    rows = archive.ask("SELECT station, key, proof FROM archive_station_key").rows
+    rows = archive.query("SELECT station, key, proof FROM archive_station_key").rows
     for station, key, proof in rows:
         if verifies(Signed.STATION, station_claim(str(station)), str(key), str(proof)):
             found.setdefault(str(key), set()).add(str(station))

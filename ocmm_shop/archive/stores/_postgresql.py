@@ -88,9 +88,9 @@ class Patience:
                     continue
                 left = self._until - time.monotonic()
                 if not self._changed.wait(max(min(left, _LOOK_S), 0.0)) and self._waits:
-                    self._look()
+                    self._poll()
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         has = HOST.resident_bytes()
         self._had = has if self._had < 0 else self._had
         if has - self._had > self._limit_bytes:

@@ -136,7 +136,7 @@ class SqlReader(ABC):
 
     def heads(self, job_uuid: str, station: str) -> dict[int, str]:
         """Return the head of each version of a job: see `Archive`."""
-        table = self.ask(
+        table = self.query(
             "SELECT steps, head FROM job WHERE job_uuid = :job_uuid AND station = :station"
             " AND sound = 1 ORDER BY id DESC",
             {"job_uuid": job_uuid, "station": station}, int, str,
@@ -157,7 +157,7 @@ class SqlReader(ABC):
         """Return which numbers of an outbox arrived: see `Archive`."""
         if not sequences:
             return set()
-        table = self.ask(
+        table = self.query(
             f"SELECT sequence FROM delivery WHERE outbox = :outbox AND role = {self._who}"  # noqa: S608
             " AND sequence BETWEEN :least AND :most",
             {"outbox": outbox, "least": min(sequences), "most": max(sequences)}, int,
@@ -165,7 +165,9 @@ class SqlReader(ABC):
         return {whole_of(row[0]) for row in table.rows} & set(sequences)
 
     def content(self, sha256: str) -> bytes:
-        rows = self.ask("SELECT content FROM file WHERE sha256 = :sha256", {"sha256": sha256}).rows
+        rows = self.query(
+            "SELECT content FROM file WHERE sha256 = :sha256", {"sha256": sha256}
+        ).rows
         if not rows:
             raise StorageError(
                 "archive.no_file",
@@ -179,16 +181,16 @@ class SqlReader(ABC):
 
     def record(self, job: int) -> records.JobRecord:
         """Return the rows of a job by its number: see `Archive`."""
-        jobs = self.ask(OF_JOB, {"id": job})
+        jobs = self.query(OF_JOB, {"id": job})
         if not jobs.rows:
             raise StorageError(
                 "archive.no_job", f"{self.place}: there is no job {job}.", "Ask for another one."
             )
-        results = self.ask(
+        results = self.query(
             f"SELECT {', '.join(RESULT_FIELDS)} FROM result WHERE job = :id ORDER BY position",  # noqa: S608 - names of our own class
             {"id": job},
         )
-        uses = self.ask(
+        uses = self.query(
             "SELECT kind, identity, name FROM used WHERE job = :id ORDER BY kind, identity",
             {"id": job},
         )
@@ -208,15 +210,15 @@ class SqlReader(ABC):
         except (msgspec.ValidationError, ValueError) as error:
             raise not_understood(self.place, str(error)) from error
 
-    def ask(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
+    def query(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
         with self._reading():
             table = self._ask(sql, values)
-        return self._of(table, kinds) if kinds else _neutral(table)
+        return self._table(table, kinds) if kinds else _neutral(table)
 
     def _ask(self, sql: str, values: Mapping[str, Cell] | None) -> Table:
         return self._run(sql, values)
 
-    def _of(self, table: Table, kinds: Sequence[Kind]) -> Table:
+    def _table(self, table: Table, kinds: Sequence[Kind]) -> Table:
         table = _neutral(table)
         for row in table.rows:
             if len(row) != len(kinds) or not all(map(isinstance, row, kinds)):
@@ -225,14 +227,14 @@ class SqlReader(ABC):
         return table
 
     def _one(self, sql: str, values: Mapping[str, Cell], *kinds: Kind) -> Row:
-        rows = self._of(self._run(sql, values), kinds).rows
+        rows = self._table(self._run(sql, values), kinds).rows
         if len(rows) != 1:
             raise not_understood(self.place, f"{len(rows)} rows where there is one")
         return rows[0]
 
     def findings(self, after: int = 0) -> list[ArchivedDocument]:
         """Return documents with a higher number: see `Archive`."""
-        table = self.ask(
+        table = self.query(
             "SELECT id, kind, subject, document, who, utc, received_utc FROM finding"
             " WHERE id > :after ORDER BY id",
             {"after": after}, int, *(str,) * 6,
@@ -244,7 +246,7 @@ class SqlReader(ABC):
 
     def marks(self, after: int = 0) -> list[tuple[int, records.MarkRow]]:
         """Return marks with a higher number: see `Archive`."""
-        table = self.ask(
+        table = self.query(
             "SELECT id, job_uuid, kind, holds, why, who, utc, finding FROM mark WHERE id > :after"
             " ORDER BY id",
             {"after": after}, int, str, str, int, str, str, str, int,

@@ -178,7 +178,7 @@ class SqliteArchive(SqlArchive):
         """Return values of another type than their column, as sentences."""
         found: list[str] = []
         for table, name, kind, empty in columns_of("table"):
-            odd = self.ask(
+            odd = self.query(
                 f"SELECT rowid, typeof({name}) FROM {table} WHERE typeof({name}) <> :kind"  # noqa: S608 - names of ours
                 f" AND NOT (:empty AND {name} IS NULL)",
                 {"kind": kind.lower(), "empty": empty},

@@ -98,7 +98,7 @@ class SqlArchive(reader.SqlReader):
             "outbox": delivery.sender.outbox, "sequence": delivery.sequence,
         }  # fmt: skip
         job = delivery.record.job
-        if self.ask(reader.KEPT.format(who=self._who), number).rows != ((job.sha256, True),):
+        if self.query(reader.KEPT.format(who=self._who), number).rows != ((job.sha256, True),):
             raise faults.not_kept(self.place, job.job_uuid)
 
     def _put(self, delivery: records.Delivery, now: datetime, rows: _Rows) -> Receipt:
@@ -106,7 +106,7 @@ class SqlArchive(reader.SqlReader):
         number: dict[str, Cell] = {"outbox": sender.outbox, "sequence": delivery.sequence}
         off = (datetime.fromisoformat(records.utc_text(delivery.sent_utc)) - now).total_seconds()
         of_delivery = reader.OF_DELIVERY.format(who=self._who)
-        found = self._of(self._run(of_delivery, number), (int, str)).rows
+        found = self._table(self._run(of_delivery, number), (int, str)).rows
         if found:
             if found[0][1] != job.sha256:
                 raise faults.sequence_taken(sender.outbox, delivery.sequence)
@@ -117,7 +117,7 @@ class SqlArchive(reader.SqlReader):
             "job_uuid": job.job_uuid, "steps": job.steps, "head": job.head,
             "sound": int(not job.fault), "station": job.station,
         }  # fmt: skip
-        there = self._of(self._run(reader.OF_VERSION, version), (int,)).rows
+        there = self._table(self._run(reader.OF_VERSION, version), (int,)).rows
         if there:
             row, answer = reader.whole_of(there[0][0]), Acknowledgement.KNOWN
         else:
@@ -181,7 +181,7 @@ class SqlArchive(reader.SqlReader):
 
     def _added(self, sql: str, values: Mapping[str, Cell], what: str) -> Cell:
         """Return the number of an added row; StorageError if none was added."""
-        rows = self._of(self._run(sql, values), (int,)).rows
+        rows = self._table(self._run(sql, values), (int,)).rows
         if not rows:
             raise faults.not_kept(self.place, what)
         return rows[0][0]

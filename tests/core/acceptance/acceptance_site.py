@@ -120,7 +120,7 @@ class Machine:
         if view.needs_temperature:
             session.note_temperature(room(self.celsius), self.now)
         position = view.positions[view.current]
-        return session.take(self.see(position, view.next_item), self.now)
+        return session.record_point(self.see(position, view.next_item), self.now)
 
     def run(self, session: AcceptanceSession) -> None:
         while session.view.current >= 0:

@@ -62,7 +62,7 @@ def work(wanted: int, folder: Path) -> None:
             return
         procedure.watch(block)
         if procedure.ready:
-            procedure.take(datetime.now(UTC))
+            procedure.record(datetime.now(UTC))
             taken += 1
             say(f"taken {sum(procedure.view.test.done)}")
 

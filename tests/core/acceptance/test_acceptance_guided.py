@@ -65,7 +65,7 @@ def test_a_test_begins_on_its_first_page_goes_on_at_its_points_and_is_ended_once
     procedure = bench.start(offer, (dumbbell.used,), StatedConditions(who="Ann"), now)
     assert [one.name for one in procedure.base.steps] == ["prepare", "measure", "result"]
     with pytest.raises(CalibrationError, match="No frames yet"):
-        procedure.take(now)
+        procedure.record(now)
     with pytest.raises(CalibrationError, match="not taken back"):
         procedure.drop(now)
     procedure.advance(now)

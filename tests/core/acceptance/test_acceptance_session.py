@@ -109,7 +109,7 @@ def test_a_set_of_e0_with_one_value_outside_is_measured_again(tmp_path: Path) ->
             tip = tip + 0.075 * along / np.linalg.norm(along)
         if view.needs_temperature:
             session.note_temperature(ROOM, machine.now)
-        session.take(tip, machine.now)
+        session.record_point(tip, machine.now)
         count += 1
     assert session.view.verdict is AcceptanceVerdict.FAIL
     again = session.retest(machine.now)

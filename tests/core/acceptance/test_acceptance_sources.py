@@ -55,7 +55,7 @@ def _measured(bench: AcceptanceBench, procedure: AcceptanceProcedure) -> list[Oc
     def watch(block: object) -> None:
         procedure.watch(block)  # type: ignore[arg-type]
         if procedure.ready:
-            procedure.take(datetime.now(UTC))
+            procedure.record(datetime.now(UTC))
         if procedure.session.current < 0:
             over.set()
 

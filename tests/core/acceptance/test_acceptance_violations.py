@@ -142,7 +142,7 @@ def _moved_line(path: Path, rng: np.random.Generator, move: Callable[..., object
     hint = ""
     session.note_temperature(ROOM, machine.now)
     for tip in np.asarray(move(session, position)):
-        hint = session.take(tip, machine.now)
+        hint = session.record_point(tip, machine.now)
     assert session.view.done[view.current] == 0 or not hint
     return hint
 
@@ -172,7 +172,7 @@ def duplicate_direction(path: Path, rng: np.random.Generator) -> str:
     hint = ""
     for nest in np.tile(steps, 3):
         try:
-            hint = session.take(other[0] + nest * along, machine.now)
+            hint = session.record_point(other[0] + nest * along, machine.now)
         except OcmmError as error:
             return error.what
     return hint
@@ -189,7 +189,7 @@ def outside_volume(path: Path, rng: np.random.Generator) -> str:
 def _refused(session: AcceptanceSession, machine: Machine, tip: object) -> str:
     before = session.view
     with pytest.raises(OcmmError) as error:
-        session.take(np.asarray(tip, dtype=np.float64), machine.now)
+        session.record_point(np.asarray(tip, dtype=np.float64), machine.now)
     after = session.view
     assert after.done == before.done
     return error.value.what
@@ -245,7 +245,7 @@ def calibration_spots(path: Path, rng: np.random.Generator) -> str:
         earlier=EarlierUse(spots=(spots_hash(spots),)),
     )
     with pytest.raises(OcmmError) as error:
-        session.take(np.array(session.view.positions[0].points_world[0]), BEGIN, uv=spots)
+        session.record_point(np.array(session.view.positions[0].points_world[0]), BEGIN, uv=spots)
     assert session.view.done[0] == 0
     return error.value.what
 
@@ -254,9 +254,9 @@ def spots_twice(path: Path, rng: np.random.Generator) -> str:
     spots = tuple(((float(a), float(b)),) for a, b in rng.uniform(0.0, 1000.0, (3, 2)))
     session = begin(path, "SPAT")
     point = np.array(session.view.positions[0].points_world[0])
-    session.take(point, BEGIN, uv=spots)
+    session.record_point(point, BEGIN, uv=spots)
     with pytest.raises(OcmmError) as error:
-        session.take(point, BEGIN, uv=spots)
+        session.record_point(point, BEGIN, uv=spots)
     return error.value.what
 
 
@@ -268,7 +268,7 @@ def near_pole(path: Path, rng: np.random.Generator) -> str:
     for normal in position.normals:
         low = np.array(normal) + np.array([0.0, 0.0, rng.uniform(2.0, 3.0)])
         machine.now += timedelta(seconds=5)
-        hint = session.take(centre + 18.0 * low / np.linalg.norm(low), machine.now)
+        hint = session.record_point(centre + 18.0 * low / np.linalg.norm(low), machine.now)
     return hint
 
 
@@ -278,7 +278,7 @@ def another_sphere(path: Path, rng: np.random.Generator) -> str:
     centre = np.array(position.points_world[0]) - 18.0 * np.array(position.normals[0])
     reach, hint = 18.0 + float(rng.uniform(1.0, 5.0)), ""
     for normal in position.normals:
-        hint = session.take(centre + reach * np.array(normal), machine.now)
+        hint = session.record_point(centre + reach * np.array(normal), machine.now)
     return hint
 
 
@@ -288,7 +288,7 @@ def wrong_attitude(path: Path, rng: np.random.Generator) -> str:
     handle = -np.array(position.handle) if rng.random() < 0.5 else np.array([1.0, 0.0, 0.0])
     hint = ""
     for point in position.points_world:
-        hint = session.take(np.array(point), machine.now, handle=handle)
+        hint = session.record_point(np.array(point), machine.now, handle=handle)
     return hint
 
 
@@ -297,7 +297,9 @@ def probe_not_turned(path: Path, rng: np.random.Generator) -> str:
     hint = ""
     for point in session.view.positions[0].points_world:
         lean = np.array([0.1 * rng.uniform(-1, 1), 0.1 * rng.uniform(-1, 1), 1.0])
-        hint = session.take(np.array(point), machine.now, handle=lean / np.linalg.norm(lean))
+        hint = session.record_point(
+            np.array(point), machine.now, handle=lean / np.linalg.norm(lean)
+        )
     return hint
 
 

@@ -151,7 +151,7 @@ def test_tells_that_two_thermometers_disagree(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"T-1.*20.40.*T-3.*20.70.*differ by more"):
         read_temperature(None, "T-1, T-2, T-3", NOW, tmp_path)
     states = thermometer_log("T-1,T-3", NOW, tmp_path).sample()
-    assert all("differ" in one.doubt and not one.words for one in states)
+    assert all("differ" in one.doubt and not one.note for one in states)
 
 
 def logged(numbers: list[tuple[float, float]], **changes: object) -> list[str]:

@@ -57,7 +57,7 @@ class Ends:
     def take(self) -> ObjectRequest | EepromRequest:
         until = time.monotonic() + HANG_S
         while time.monotonic() < until:
-            request = self.port.take()
+            request = self.port.next_request()
             if request is not None:
                 return request
             time.sleep(0.001)

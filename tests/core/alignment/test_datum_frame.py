@@ -55,7 +55,7 @@ def test_datums_in_any_precedence(datums: str, open_: tuple[str, ...]) -> None:
         T_world_from_part = anywhere(rng)
         geometries = measured(T_world_from_part, rng, depth=4.0)
         frame = datum_frame(list(datums), geometries, SHAPES, NOMINALS)
-        assert frame.free.words() == open_
+        assert frame.free.names() == open_
         # Places are hundreds of mm; the part has no error.
         assert max(max(item.offset, item.angle) for item in frame.misfits) < 1e-9
         off = frame.T_frame_from_world.compose(T_world_from_part)

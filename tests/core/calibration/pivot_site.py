@@ -116,7 +116,7 @@ def show_sweeps(
         if not views or _noticed(view) != _noticed(views[-1]):
             views.append(view)
         if view.base.live.ready:
-            procedure.take(now())
+            procedure.record(now())
             taken += 1
             if taken == at_most:
                 return frame + _EVERY, views

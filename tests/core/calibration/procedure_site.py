@@ -135,7 +135,7 @@ def show(
             view = procedure.base
         procedure.watch(rig.frames(first, min(80, rig.n_frames - first)))
         if procedure.base.live.ready and (at_most is None or taken < at_most):
-            procedure.take(now())
+            procedure.record(now())
             taken += 1
     return taken
 

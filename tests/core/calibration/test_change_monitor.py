@@ -20,7 +20,7 @@ from ocmm_core.calibration.monitor import (
 from ocmm_core.calibration.monitor._baseline import pattern_maps
 from ocmm_core.calibration.monitor._drift_decision import MonitorOptions, examine
 from ocmm_core.calibration.monitor._drift_statistic import score_changes
-from ocmm_core.calibration.monitor._residual_samples import Belief, look_of
+from ocmm_core.calibration.monitor._residual_samples import Belief, sample_of
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.camera import N_PARAMETERS, Rig, project
 from ocmm_core.errors import CalibrationError
@@ -94,7 +94,7 @@ def looks_of(
     looks = []
     for k in range(len(turns)):
         part = slice(4 * k, 4 * k + 4)
-        look = look_of(_track(spots[part], pose, part), rig, body)
+        look = sample_of(_track(spots[part], pose, part), rig, body)
         assert look is not None
         looks.append(look)
     return looks

@@ -59,7 +59,7 @@ def test_targets_count_on_no_led_that_the_body_hides() -> None:
     for (body, design), seen in ((designed("standard"), True), (in_the_middle(), False)):
         setting = Setting(body, design, rig, Placement())
         reach = Reach(obstacle, 3.0, setting, np.empty((0, 3)))
-        found = reach.of(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), [0])
+        found = reach.evaluate(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), [0])
         assert (found.stage[0] == 0) == seen
         if not seen:
             assert reach.why_not(found) == (

@@ -177,7 +177,7 @@ def test_nothing_is_taken_from_a_moving_target_or_with_a_second_light(tmp_path: 
         assert not live.ready
         seen.add(live.hint.split(" ")[0])
     with pytest.raises(CalibrationError):
-        procedure.take(bench.now())
+        procedure.record(bench.now())
     block = rig.frames(100, 400)
     block.uv[:, 0, 7] = 100.0
     procedure.watch(block)

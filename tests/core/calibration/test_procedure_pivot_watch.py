@@ -71,7 +71,7 @@ def test_slow_cameras_get_a_pose_from_every_other_frame(bench: PivotBench) -> No
     for first in range(0, virtual.n_frames, 8):
         procedure.watch(virtual.frames(first, min(8, virtual.n_frames - first)))
         if procedure.base.live.ready:
-            procedure.take(bench.now())
+            procedure.record(bench.now())
     assert procedure.view.first.poses >= 5 * BATCH
 
 

@@ -247,7 +247,7 @@ def test_what_is_not_wanted_is_not_taken_and_says_why(tmp_path: Path) -> None:
     assert not live.ready
     assert "rest it on the sphere" in live.hint
     with pytest.raises(CalibrationError, match="rest it on the sphere"):
-        procedure.take(now())
+        procedure.record(now())
     assert procedure.view.countdown.phase is Phase.SEARCHING
 
 

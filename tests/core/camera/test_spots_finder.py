@@ -28,7 +28,7 @@ def look(
     mean = np.zeros(SHAPE)
     for u, v in places:
         mean += spot(u, v, SHAPE, light)
-    return finder.take(picture(mean, rng))
+    return finder.find(picture(mean, rng))
 
 
 def settle(finder: SpotFinder, places: Sequence[Place], rng: np.random.Generator) -> SpotBlock:
@@ -72,7 +72,7 @@ def test_sixty_four_leds_are_found_as_exactly_as_a_few() -> None:
     finder = SpotFinder(shape[1], shape[0], options, n_slots=64)
     mean = np.sum([spot(u, v, shape, LIGHT) for u, v in places], axis=0)
     for _ in range(30):
-        block = finder.take(picture(mean, rng))
+        block = finder.find(picture(mean, rng))
     assert int(block.valid[0]) == 2**64 - 1
     apart = np.linalg.norm(block.uv[0][:, None] - np.array(places), axis=2)
     # Every LED is in one slot, and its place is right.
@@ -286,7 +286,7 @@ def test_a_reflection_is_looked_at_and_left_alone() -> None:
     finder = make()
     streak = spot(40.0, 50.0, SHAPE, 3.0 * LIGHT, (3.0, 1.0))
     for _ in range(100):
-        block = finder.take(picture(streak + spot(*FOUR[2], SHAPE), rng))
+        block = finder.find(picture(streak + spot(*FOUR[2], SHAPE), rng))
     assert slots_of(block, [FOUR[2]]) != [-1]
     assert block.valid[0].bit_count() == 1
 
@@ -334,10 +334,10 @@ def test_the_past_can_be_taken_up_again() -> None:
         picture(sum_of([(u + 0.3 * k, v) for u, v in FOUR[: 4 - k // 20]]), rng) for k in range(60)
     ]
     before = finder.state.copy()
-    first = [finder.take(image) for image in images]
+    first = [finder.find(image) for image in images]
     finder.state = before
     for image, block in zip(images, first, strict=True):
-        again = finder.take(image)
+        again = finder.find(image)
         np.testing.assert_array_equal(again.uv, block.uv)
         np.testing.assert_array_equal(again.status, block.status)
 

@@ -242,7 +242,7 @@ def test_left_and_right_are_those_of_who_faces_the_cameras(rig: Rig, body: Probe
     ):
         moved = Turn(way, 15).rotation_world(stance) @ looked_at
         assert moved @ goes == pytest.approx(np.sin(np.radians(15.0)))
-    assert {turn.words for turn in TURNS if turn.degrees == 15} == {
+    assert {turn.instruction for turn in TURNS if turn.degrees == 15} == {
         "Turn 15° left", "Turn 15° right", "Lean 15° left", "Lean 15° right",
         "Tilt 15° towards you", "Tilt 15° away from you",
     }  # fmt: skip
@@ -304,7 +304,7 @@ def test_a_lost_probe_is_turned_back_or_the_view_is_cleared(rig: Rig, body: Prob
     found = help_when_lost(rig, body, away, tip, seen)
     assert found.picture.turn is not None
     assert found.picture.turn.way is Way.TURN_LEFT
-    assert found.remedy == found.picture.turn.words
+    assert found.remedy == found.picture.turn.instruction
     back = found.picture.turn.rotation_world(stance_at(rig)) @ away
     assert common(sight_of(rig, body, back[None], tip).seen)[0] >= LEAST_LEDS
 

@@ -18,7 +18,7 @@ from ocmm_core.composition import (
 )
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import last_jobs
+from ocmm_core.inspection.finished import last_jobs
 from ocmm_core.settings import SETTINGS, Settings, SettingsFile, SettingsStore
 from ocmm_core.station import drop_job_without_points
 

@@ -10,7 +10,7 @@ import pytest
 
 from ocmm_core.errors import InputError
 from ocmm_core.export import BATCH_COLUMNS, batch_table
-from ocmm_core.inspection.archive import Comparison, PartValue, Trend
+from ocmm_core.inspection.finished import Comparison, PartValue, Trend
 from ocmm_core.tolerances.decisions import Verdict, capability, control_chart
 
 VALUES = np.array([20.001, 20.002, 20.000, 20.003, 20.001, 20.040])

@@ -249,7 +249,7 @@ def test_reads_a_detached_signature_of_older_versions(cameras: Certificate, tmp_
     beside.unlink()
     unsigned = check_dcc_seal(path, KeyFolder())
     assert unsigned.state.word is SealWord.NOT_SIGNED
-    assert "for information only" in unsigned.words
+    assert "for information only" in unsigned.summary
 
 
 def mutated(content: bytes, rng: random.Random) -> bytes:

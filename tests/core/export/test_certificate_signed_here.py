@@ -85,7 +85,7 @@ def test_is_xades_baseline(path: Path) -> None:
 def test_judges_signers(path: Path, tmp_path: Path) -> None:
     found = check_dcc_seal(path, KeyFolder())
     assert (found.dcc.signature.word, found.sound) == (XmlSignatureWord.VALID, True)
-    assert "this station" in found.words
+    assert "this station" in found.summary
     assert audit(path).intact
     key = KeyFolder().station_key()
     pem = tmp_path / "station.pem"

@@ -92,7 +92,7 @@ def test_judges_a_signature(
     trust(root, keys, tmp_path)
     found = check_dcc_seal(path, keys)
     assert (found.dcc.signature.word, found.sound) == (XmlSignatureWord.VALID, True)
-    assert "CN=Laboratory" in found.words
+    assert "CN=Laboratory" in found.summary
     # A certificate of a laboratory issues none to others.
     path.write_bytes(signed(make_key("Forger", lab), content, xades=xades))
     assert check_dcc_seal(path, keys).dcc.signature.word is XmlSignatureWord.UNKNOWN_SIGNER

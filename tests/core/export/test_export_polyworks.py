@@ -18,7 +18,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import ENDING, EXPORTERS, preview, preview_text
 from ocmm_core.export.report import ReportData, load_profile, polyworks_profile
-from ocmm_core.export.report._exporter import told
+from ocmm_core.export.report._exporter import cell_text
 from ocmm_core.features.shapes import NominalFeature, Shape, element
 from ocmm_core.tables import read_points_file
 from ocmm_core.tolerances.decisions import U_WORDS, Verdict
@@ -115,7 +115,7 @@ JOB = (
     "NOT PROVEN,1\r\n"
     "NOT MEASURED,1\r\n"
     "PROVISIONAL,0\r\n"
-    f"Decision rule,{told(sample_report().rule_words, polyworks_profile())}\r\n"
+    f"Decision rule,{cell_text(sample_report().rule_words, polyworks_profile())}\r\n"
     f"Uncertainty,{U_WORDS}\r\n"
     "Frame,Part\r\n"
     "Complete,no\r\n"
@@ -330,8 +330,8 @@ def test_slots_and_cones_carry_width_and_angle(tmp_path: Path) -> None:
         ("10.0000", "30.0000", ""),
         ("10.0000", "30.0000", ""),
     ]
-    (told,) = csv.DictReader(io.StringIO(paths["report.csv"].read_text("ascii")))
-    assert (told["Measured"], told["Unit"]) == ("30.0100", "deg")
+    (cell_text,) = csv.DictReader(io.StringIO(paths["report.csv"].read_text("ascii")))
+    assert (cell_text["Measured"], cell_text["Unit"]) == ("30.0100", "deg")
 
 
 def test_the_european_profile_has_semicolons_commas_and_the_verdict(tmp_path: Path) -> None:
@@ -370,12 +370,12 @@ def test_inches_are_inches_everywhere_and_degrees_stay(tmp_path: Path) -> None:
     ],
 )
 def test_a_profile_that_no_program_could_read_is_refused(
-    tmp_path: Path, old: str, new: str, told: str
+    tmp_path: Path, old: str, new: str, cell_text: str
 ) -> None:
     text = resource("profiles", "polyworks.toml").read_text("utf-8")
     assert old in text
     (tmp_path / "bad.toml").write_text(text.replace(old, new), "utf-8")
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=cell_text):
         load_profile(tmp_path / "bad.toml")
 
 
@@ -418,4 +418,4 @@ def test_people_and_parts_are_transliterated_without_a_hash() -> None:
     (job,) = (content.decode("ascii") for name, content in files.items() if "_job" in name)
     assert "Operator,Zoe Muller\r\n" in job
     assert "Serial number,No 7 _\r\n" in job
-    assert told("Müller", polyworks_profile()) != "Muller"
+    assert cell_text("Müller", polyworks_profile()) != "Muller"

@@ -152,7 +152,7 @@ def test_an_edited_limit_voids_the_release(plan: Path, ocmm_here: Ocmm) -> None:
     assert plan_release(plan).released
     with other_station(plan.parent / "home"):
         assert not plan_release(plan).released
-        assert "unknown key" in plan_release(plan).words
+        assert "unknown key" in plan_release(plan).summary
 
 
 @pytest.mark.parametrize("kept", [True, False], ids=["replaced", "removed before"])
@@ -167,13 +167,13 @@ def test_an_older_release_put_back_is_none(plan: Path, tmp_path: Path, *, kept: 
     release_plan(plan, "Grace Hopper", "rev. D")
     # An honest move.
     moved = plan.parent.rename(tmp_path.with_name(f"{tmp_path.name} moved"))
-    assert plan_release(moved / plan.name).words.startswith("released by Grace Hopper")
+    assert plan_release(moved / plan.name).summary.startswith("released by Grace Hopper")
     for path, content in older.items():
         (moved / path.name).write_bytes(content)
     put_back = moved / plan.name
     state = plan_release(put_back)
     assert not state.released
-    assert "replaced by a later release" in state.words
+    assert "replaced by a later release" in state.summary
     assert audit(put_back).faults == ("A later release replaced this one.",)
     with JobFile.create(moved / "a.ocmm", made_head(put_back)) as job:
         note_release(job, state)
@@ -222,11 +222,11 @@ def test_a_station_measures_released_plans_only_and_jobs_state_the_release(
     with JobFile.open(path) as job:
         found = release_in_job(job.head, job.events())
     assert found.released
-    assert found.words.startswith("released by Grace Hopper, ")
+    assert found.summary.startswith("released by Grace Hopper, ")
     report = ocmm_here("report", path, "--format", "json", "--out", tmp_path / "json")
     assert report.returncode == 0
     (json,) = (tmp_path / "json").glob("*_SIMULATED.json")
-    assert msgspec.json.decode(json.read_bytes())["job"]["plan_release"] == found.words
+    assert msgspec.json.decode(json.read_bytes())["job"]["plan_release"] == found.summary
     seal = next(iter((tmp_path / "out").glob("*.seal.json")))
     assert f"{path.name} is as it was reported." in audit(seal).proofs
     with JobFile.open(path) as job:

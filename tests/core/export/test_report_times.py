@@ -23,7 +23,7 @@ def measured(bench: Bench) -> Path:
     with bench.job() as job:
         session = bench.session(job)
         for touch in bench.touches[:4]:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
     return job.path
 
 

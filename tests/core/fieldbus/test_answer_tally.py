@@ -16,9 +16,9 @@ def answer(index: int, token: int, *, first: bool = True, count: int = 0) -> byt
 
 
 def cycle(tally: AnswerTally, token: int, start: int) -> None:
-    tally.begin(token)
-    assert tally.take(answer(start % N_INDICES, token))
-    assert tally.take(answer((start + 1) % N_INDICES, token, first=False))
+    tally.expect(token)
+    assert tally.receive(answer(start % N_INDICES, token))
+    assert tally.receive(answer((start + 1) % N_INDICES, token, first=False))
     assert tally.missing == 0
 
 
@@ -44,51 +44,51 @@ def test_indices_that_were_used_for_something_else_are_followed() -> None:
 
 def test_doubled_answers_do_not_stand_for_missing_ones() -> None:
     tally = learnt()
-    tally.begin(1)
-    assert tally.take(answer(5, 1))
-    assert not tally.take(answer(5, 1))
+    tally.expect(1)
+    assert tally.receive(answer(5, 1))
+    assert not tally.receive(answer(5, 1))
     assert tally.missing == 1
     assert (tally.stray, tally.late) == (1, 0)
 
 
 def test_an_answer_of_the_cycle_before_is_late_and_not_taken() -> None:
     tally = learnt()
-    tally.begin(1)
-    tally.begin(2)
-    assert not tally.take(answer(5, 1))
-    assert not tally.take(answer(6, 1, first=False))
+    tally.expect(1)
+    tally.expect(2)
+    assert not tally.receive(answer(5, 1))
+    assert not tally.receive(answer(6, 1, first=False))
     assert tally.missing == 2
     assert (tally.stray, tally.late) == (2, 2)
-    assert tally.take(answer(7, 2))
+    assert tally.receive(answer(7, 2))
 
 
 def test_an_answer_sixteen_frames_late_has_the_right_index_and_is_not_taken() -> None:
     tally = learnt()
     for number in range(1, 9):
-        tally.begin(number)
-    tally.begin(9)
-    assert not tally.take(answer(5, 1))
+        tally.expect(number)
+    tally.expect(9)
+    assert not tally.receive(answer(5, 1))
     assert tally.missing == 2
-    assert tally.take(answer(5, 9))
+    assert tally.receive(answer(5, 9))
 
 
 def test_answers_of_one_cycle_may_come_in_another_order() -> None:
     tally = learnt()
-    tally.begin(1)
-    assert tally.take(answer(6, 1, first=False))
-    assert tally.take(answer(5, 1))
+    tally.expect(1)
+    assert tally.receive(answer(6, 1, first=False))
+    assert tally.receive(answer(5, 1))
     assert tally.missing == 0
     assert tally.stray == 1
 
 
 def test_the_counts_of_what_came_add_up_and_begin_anew() -> None:
     tally = learnt()
-    tally.begin(1)
-    assert tally.take(answer(5, 1, count=5))
+    tally.expect(1)
+    assert tally.receive(answer(5, 1, count=5))
     assert tally.working_counter == 5
     # Nobody waits for it, and it counts nothing.
-    assert not tally.take(answer(5, 1, count=5))
-    assert tally.take(answer(6, 1, first=False, count=1))
+    assert not tally.receive(answer(5, 1, count=5))
+    assert tally.receive(answer(6, 1, first=False, count=1))
     assert tally.working_counter == 6
-    tally.begin(2)
+    tally.expect(2)
     assert tally.working_counter == 0

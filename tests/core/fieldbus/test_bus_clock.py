@@ -47,7 +47,7 @@ def run(world: World, clock: BusClock, pacer: CyclePacer, cycles: int) -> NDArra
         due = pacer.deadline_ns
         now = max(now, due + world.late())
         off.append((world.bus(due) - START_BUS - PHASE + PERIOD // 2) % PERIOD - PERIOD // 2)
-        pacer.begin(now)
+        pacer.start_cycle(now)
         answered, bus_ns = world.exchange(now)
         clock.observe(now, answered, bus_ns)
         pacer.follow(clock, START_BUS + PHASE)
@@ -81,7 +81,7 @@ def test_lost_answers_do_not_lose_the_lock() -> None:
     pacer = CyclePacer(PERIOD, START_HOST)
     run(world, clock, pacer, 4000)
     for _ in range(200):
-        pacer.begin(pacer.deadline_ns)
+        pacer.start_cycle(pacer.deadline_ns)
         pacer.follow(clock, START_BUS + PHASE)
     off = run(world, clock, pacer, 10)
     # 200 ms without a reading at an error of 15 ppm of the slope are 3 us more.
@@ -111,9 +111,9 @@ def test_a_jump_is_refused_at_once_and_the_lock_found_again(jump_ns: int) -> Non
 
 def test_every_missed_cycle_is_counted() -> None:
     pacer = CyclePacer(PERIOD, 0)
-    assert pacer.begin(10) == 1
-    assert pacer.begin(PERIOD + 999_999) == 1
-    assert pacer.begin(2 * PERIOD + 5 * PERIOD + 1) == 6
+    assert pacer.start_cycle(10) == 1
+    assert pacer.start_cycle(PERIOD + 999_999) == 1
+    assert pacer.start_cycle(2 * PERIOD + 5 * PERIOD + 1) == 6
     assert pacer.deadline_ns == 8 * PERIOD
 
 

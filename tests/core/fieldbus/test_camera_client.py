@@ -37,7 +37,7 @@ DATE_S = 1_790_000_000
 
 def intrinsics() -> Intrinsics:
     camera = load_rig(resource("rigs", "thesis.toml")).cameras[0]
-    return replace(Intrinsics.of(camera, DATE_S), serial=SERIAL)
+    return replace(Intrinsics.from_camera(camera, DATE_S), serial=SERIAL)
 
 
 class SensorPattern(TestPattern, SimpleSensor):

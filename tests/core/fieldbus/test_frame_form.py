@@ -65,7 +65,7 @@ def test_an_answer_with_a_flag_that_the_question_had_not_is_taken() -> None:
     # The slave's circulating bit is next to the length.
     marked = bytearray(frame)
     marked[16 + 7] |= 0x40
-    assert channel.take(bytes(marked))
+    assert channel.receive(bytes(marked))
     assert [answer is not None for answer in seen] == [True, True]
 
 
@@ -80,5 +80,5 @@ def test_questions_in_many_forms_each_get_their_own_answer() -> None:
         frame = channel.compose([Job(datagram, told.append) for datagram in asked])
         assert frame is not None
         assert list(decode_frame(frame)[1]) == asked
-        assert channel.take(frame)
+        assert channel.receive(frame)
         assert told == asked

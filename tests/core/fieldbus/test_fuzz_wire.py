@@ -291,8 +291,8 @@ def test_answers_in_the_service_channel() -> None:
         frame = bytearray(sent)
         segment.process(frame, 1_000_000 * number)
         # A foreign frame, then the corrupted answer: each is accepted or left out.
-        channel.take(next(spoil))
-        channel.take(next(spoiled(number, 1, [bytes(frame)])))
+        channel.receive(next(spoil))
+        channel.receive(next(spoiled(number, 1, [bytes(frame)])))
         delivered.clear()
     assert channel.stray > SERVICE // 4
     assert channel.answered > 100

@@ -41,7 +41,7 @@ class Desk:
     replies: list[ObjectReply] = field(default_factory=list)
     cancelled: set[int] = field(default_factory=set)
 
-    def take(self) -> Request | None:
+    def next_request(self) -> Request | None:
         return self.requests.popleft() if self.requests else None
 
     def is_cancelled(self, number: int) -> bool:
@@ -101,7 +101,7 @@ class Line:
             if self._lose(2 * self.cycle + 1):
                 self.lost += 1
                 continue
-            assert self.channel.take(bytes(frame))
+            assert self.channel.receive(bytes(frame))
 
     def ask(self, request: Request, cycles: int = 3000) -> ObjectReply:
         self.desk.requests.append(request)
@@ -260,18 +260,18 @@ def test_answers_twice_late_or_of_others_are_counted_and_left_alone() -> None:
         assert index >= FIRST_INDEX
         frames.append(frame)
     # Out of order, but in time.
-    assert channel.take(frames[2])
-    assert channel.take(frames[0])
-    assert not channel.take(frames[0])
+    assert channel.receive(frames[2])
+    assert channel.receive(frames[0])
+    assert not channel.receive(frames[0])
     foreign = bytearray(frames[1])
     foreign[16] = Command.BWR
-    assert not channel.take(bytes(foreign))
-    assert not channel.take(frames[1][:26])
+    assert not channel.receive(bytes(foreign))
+    assert not channel.receive(frames[1][:26])
     assert channel.stray == 3
     for _ in range(7):
         channel.compose([])
     assert seen[2:] == [None]
-    assert not channel.take(frames[1])
+    assert not channel.receive(frames[1])
     assert (channel.answered, channel.given_up, channel.stray) == (2, 1, 4)
 
 
@@ -281,5 +281,5 @@ def test_what_does_not_fit_is_put_off_and_never_waits() -> None:
     frame = channel.compose([_question(seen, 600), _question(seen, 1000), _question(seen, 100)])
     assert frame is not None
     assert [len(answer.data) for answer in seen if answer is not None] == [1000]
-    assert channel.take(frame)
+    assert channel.receive(frame)
     assert len(seen) == 3

@@ -129,17 +129,17 @@ def test_the_buffer_sends_again_until_it_is_acknowledged() -> None:
     buffer.start(0, PERIOD)
     while buffer.generate(0):
         pass
-    assert buffer.take(0) == (0, 0)
-    assert buffer.take(9 * PERIOD) == (0, 9)
-    assert buffer.take(30 * PERIOD) == (0, 12)
+    assert buffer.pop(0) == (0, 0)
+    assert buffer.pop(9 * PERIOD) == (0, 9)
+    assert buffer.pop(30 * PERIOD) == (0, 12)
     buffer.acknowledge(COUNTER_MODULUS - 1)
-    assert buffer.take(30 * PERIOD) == (0, 12)
+    assert buffer.pop(30 * PERIOD) == (0, 12)
     buffer.acknowledge(8)
-    assert buffer.take(30 * PERIOD) == (9, 12)
+    assert buffer.pop(30 * PERIOD) == (9, 12)
     # Acknowledging an unsent or an old item changes nothing.
     buffer.acknowledge(3)
     buffer.acknowledge(500)
-    assert buffer.take(30 * PERIOD) == (9, 12)
+    assert buffer.pop(30 * PERIOD) == (9, 12)
     assert buffer.lost == 0
 
 
@@ -149,7 +149,7 @@ def test_a_full_buffer_drops_the_oldest_and_marks_the_place() -> None:
     now = (FIFO_FRAMES + 100) * PERIOD
     while buffer.generate(now):
         pass
-    assert buffer.take(now) == (100, 12)
+    assert buffer.pop(now) == (100, 12)
     assert buffer.lost == 100
     memory = bytearray(12 * FRAME_DTYPE.itemsize)
     buffer.copy(100, 12, memory, 0)

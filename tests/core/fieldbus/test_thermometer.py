@@ -18,7 +18,7 @@ class Queue:
         self.requests = deque(requests)
         self.replies: list[ObjectReply] = []
 
-    def take(self) -> Request | None:
+    def next_request(self) -> Request | None:
         return self.requests.popleft() if self.requests else None
 
     def is_cancelled(self, number: int) -> bool:
@@ -40,14 +40,14 @@ def test_cameras_are_asked_in_turn_and_those_of_others_first() -> None:
     other = ObjectRequest(5, "left", 0x1018, 4)
     port = Queue(other)
     thermometer = Thermometer(port, ("left", "right"), lambda: now[0])
-    assert thermometer.take() == other
-    first = thermometer.take()
+    assert thermometer.next_request() == other
+    first = thermometer.next_request()
     assert isinstance(first, ObjectRequest)
     assert first.number < 0
-    assert thermometer.take() is None
+    assert thermometer.next_request() is None
     thermometer.reply(warm(first, 314))
     now[0] += INTERVAL_NS
-    second = thermometer.take()
+    second = thermometer.next_request()
     thermometer.reply(warm(second, -25))
     assert sorted(thermometer.celsius.items()) == [("left", -2.5), ("right", 31.4)]
     # Nobody else hears of it, and the answer of the other reaches him.
@@ -60,7 +60,7 @@ def test_cameras_are_asked_in_turn_and_those_of_others_first() -> None:
 
 def test_a_camera_that_stops_answering_has_no_temperature_any_more() -> None:
     thermometer = Thermometer(None, ("left",), lambda: 0)
-    question = thermometer.take()
+    question = thermometer.next_request()
     assert isinstance(question, ObjectRequest)
     thermometer.reply(warm(question, 300))
     assert thermometer.celsius == {"left": 30.0}

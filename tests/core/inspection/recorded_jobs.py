@@ -64,5 +64,5 @@ class Cameras:
             rig = rig_from_record(used)
             session = InspectionSession(bench.plan, rig, bench.body, job, SessionOptions())
             for touch in bench.touches:
-                session.touches.take(touch)
+                session.touches.record_touch(touch)
         return path

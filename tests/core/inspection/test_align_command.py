@@ -12,8 +12,8 @@ from ocmm_cli import app
 from ocmm_core.alignment import SavedFrame, frame_document, load_frame, save_frame, simulated_frame
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint
@@ -38,7 +38,7 @@ def _job(bench: Bench, alignment: str) -> Path:
     with JobFile.create(bench.folder / "job.ocmm", head) as job:
         session = InspectionSession(load_plan(path), bench.rig, bench.body, job, SessionOptions())
         for touch in bench.touches:
-            assert isinstance(session.touches.take(touch), MeasuredPoint)
+            assert isinstance(session.touches.record_touch(touch), MeasuredPoint)
     return bench.folder / "job.ocmm"
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import Progress, SessionOptions
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.session._acceptance import Contact, TouchAssignment
 from ocmm_core.inspection.session._assignment import NominalPlace, assign_touch
+from ocmm_core.inspection.session._touch_filter import Contact, TouchAssignment
 from ocmm_core.measuring import Refusal, RefusalCode
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime, timedelta
 
 from ocmm_core.calibration.records import Event, EventKind
-from ocmm_core.inspection.archive._later_findings import points_in_doubt
+from ocmm_core.inspection.finished._later_findings import points_in_doubt
 
 BEGUN = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
 TAKEN = {number: BEGUN + timedelta(minutes=10 * number) for number in range(1, 7)}

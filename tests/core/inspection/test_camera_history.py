@@ -12,8 +12,8 @@ from ocmm_cli import app
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.export import write_report
 from ocmm_core.export.report import report_of_job
-from ocmm_core.inspection.archive import ReopenedJob, compare_jobs, reopen_job
 from ocmm_core.inspection.evaluation import HoldReason, event_text
+from ocmm_core.inspection.finished import ReopenedJob, compare_jobs, reopen_job
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.inspection.conftest import Bench
@@ -139,7 +139,7 @@ def test_a_history_that_is_not_here_or_of_another_calibration_says_nothing(
     # Jobs measured with the rig document have no history.
     with bench.job() as plain:
         session = bench.session(plain)
-        session.touches.take(bench.touches[0])
+        session.touches.record_touch(bench.touches[0])
     assert reopen_job(bench.folder / "job.ocmm", calibrations=cameras.folder).remarks == ()
 
 

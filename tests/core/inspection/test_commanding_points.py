@@ -47,7 +47,7 @@ def test_names_the_touch_at_the_parking_place(shape: Shape, off_mm: float) -> No
     # Ten parts in a thousand of the shift, and three standard deviations of the noise.
     assert abs(abs(found.off[0]) - off_mm) < 0.01 * off_mm + 0.03
     assert found.rms_without < 0.02
-    assert "Without point 7" in found.words
+    assert "Without point 7" in found.summary
 
 
 def test_names_two_gross_points_that_hide_each_other() -> None:

@@ -15,7 +15,7 @@ from ocmm_cli import app
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import (
+from ocmm_core.inspection.finished import (
     ReopenedJob,
     compare_files,
     compare_folder,
@@ -62,7 +62,7 @@ def test_every_characteristic_has_its_trend_in_the_order_of_the_jobs(
     for trend in counted:
         assert trend.capability is not None
         assert trend.capability.count == len(trend.values) == 6
-        assert "from 6 parts" in trend.capability.words
+        assert "from 6 parts" in trend.capability.summary
         assert trend.chart is not None
         np.testing.assert_array_equal(trend.chart.values, trend.values)
 

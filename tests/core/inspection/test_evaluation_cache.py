@@ -180,7 +180,7 @@ def test_the_view_of_a_session_is_that_of_the_job_opened_anew(bench: Bench, walk
         if walk:
             session.steps.set_order("any")
         for touch in bench.touches:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
         for _ in range(WALK_STEPS):
             name = str(rng.choice(names))
             number = int(rng.integers(1, 20))
@@ -213,7 +213,7 @@ def _touch(
     name: str,
     rng: np.random.Generator,
 ) -> None:
-    session.touches.take(bench.touches[int(rng.integers(*places))], name)
+    session.touches.record_touch(bench.touches[int(rng.integers(*places))], name)
 
 
 def _alike(told: JobView, again: JobView) -> None:

@@ -11,8 +11,8 @@ from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, RigidTransform, rotation_xyz, unit
 from ocmm_core.inspection.evaluation import places_of
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.session._acceptance import Contact
 from ocmm_core.inspection.session._assignment import wrong_face
+from ocmm_core.inspection.session._touch_filter import Contact
 from ocmm_core.measuring import MeasuredPoint, RefusalCode
 from tests.core.inspection.test_guidance import BALL, point_at
 

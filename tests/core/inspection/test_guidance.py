@@ -25,7 +25,7 @@ from ocmm_core.inspection.evaluation import (
     whereabouts,
 )
 from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.inspection.session._acceptance import Contact, touched_feature
+from ocmm_core.inspection.session._touch_filter import Contact, touched_feature
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.tracking import load_probe
 from ocmm_sim.scene import TrueTouch, VirtualRig, load_part

@@ -11,7 +11,7 @@ import pytest
 from ocmm_bench.campaign import Forgery, job_kinds
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import parts_of_batch, reopen_job, require_new_serial
+from ocmm_core.inspection.finished import parts_of_batch, reopen_job, require_new_serial
 from ocmm_core.inspection.session import HEADER_EVENT
 from ocmm_core.storage import JobFile, make_head
 

@@ -6,8 +6,8 @@ import pytest
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import FOR_COMPARISON, LIMITS_EVENT, SessionOptions
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import PointOptions, TouchCollector
 from ocmm_core.storage import JobFile
@@ -29,7 +29,7 @@ def test_a_job_is_computed_anew_with_its_own_limits(bench: Bench) -> None:
         session.conditions.note_limits()
         session.conditions.note_limits()
         for touch in bench.touches:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
         view = session.view
         assert [event.kind for event in job.events()].count(LIMITS_EVENT) == 1
     again = reopen_job(job.path)
@@ -75,7 +75,7 @@ def test_the_method_of_the_thesis_proves_nothing_and_is_no_doubt(bench: Bench) -
         session = session_of(bench, job, options)
         session.conditions.note_limits()
         for touch in touches:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
         view = session.view
     assert view.unproven == FOR_COMPARISON
     assert view.characteristics[1].verdict is Verdict.NOT_PROVEN

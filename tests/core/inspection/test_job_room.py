@@ -16,8 +16,8 @@ from ocmm_core.ambient import TypedRoom
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.report import paper_facts, report_of_job
 from ocmm_core.export.template import Particulars, load_paper, standard_template
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import (
     EnvironmentLimits,
     NotedRoom,
@@ -50,7 +50,7 @@ def session_of(bench: Bench, job: JobFile) -> InspectionSession:
 
 def measure(bench: Bench, session: InspectionSession) -> None:
     for touch in bench.touches:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
 
 
 def decided(session: InspectionSession) -> set[Verdict]:
@@ -226,7 +226,7 @@ def test_logged_readings_and_doubts_are_kept_once_per_feature(bench: Bench, job:
     session.conditions.note_logged(replace(bad, doubt="Thermometer hall: 31 s old."))
     assert len(session.conditions.rooms) == 2
     for touch in bench.touches:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
         session.conditions.note_logged(good)
     rooms = session.conditions.rooms
     assert {one.who for one in rooms} == {"hall, serial 4711"}

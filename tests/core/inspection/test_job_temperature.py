@@ -50,13 +50,13 @@ def test_results_are_those_at_20_degrees_and_observations_stay(bench: Bench, job
     climate = part_at(30.0)
     plain = bench.session(job)
     for touch in bench.touches:
-        assert isinstance(plain.touches.take(touch), MeasuredPoint)
+        assert isinstance(plain.touches.record_touch(touch), MeasuredPoint)
     stored = [point.tip_world for point in job.points()]
     with JobFile.create(bench.folder / "warm.ocmm", job.head) as other:
         warm = session_of(bench, other, climate)
         warm.conditions.note_climate()
         for touch in bench.touches:
-            assert isinstance(warm.touches.take(touch), MeasuredPoint)
+            assert isinstance(warm.touches.record_touch(touch), MeasuredPoint)
         for before, after in zip(
             plain.view.characteristics, warm.view.characteristics, strict=True
         ):
@@ -86,7 +86,7 @@ def test_a_job_is_computed_again_from_its_file(bench: Bench, job: JobFile) -> No
     first.conditions.note_climate()
     first.conditions.note_climate()
     for touch in bench.touches:
-        first.touches.take(touch)
+        first.touches.record_touch(touch)
     notes = [event.text for event in job.events() if event.kind == CLIMATE_EVENT]
     assert len(notes) == 1
     again = session_of(bench, job, climate_of_text(notes[0]))
@@ -101,7 +101,7 @@ def test_a_job_does_not_go_on_with_other_temperatures(
 ) -> None:
     first = session_of(bench, job, part_at(26.0))
     first.conditions.note_climate()
-    first.touches.take(bench.touches[0])
+    first.touches.record_touch(bench.touches[0])
     with pytest.raises(MeasuringError, match="other temperature settings") as caught:
         session_of(bench, job, climate)
     assert "26.0" in caught.value.what

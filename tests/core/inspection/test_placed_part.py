@@ -10,8 +10,8 @@ import pytest
 
 from ocmm_core.errors import StorageError
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import SessionOptions, Whereabouts
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.inspection.session._job_view import placed
 from ocmm_core.storage import JobFile, digest_row
@@ -21,7 +21,7 @@ from tests.part_models import block_part
 
 def measured(session: InspectionSession, bench: Bench, count: int) -> None:
     for touch in bench.touches[:count]:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
 
 
 def test_a_part_stands_in_the_middle_until_something_tells_where_it_is(bench: Bench) -> None:

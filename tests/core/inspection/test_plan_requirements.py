@@ -104,7 +104,7 @@ def test_an_import_is_counted_and_saved(tmp_path: Path) -> None:
     assert count is not None
     assert not count.is_whole
     expected = "6 of 8 requirements of the model are in this plan, and 0 of 1 notes"
-    assert count.words == expected
+    assert count.sentence == expected
     assert "reference dimension" in why(plan, "REF")
     file = tmp_path / "plan.toml"
     save_plan(plan, file)
@@ -201,7 +201,7 @@ def test_accounts_of_several_files_add_up_and_one_file_has_one(tmp_path: Path) -
     assert len({one.balloon for one in joined.requirements}) == len(joined.requirements)
     found = requirement_count(joined)
     assert found is not None
-    assert found.words == "14 of 18 requirements of the sources are in this plan"
+    assert found.sentence == "14 of 18 requirements of the sources are in this plan"
 
 
 def test_rows_of_a_table_that_a_user_skips_are_left_out(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ REASON = "Camera left or camera right has changed since the calibration: yaw abo
 
 def measured(bench: Bench, job: JobFile) -> tuple[InspectionSession, list[MeasuredPoint]]:
     session = bench.session(job)
-    points = [session.touches.take(touch) for touch in bench.touches]
+    points = [session.touches.record_touch(touch) for touch in bench.touches]
     return session, [point for point in points if isinstance(point, MeasuredPoint)]
 
 

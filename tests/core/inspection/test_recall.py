@@ -16,7 +16,7 @@ from benchmarks.recall_scenes import DIAMETER, TruePart, World, base_points
 from ocmm_cli import app
 from ocmm_core.calibration.records import State, canonical, load_signed, record_hash
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import Outcome, RecalledJob, RecallRecord, reopen_job
+from ocmm_core.inspection.finished import Outcome, RecalledJob, RecallRecord, reopen_job
 from ocmm_core.inspection.recall import (
     KeptPlaces,
     artefact_wrong,

@@ -35,8 +35,8 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, EXPORTERS, write_report
 from ocmm_core.export.report import read_report, report_of_job
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobView, SessionOptions
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import Climate, MeasuredPoint, PartTemperature, Touch
@@ -63,7 +63,7 @@ def measured(bench: Bench, job: JobFile) -> InspectionSession:
     session.conditions.note_calibration("DESIGN " + "0" * 64, "DESIGN standard: " + "1" * 64, "")
     session.conditions.note_climate()
     for touch in bench.touches:
-        assert isinstance(session.touches.take(touch), MeasuredPoint)
+        assert isinstance(session.touches.record_touch(touch), MeasuredPoint)
     return session
 
 
@@ -124,7 +124,7 @@ def test_nothing_is_written_where_the_job_lies(finished: tuple[Path, JobView]) -
 def test_a_job_that_is_being_measured_is_seen_as_it_stands(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     for touch in bench.touches[:3]:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
     first = reopen_job(job.path)
     assert len(first.points) == 3
     # The lock of the program that measures, here this very process, is still there.
@@ -133,7 +133,7 @@ def test_a_job_that_is_being_measured_is_seen_as_it_stands(bench: Bench, job: Jo
         [sys.executable, "-c", script], capture_output=True, text=True, check=False
     )
     assert "in use by another program" in other.stderr
-    session.touches.take(bench.touches[3])
+    session.touches.record_touch(bench.touches[3])
     assert len(reopen_job(job.path).points) == 4
     assert len(first.points) == 3
 
@@ -156,7 +156,7 @@ def test_a_job_that_another_program_measures_can_be_read(finished: tuple[Path, J
 def test_a_job_whose_program_was_killed_is_whole(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     for touch in bench.touches[:5]:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
     # State after a kill: the file and its log as on the disk.
     folder = bench.folder / "after"
     folder.mkdir()
@@ -171,7 +171,7 @@ def test_a_job_whose_program_was_killed_is_whole(bench: Bench, job: JobFile) -> 
 def test_a_point_that_was_taken_back_is_told_with_its_reason(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     for touch in bench.touches[:3]:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
     session.steps.undo()
     again = reopen_job(job.path)
     assert (again.annulled, len(again.points)) == ((3,), 2)
@@ -203,7 +203,7 @@ def test_a_job_with_records_brings_its_own_cameras_and_probe(bench: Bench) -> No
     with JobFile.create(path, head) as job:
         session = InspectionSession(bench.plan, rig, body, job, SessionOptions())
         for touch in bench.touches:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
         view = session.view
     again = reopen_job(path)
     assert numbers(again.view) == numbers(view)
@@ -226,12 +226,12 @@ def test_temperatures_and_the_design_of_the_probe_come_from_the_file(bench: Benc
         session = InspectionSession(bench.plan, bench.rig, body, job, options)
         session.conditions.note_climate()
         for touch in bench.touches:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
         view = session.view
     again = reopen_job(job.path)
     assert numbers(again.view) == numbers(view)
     assert again.view.at_20_c
-    assert again.climate.words == climate.words
+    assert again.climate.summary == climate.summary
     # Without the record of temperatures the same points say something else.
     plain = bench.folder / "plain.ocmm"
     with JobFile.create(plain, again.head) as other:

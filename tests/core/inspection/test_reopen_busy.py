@@ -14,8 +14,8 @@ import pytest
 from ocmm_core.camera import load_rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.host import HOST
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import Touch
@@ -40,7 +40,7 @@ def write(touches: tuple[Touch, ...], path: Path, stored: Event, stop: Event) ->
             session = InspectionSession(plan, rig, body, job, SessionOptions())
             done = 0
             while done < STEPS and not stop.is_set():
-                session.touches.take(touches[done % 2])
+                session.touches.record_touch(touches[done % 2])
                 session.steps.undo()
                 job.append_event("note", f"step {done}")
                 done += 3

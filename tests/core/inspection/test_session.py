@@ -26,7 +26,7 @@ from tests.host import HANG_S
 
 def take_all(session: InspectionSession, bench: Bench) -> None:
     for touch in bench.touches:
-        assert isinstance(session.touches.take(touch), MeasuredPoint)
+        assert isinstance(session.touches.record_touch(touch), MeasuredPoint)
 
 
 def test_features_follow_each_other_and_the_job_completes(bench: Bench, job: JobFile) -> None:
@@ -34,10 +34,10 @@ def test_features_follow_each_other_and_the_job_completes(bench: Bench, job: Job
     assert session.view.active == "BED"
     assert session.steps.missing() == [("BED", 4), ("BLOCK_TOP", 4), ("SPHERE", 6)]
     for touch in bench.touches[:4]:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
     assert session.view.active == "BLOCK_TOP"
     for touch in bench.touches[4:]:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
     view = session.view
     assert view.complete
     assert [feature.state for feature in view.features] == [FeatureState.DONE] * 3
@@ -52,7 +52,7 @@ def test_features_follow_each_other_and_the_job_completes(bench: Bench, job: Job
 def test_every_point_is_in_the_job_file_before_it_is_told(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     for count, touch in enumerate(bench.touches, start=1):
-        told = session.touches.take(touch)
+        told = session.touches.record_touch(touch)
         stored = job.points()
         assert isinstance(told, MeasuredPoint)
         assert len(stored) == count
@@ -76,7 +76,7 @@ def test_whoever_looks_never_holds_up_a_touch(
 ) -> None:
     session = bench.session(job)
     for touch in bench.touches[:4]:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
     looking, go_on = threading.Event(), threading.Event()
 
     def slow(*arguments: Any) -> JobView:
@@ -90,9 +90,9 @@ def test_whoever_looks_never_holds_up_a_touch(
     thread.start()
     assert looking.wait(HANG_S)
     # The view is being computed, and points are taken and taken back all the same.
-    assert isinstance(session.touches.take(bench.touches[4]), MeasuredPoint)
+    assert isinstance(session.touches.record_touch(bench.touches[4]), MeasuredPoint)
     session.steps.undo()
-    assert isinstance(session.touches.take(bench.touches[4]), MeasuredPoint)
+    assert isinstance(session.touches.record_touch(bench.touches[4]), MeasuredPoint)
     assert not seen
     go_on.set()
     thread.join(10.0)
@@ -125,12 +125,12 @@ def test_the_frame_of_a_virtual_rig_proves_nothing_about_a_real_part(
 def test_an_interrupted_touch_gives_no_point(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     whole = bench.touches[0]
-    refused = session.touches.take(replace(whole, interrupted=True))
+    refused = session.touches.record_touch(replace(whole, interrupted=True))
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.GAP
     assert "interrupted" in refused.what
     assert not job.points()
-    assert isinstance(session.touches.take(whole), MeasuredPoint)
+    assert isinstance(session.touches.record_touch(whole), MeasuredPoint)
 
 
 def test_undo_takes_the_last_point_back_and_keeps_its_observation(
@@ -138,7 +138,7 @@ def test_undo_takes_the_last_point_back_and_keeps_its_observation(
 ) -> None:
     session = bench.session(job)
     for touch in bench.touches[:5]:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
     assert session.view.active == "BLOCK_TOP"
     session.steps.undo()
     session.steps.undo()
@@ -147,7 +147,7 @@ def test_undo_takes_the_last_point_back_and_keeps_its_observation(
     assert [len(feature.points) for feature in view.features] == [3, 0, 0]
     assert [point.number for point in job.points()] == [1, 2, 3]
     assert job.verify() == []
-    told = session.touches.take(bench.touches[3])
+    told = session.touches.record_touch(bench.touches[3])
     # Numbers are never used twice.
     assert isinstance(told, MeasuredPoint)
     assert told.number == 6
@@ -179,10 +179,10 @@ def test_flip_turns_the_arrow_and_the_wrong_side_gives_no_number(
 def test_finish_needs_the_minimum_of_the_shape(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     for touch in bench.touches[:2]:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
     with pytest.raises(MeasuringError, match="BED has 2 of the 3 points"):
         session.steps.finish()
-    session.touches.take(bench.touches[2])
+    session.touches.record_touch(bench.touches[2])
     session.steps.finish()
     assert session.view.active == "BLOCK_TOP"
     assert session.view.features[0].state is FeatureState.DONE
@@ -209,9 +209,9 @@ def test_a_feature_stays_in_sight_when_its_only_point_is_deleted(
 ) -> None:
     session = bench.session(job)
     while session.view.active == "BED":
-        session.touches.take(bench.touches[len(session.view.features[0].points)])
+        session.touches.record_touch(bench.touches[len(session.view.features[0].points)])
     done = len(session.view.features[0].points)
-    session.touches.take(bench.touches[done])
+    session.touches.record_touch(bench.touches[done])
     active = session.view.active
     [point] = session.view.feature(active).points
     session.points.delete_point(point.number, "a burr")
@@ -253,7 +253,7 @@ def test_a_point_that_belongs_elsewhere_takes_the_result_away(bench: Bench, job:
     session = bench.session(job)
     # Three touches of the bed, one of the block: a plane through them is 20 mm off its points.
     for touch in (*bench.touches[:3], bench.touches[4]):
-        session.touches.take(touch, "BED")
+        session.touches.record_touch(touch, "BED")
     bed = session.view.features[0]
     assert bed.fit is None
     assert "scatter" in bed.note
@@ -264,7 +264,7 @@ def test_a_point_that_belongs_elsewhere_takes_the_result_away(bench: Bench, job:
 def test_after_the_last_feature_a_touch_is_refused(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     take_all(session, bench)
-    refused = session.touches.take(bench.touches[0])
+    refused = session.touches.record_touch(bench.touches[0])
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.NO_FEATURE
     assert session.view.refusal is refused
@@ -273,7 +273,9 @@ def test_after_the_last_feature_a_touch_is_refused(bench: Bench, job: JobFile) -
 
 def test_a_touch_without_approach_is_refused(bench: Bench, job: JobFile) -> None:
     touch = bench.touches[0]
-    refused = bench.session(job).touches.take(replace(touch, trail_world=touch.trail_world[:0]))
+    refused = bench.session(job).touches.record_touch(
+        replace(touch, trail_world=touch.trail_world[:0])
+    )
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.NO_APPROACH
     assert job.points() == []
@@ -282,7 +284,7 @@ def test_a_touch_without_approach_is_refused(bench: Bench, job: JobFile) -> None
 def test_a_touch_outside_the_calibrated_volume_is_refused(bench: Bench, job: JobFile) -> None:
     small = replace(bench.rig, volume_world=0.1 * bench.rig.volume_world)
     session = InspectionSession(bench.plan, small, bench.body, job, SessionOptions())
-    refused = session.touches.take(bench.touches[0])
+    refused = session.touches.record_touch(bench.touches[0])
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.OUTSIDE
 
@@ -290,7 +292,7 @@ def test_a_touch_outside_the_calibrated_volume_is_refused(bench: Bench, job: Job
 def test_a_touch_that_would_be_too_uncertain_is_refused(bench: Bench, job: JobFile) -> None:
     strict = SessionOptions(point=PointOptions(max_uncertainty=0.001))
     session = InspectionSession(bench.plan, bench.rig, bench.body, job, strict)
-    refused = session.touches.take(bench.touches[0])
+    refused = session.touches.record_touch(bench.touches[0])
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.UNCERTAIN
     assert "0.001" in refused.what
@@ -299,10 +301,10 @@ def test_a_touch_that_would_be_too_uncertain_is_refused(bench: Bench, job: JobFi
 def test_a_point_that_cannot_be_stored_is_no_point(bench: Bench) -> None:
     job = bench.job()
     session = bench.session(job)
-    session.touches.take(bench.touches[0])
+    session.touches.record_touch(bench.touches[0])
     job.close()
     with pytest.raises(Exception, match="closed"):
-        session.touches.take(bench.touches[1])
+        session.touches.record_touch(bench.touches[1])
     assert len(session.view.features[0].points) == 1
 
 
@@ -318,14 +320,14 @@ def test_a_point_approached_aslant_is_not_compensated(bench: Bench, job: JobFile
     touch = bench.touches[0]
     aslant = touch.window.tip_world[0] + np.outer(np.arange(8.0, 0.0, -0.5), [1.0, 0.0, 1.0])
     for trail, trusted in ((touch.trail_world, True), (aslant, False)):
-        session.touches.take(replace(touch, trail_world=trail), "CORNER")
+        session.touches.record_touch(replace(touch, trail_world=trail), "CORNER")
         point = session.view.features[-1]
         assert (point.fit is not None) is trusted
         assert ("° off the planned" in point.note) is not trusted
         session.steps.undo()
     # Further off than a hand slants: the touch was on another face, and does not count.
     beside = touch.window.tip_world[0] + np.outer(np.arange(8.0, 0.0, -0.5), [1.0, 0.0, 0.2])
-    refused = session.touches.take(replace(touch, trail_world=beside), "CORNER")
+    refused = session.touches.record_touch(replace(touch, trail_world=beside), "CORNER")
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.WRONG_FACE
 
@@ -338,7 +340,7 @@ def test_form_is_judged_only_when_all_points_are_taken(bench: Bench, job: JobFil
     plan = msgspec.structs.replace(bench.plan, features=features, characteristics=[flatness])
     session = InspectionSession(plan, bench.rig, bench.body, job, SessionOptions())
     for touch in bench.touches[:4]:
-        session.touches.take(touch)
+        session.touches.record_touch(touch)
     early = session.view.characteristics[0]
     assert (early.verdict, early.measured) == (Verdict.PROVISIONAL, None)
     assert "is complete" in early.note

@@ -16,8 +16,8 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive import next_serial, parts_of_batch
 from ocmm_core.inspection.evaluation import JobHeader, SessionOptions
+from ocmm_core.inspection.finished import next_serial, parts_of_batch
 from ocmm_core.inspection.plan import Plan, load_plan, save_plan
 from ocmm_core.inspection.session import HEADER_EVENT, InspectionSession, check_header, header_text
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
@@ -59,7 +59,7 @@ def session(bench: Bench, job: JobFile, aligned: Plan) -> InspectionSession:
     session.steps.set_order("any")
     # Before the part frame is determined the order of the plan holds.
     for touch in (*bench.touches[:4], *bench.touches[8:14], bench.touches[4]):
-        assert isinstance(session.touches.take(touch), MeasuredPoint)
+        assert isinstance(session.touches.record_touch(touch), MeasuredPoint)
     assert session.view.active == "POLE"
     return session
 
@@ -67,12 +67,12 @@ def session(bench: Bench, job: JobFile, aligned: Plan) -> InspectionSession:
 def test_the_feature_that_was_touched_gets_the_point(
     bench: Bench, session: InspectionSession
 ) -> None:
-    taken = session.touches.take(bench.touches[5])
+    taken = session.touches.record_touch(bench.touches[5])
     assert isinstance(taken, MeasuredPoint)
     assert taken.feature == "BLOCK_TOP"
     assert session.view.active == "BLOCK_TOP"
-    session.touches.take(bench.touches[6])
-    session.touches.take(bench.touches[7])
+    session.touches.record_touch(bench.touches[6])
+    session.touches.record_touch(bench.touches[7])
     # The block is complete: the feature left before it is next.
     assert session.view.active == "POLE"
     assert session.view.characteristics[1].verdict is Verdict.CONFORM
@@ -81,27 +81,27 @@ def test_the_feature_that_was_touched_gets_the_point(
 def test_a_feature_that_is_done_takes_no_more_by_itself(
     bench: Bench, session: InspectionSession
 ) -> None:
-    refused = session.touches.take(bench.touches[1])
+    refused = session.touches.record_touch(bench.touches[1])
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.NO_FEATURE
     assert "BED has all its points" in refused.what
     session.steps.reopen("BED")
-    assert isinstance(session.touches.take(bench.touches[1]), MeasuredPoint)
+    assert isinstance(session.touches.record_touch(bench.touches[1]), MeasuredPoint)
 
 
 def test_a_touch_of_a_point_and_its_surface_goes_to_the_one_that_is_open_or_selected(
     bench: Bench, session: InspectionSession
 ) -> None:
     # Near the corner the ball also touches the top of the block; the corner is complete.
-    taken = session.touches.take(bench.touches[4])
+    taken = session.touches.record_touch(bench.touches[4])
     assert isinstance(taken, MeasuredPoint)
     assert taken.feature == "BLOCK_TOP"
     session.steps.reopen("CORNER")
-    again = session.touches.take(bench.touches[4])
+    again = session.touches.record_touch(bench.touches[4])
     assert isinstance(again, MeasuredPoint)
     assert again.feature == "CORNER"
     # The choice was for that one.
-    after = session.touches.take(bench.touches[4])
+    after = session.touches.record_touch(bench.touches[4])
     assert isinstance(after, MeasuredPoint)
     assert after.feature == "BLOCK_TOP"
 
@@ -113,11 +113,11 @@ def test_the_way_the_ball_is_pulled_off_tells_faces_apart_as_well(
     tip, up = touch.window.tip_world.mean(axis=0), touch.trail_world[0] - touch.trail_world[-1]
     away = np.linspace(0.0, 10.0, 50)[:, None] * up / np.linalg.norm(up)
     blind = replace(touch, trail_world=np.empty((0, 3)), pull_world=tip - away)
-    refused = session.touches.take(blind)
+    refused = session.touches.record_touch(blind)
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.AMBIGUOUS
     session.steps.set_compensation("pulled", "BLOCK_TOP")
-    taken = session.touches.take(replace(blind, pull_world=tip + away))
+    taken = session.touches.record_touch(replace(blind, pull_world=tip + away))
     assert isinstance(taken, MeasuredPoint)
     assert (taken.feature, taken.approach) == ("BLOCK_TOP", "pulled")
 
@@ -133,7 +133,7 @@ def test_targets_are_where_the_features_are(bench: Bench, session: InspectionSes
     pose = load_part(resource("parts", "demo.toml")).T_world_from_part
     heights = [pose.inverse().apply(target.surface_world)[2] for target in targets]
     np.testing.assert_allclose(heights, 20.342, atol=0.15)
-    session.touches.take(bench.touches[5])
+    session.touches.record_touch(bench.touches[5])
     assert len(session.view.feature("BLOCK_TOP").targets) == 2
     coverage = session.view.feature("BED").coverage
     assert coverage is not None
@@ -145,7 +145,7 @@ def test_the_nominal_normal_compensates_once_the_part_is_aligned(
 ) -> None:
     session.steps.set_compensation("nominal", "BLOCK_TOP")
     blind = replace(bench.touches[5], trail_world=np.empty((0, 3)))
-    taken = session.touches.take(blind)
+    taken = session.touches.record_touch(blind)
     assert isinstance(taken, MeasuredPoint)
     assert taken.approach == "nominal"
     up = load_part(resource("parts", "demo.toml")).T_world_from_part.rotation[:, 2]
@@ -154,7 +154,7 @@ def test_the_nominal_normal_compensates_once_the_part_is_aligned(
     with bench.job_at(tmp_path / "other.ocmm") as other:
         early = InspectionSession(aligned, bench.rig, bench.body, other, SessionOptions())
         early.steps.set_compensation("nominal", "BED")
-        refused = early.touches.take(bench.touches[0])
+        refused = early.touches.record_touch(bench.touches[0])
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.NO_APPROACH
 
@@ -217,7 +217,7 @@ def test_a_job_goes_on_with_its_own_plan_until_nothing_is_missing(
     with bench.job() as job:
         session = bench.session(job)
         for touch in bench.touches[:6]:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
         session.steps.skip("SPHERE")
         session.pausing.pause()
     request = StationRequest(
@@ -245,7 +245,7 @@ def test_a_part_that_is_being_measured_is_in_the_list_of_its_batch(
     (tmp_path / "no-job.ocmm").write_bytes(b"something else")
     with bench.job_at(tmp_path / "a.ocmm") as job:
         job.append_event(HEADER_EVENT, header_text(JobHeader("me", "P", "1", "O-7", "B")))
-        bench.session(job).touches.take(bench.touches[0])
+        bench.session(job).touches.record_touch(bench.touches[0])
         (part,) = parts_of_batch(tmp_path, "B")
         assert (part.serial, part.points, part.operator) == ("1", 1, "me")
         assert parts_of_batch(tmp_path, "C") == ()

@@ -60,7 +60,7 @@ def sliding(bench: Bench) -> Bench:
 
 
 def refused(session: InspectionSession, path: Path) -> Refusal:
-    outcome = session.paths.take(path)
+    outcome = session.paths.record_path(path)
     assert isinstance(outcome, Refusal)
     assert not session.has_points
     return outcome
@@ -72,7 +72,7 @@ def test_paths_make_a_part_conform(sliding: Bench, quick_paths: tuple[Path, ...]
         session = sliding.session(job)
         for path, feature in zip(quick_paths, sliding.plan.features, strict=True):
             assert session.paths.expected
-            last = session.paths.take(path)
+            last = session.paths.record_path(path)
             assert isinstance(last, MeasuredPoint), last
             assert last.feature == feature.name
             assert last.approach == "path"
@@ -88,7 +88,7 @@ def test_paths_make_a_part_conform(sliding: Bench, quick_paths: tuple[Path, ...]
     with sliding.job_at(sliding.folder / "again.ocmm") as job:
         again = sliding.session(job)
         for path in quick_paths:
-            again.paths.take(path)
+            again.paths.record_path(path)
         first = [one.measured for one in view.characteristics]
         assert [one.measured for one in again.view.characteristics] == first
 
@@ -96,7 +96,7 @@ def test_paths_make_a_part_conform(sliding: Bench, quick_paths: tuple[Path, ...]
 def test_a_path_is_one_step(sliding: Bench, quick_paths: tuple[Path, ...]) -> None:
     with sliding.job() as job:
         session = sliding.session(job)
-        last = session.paths.take(quick_paths[0])
+        last = session.paths.record_path(quick_paths[0])
         assert isinstance(last, MeasuredPoint)
         assert "points 1 to" in session.view.undo
         with pytest.raises(MeasuringError, match="one side"):
@@ -140,7 +140,7 @@ def test_cameras_of_uncertain_times_measure_no_paths(
                 found = refused(session, quick_paths[0])
                 assert "too fast" in found.what
                 continue
-            assert isinstance(session.paths.take(quick_paths[0]), MeasuredPoint)
+            assert isinstance(session.paths.record_path(quick_paths[0]), MeasuredPoint)
             points = session.stored_points()[0]
             largest.append(max(float(one.random_covariance.trace()) for one in points))
     assert largest[0] < largest[1] < largest[0] + (11e-6 * 100.0) ** 2

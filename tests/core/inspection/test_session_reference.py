@@ -13,8 +13,8 @@ from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode, Touch, TouchCollector
@@ -102,7 +102,7 @@ def take_all(
 ) -> list[MeasuredPoint | Refusal]:
     if script.home is not None:
         session.keep_reference(script.home)
-    return [session.touches.take(touch) for touch in script.touches[first:last]]
+    return [session.touches.record_touch(touch) for touch in script.touches[first:last]]
 
 
 def points_of(outcomes: list[MeasuredPoint | Refusal]) -> list[MeasuredPoint]:
@@ -197,7 +197,7 @@ def test_no_point_counts_before_the_first_place_is_durable(
     with new_job() as job:
         session = session_of(job)
         with pytest.raises(MeasuringError, match="position of the reference body at the start"):
-            session.touches.take(nudged.touches[0])
+            session.touches.record_touch(nudged.touches[0])
         assert job.points() == []
 
 

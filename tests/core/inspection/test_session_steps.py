@@ -20,7 +20,7 @@ from tests.core.inspection.conftest import Bench
 
 def take(session: InspectionSession, bench: Bench, first: int, last: int) -> None:
     for touch in bench.touches[first:last]:
-        assert isinstance(session.touches.take(touch), MeasuredPoint)
+        assert isinstance(session.touches.record_touch(touch), MeasuredPoint)
 
 
 def numbers(view: JobView, name: str) -> list[int]:
@@ -195,7 +195,7 @@ def test_a_paused_job_takes_no_points_also_after_it_is_opened_again(bench: Bench
         session.steps.set_order("any")
         session.steps.set_compensation("shank", "BLOCK_TOP")
         session.pausing.pause()
-        refused = session.touches.take(bench.touches[4])
+        refused = session.touches.record_touch(bench.touches[4])
         assert isinstance(refused, Refusal)
         assert refused.code is RefusalCode.PAUSED
         before = session.view
@@ -244,16 +244,16 @@ def test_every_step_of_an_earlier_run_is_undone_and_done_again(bench: Bench) -> 
             seen.append(stands(session.view))
 
         for touch in bench.touches[:3]:
-            do(partial(session.touches.take, touch))
+            do(partial(session.touches.record_touch, touch))
         do(lambda: session.points.delete_point(2, "slipped"))
         do(lambda: session.points.restore_point(2))
         do(session.points.flip)
         do(lambda: session.steps.repeat("BED"))
         do(lambda: session.steps.skip("SPHERE"))
-        do(lambda: session.touches.take(bench.touches[0]))
+        do(lambda: session.touches.record_touch(bench.touches[0]))
         # A step undone before a new one is gone for good, also for later readers.
         session.steps.undo()
-        do(lambda: session.touches.take(bench.touches[1]))
+        do(lambda: session.touches.record_touch(bench.touches[1]))
         del seen[-2]
         words = session.view.undo
     # Each of them by another run of the program.

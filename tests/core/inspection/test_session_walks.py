@@ -70,7 +70,7 @@ def _touch(
     active = session.view.active
     if active:
         first, end = by_feature[active]
-        session.touches.take(bench.touches[int(rng.integers(first, end))])
+        session.touches.record_touch(bench.touches[int(rng.integers(first, end))])
 
 
 def _looked_back(before: JobView, view: JobView) -> None:

@@ -51,9 +51,9 @@ def test_spots_that_stick_for_one_exposure_move_no_point(
     # Without one of 125 frames a mean of 20 µm of noise moves by 0.2 µm; five times that.
     for touch, honest in zip(stuck, bench.touches, strict=True):
         assert not np.array_equal(touch.window.tip_world, honest.window.tip_world)
-        found = session.touches.take(touch)
+        found = session.touches.record_touch(touch)
         with bench.job_at(bench.folder / "honest.ocmm") as other:
-            expected = bench.session(other).touches.take(honest)
+            expected = bench.session(other).touches.record_touch(honest)
         (bench.folder / "honest.ocmm").unlink()
         assert isinstance(found, MeasuredPoint), found
         assert isinstance(expected, MeasuredPoint)
@@ -67,6 +67,6 @@ def test_spots_that_stick_for_a_touch_are_refused(
     """14 touches of each kind with the spots of 0.1 s before the trigger."""
     session = bench.session(job)
     stuck = stuck_touches(bench, back=50, length=200, whole_camera=whole_camera)
-    found = [session.touches.take(touch) for touch in stuck]
+    found = [session.touches.record_touch(touch) for touch in stuck]
     assert len(found) == 14
     assert all(isinstance(one, Refusal) for one in found)

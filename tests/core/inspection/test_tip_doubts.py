@@ -5,8 +5,8 @@ from __future__ import annotations
 from datetime import UTC, datetime, timedelta
 
 from ocmm_core.calibration.records import TipEvent, TipEventKind
-from ocmm_core.inspection.archive import last_good_utc
-from ocmm_core.inspection.archive._later_findings import tip_points_in_doubt
+from ocmm_core.inspection.finished import last_good_utc
+from ocmm_core.inspection.finished._later_findings import tip_points_in_doubt
 
 BEGUN = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
 TIP = "6 mm"

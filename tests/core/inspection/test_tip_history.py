@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 from ocmm_cli import app
 from ocmm_core.calibration.records import open_probe
 from ocmm_core.export.report import report_of_job
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tolerances.decisions import Verdict
@@ -35,7 +35,7 @@ def measured(bench: Bench, tips: Tips) -> Path:
     with JobFile.create(path, replace(head, probe_text=in_use.probe_text)) as job:
         session = InspectionSession(bench.plan, bench.rig, in_use.body, job, SessionOptions())
         for touch in bench.touches:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
     return path
 
 

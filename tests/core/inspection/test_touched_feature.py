@@ -11,7 +11,7 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
 from ocmm_core.inspection.evaluation import Progress, places_of
 from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.inspection.session._acceptance import Contact, touched_feature
+from ocmm_core.inspection.session._touch_filter import Contact, touched_feature
 from ocmm_core.measuring import Refusal
 
 RADIUS = 2.0

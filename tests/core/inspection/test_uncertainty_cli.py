@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 from ocmm_cli import app
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import job_uncertainty
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.measuring import MeasuredPoint
 from tests.core.inspection.conftest import Bench
 
@@ -27,7 +27,7 @@ def measured(bench: Bench) -> Path:
         )
         session.conditions.note_climate()
         for touch in bench.touches:
-            assert isinstance(session.touches.take(touch), MeasuredPoint)
+            assert isinstance(session.touches.record_touch(touch), MeasuredPoint)
     return bench.folder / "job.ocmm"
 
 

@@ -149,7 +149,7 @@ def test_links_of_a_german_page_lead_to_the_sections_by_their_english_names(tmp_
     manual = _both(
         tmp_path, text, f"<!-- English: {mark_of(text)} -->\n# Tastspitze\n## So geht es\nGröße\n"
     )
-    section = manual.section(Place.of("tip.md#how-it-is-done"))
+    section = manual.section(Place.from_reference("tip.md#how-it-is-done"))
     assert section is not None
     assert section.title == "So geht es"
     chapter = manual.chapter("tip.md")

@@ -62,7 +62,7 @@ def test_the_stated_covariance_is_that_of_a_probe_that_bends(
     expected = np.concatenate(row) ** 2 / 3.0
     parts = contributions(points, found, recommended, body, stiff)
     force = next(part for part in parts if part.source is FORCE)
-    stated = force.of(np.eye(3 * len(points) + 1))[:-1, :-1]
+    stated = force.covariance_of(np.eye(3 * len(points) + 1))[:-1, :-1]
     assert np.diag(stated) == pytest.approx(expected, rel=0.02, abs=1e-9)
     # Both sides give way to the outside: a bore comes out too large, and that does not average.
     across = np.array([1.0, 0, 0, -1.0, 0, 0])
@@ -78,7 +78,7 @@ def test_without_a_design_nothing_is_added(
     whole = np.eye(3 * len(points) + 1)
     plain = joint_factors(points, found, recommended, standard_probe)
     with_force = joint_factors(points, found, recommended, standard_probe, contact)
-    added = with_force.of(whole) - plain.of(whole)
+    added = with_force.covariance_of(whole) - plain.covariance_of(whole)
     assert np.linalg.eigvalsh(added)[0] > -1e-18
     # Less than a micrometre at one newton: documented as negligible, and counted all the same.
     assert 1e-5 < np.sqrt(added[:-1, :-1].diagonal().max()) < 5e-4

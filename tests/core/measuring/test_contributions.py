@@ -74,10 +74,14 @@ def test_the_parts_are_the_joint_covariance(
     points, found = touched(recommended, used)
     force = contact_force(design, standard_probe)
     whole = np.eye(3 * len(points) + 1)
-    joint = joint_factors(points, found, recommended, used, force, WARM).of(whole)
+    joint = joint_factors(points, found, recommended, used, force, WARM).covariance_of(whole)
     # Warmth and weight are taken off the probe's covariance and added again: rounding.
-    assert factors_of(parts, len(points)).of(whole) == pytest.approx(joint, rel=1e-9, abs=1e-15)
-    assert sum(part.of(whole) for part in parts) == pytest.approx(joint, rel=1e-9, abs=1e-15)
+    assert factors_of(parts, len(points)).covariance_of(whole) == pytest.approx(
+        joint, rel=1e-9, abs=1e-15
+    )
+    assert sum(part.covariance_of(whole) for part in parts) == pytest.approx(
+        joint, rel=1e-9, abs=1e-15
+    )
 
 
 def test_points_that_show_other_leds_share_the_pattern_of_what_both_show(
@@ -95,7 +99,9 @@ def test_points_that_show_other_leds_share_the_pattern_of_what_both_show(
         found.append(tip_sensitivity(spots, recommended, standard_probe))
     assert len({np.count_nonzero(item.camera == 0) for item in found}) == 3
     parts = contributions(points, found, recommended, standard_probe)
-    stated = next(part for part in parts if part.source is PATTERN).of(np.eye(10))[:9, :9]
+    stated = next(part for part in parts if part.source is PATTERN).covariance_of(np.eye(10))[
+        :9, :9
+    ]
     noise = recommended.noise
     expected = np.zeros((9, 9))
     for i, one in enumerate(found):
@@ -122,7 +128,7 @@ def test_every_source_has_its_name_once(
     ]  # fmt: skip
     assert [part.source.kind for part in parts].count("A") == 1
     for part in parts:
-        matrix = part.of(np.eye(10))
+        matrix = part.covariance_of(np.eye(10))
         assert matrix.max() > 0.0, part.source.name
         floor = -1e-9 * float(np.abs(matrix).max())
         assert np.linalg.eigvalsh(matrix)[0] > floor, part.source.name
@@ -141,5 +147,7 @@ def test_what_a_part_gives_a_value_is_its_matrix_between_two_gradients(
 ) -> None:
     gradients = np.random.default_rng(0).normal(size=(2, 10))
     for part in parts_of(recommended, standard_probe, design):
-        expected = gradients @ part.of(np.eye(10)) @ gradients.T
-        assert part.of(gradients) == pytest.approx(expected, rel=1e-9, abs=1e-18), part.source.name
+        expected = gradients @ part.covariance_of(np.eye(10)) @ gradients.T
+        assert part.covariance_of(gradients) == pytest.approx(expected, rel=1e-9, abs=1e-18), (
+            part.source.name
+        )

@@ -90,8 +90,8 @@ def test_values_are_as_uncertain_as_the_whole_matrix_says(
         expected = gradients @ whole @ gradients.T
         u = np.sqrt(np.diagonal(expected))
         # The correlation of spots is good to 5e-4, and they are a part of u.
-        assert np.sqrt(np.diagonal(factors.of(gradients))) == pytest.approx(u, rel=1e-3)
-        assert np.abs((factors.of(gradients) - expected) / np.outer(u, u)).max() < 2e-3
+        assert np.sqrt(np.diagonal(factors.covariance_of(gradients))) == pytest.approx(u, rel=1e-3)
+        assert np.abs((factors.covariance_of(gradients) - expected) / np.outer(u, u)).max() < 2e-3
     chosen = few[0]
     moved = np.where(chosen != 0.0, whole @ chosen, 0.0)
     found_moved = factors.moved(Rows.of_dense(chosen[None])).dense(COUNT)[0]
@@ -122,8 +122,8 @@ def test_some_of_the_points_are_those_points(recommended: Rig, standard_probe: P
     columns = [3 * place + k for place in places for k in range(3)] + [3 * COUNT]
     rows = np.eye(3 * COUNT + 1)[columns]
     # The same sums in another order.
-    assert factors.kept(places).of(np.eye(10)) == pytest.approx(
-        factors.of(rows), rel=1e-9, abs=1e-15
+    assert factors.kept(places).covariance_of(np.eye(10)) == pytest.approx(
+        factors.covariance_of(rows), rel=1e-9, abs=1e-15
     )
 
 
@@ -140,7 +140,7 @@ def test_draws_scatter_as_the_values_do(
     values = factors.draws()(np.random.default_rng(), 4000) @ gradients.T
     # Of 4000 draws the standard deviation has a standard error of 1.1 %; six of them.
     assert values.std(axis=0) == pytest.approx(
-        np.sqrt(np.diagonal(factors.of(gradients))), rel=0.067
+        np.sqrt(np.diagonal(factors.covariance_of(gradients))), rel=0.067
     )
 
 
@@ -150,6 +150,6 @@ def test_a_matrix_is_its_factors_and_what_is_none_is_not_a_number() -> None:
     matrix = half @ half.T
     found: PointFactors = factors_of_matrix(matrix)
     scale = np.sqrt(np.diagonal(matrix))
-    assert np.abs((found.of(np.eye(7)) - matrix) / np.outer(scale, scale)).max() < 1e-12
+    assert np.abs((found.covariance_of(np.eye(7)) - matrix) / np.outer(scale, scale)).max() < 1e-12
     assert found.count == 2
-    assert np.isnan(factors_of_matrix(-np.eye(7)).of(np.eye(7))).all()
+    assert np.isnan(factors_of_matrix(-np.eye(7)).covariance_of(np.eye(7))).all()

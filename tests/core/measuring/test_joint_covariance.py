@@ -145,7 +145,7 @@ def test_joint_covariance_holds_every_source_once(
     items = measured(coarse, standard_probe, 1, demo_part).sensitivities
     points = [point(number, item) for number, item in enumerate(items, start=1)]
     n = 3 * len(items)
-    joint = joint_factors(points, items, coarse, standard_probe).of(np.eye(n + 1))
+    joint = joint_factors(points, items, coarse, standard_probe).covariance_of(np.eye(n + 1))
     assert joint.shape == (n + 1, n + 1)
     assert np.abs(joint - joint.T).max() < 1e-15
     assert np.linalg.eigvalsh(joint).min() > 0.0
@@ -170,7 +170,7 @@ def test_order_of_the_points_does_not_matter(
 
 
 def test_no_points_have_the_radius_alone(coarse: Rig, standard_probe: ProbeBody) -> None:
-    joint = joint_factors([], [], coarse, standard_probe).of(np.eye(1))
+    joint = joint_factors([], [], coarse, standard_probe).covariance_of(np.eye(1))
     assert joint == pytest.approx(np.array([[standard_probe.tip_radius_sigma**2]]))
 
 

@@ -106,9 +106,9 @@ def test_words_and_label_name_both_switches() -> None:
         Temperature(24.0, 0.3, ""), Temperature(20.5, 0.2, ""), True
     )
     climate = Climate(temperature_state, WARM)
-    assert "24.0 ± 0.3 °C, calibrated at 20.5 °C, compensated." in climate.words
-    assert "reported at 20 °C with 23.1 ± 1.0 ppm/K (aluminium)" in climate.words
+    assert "24.0 ± 0.3 °C, calibrated at 20.5 °C, compensated." in climate.summary
+    assert "reported at 20 °C with 23.1 ± 1.0 ppm/K (aluminium)" in climate.summary
     assert climate.label.isascii()
     assert "," not in climate.label
-    assert "not compensated" in Climate(temperature_state, replace(WARM, compensated=False)).words
-    assert "No temperature compensation" in Climate().words
+    assert "not compensated" in Climate(temperature_state, replace(WARM, compensated=False)).summary
+    assert "No temperature compensation" in Climate().summary

@@ -33,11 +33,13 @@ def test_one_thermometer_cancels_between_bar_and_part() -> None:
         Contribution(PART, length, np.array([[part.scale_sigma**2]])),
     ]
     one = np.array([[1.0]])
-    alone = sum(float(part_.of(one)[0, 0]) for part_ in found)
+    alone = sum(float(part_.covariance_of(one)[0, 0]) for part_ in found)
     assert np.sqrt(alone) == pytest.approx(np.sqrt(2.0) * 400.0 * steel * sigma)
     shared = _by_thermometer(found, [], cameras, probe(), part)
     assert {one_.source for one_ in shared} == {CAMERAS, PART, THERMOMETER}
-    assert sum(float(part_.of(one)[0, 0]) for part_ in shared) == pytest.approx(0.0, abs=1e-12)
+    assert sum(float(part_.covariance_of(one)[0, 0]) for part_ in shared) == pytest.approx(
+        0.0, abs=1e-12
+    )
     other = replace(part, now=replace(now, origin="T-2"))
     apart = _by_thermometer(found, [], cameras, probe(), other)
-    assert sum(float(part_.of(one)[0, 0]) for part_ in apart) == pytest.approx(alone)
+    assert sum(float(part_.covariance_of(one)[0, 0]) for part_ in apart) == pytest.approx(alone)

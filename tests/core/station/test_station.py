@@ -118,7 +118,7 @@ def test_take_arms_a_point_and_stop_comes_within_two_seconds(
     station.events.point_refused.connect(outcomes.append)
     station.start()
     wait_until(lambda: station.looks.live().status is StatusWord.READY)
-    station.job.take()
+    station.job.record_point()
     wait_until(lambda: len(outcomes) > 0)
     start = time.monotonic()
     station.close()

@@ -155,7 +155,7 @@ def test_failed_stays_until_a_new_start_and_takes_no_point(
     time.sleep(0.1)
     live = station.looks.live()
     assert (live.status, live.tip_world, live.tip_uncertainty) == (StatusWord.FAILED, None, None)
-    station.job.take()
+    station.job.record_point()
     assert "RuntimeError: injected" in refused[-1].what
     station.jobs.next_part(HEADER)
     assert station.looks.live().status is StatusWord.FAILED

@@ -164,7 +164,7 @@ def test_a_doubt_stops_a_running_job_and_a_verification_lets_it_go_on(
     assert "Camera 'left' has turned." in station.looks.live().reason
     assert station.looks.probe_now() is None
     before = len(taken)
-    station.job.take()
+    station.job.record_point()
     time.sleep(0.5)
     assert len(taken) == before
     refusal = station.job.view().refusal

@@ -13,8 +13,8 @@ from ocmm_core.calibration.probe_design import MaterialExpansion, Temperature
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobHeader
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import (
     Material,
     climate_for,

@@ -11,8 +11,8 @@ import pytest
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobHeader, StatusWord
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.measuring import Refusal, RefusalCode
 from ocmm_core.storage import JobFile
 from ocmm_sim.scene import ScriptedBump, ScriptedNudge, ScriptedOcclusion, WorldOptions

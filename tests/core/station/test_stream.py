@@ -323,7 +323,7 @@ def test_a_job_that_cannot_be_evaluated_takes_the_verdict_back(station: Measurin
     watch.start()
     lines = []
     for _ in range(3):
-        watch.ask()
+        watch.request()
         assert made.acquire(timeout=TIMEOUT_S)
         lines.append(json.loads(watch.latest.line))
     assert watch.close(TIMEOUT_S)

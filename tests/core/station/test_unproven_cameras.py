@@ -24,8 +24,8 @@ from ocmm_core.export.certificate import certificate_of_folder
 from ocmm_core.export.report import head_table, report_of_job
 from ocmm_core.export.template import plain_paper
 from ocmm_core.fieldbus.described import doubts_by_name, doubts_of, load_device, resting_doubt_mm
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobHeader, state_lines
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import load_plan, save_plan
 from tests.core.calibration.made_records import MADE, make_record, make_verification
 from tests.core.calibration.procedure_site import Bench

@@ -18,8 +18,8 @@ from ocmm_core.composition import StationRequest, build_station, make_feed
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.measuring import Refusal
 from ocmm_core.tracking import load_probe

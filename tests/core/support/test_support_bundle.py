@@ -210,7 +210,7 @@ def test_whoever_reads_the_list_gets_it_in_his_language_and_support_in_english(
     speech = load_translation("de")
 
     def say(text: str) -> str:
-        return speech.of(text) if speech.of(text) != text else speech.word(text)
+        return speech.translate(text) if speech.translate(text) != text else speech.word(text)
 
     shown = draft.contents((), say)
     for words in ("OCMM-Supportpaket", "Passwörter, Tokens", "Rechnerprüfung: ", "Einstellungen: "):

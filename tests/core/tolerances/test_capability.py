@@ -43,8 +43,8 @@ def test_indices_of_known_values() -> None:
     assert found.cp == pytest.approx(15.0 / (6.0 * sigma), rel=ROUNDING)
     assert found.cpk == pytest.approx(6.0 / (3.0 * sigma), rel=ROUNDING)
     assert found.sigma_overall == pytest.approx(math.sqrt(6.0 / 5.0), rel=ROUNDING)
-    assert "from 6 parts" in found.words
-    assert "indicative only" in found.words
+    assert "from 6 parts" in found.summary
+    assert "indicative only" in found.summary
 
 
 def test_a_one_sided_limit_has_no_cp() -> None:
@@ -69,7 +69,7 @@ def test_the_share_of_the_measurement_is_said() -> None:
     rng = np.random.default_rng(3)
     found = capability(rng.normal(0.0, 0.01, 60), -0.1, 0.1, 0.005)
     assert found.measurement_share == pytest.approx(0.25, abs=0.1)
-    assert "of the variance" in found.words
+    assert "of the variance" in found.summary
 
 
 @pytest.mark.parametrize(

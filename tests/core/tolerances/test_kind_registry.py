@@ -51,7 +51,7 @@ def test_an_entry_without_a_field_cannot_be_made(spec: KindSpec, left_out: str) 
 @EVERY
 def test_an_entry_says_what_belongs_together(spec: KindSpec) -> None:
     assert spec.name == spec.name.lower().strip() != ""
-    assert spec.words.strip()
+    assert spec.label.strip()
     assert spec.qif.word.isalpha()
     assert spec.qif.word[0].isupper()
     assert spec.shapes

@@ -64,9 +64,9 @@ def test_the_worst_leads_and_the_others_are_counted() -> None:
         result("Form", Verdict.CONFORM),
     )
     summary = summarise(results, "BORE")
-    assert (summary.deciding, summary.words) == ("X", "1 of 3 NOT CONFORM")
+    assert (summary.deciding, summary.share) == ("X", "1 of 3 NOT CONFORM")
     assert summary.counted == "1 NOT CONFORM, 2 CONFORM"
-    assert summarise(results[:1], "BORE").words == ""
+    assert summarise(results[:1], "BORE").share == ""
     assert summarise((), "BORE") is NO_VERDICT
 
 

@@ -59,8 +59,8 @@ def test_a_fault_of_a_catalogue_is_named(texts: Texts) -> None:
 
 def _by_places(said: str, told: str) -> str:
     """Return a translated sentence with the places of its fields for their names."""
-    places = {name: str(place) for place, name in enumerate(Pattern.of(said).names)}
-    shown = Pattern.of(told)
+    places = {name: str(place) for place, name in enumerate(Pattern.from_template(said).names)}
+    shown = Pattern.from_template(told)
     return shown.filled({name: f"{{{places[name]}}}" for name in shown.names})
 
 
@@ -69,7 +69,7 @@ def test_sentences_that_differ_by_their_names_alone_are_translated_alike() -> No
     stored, shown = json.loads((TEXTS / "core.json").read_text("utf-8")), load_shown("de")
     alike: dict[tuple[str, ...], list[str]] = {}
     for said in shown.sentences:
-        alike.setdefault(Pattern.of(said).literals, []).append(said)
+        alike.setdefault(Pattern.from_template(said).literals, []).append(said)
     for group in alike.values():
         # The code of an error distinguishes them.
         uncoded = [said for said in group if not stored["sentences"][said]]
@@ -102,39 +102,39 @@ def test_what_was_filled_in_stands_in_the_other_sentence_as_it_was() -> None:
 
 def test_several_sentences_are_shown_together_or_not_at_all() -> None:
     both = "Undo the points that do not belong here and take them again. Take more points."
-    assert GERMAN.of(both) == (
+    assert GERMAN.translate(both) == (
         "Punkte, die nicht hierher gehören, zurücknehmen und neu aufnehmen. Mehr Punkte aufnehmen."
     )
     half = "Take more points. This sentence is from a later version."
-    assert GERMAN.of(half) == half
+    assert GERMAN.translate(half) == half
 
 
 def test_what_is_not_known_stays_english() -> None:
     for text in ("", "17.3", "No such sentence.", "{", "}{", "%s", "\0", "Take more\npoints."):
-        assert GERMAN.of(text) == text
+        assert GERMAN.translate(text) == text
 
 
 def test_a_text_that_can_be_read_in_two_ways_stays_english() -> None:
     either = Translation({"{first} and {second} differ.": "{second} weicht von {first} ab."}, {})
-    assert either.of("A and B differ.") == "B weicht von A ab."
-    assert either.of("A and B and C differ.") == "A and B and C differ."
+    assert either.translate("A and B differ.") == "B weicht von A ab."
+    assert either.translate("A and B and C differ.") == "A and B and C differ."
     same = Translation({"{kind} {name} is missing.": "{kind} {name} fehlt."}, {})
-    assert same.of("Round slot A 1 is missing.") == "Round slot A 1 fehlt."
+    assert same.translate("Round slot A 1 is missing.") == "Round slot A 1 fehlt."
 
 
 def test_two_sentences_that_say_the_same_words_stay_english() -> None:
     two = Translation({"{a} is bad.": "{a} ist schlecht.", "{b} is bad.": "{b} taugt nichts."}, {})
-    assert two.of("It is bad.") == "It is bad."
+    assert two.translate("It is bad.") == "It is bad."
     with_code = Translation(
         {"{a} is bad.": "{a} ist schlecht.", "{b} is bad.": "{b} taugt nichts."},
         {},
         {"{a} is bad.": ["x.one"], "{b} is bad.": ["x.two"]},
     )
-    assert with_code.of("It is bad.", "x.two") == "It taugt nichts."
+    assert with_code.translate("It is bad.", "x.two") == "It taugt nichts."
 
 
 def test_a_number_is_a_number() -> None:
-    pattern = Pattern.of("{size:n} mm of {total:n} mm")
+    pattern = Pattern.from_template("{size:n} mm of {total:n} mm")
     assert pattern.fillings("1.5 mm of -2e-3 mm") == (("1.5", "-2e-3"),)
     assert pattern.fillings("x mm of 2 mm") == ()
     assert pattern.fillings("1.5 mm of 2 mm of 3 mm") == ()
@@ -170,7 +170,7 @@ def _expected(said: Pattern, shown: Pattern, values: dict[str, str]) -> str:
         if mark in ("w", "k"):
             words[name] = GERMAN.word(value)
         elif mark == "s":
-            words[name] = GERMAN.of(value)
+            words[name] = GERMAN.translate(value)
     return shown.filled(words)
 
 
@@ -181,10 +181,10 @@ def test_every_sentence_is_recognised(texts: Texts) -> None:
     english: list[tuple[str, str, str]] = []
     other: list[tuple[str, str, str]] = []
     for template, codes in texts.sentences.items():
-        said, german = Pattern.of(template), Pattern.of(shown[template])
+        said, german = Pattern.from_template(template), Pattern.from_template(shown[template])
         values = _values(said, rng, ())
         text = _filled(said, values)
-        got = GERMAN.of(text, codes[0] if codes else "")
+        got = GERMAN.translate(text, codes[0] if codes else "")
         wanted = _expected(said, german, values)
         if got == wanted:
             continue
@@ -208,11 +208,11 @@ def test_hostile_names_change_no_number_and_make_no_other_sentence(texts: Texts)
     with_fields = [one for one in texts.sentences if "{" in one]
     for template in rng.choice(with_fields, 400, replace=False):
         codes = texts.sentences[template]
-        said, german = Pattern.of(template), Pattern.of(shown[template])
+        said, german = Pattern.from_template(template), Pattern.from_template(shown[template])
         for _ in range(3):
             values = _values(said, rng, _HOSTILE)
             text = _filled(said, values)
-            got = GERMAN.of(text, codes[0] if codes else "")
+            got = GERMAN.translate(text, codes[0] if codes else "")
             if got in (text, text.strip(), _expected(said, german, values)):
                 continue
             if _digits(got) != _digits(text):
@@ -231,7 +231,7 @@ def test_no_translation_adds_or_loses_a_number(texts: Texts) -> None:
 
 def test_time_does_not_explode_with_a_hostile_text() -> None:
     """Places that led nowhere are not tried again: steps, not seconds, are bounded."""
-    pattern = Pattern.of("{a}a{b}a{c}a{d}a{e}a{f:n} mm")
+    pattern = Pattern.from_template("{a}a{b}a{c}a{d}a{e}a{f:n} mm")
     assert pattern.fillings("a" * 1500 + " mm") == ()
 
 
@@ -281,8 +281,8 @@ def _says_one(sentence: str, found: re.Match[str]) -> bool:
 def test_a_known_phrase_of_many_words_is_a_word() -> None:
     away, weg = "leaning away from the cameras", "von den Kameras weg geneigt"
     translation = Translation({"Hold it {hold:w}.": "{hold} halten.", away: weg}, {})
-    assert translation.of(f"Hold it {away}.") == f"{weg} halten."
-    assert translation.of("Hold it leaning away from the door.").startswith("Hold")
+    assert translation.translate(f"Hold it {away}.") == f"{weg} halten."
+    assert translation.translate("Hold it leaning away from the door.").startswith("Hold")
 
 
 def test_a_sentence_is_not_taken_for_a_name() -> None:
@@ -294,4 +294,4 @@ def test_a_sentence_is_not_taken_for_a_name() -> None:
         {},
     )
     text = "Bore X does not count. DEMO-001 has no such characteristic."
-    assert translation.of(text) == "Bore X zählt nicht. DEMO-001 hat kein solches Merkmal."
+    assert translation.translate(text) == "Bore X zählt nicht. DEMO-001 hat kein solches Merkmal."

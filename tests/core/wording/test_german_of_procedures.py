@@ -34,7 +34,7 @@ PLANNED = sorted(
 
 
 def _words(texts: Iterable[str]) -> set[str]:
-    return {word for text in texts for part in Pattern.of(text).literals for word in
+    return {word for text in texts for part in Pattern.from_template(text).literals for word in
             _WORD.findall(part)}  # fmt: skip
 
 
@@ -47,7 +47,7 @@ def english_words() -> frozenset[str]:
 
 def english_in(sentence: str) -> list[str]:
     """Return the English words in the German form of a sentence, names in quotes aside."""
-    german = re.sub(r"„[^“]*“|'[^']*'", "", GERMAN.say(sentence))
+    german = re.sub(r"„[^“]*“|'[^']*'", "", GERMAN.text(sentence))
     return [word for word in _WORD.findall(german) if word in english_words()]
 
 

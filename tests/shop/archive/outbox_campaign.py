@@ -128,10 +128,10 @@ def _live(folder: Path, connect: Callable[[], SqlArchive], number: int, write: i
 
 def count(archive: SqlArchive) -> tuple[set[int], int, int, int]:
     """Return the arrived numbers, and the numbers of jobs, results and files."""
-    files = archive.ask("SELECT content FROM file").rows
+    files = archive.query("SELECT content FROM file").rows
     numbers = {int(row[0]) for row in files if isinstance(row[0], bytes)}
     jobs, results = (
-        int(str(archive.ask(f"SELECT count(*) FROM {table}").rows[0][0]))  # noqa: S608
+        int(str(archive.query(f"SELECT count(*) FROM {table}").rows[0][0]))  # noqa: S608
         for table in ("job", "result")
     )
     return numbers, jobs, results, len(files)

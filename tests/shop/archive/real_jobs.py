@@ -35,7 +35,7 @@ class RealJobs:
         with self.bench.job_at(path) as job:
             session = self.bench.session(job)
             for touch in self.bench.touches[:points]:
-                session.touches.take(touch)
+                session.touches.record_touch(touch)
             yield path, len(job.points())
 
 
@@ -48,12 +48,12 @@ def make_real_jobs(bench: Bench) -> RealJobs:
         session = bench.session(job)
         half = len(bench.touches) // 2
         for touch in bench.touches[:half]:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
         session.pausing.pause()
         paused = snapshot(went_on)
         session.pausing.resume()
         for touch in bench.touches[half:]:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
     return RealJobs(bench, finished, went_on, paused)
 
 
@@ -62,5 +62,5 @@ def measure(bench: Bench, path: Path) -> Path:
     with bench.job_at(path) as job:
         session = bench.session(job)
         for touch in bench.touches:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
     return path

@@ -108,8 +108,8 @@ class Shop:
             assert self.victims
             assert verify_archive(archive).faults == ()
             job = archive.record(1).job
-            row = archive.ask("SELECT outbox, sequence FROM delivery WHERE job = 1").rows[0]
-            machine = archive.ask("SELECT machine FROM station").rows[0][0]
+            row = archive.query("SELECT outbox, sequence FROM delivery WHERE job = 1").rows[0]
+            machine = archive.query("SELECT machine FROM station").rows[0][0]
         self.taken: dict[str, Any] = {name: getattr(job, name, None) for name in TAKEN}
         self.taken |= {"outbox": row[0], "sequence": row[1], "machine": machine}
 
@@ -133,7 +133,7 @@ class Shop:
         }  # fmt: skip
         found: list[tuple[str, dict[str, Any]]] = []
         for table in OWN:
-            rows = archive.ask(f"SELECT * FROM {table} WHERE {of.get(table, f'job IN {mine}')}")  # noqa: S608
+            rows = archive.query(f"SELECT * FROM {table} WHERE {of.get(table, f'job IN {mine}')}")  # noqa: S608
             found += [(table, dict(zip(rows.columns, row, strict=True))) for row in rows.rows]
         return found
 
@@ -142,7 +142,7 @@ class Shop:
         with open_archive(self.owner) as archive:
             return {
                 table: set(
-                    archive.ask(
+                    archive.query(
                         f"SELECT {'sha256' if table == 'file' else '*'} FROM {table}"  # noqa: S608
                     ).rows
                 )
@@ -162,7 +162,7 @@ def answers(archive: SqlArchive) -> tuple[object, ...]:
                 answer = question(archive, Query(part=part, characteristic=name, most=10**6))
                 found.append((part, name, sorted(map(repr, answer.rows))))
     for kind in ("plan", "probe", "rig"):
-        (what,) = archive.ask(
+        (what,) = archive.query(
             "SELECT min(name) FROM archived_use WHERE used_kind = :kind", {"kind": kind}
         ).rows[0]
         answer = used(archive, Query(kind=kind, what=str(what), most=10**6))
@@ -175,7 +175,7 @@ def victims(archive: SqlArchive) -> Counter[str]:
     lists = today(archive, Query(first=date(1971, 1, 1), last=date(8000, 1, 1), most=10**6))
     found = Counter(repr(row[1:8]) for row in lists.rows if row[1] == "Station 1")
     # By SQL as well, as a dashboard queries.
-    table = archive.ask(
+    table = archive.query(
         "SELECT job_uuid, station, steps, serial, verdict, fault FROM archived_job"
         " WHERE job_uuid IN (SELECT job_uuid FROM job WHERE role = 'station1')"
     )

@@ -88,7 +88,7 @@ def test_what_a_killed_program_left_is_sent(place: Place, job: Path, tmp_path: P
     sent = run("send", "--archive", place.address, "--outbox", tmp_path / "outbox")
     assert sent.exit_code == 0, sent.output
     with place.open() as archive:
-        assert archive.ask("SELECT count(*) FROM job").rows == ((1,),)
+        assert archive.query("SELECT count(*) FROM job").rows == ((1,),)
 
 
 def test_a_file_that_is_no_job_is_set_aside_named_and_tried_again(
@@ -162,7 +162,7 @@ def test_an_archive_is_rebuilt_compared_and_verified(
     assert refused("verify", "--mark", *archive).code == "archive.by"
     assert "Marked 1 job" in run("verify", "--mark", "--by", "Anna", *archive).output
     with place.open() as opened:
-        assert opened.ask("SELECT held FROM archived_job").rows == ((1,),)
+        assert opened.query("SELECT held FROM archived_job").rows == ((1,),)
     assert run("verify", "--against", new, *archive).exit_code == 1
     assert refused("rebuild", new, *archive).code == "archive.not_empty"
 
@@ -207,7 +207,7 @@ def test_a_server_is_set_up_by_its_owner_alone(new_database: Callable[[], Place]
     assert "archive of version" in done.output
     login = place.server.address(f"{place.database}_new", "looker")
     with open_archive(login, read_only=True) as archive:
-        assert archive.ask("SELECT count(*) FROM archive_characteristic").rows == ((0,),)
+        assert archive.query("SELECT count(*) FROM archive_characteristic").rows == ((0,),)
     assert isinstance(run("set-up", "--archive", login).exception, OcmmError)
 
 
@@ -216,7 +216,7 @@ def test_another_computer_and_another_outbox(place: Place, job: Path, tmp_path: 
     assert run("send", job, *where).exit_code == 0
     station = place.open()
     with station:
-        name = str(station.ask("SELECT station FROM archive_station").rows[0][0])
+        name = str(station.query("SELECT station FROM archive_station").rows[0][0])
         by_hand(station, "UPDATE station SET machine = 'another computer'")
     other = tmp_path / "other.ocmm"
     shutil.copy(job, other)

@@ -51,7 +51,7 @@ def test_a_whole_view_in_parquet_is_read_back(place: Place, tmp_path: Path, view
     needs_package("pyarrow", "extra `shop`")
     with place.open() as archive:
         archive.put_all([made_delivery(seed) for seed in range(40)])
-        table = archive.ask(f"SELECT * FROM {view}")  # noqa: S608 - a name above
+        table = archive.query(f"SELECT * FROM {view}")  # noqa: S608 - a name above
     file = tmp_path / "view.parquet"
     done = CliRunner().invoke(
         app, ["archive", "export", view, str(file), "--archive", place.address]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.finished import reopen_job
 from ocmm_shop.archive.checks import verify_archive
 from ocmm_shop.archive.records import Delivery, extract_job, snapshot
 from ocmm_shop.archive.stores import open_archive
@@ -91,8 +91,8 @@ def test_nothing_of_an_altered_file_counts(real_jobs: RealJobs, tmp_path: Path) 
                     content=content,
                 )
             )
-        assert archive.ask("SELECT fault, others FROM archived_job").rows == (("", 1),)
-        assert len(archive.ask("SELECT * FROM archived_result").rows) == len(sound.results)
+        assert archive.query("SELECT fault, others FROM archived_job").rows == (("", 1),)
+        assert len(archive.query("SELECT * FROM archived_result").rows) == len(sound.results)
         assert [why for _, why in verify_archive(archive).faults] == [row.job.fault]
 
 

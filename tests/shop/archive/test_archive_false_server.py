@@ -290,7 +290,7 @@ def test_a_question_shows_nothing_of_an_answer_that_is_none(folder: Path, questi
             archive = opened(server)
             try:
                 with pytest.raises(OcmmError) as caught:
-                    one.ask(archive, asked)
+                    one.answer(archive, asked)
                 # Without data about a part there is no answer either.
                 assert caught.value.code in ("archive.not_understood", "archive.part")
             finally:

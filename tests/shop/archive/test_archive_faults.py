@@ -66,7 +66,7 @@ class Bench:
 
     def numbers(self) -> set[int]:
         with self.place.open() as archive:
-            rows = archive.ask("SELECT content FROM file").rows
+            rows = archive.query("SELECT content FROM file").rows
         return {int(row[0]) for row in rows if isinstance(row[0], bytes)}
 
     def close(self) -> None:
@@ -182,7 +182,7 @@ def triggered(bench: Bench, table: str, body: str, when: str = "BEFORE INSERT") 
     bench.put(1)
     handed = bench.courier.send_waiting()
     with bench.place.open() as archive:
-        assert archive.ask("SELECT count(*) FROM delivery").rows == ((0,),)
+        assert archive.query("SELECT count(*) FROM delivery").rows == ((0,),)
     return handed
 
 
@@ -290,7 +290,7 @@ def test_what_waited_is_sent_once_when_the_server_is_back(bench: Bench) -> None:
     assert bench.courier.send_waiting().error is None
     assert bench.numbers() == {1, 2}
     with bench.place.open() as archive:
-        assert archive.ask("SELECT count(*) FROM job").rows == ((2,),)
+        assert archive.query("SELECT count(*) FROM job").rows == ((2,),)
     assert hand_over(bench.outbox.folder).line == ""
 
 
@@ -333,7 +333,7 @@ def test_a_job_that_was_altered_after_it_was_archived_is_named_and_displaces_not
         bench.outbox.put(path)
         assert courier.send_waiting().sent == 1
         with bench.place.open() as archive:
-            before = archive.ask("SELECT sum(counted), count(*) FROM archived_result").rows
+            before = archive.query("SELECT sum(counted), count(*) FROM archived_result").rows
             assert before[0][1] != 0
         with contextlib.closing(sqlite3.connect(path)) as db, db:
             for (name,) in db.execute(
@@ -345,8 +345,8 @@ def test_a_job_that_was_altered_after_it_was_archived_is_named_and_displaces_not
         assert courier.send_waiting().sent == 1
     with bench.place.open() as archive:
         # The copy as it was archived first stays: what came later displaces nothing, and is named.
-        assert archive.ask("SELECT fault, others FROM archived_job").rows == (("", 1),)
-        assert archive.ask("SELECT sum(counted), count(*) FROM archived_result").rows == before
+        assert archive.query("SELECT fault, others FROM archived_job").rows == (("", 1),)
+        assert archive.query("SELECT sum(counted), count(*) FROM archived_result").rows == before
         (named,) = [why for _, why in verify_archive(archive).faults]
         assert "the job file is damaged (point 1 was changed" in named
 
@@ -386,5 +386,5 @@ def test_somebody_who_asks_cannot_end_the_transaction_in_which_nothing_is_writte
 ) -> None:
     with new_database().open() as archive:
         with pytest.raises(StorageError):
-            archive.ask("COMMIT; CREATE TABLE ocmm.mine (x int)")
-        assert archive.ask("SELECT to_regclass('ocmm.mine') IS NULL").rows == ((True,),)
+            archive.query("COMMIT; CREATE TABLE ocmm.mine (x int)")
+        assert archive.query("SELECT to_regclass('ocmm.mine') IS NULL").rows == ((True,),)

@@ -192,10 +192,10 @@ def test_no_number_of_lists_hides_an_older_one(tmp_path: Path) -> None:
         exchange_heads(archive, "Station 2")
         assert CalibrationStore(older).status(NOW).state is State.SUSPECT
     with other_station(tmp_path / "first"):
-        before = archive.ask("SELECT count(*) FROM finding").rows
+        before = archive.query("SELECT count(*) FROM finding").rows
         exchange_heads(archive, "Station 1")
         # The own list is found behind all of them, and not stored again.
-        assert archive.ask("SELECT count(*) FROM finding").rows == before
+        assert archive.query("SELECT count(*) FROM finding").rows == before
     archive.close()
 
 

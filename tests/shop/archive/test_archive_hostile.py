@@ -85,12 +85,12 @@ def test_malformed_messages_have_no_effect(
                 if receipt.answer is Acknowledgement.STORED:
                     assert archive.record(receipt.job) == message.record
         assert archive.record(1) == before
-        (count,) = archive.ask("SELECT count(*) FROM job").rows[0]
+        (count,) = archive.query("SELECT count(*) FROM job").rows[0]
         assert isinstance(count, int)
         assert count <= 1 + kept
         for table in ("result", "used", "file", "delivery"):
-            assert archive.ask(f"SELECT count(*) FROM {table}").rows  # noqa: S608 - names above
-        assert archive.ask("SELECT count(*) FROM result WHERE value IS NULL").rows == ((0,),)
+            assert archive.query(f"SELECT count(*) FROM {table}").rows  # noqa: S608 - names above
+        assert archive.query("SELECT count(*) FROM result WHERE value IS NULL").rows == ((0,),)
         archive.put(made_delivery(2))
     record_property(place.store, f"{refused} of {MESSAGES} refused, {kept} allowed, 0 effects")
     assert refused > MESSAGES // 2
@@ -206,4 +206,4 @@ def test_an_archive_file_that_runs_something_of_its_own_is_harmless(tmp_path: Pa
         )
         with pytest.raises(OcmmError):
             archive.put(made_delivery(2))
-        assert archive.ask("SELECT count(*) FROM job").rows == ((1,),)
+        assert archive.query("SELECT count(*) FROM job").rows == ((1,),)

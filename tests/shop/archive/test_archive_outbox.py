@@ -43,7 +43,7 @@ def delivered(place: Place) -> int:
 
 def jobs(place: Place) -> int:
     with place.open() as archive:
-        return int(str(archive.ask("SELECT count(*) FROM job").rows[0][0]))
+        return int(str(archive.query("SELECT count(*) FROM job").rows[0][0]))
 
 
 @pytest.fixture
@@ -74,9 +74,9 @@ def test_a_real_job_is_handed_over_paused_and_then_finished(
     assert one.send_waiting().sent == 2
     one.close()
     with place.open() as archive:
-        rows = archive.ask("SELECT state, fault FROM archived_job ORDER BY changed_utc").rows
+        rows = archive.query("SELECT state, fault FROM archived_job ORDER BY changed_utc").rows
         assert rows == (("finished", ""), ("finished", ""))
-        assert archive.ask("SELECT count(*) FROM job").rows == ((3,),)
+        assert archive.query("SELECT count(*) FROM job").rows == ((3,),)
 
 
 def test_an_archive_that_was_restored_from_a_backup_gets_again_what_it_lost(

@@ -35,7 +35,7 @@ class Explained:
                 self._archive._run("SET LOCAL enable_seqscan = off")  # noqa: SLF001
             table = self._archive._run(f"{self.how} {sql}", values)  # noqa: SLF001
         self.steps += [str(row[-1]).strip() for row in table.rows]
-        return self._archive.ask(sql, values)
+        return self._archive.query(sql, values)
 
 
 @pytest.mark.parametrize("question", ["today", "trend", "used", "used short", "parts"])
@@ -51,7 +51,7 @@ def test_a_question_reads_no_table_from_end_to_end(place: Place, question: str) 
         elif question == "parts":
             assert parts(explained)  # type: ignore[arg-type]
         else:
-            (known,) = archive.ask(
+            (known,) = archive.query(
                 "SELECT DISTINCT identity FROM archived_use WHERE used_kind = 'calibration'"
             ).rows
             what = str(known[0])[: 12 if question == "used short" else 64]

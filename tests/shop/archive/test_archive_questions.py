@@ -207,11 +207,11 @@ def test_injection_in_every_field_of_a_question_has_no_effect(place: Place) -> N
             )
             for question in QUESTIONS:
                 try:
-                    assert question.ask(archive, asked).rows == ()
+                    assert question.answer(archive, asked).rows == ()
                 except InputError:
                     continue
-        assert archive.ask("SELECT count(*) FROM job").rows == ((3,),)
-        assert archive.ask("SELECT count(*) FROM result").rows == ((9,),)
+        assert archive.query("SELECT count(*) FROM job").rows == ((3,),)
+        assert archive.query("SELECT count(*) FROM result").rows == ((9,),)
 
 
 def test_a_table_is_exported_with_full_digits_and_without_formulas(

@@ -77,7 +77,7 @@ def test_a_row_that_was_changed_in_the_archive_is_found(filled: Place) -> None:
         assert found.faults
         assert found.faults[0][1].startswith("Altered in the archive: result 1 value ")
         assert mark_altered(archive, found, "Anna") == len(found.faults)
-        assert archive.ask("SELECT sum(counted) FROM archived_result").rows[0][0] == 0
+        assert archive.query("SELECT sum(counted) FROM archived_result").rows[0][0] == 0
 
 
 def test_a_job_file_that_was_altered_after_it_was_archived_is_named(
@@ -98,7 +98,7 @@ def test_a_station_is_named_by_its_key_as_it_is_shown(real_jobs: RealJobs, tmp_p
         with open_archive(str(tmp_path / f"{at}.sqlite")) as new:
             stations = dict([key_and_name(f"{key}=Hall 3")])
             assert rebuild(new, files_of([real_jobs.finished], print), stations).kept == 1
-            assert new.ask("SELECT station FROM archived_job").rows == (("Hall 3",),)
+            assert new.query("SELECT station FROM archived_job").rows == (("Hall 3",),)
     for text in ("Hall 3", "=Hall 3", f"{shown}=", f"{shown[:8]}=Hall 3", "station3=Hall 3"):
         with pytest.raises(InputError, match="KEY=STATION is expected"):
             key_and_name(text)

@@ -249,7 +249,7 @@ def test_a_reader_that_holds_what_it_can_holds_up_no_station(shop: Place) -> Non
             archive.put(made_delivery(2))
         # Its owner is not kept from bringing it up to date either.
         with open_archive(server.address(shop.database), set_up=True) as archive:
-            assert archive.ask("SELECT count(*) FROM job").rows == ((2,),)
+            assert archive.query("SELECT count(*) FROM job").rows == ((2,),)
         assert time.monotonic() - begun < HANG_S
         assert db.execute("SELECT count(*) FROM pg_locks WHERE NOT granted").fetchall() == [(0,)]
     until.set()

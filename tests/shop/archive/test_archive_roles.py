@@ -33,7 +33,7 @@ def test_a_station_hands_over_and_reads_what_arrived(shop: Place) -> None:
         assert archive.heads(made_record(1).job.job_uuid, "Station 1") == {
             10: made_record(1).job.head
         }
-        assert archive.ask("SELECT role FROM job").rows == (("station1",),)
+        assert archive.query("SELECT role FROM job").rows == (("station1",),)
 
 
 def test_nobody_but_the_owner_changes_or_deletes(shop: Place) -> None:
@@ -62,7 +62,9 @@ def test_a_reader_reads_views_and_writes_nothing(shop: Place) -> None:
     with as_user(shop, "station1") as archive:
         archive.put(made_delivery(1))
     with as_user(shop, "looker") as archive:
-        assert archive.ask("SELECT count(*) FROM archived_result WHERE counted = 1").rows == ((3,),)
+        assert archive.query("SELECT count(*) FROM archived_result WHERE counted = 1").rows == (
+            (3,),
+        )
         with pytest.raises(StorageError, match="may not do that"):
             archive.put(made_delivery(2))
         with pytest.raises(StorageError, match="may not do that"):
@@ -89,7 +91,7 @@ def test_quality_marks_and_a_station_does_not(shop: Place) -> None:
             archive.replace_computer("Station 1", made_delivery(1).sender)
     with as_user(shop, "anna") as archive:
         add_mark(archive)
-        assert archive.ask("SELECT role FROM archive_mark").rows == (("anna",),)
+        assert archive.query("SELECT role FROM archive_mark").rows == (("anna",),)
         with pytest.raises(StorageError, match="may not do that"):
             archive.put(made_delivery(2))
         archive.replace_computer("Station 1", made_delivery(1).sender)
@@ -149,7 +151,7 @@ def test_a_login_sends_as_a_station_only_when_quality_has_admitted_it(shop: Plac
             archive.put(made_delivery(1, new))
         assert "ocmm archive admit LOGIN STATION" in caught.value.remedy
         # It reserves no name, and admits no login.
-        assert archive.ask("SELECT count(*) FROM station").rows == ((0,),)
+        assert archive.query("SELECT count(*) FROM station").rows == ((0,),)
         with pytest.raises(StorageError, match="may not do that"):
             archive.admit("station2", "Station 9")
     with as_user(shop, "anna") as archive:

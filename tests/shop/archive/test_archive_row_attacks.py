@@ -46,13 +46,13 @@ def measure(bench: Bench, path: Path, serial: str, pause: Path | None = None) ->
         session: InspectionSession = bench.session(job)
         half = len(bench.touches) // 2
         for touch in bench.touches[:half]:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
         if pause is not None:
             session.pausing.pause()
             pause.write_bytes(snapshot(path))
             session.pausing.resume()
         for touch in bench.touches[half:]:
-            session.touches.take(touch)
+            session.touches.record_touch(touch)
     return path
 
 
@@ -126,9 +126,9 @@ def altered(path: Path, to: Path) -> Path:
 
 def lists(archive: SqlArchive) -> tuple[list[tuple[object, ...]], list[tuple[object, ...]]]:
     days = Query(first=date(1971, 1, 1), last=date(8000, 1, 1))
-    name = archive.ask("SELECT min(characteristic) FROM archived_result WHERE part = 'P'").rows[0][
+    name = archive.query("SELECT min(characteristic) FROM archived_result WHERE part = 'P'").rows[
         0
-    ]
+    ][0]
     values = trend(archive, Query(part="P", characteristic=str(name))).rows
     return [row[:8] for row in today(archive, days).rows], [row[:9] for row in values]
 
@@ -161,7 +161,7 @@ def test_a_job_sent_again_by_three_computers_stays_where_it_is(
             assert lists(archive) == before, f"{kind} {computer}"
             found = verify_archive(archive)
             # Only an altered copy must be named, and it stays in the archive.
-            sent_bad = archive.ask("SELECT count(*) FROM job WHERE sound = 0").rows[0][0]
+            sent_bad = archive.query("SELECT count(*) FROM job WHERE sound = 0").rows[0][0]
             assert any("damaged" in why for _, why in found.faults) == bool(sent_bad)
             assert found.suspect == frozenset()
             named += bool(sent_bad)
@@ -286,7 +286,7 @@ def test_a_job_that_was_continued_at_another_station_is_one_job(
             session = bench.session(job)
             session.pausing.resume()
             for touch in bench.touches[len(bench.touches) // 2 :]:
-                session.touches.take(touch)
+                session.touches.record_touch(touch)
         assert sent_from(place, tmp_path, "box b", "Station 2", later, "station2") == ""
     with place.open() as archive:
         rows = today(archive, Query(first=date(1971, 1, 1), last=date(8000, 1, 1))).rows
@@ -325,7 +325,7 @@ def test_verify_names_what_rows_repeat_of_their_job(
         # Values belong to the part of the job, independent of the row's other columns.
         if table == "result":
             assert lists(archive)[0] == before[0]
-            assert archive.ask("SELECT DISTINCT part FROM archived_result").rows == (("P",),)
+            assert archive.query("SELECT DISTINCT part FROM archived_result").rows == (("P",),)
 
 
 def login_of(place: Place, user: str) -> str:

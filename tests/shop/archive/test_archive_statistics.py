@@ -61,7 +61,7 @@ def test_a_capability_counts_parts_and_not_jobs(place: Place) -> None:
         assert sum(int(str(one[3])) for one in passed(archive, Query()).rows) == 6
         assert today(archive, Query(first=DAY)).notes[0] == "Finished real parts: 6."
         by_sql = "SELECT parts, simulated FROM archive_month WHERE characteristic = 'D1' ORDER BY 2"
-        assert archive.ask(by_sql).rows == ((6, 0), (8, 1))
+        assert archive.query(by_sql).rows == ((6, 0), (8, 1))
 
 
 def test_the_newest_row_rules_neither_limits_nor_kind(place: Place) -> None:

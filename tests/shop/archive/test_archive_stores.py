@@ -33,7 +33,7 @@ def test_a_delivery_arrives_once_however_often_it_is_sent(place: Place) -> None:
         renumbered = archive.put(made_delivery(1, sequence=77))
         assert (again.answer, renumbered.answer) == (Acknowledgement.KNOWN, Acknowledgement.KNOWN)
         assert first.job == again.job == renumbered.job
-        assert archive.ask("SELECT count(*) FROM job").rows == ((1,),)
+        assert archive.query("SELECT count(*) FROM job").rows == ((1,),)
         assert archive.last_sequence(made_sender().outbox) == 77
         assert archive.arrived(made_sender().outbox, [1, 2, 77]) == {2, 77}
 
@@ -43,7 +43,7 @@ def test_two_jobs_under_one_number_are_told(place: Place) -> None:
         archive.put(made_delivery(1, sequence=5))
         with pytest.raises(StorageError, match="share this outbox"):
             archive.put(made_delivery(2, sequence=5))
-        assert archive.ask("SELECT count(*) FROM job").rows == ((1,),)
+        assert archive.query("SELECT count(*) FROM job").rows == ((1,),)
 
 
 def test_two_stations_of_one_name_are_told_and_one_may_replace_the_other(place: Place) -> None:
@@ -60,9 +60,9 @@ def test_only_the_newest_version_of_a_job_is_seen(place: Place) -> None:
     with place.open() as archive:
         archive.put(made_delivery(1))
         archive.put(made_delivery(1, sequence=9, steps=20, head="c" * 64, state="paused"))
-        assert archive.ask("SELECT steps, state FROM archived_job").rows == ((20, "paused"),)
+        assert archive.query("SELECT steps, state FROM archived_job").rows == ((20, "paused"),)
         assert set(archive.heads(made_record(1).job.job_uuid, "Station 1")) == {10, 20}
-        assert archive.ask("SELECT count(*) FROM archived_result").rows == ((3,),)
+        assert archive.query("SELECT count(*) FROM archived_result").rows == ((3,),)
 
 
 def test_a_mark_takes_a_job_out_of_statistics_until_one_of_its_kind_lifts_it(place: Place) -> None:
@@ -78,13 +78,13 @@ def test_a_mark_takes_a_job_out_of_statistics_until_one_of_its_kind_lifts_it(pla
             )
             return archive.add_finding("recall", "B-17", "{}", "Anna", utc, [row])
 
-        assert archive.ask(counted).rows == ((3,),)
+        assert archive.query(counted).rows == ((3,),)
         first = mark("recall", holds=True)
-        assert archive.ask(counted).rows == ((0,),)
+        assert archive.query(counted).rows == ((0,),)
         mark("quality", holds=False)
-        assert archive.ask(counted).rows == ((0,),)
+        assert archive.query(counted).rows == ((0,),)
         mark("recall", holds=False)
-        assert archive.ask(counted).rows == ((3,),)
+        assert archive.query(counted).rows == ((3,),)
         assert [one.id for one in archive.findings(first)] == [first + 1, first + 2]
         assert [row.holds for _, row in archive.marks()] == [True, False, False]
         assert archive.marks()[0][1].finding == first
@@ -93,7 +93,7 @@ def test_a_mark_takes_a_job_out_of_statistics_until_one_of_its_kind_lifts_it(pla
 def test_a_fault_of_the_file_takes_it_out_of_statistics_and_is_named(place: Place) -> None:
     with place.open() as archive:
         archive.put(made_delivery(1, fault="Altered after it was archived: step 3."))
-        rows = archive.ask("SELECT counted, why_not FROM archived_result").rows
+        rows = archive.query("SELECT counted, why_not FROM archived_result").rows
         assert set(rows) == {(0, "Altered after it was archived: step 3.")}
 
 
@@ -112,9 +112,9 @@ def test_many_are_kept_all_or_none(place: Place) -> None:
             archive.put_all([made_delivery(1), made_delivery(2), wrong])
         with pytest.raises(StorageError):
             archive.put_all([made_delivery(1, sequence=5), made_delivery(2, sequence=5)])
-        assert archive.ask("SELECT count(*) FROM job").rows == ((0,),)
+        assert archive.query("SELECT count(*) FROM job").rows == ((0,),)
         archive.put_all([made_delivery(seed) for seed in range(5)])
-        assert archive.ask("SELECT count(*) FROM file").rows == ((5,),)
+        assert archive.query("SELECT count(*) FROM file").rows == ((5,),)
 
 
 def test_a_question_changes_nothing(place: Place) -> None:
@@ -122,8 +122,8 @@ def test_a_question_changes_nothing(place: Place) -> None:
         archive.put(made_delivery(1))
         for sql in ("DELETE FROM result", "UPDATE job SET part = 'X'", "DROP TABLE mark"):
             with pytest.raises(OcmmError):
-                archive.ask(sql)
-        assert archive.ask("SELECT part FROM job").rows == (("FLANGE",),)
+                archive.query(sql)
+        assert archive.query("SELECT part FROM job").rows == (("FLANGE",),)
         archive.put(made_delivery(2))
 
 
@@ -158,11 +158,11 @@ def test_a_month_has_the_scatter_of_the_batch_page(place: Place) -> None:
 
     with place.open() as archive:
         archive.put_all([made_delivery(seed) for seed in range(30)])
-        row = archive.ask(
+        row = archive.query(
             "SELECT parts, mean, sigma_within, low, high FROM archive_month"
             " WHERE characteristic = 'D0'"
         ).rows
-        values = archive.ask(
+        values = archive.query(
             "SELECT value FROM archived_result WHERE characteristic = 'D0' ORDER BY created_utc"
         ).rows
     able = capability([float(str(v[0])) for v in values], 19.9, 20.1, 0.004)  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ import platformdirs
 import pytest
 
 from benchmarks.recall_scenes import TruePart, World, base_points
-from ocmm_core.inspection.archive import Outcome, reopen_job
+from ocmm_core.inspection.finished import Outcome, reopen_job
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_shop.archive.outbox import ArchivePlace, Outbox, hand_over
@@ -117,7 +117,7 @@ def test_a_finding_at_one_station_is_held_back_by_it_and_not_by_the_other(
     copied.write_bytes(wrong.read_bytes())
     assert "Recall: CHANGES." in two.held_back(copied)
     with open_archive(shop.server.address(shop.database, "looker")) as archive:
-        rows = archive.ask("SELECT serial, held FROM archived_job ORDER BY serial").rows
+        rows = archive.query("SELECT serial, held FROM archived_job ORDER BY serial").rows
         assert rows == (("before", 0), ("large", 1), ("sound", 0))
-        (role,) = archive.ask("SELECT DISTINCT role FROM archive_mark").rows
+        (role,) = archive.query("SELECT DISTINCT role FROM archive_mark").rows
         assert role == ("anna",)

@@ -146,7 +146,7 @@ def test_a_file_of_the_former_version_is_brought_up_to_date(
         assert archive.last_sequence(delivery.sender.outbox) == 7
         assert archive.put(delivery).job == 1
         archive.put(made_delivery(3, delivery.sender, sequence=8))
-        assert archive.ask("SELECT version FROM migration ORDER BY 1").rows == (
+        assert archive.query("SELECT version FROM migration ORDER BY 1").rows == (
             *((n + 1,) for n in range(VERSION)),
         )
 

@@ -113,7 +113,7 @@ def lists(archive: SqlArchive) -> Iterator[object]:
         rr(archive, Query(part="FLANGE", characteristic="D0"))
     yield {part for part, _ in parts(archive)} & {"FLANGE"}
     for view in VIEW_NAMES:
-        table = archive.ask(f"SELECT * FROM {view}")  # noqa: S608 - names of ours
+        table = archive.query(f"SELECT * FROM {view}")  # noqa: S608 - names of ours
         assert csv_of(table.columns, table.rows)
     yield [one for one in archive.findings() if one.id > 1]
     yield [mark for number, mark in archive.marks() if number > 1]

@@ -50,7 +50,7 @@ def test_the_same_digits_on_one_two_and_four_workers(own_cluster: ShopCluster) -
             own_cluster.start_worker()
         own_cluster.wait_for(workers)
         done: list[int] = []
-        found = list(run_tasks(drawn, SEEDS, of_seed, site=own_cluster.site, told=done.append))
+        found = list(run_tasks(drawn, SEEDS, of_seed, site=own_cluster.site, on_done=done.append))
         assert found == here
         assert done == list(range(41))
     assert list(run_tasks(drawn, SEEDS, of_seed, site=Site(workers=2))) == here
@@ -259,7 +259,7 @@ def test_an_answer_that_cannot_be_sent_spoils_no_other_and_many_bytes_go_by_them
     told: list[int] = []
     found = list(run_tasks(
         unsendable, range(200), numbered, site=Site(workers=2, dask=True), contents=growing,
-        told=told.append,
+        on_done=told.append,
     ))  # fmt: skip
     error = found.pop(UNSENDABLE)
     assert isinstance(error, OcmmError)

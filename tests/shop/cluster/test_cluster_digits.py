@@ -15,8 +15,8 @@ from benchmarks.recall_scenes import TruePart, World, base_points
 from ocmm_cli.study import CoverageSetup, run_coverage
 from ocmm_core.calibration.records import seal
 from ocmm_core.documents import resource
-from ocmm_core.inspection.archive import compare_files, reopen_job
 from ocmm_core.inspection.evaluation import job_uncertainty
+from ocmm_core.inspection.finished import compare_files, reopen_job
 from ocmm_core.inspection.recall import KeptPlaces, recall
 from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, simulate
 from ocmm_sim.scene import ProbeStudy, run_study

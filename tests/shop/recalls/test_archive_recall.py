@@ -14,7 +14,7 @@ from ocmm_cli import app
 from ocmm_core.calibration.records import seal
 from ocmm_core.cluster import Site
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import Outcome, RecallRecord, reopen_job
+from ocmm_core.inspection.finished import Outcome, RecallRecord, reopen_job
 from ocmm_core.inspection.recall import KeptPlaces, recall
 from ocmm_core.storage import held_jobs_file
 from ocmm_core.tolerances.decisions import Verdict
@@ -91,7 +91,7 @@ def test_jobs_of_all_stations_are_recalled_and_held_back(
         decided, number = decide_archived(archive, record, "Ada", now + timedelta(seconds=1))
         assert decided.made_by == "Ada"
         assert archive.findings()[-1].id == number
-        rows = archive.ask("SELECT serial, held FROM archived_job").rows
+        rows = archive.query("SELECT serial, held FROM archived_job").rows
         held = {row[0]: row[1] for row in rows}
         assert held == {"before": 0, "large": 1, "sound": 0}
         with pytest.raises(InputError, match="another recall"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.inspection.archive import Comparison, PartValue, Trend
+from ocmm_core.inspection.finished import Comparison, PartValue, Trend
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_shop.studies import StudyPlan
 

@@ -7,7 +7,7 @@ import pytest
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive import PartValue, Trend
+from ocmm_core.inspection.finished import PartValue, Trend
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_shop.studies import linearity_of
 

@@ -11,8 +11,8 @@ from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.host import HOST
-from ocmm_core.inspection.archive import compare_files, compare_folder
 from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.finished import compare_files, compare_folder
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import Touch, TouchCollector
@@ -54,7 +54,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyPlan, Path]:
         with JobFile.create(folder / f"{run.code}.ocmm", head) as job:
             session = InspectionSession(measured, rig, body, job, SessionOptions())
             for touch in touches[number % _SEEDS]:
-                session.touches.take(touch)
+                session.touches.record_touch(touch)
     return plan, folder
 
 

@@ -15,21 +15,21 @@ from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive._batch import SUFFIX
-from ocmm_core.inspection.archive._reopen import (
-    ReopenedJob,
-    Tell,
-    content_and_known,
-    known_from,
-    reopen_content,
-    reopen_job,
-)
 from ocmm_core.inspection.evaluation import (
     NO_REAL_PART,
     SIMULATED,
     held_below,
     job_states,
     part_line,
+)
+from ocmm_core.inspection.finished._batch import SUFFIX
+from ocmm_core.inspection.finished._reopen import (
+    ReopenedJob,
+    Tell,
+    content_and_known,
+    known_from,
+    reopen_content,
+    reopen_job,
 )
 from ocmm_core.measuring import COVERAGE_FACTOR
 from ocmm_core.named_file import FileIdentity
@@ -86,7 +86,7 @@ def compare_files(
             lambda path: f"The reading of {path.name}",
             site=site,
             contents=partial(content_and_known, probes=probes, calibrations=calibrations),
-            told=lambda done: progress(
+            on_done=lambda done: progress(
                 f"Read {done} of {len(paths)} jobs", done / max(len(paths), 1)
             ),
         )
@@ -149,13 +149,13 @@ def _read_all(
     """
 
     def read(some: Sequence[Path], many: int, before: int) -> Iterator[PartJob | OcmmError]:
-        def told(done: int) -> None:
+        def on_done(done: int) -> None:
             # Earlier files were reported then.
             if done or not before:
                 count = before + done
                 progress(f"Read {count} of {len(paths)} jobs", count / max(len(paths), 1))
 
-        return side_by_side(work, some, many, lambda path: f"The reading of {path.name}", told)
+        return side_by_side(work, some, many, lambda path: f"The reading of {path.name}", on_done)
 
     if processes is not None:
         yield from read(paths, processes, 0)

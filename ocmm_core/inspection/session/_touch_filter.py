@@ -69,7 +69,7 @@ class TouchAssignment:
     """(3,), unit, world: of the nominal surface at the ball; None while unknown."""
 
 
-class Acceptance:
+class TouchFilter:
     """Make a durable point of an acceptable touch; the last of three steps."""
 
     def __init__(
@@ -83,7 +83,7 @@ class Acceptance:
         self._ledger, self._rig, self._body = ledger, rig, body
         self._options, self._reference = options, reference
 
-    def take(
+    def filter(
         self, touch: measuring.Touch, stable: measuring.StablePoint, meant: TouchAssignment
     ) -> measuring.MeasuredPoint | measuring.Refusal:
         """Return the point from a touch, or why it gives none."""

@@ -34,7 +34,8 @@ from ocmm_core.calibration.records import (
     store_folder,
 )
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_core.inspection.archive._points_in_doubt import (
+from ocmm_core.inspection.evaluation import HoldReason, held_back
+from ocmm_core.inspection.finished._points_in_doubt import (
     Doubts,
     History,
     Span,
@@ -43,8 +44,7 @@ from ocmm_core.inspection.archive._points_in_doubt import (
     points_between,
     sentences_of,
 )
-from ocmm_core.inspection.archive._recall_record import points_released
-from ocmm_core.inspection.evaluation import HoldReason, held_back
+from ocmm_core.inspection.finished._recall_record import points_released
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile
 

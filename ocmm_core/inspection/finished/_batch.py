@@ -15,9 +15,9 @@ from ocmm_core.alignment import nominal_frame
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import RigidTransform
-from ocmm_core.inspection.archive._reopen import reopen_job
-from ocmm_core.inspection.archive._stored_documents import about
 from ocmm_core.inspection.evaluation import PAUSED, RESUMED, STANDING_EVENT, WrittenProgress
+from ocmm_core.inspection.finished._reopen import reopen_job
+from ocmm_core.inspection.finished._stored_documents import about
 from ocmm_core.inspection.plan import stored_plan
 from ocmm_core.inspection.session import NOT_GIVEN, header_of, is_simulated
 from ocmm_core.names import normal_name
@@ -70,7 +70,7 @@ def last_jobs(
         with contextlib.suppress(OSError, ValueError):
             found[path.absolute()] = path.stat().st_mtime
     newest = sorted(found, key=lambda path: found[path], reverse=True)[:most]
-    return tuple(_look(path, found[path]) for path in newest if not stopped())
+    return tuple(_read_job(path, found[path]) for path in newest if not stopped())
 
 
 def _in_folder(folder: Path) -> list[Path]:
@@ -86,7 +86,7 @@ def _in_folder(folder: Path) -> list[Path]:
     return jobs
 
 
-def _look(path: Path, changed_s: float) -> LastJob:
+def _read_job(path: Path, changed_s: float) -> LastJob:
     try:
         seen = read_summary(path)
         return _job(path, changed_s, seen)

@@ -11,28 +11,28 @@ recall. Jobs are read in memory (`storage.read_job`). It must not know a running
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.archive import _reopen as reopen
-    from ocmm_core.inspection.archive._batch import (
+    from ocmm_core.inspection.finished import _reopen as reopen
+    from ocmm_core.inspection.finished._batch import (
         SUFFIX, BatchPart, LastJob, last_jobs, next_serial, parts_of_batch, previous_part_pose,
         require_new_serial,
     )  # fmt: skip
-    from ocmm_core.inspection.archive._compare import (
+    from ocmm_core.inspection.finished._compare import (
         Comparison, PartValue, Trend, compare_files, compare_folder, compare_jobs, why_not_counted,
     )  # fmt: skip
-    from ocmm_core.inspection.archive._later_findings import (
+    from ocmm_core.inspection.finished._later_findings import (
         CameraHistory, ask_tip, is_known, last_good_utc, points_in_doubt, settle_cameras,
         settle_tip,
     )  # fmt: skip
-    from ocmm_core.inspection.archive._points_in_doubt import first_stored, first_taken
-    from ocmm_core.inspection.archive._recall_record import (
+    from ocmm_core.inspection.finished._points_in_doubt import first_stored, first_taken
+    from ocmm_core.inspection.finished._recall_record import (
         SCHEMA, Outcome, RecallRecord, RecalledCharacteristic, RecalledJob, RecalledValue,
         points_digest,
     )  # fmt: skip
-    from ocmm_core.inspection.archive._reopen import (
+    from ocmm_core.inspection.finished._reopen import (
         KnownOfJob, ReopenedJob, Tell, known_alone, known_here, reopen_alone, reopen_content,
         reopen_job,
     )  # fmt: skip
-    from ocmm_core.inspection.archive._stored_documents import StoredDocuments
+    from ocmm_core.inspection.finished._stored_documents import StoredDocuments
 else:
     __getattr__ = lazy_exports(__name__)
 

@@ -24,7 +24,8 @@ from ocmm_core.calibration.records import CalibrationStore, default_folder, defa
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.inspection.archive._later_findings import (
+from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions, methods_used
+from ocmm_core.inspection.finished._later_findings import (
     CameraHistory,
     TipHistory,
     ask_cameras,
@@ -32,9 +33,8 @@ from ocmm_core.inspection.archive._later_findings import (
     settle_by_calibration,
     settle_by_history,
 )
-from ocmm_core.inspection.archive._points_in_doubt import History
-from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about
-from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions, methods_used
+from ocmm_core.inspection.finished._points_in_doubt import History
+from ocmm_core.inspection.finished._stored_documents import StoredDocuments, about
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse
 from ocmm_core.measuring import Climate, MeasuredPoint
