@@ -109,7 +109,7 @@ class Reporter:
 
     def begin(self) -> None:
         """Open the results page and begin."""
-        self._window.sheets.open("results")
+        self._window.sheets.show_sheet("results")
         self._timer.start(50)
 
     def end(self) -> None:

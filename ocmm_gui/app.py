@@ -337,7 +337,7 @@ def _open_page(
     elif errand is StartPurpose.LOOK and path is not None:
         window.sheets.look_at(path)
     elif errand is StartPurpose.PLANS:
-        window.sheets.open("plan")
+        window.sheets.show_sheet("plan")
     elif errand is StartPurpose.CALIBRATE:
         window.show_mode(kit.Mode.MAINTAIN)
         window.maintenance.view.show_page(window.maintenance.calibration)

@@ -59,7 +59,7 @@ def measured_checks(seconds: float) -> tuple[doctor.CheckSpec, ...]:
 
     def loop() -> doctor.LoopTimes:
         if seconds <= 0.0:
-            raise NotAskedError("Not measured.", "Measure it: --seconds 60")
+            raise NotAskedError(tr_later("Not measured."), tr_later("Measure it: --seconds 60"))
         length = min(seconds, LONGEST_LOOP_S)
         try:
             inside = wire.namespace_command()

@@ -120,7 +120,7 @@ class StartPage(QWidget):
             word = _word(line, simulated=state.simulated)
             about = tr("About {what}").format(what=kit.said_word(line.what))
             sentence = kit.sentence_label(about, 16, _sentence(line))
-            sentence.setToolTip(sentence.text())
+            sentence.setToolTip(kit.literal(sentence.text()))
             for column, label in enumerate((what, sentence, word)):
                 self.state.addWidget(label, row, column)
             self.state_words += [what, sentence, word]

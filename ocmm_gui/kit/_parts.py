@@ -339,6 +339,6 @@ def sentence_label(
 def value_label(name: str, tip: str) -> QLabel:
     """Return a label for a number to the right of its caption."""
     label = dressed(PlainLabel("–"), name, tip, font=digit_font(13))
-    label.setToolTip(tip)
+    label.setToolTip(literal(tip))
     label.setAlignment(RIGHT)
     return label

@@ -89,14 +89,17 @@ class MarkedLine(kit.Themed, QFrame):
         self._text.setToolTip(text)
         self._paint()
 
-    def _use_style(self, mark: kit.Mark, pixels: int, words: str, line: str) -> None:
-        """Use a mark, a size, the style of the words, and that of the line below."""
+    def _use_style(
+        self, mark: kit.Mark, pixels: int, colour: str, line: str, *, bold: bool = True
+    ) -> None:
+        """Use a mark, a size, the colour of the text, and the style of the line below."""
         theme, key = self._theme, self.objectName()
         self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
         self._mark.show_mark(mark, kit.mark_colour(theme, mark), theme.panel)
         self.setStyleSheet(
             f"#{key} {{ background: {theme.panel}; border-bottom: {line}; }}"
-            f" #{key} QLabel {{ font-size: {pixels}px; {words} }}"
+            f" #{key} QLabel {{ font-size: {pixels}px; color: {colour};"
+            f" font-weight: {'bold' if bold else 'normal'}; }}"
         )
 
 
@@ -131,10 +134,9 @@ class TipLine(MarkedLine):
     def _paint(self) -> None:
         theme, view = self._theme, self._view
         mark = kit.Mark.DONE if view is None else tip_mark(view)
-        words = f"color: {kit.mark_colour(theme, mark)}; font-weight: bold;"
-        if view is None or _is_calm(view):
-            words = f"color: {theme.muted}; font-weight: normal;"
-        self._use_style(mark, self._pixels, words, f"1px solid {theme.border}")
+        calm = view is None or _is_calm(view)
+        colour = theme.muted if calm else kit.mark_colour(theme, mark)
+        self._use_style(mark, self._pixels, colour, f"1px solid {theme.border}", bold=not calm)
 
 
 def tip_mark(view: ProbeView) -> kit.Mark:
@@ -222,8 +224,7 @@ class TrustBar(MarkedLine):
         severe = view is not None and (view.uncalibrated or view.blocker is not None)
         mark = kit.Mark.BAD if severe else kit.Mark.DOUBT
         colour = kit.mark_colour(self._theme, mark)
-        words = f"color: {colour}; font-weight: bold;"
-        self._use_style(mark, self._pixels, words, f"3px solid {colour}")
+        self._use_style(mark, self._pixels, colour, f"3px solid {colour}")
 
 
 class MarkView(QWidget):

@@ -303,7 +303,7 @@ class MainWindow(NoticeWindow):
             "start": lambda: self._close_for(START),
             "find": self._find,
             "mode": self.pages.other_mode,
-            **{name: partial(sheets.open, name) for name in _SHEETS},
+            **{name: partial(sheets.show_sheet, name) for name in _SHEETS},
             **self.eyes.calls(),
             **self.hand.calls(),
             **self.output.calls(),

@@ -142,20 +142,20 @@ class Sheets(LateParts):
     def what_to_do(self) -> WhatToDoSheet:
         from ocmm_gui.help import WhatToDoSheet
 
-        return self._join(WhatToDoSheet(partial(self.open, "support")), self.left)
+        return self._join(WhatToDoSheet(partial(self.show_sheet, "support")), self.left)
 
     @cached_property
     def support(self) -> SupportSheet:
         from ocmm_gui.help import SupportSheet
 
-        sheet = SupportSheet(self._support_site, self._folder, partial(self.open, "about"))
+        sheet = SupportSheet(self._support_site, self._folder, partial(self.show_sheet, "about"))
         return self._join(sheet, self.left)
 
     @cached_property
     def about(self) -> AboutSheet:
         from ocmm_gui.help import AboutSheet
 
-        return self._join(AboutSheet(self._support_site), partial(self.open, "support"))
+        return self._join(AboutSheet(self._support_site), partial(self.show_sheet, "support"))
 
     @cached_property
     def recall(self) -> RecallSheet:
@@ -205,7 +205,7 @@ class Sheets(LateParts):
     def holds(self, widget: QWidget | None) -> bool:
         return any(sheet is widget for sheet in self._made)
 
-    def open(self, name: str) -> None:
+    def show_sheet(self, name: str) -> None:
         """Show the sheet of this name."""
         sheet = getattr(self, name)
         self.wanted.emit(sheet)
@@ -303,7 +303,7 @@ class Sheets(LateParts):
     def look_at(self, path: Path) -> None:
         """Show a job that cannot be resumed, read-only."""
         RecentPlaces().note_job(path)
-        self.open("results")
+        self.show_sheet("results")
         self.results.open_file(path)
 
     def _open_report(self, source: JobSource) -> None:

@@ -18,7 +18,7 @@ COMMANDS = ROOT / "ocmm_cli"
 _WORD = re.compile(r"[^\W\d_]{2,}")
 _SAYING = {"tr", "tr_word", "tr_later", "heads", "lead", "error_text"}
 _PRINTING = {
-    "print", "echo", "_say", "add_column", "add_row", "add_task", "status", "Table", "Text",
+    "print", "echo", "_print", "add_column", "add_row", "add_task", "status", "Table", "Text",
     "TextColumn", "input", "prompt", "confirm",
 }  # fmt: skip
 _HOW = {"style", "justify", "box", "header_style", "overflow", "title_justify"}

@@ -119,7 +119,7 @@ def test_a_field_leaves_the_keys_of_the_zoom_to_the_window(
     open_window: OpenWindow, qtbot: QtBot
 ) -> None:
     window = open_window(speed=0.1).window
-    window.sheets.open("settings")
+    window.sheets.show_sheet("settings")
     window.sheets.settings.show_section(0)
     field = window.sheets.settings.rows["instrument.check_after_h"].field
     field.setFocus()

@@ -142,7 +142,7 @@ def test_the_support_page_shows_what_it_writes(
 
 def test_the_support_page_leads_to_the_page_about_the_program(open_window: OpenWindow) -> None:
     sheets = open_window(start=False).window.sheets
-    sheets.open("support")
+    sheets.show_sheet("support")
     sheets.support.keys["about"].trigger()
     assert sheets.about.isVisible()
     sheets.about.keys["leave"].trigger()

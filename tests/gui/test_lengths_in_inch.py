@@ -188,7 +188,7 @@ def test_everything_that_is_shown_of_a_result_says_inch(
             shown = float(text.removesuffix(" in").replace(",", "."))
             # Half of the last digit.
             assert shown * INCH_MM == pytest.approx(result.measured, abs=0.51e-5 * INCH_MM)
-    window.sheets.open("results")
+    window.sheets.show_sheet("results")
     qtbot.wait(200)
     table = window.sheets.results.table
     cells = [word for row in range(table.rowCount()) for word in table.cells(row)]

@@ -112,7 +112,7 @@ def test_f1_in_the_manual_opens_its_own_page_and_esc_still_leads_back(
     open_window: OpenWindow,
 ) -> None:
     window = open_window(start=False).window
-    window.sheets.open("results")
+    window.sheets.show_sheet("results")
     results = _stack(window).currentWidget()
     for _ in range(2):
         window.actions_by_key["manual"].trigger()

@@ -130,7 +130,7 @@ def test_esc_dismisses_a_notice_before_it_leaves_a_page(
 ) -> None:
     window = open_window(start=False).window
     for open_page in (
-        partial(window.sheets.open, "results"), window.sheets.open_job,
+        partial(window.sheets.show_sheet, "results"), window.sheets.open_job,
         lambda: window.maintenance.open_wizard(ProcedureKind.QUALIFICATION),
     ):  # fmt: skip
         open_page()

@@ -44,7 +44,7 @@ def test_a_late_sheet_wears_the_theme_of_the_window(open_window: OpenWindow, nam
     if name == "job":
         window.sheets.open_job()
     else:
-        window.sheets.open(name)
+        window.sheets.show_sheet(name)
     sheet: Sheet = getattr(window.sheets, name)
     worn = [
         theme.name
@@ -63,7 +63,7 @@ def test_a_late_sheet_has_what_was_measured_before_it_was_made(
     window, bridge = bench.window, bench.bridge
     bench.wait_complete(qtbot)
     assert window.findChildren(Sheet) == []
-    window.sheets.open("results")
+    window.sheets.show_sheet("results")
     results = window.sheets.results
     assert results.table.rowCount() == len(bridge.shown.job.characteristics) > 0
     assert results.summary.text() == counted_line(bridge.shown.job)

@@ -183,11 +183,11 @@ def test_every_text_of_the_main_pages_is_translated(open_window: OpenWindow, qtb
     window.show_far(True)
     left["far"] = _left(window.far)
     opened: dict[str, Callable[[], None]] = {
-        "results": partial(sheets.open, "results"),
+        "results": partial(sheets.show_sheet, "results"),
         "job": sheets.open_job,
-        "plan": partial(sheets.open, "plan"),
-        "alignment": partial(sheets.open, "alignment"),
-        "keys": partial(sheets.open, "keys"),
+        "plan": partial(sheets.show_sheet, "plan"),
+        "alignment": partial(sheets.show_sheet, "alignment"),
+        "keys": partial(sheets.show_sheet, "keys"),
     }
     for name, open_sheet in opened.items():
         open_sheet()
@@ -197,7 +197,7 @@ def test_every_text_of_the_main_pages_is_translated(open_window: OpenWindow, qtb
     for row in range(maintenance.view.list.count()):
         maintenance.view.list.setCurrentRow(row)
         left[f"maintain {row}"] = _left(maintenance.view)
-    sheets.open("recall")
+    sheets.show_sheet("recall")
     left["recall"] = _left(sheets.recall)
     for kind in ProcedureKind:
         maintenance.open_wizard(kind)

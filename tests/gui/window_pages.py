@@ -79,23 +79,23 @@ def pages(window: MainWindow) -> Iterator[tuple[str, Callable[[], None]]]:
     yield "desk", lambda: window.show_far(False)
     yield "far", lambda: window.show_far(True)
     yield "job", sheets.open_job
-    yield "plan", partial(sheets.open, "plan")
-    yield "results", partial(sheets.open, "results")
-    yield "keys", partial(sheets.open, "keys")
+    yield "plan", partial(sheets.show_sheet, "plan")
+    yield "results", partial(sheets.show_sheet, "results")
+    yield "keys", partial(sheets.show_sheet, "keys")
     yield "what to do", sheets.open_what_to_do
-    yield "support", partial(sheets.open, "support")
-    yield "about", partial(sheets.open, "about")
+    yield "support", partial(sheets.show_sheet, "support")
+    yield "about", partial(sheets.show_sheet, "about")
     for sheet in (sheets.report, sheets.batch, sheets.alignment):
         yield sheet.accessibleName(), partial(sheets.wanted.emit, sheet)
     for kind in ProcedureKind:
         yield kind.name, partial(maintenance.open_wizard, kind)
     yield "definition", maintenance.open_definition
-    yield "settings", partial(sheets.open, "settings")
+    yield "settings", partial(sheets.show_sheet, "settings")
     # After the sections come the keys and the test of sounds.
     for number in range(len(SECTIONS) + 2):
         yield f"settings {number}", partial(sheets.settings.show_section, number)
-    yield "recall", partial(sheets.open, "recall")
-    yield "archive", partial(sheets.open, "archive")
+    yield "recall", partial(sheets.show_sheet, "recall")
+    yield "archive", partial(sheets.show_sheet, "archive")
     if window.tests.bench is not None:
         calls = window.tests.calls()
         for key in ("acceptance", "artefacts", "study"):

@@ -286,7 +286,9 @@ def _is_shown(node: ast.AST, parents: Mapping[ast.AST, ast.AST]) -> bool:
     """Whether a literal goes straight to the screen."""
     for inner, outer in _above(node, parents):
         if isinstance(outer, ast.Call):
-            return inner is not outer.func and _callee(outer) in _SHOWS
+            # Behind the text of a line stand its colour and its mark.
+            texts = outer.args[:1] if _callee(outer) == "show_text" else [*outer.args, inner]
+            return inner is not outer.func and inner in texts and _callee(outer) in _SHOWS
         if not isinstance(outer, ast.IfExp | ast.BoolOp):
             return False
     return False
