@@ -86,7 +86,7 @@ class MarkedLine(kit.Themed, QFrame):
 
     def _show(self, text: str) -> None:
         self._text.setText(text)
-        self._text.setToolTip(text)
+        self._text.setToolTip(kit.literal(text))
         self._paint()
 
     def _use_style(

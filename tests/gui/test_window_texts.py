@@ -204,6 +204,7 @@ def test_every_text_of_the_main_pages_is_translated(open_window: OpenWindow, qtb
         left[kind.value] = _left(maintenance.wizard)
     maintenance.open_definition()
     left["definition"] = _left(maintenance.definition)
+    qtbot.waitUntil(lambda: not sheets.results.detail.is_busy(), timeout=HANG_MS)
     # Texts of the core and names by users are no texts of the window.
     core = sorted(_core_words(bench), key=len, reverse=True)
     assert {page: bad for page, texts in left.items() if (bad := _without_words(texts, core))} == {}
@@ -233,6 +234,9 @@ def _core_words(bench: Bench) -> set[str]:
     station, job = bench.bridge.station, bench.bridge.shown.job
     instruments = station.instruments
     sheets = bench.window.sheets
+    # A side process calculates the budget, at any time.
+    detail = sheets.results.detail
+    budget = [detail.budget.cells(row) for row in range(detail.budget.rowCount())]
     plan_words = {
         box.itemText(index)
         for box in (*sheets.plan.findChildren(QComboBox), sheets.job.plans)
@@ -247,7 +251,7 @@ def _core_words(bench: Bench) -> set[str]:
             *(one.name for one in Convention), *_strings((*Verdict, *PartWord)),
             *(shape_word(shape) for shape in Shape), *COLUMNS, *plan_words,
             *(result.caution for result in job.characteristics), *job_states(job),
-            NO_REAL_PART, NO_BUS, NO_BUS_REMEDY, "quick.toml",
+            *_strings(budget), NO_REAL_PART, NO_BUS, NO_BUS_REMEDY, "quick.toml",
         )
         if _WORDS.search(text)
     }  # fmt: skip
