@@ -138,8 +138,13 @@ _SOURCES = sorted(
 PROCEDURES = (
     *(one["title"] for one in _DOCUMENTS),
     *(f"{start}{name}" for name in _SOURCES for start in ("", "tested to ", "modelled on ")),
+    *(
+        need["lost"]
+        for path in sorted((ROOT / "resources" / "genicam").glob("*.toml"))
+        for need in tomllib.loads(path.read_text(encoding="utf-8")).get("needs", ())
+    ),
 )
-"""Titles of the shipped procedures, and sources whose names have words."""
+"""Titles of the shipped procedures, sources whose names have words, and what cameras lack."""
 
 WORD_FILES = re.compile(
     r"_steps|_procedure_\w+|acceptance/_guided|settings/_specs|_facts|_paper_facts|_report_data|_head"

@@ -3,10 +3,10 @@
 In: images of cameras with one clock (PTP), by Aravis. Out: spots of all cameras per exposure, in
 the ring of a station.
 
-Read `_client` (what a camera must do), `_aravis` (that by the library Aravis), `_timing` (proof of
-a common clock), `_grabber` (one camera, and its pixel formats), `_source` (all of them, also
-without a common clock), `_process`, `_feed` and `_specs` (the entry of `ocmm.sources`). It must not
-import virtual cameras.
+Read `_client` (what a camera must do), `_aravis` (that by the library Aravis), `_set_up` (by
+documents of the makes), `_timing` (proof of a common clock), `_pixels` and `_grabber` (one camera),
+`_source` (all of them, also without a common clock), `_process`, `_feed`, `_specs` (the entry of
+`ocmm.sources`). It must not import virtual cameras.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
@@ -14,14 +14,16 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
     from ocmm_genicam._feed import genicam_config, require_cameras_of, slots_for
-    from ocmm_genicam._grabber import Expected, unpack
+    from ocmm_genicam._pixels import unpack
     from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
+    from ocmm_genicam._set_up import Expected, exposure_us, lost_by
     from ocmm_genicam._source import GenicamSource
     from ocmm_genicam._specs import CAMERAS
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "CAMERAS", "AravisCameras", "Expected", "GenicamConfig", "GenicamSource", "genicam_command",
-    "genicam_config", "genicam_description", "require_cameras_of", "slots_for", "unpack",
+    "CAMERAS", "AravisCameras", "Expected", "GenicamConfig", "GenicamSource", "exposure_us",
+    "genicam_command", "genicam_config", "genicam_description", "lost_by", "require_cameras_of",
+    "slots_for", "unpack",
 ]  # fmt: skip

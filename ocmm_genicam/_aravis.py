@@ -38,13 +38,13 @@ _CALLS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "arv_gv_device_is_controller": (c.c_int, (_P,)),
     "arv_gv_device_get_timestamp_tick_frequency": (_U64, (_P, _ERROR)),
     "arv_device_is_feature_available": (c.c_int, (_P, _S, _ERROR)),
-    "arv_device_get_string_feature_value": (_S, (_P, _S, _ERROR)),
-    "arv_device_set_string_feature_value": (None, (_P, _S, _S, _ERROR)),
+    "arv_device_get_feature": (_P, (_P, _S)),
+    "arv_gc_feature_node_get_value_as_string": (_S, (_P, _ERROR)),
+    "arv_gc_feature_node_set_value_from_string": (None, (_P, _S, _ERROR)),
     "arv_device_get_integer_feature_value": (_I64, (_P, _S, _ERROR)),
     "arv_device_set_integer_feature_value": (None, (_P, _S, _I64, _ERROR)),
     "arv_device_get_float_feature_value": (c.c_double, (_P, _S, _ERROR)),
     "arv_device_set_float_feature_value": (None, (_P, _S, c.c_double, _ERROR)),
-    "arv_device_set_boolean_feature_value": (None, (_P, _S, c.c_int, _ERROR)),
     "arv_device_execute_command": (None, (_P, _S, _ERROR)),
     "arv_device_dup_available_enumeration_feature_values_as_strings": (
         _P, (_P, _S, c.POINTER(c.c_uint), _ERROR),
@@ -129,6 +129,11 @@ class AravisCameras:
             found[serial] = (library.arv_get_device_id(index), " ".join(names))
         return found
 
+    def found(self) -> dict[str, str]:
+        """Return maker and model of each camera in the network, by serial number."""
+        self._found = self._find()
+        return {serial: model for serial, (_, model) in self._found.items()}
+
     def open(self, serial: str) -> AravisCamera:
         """Take control of a camera; see `Cameras`."""
         if serial not in self._found:
@@ -177,11 +182,15 @@ class AravisCamera:
     def _feature(self, name: str, feature: str, *value: object) -> Any:
         return _call(f"arv_device_{name}", self._device, feature.encode(), *value, to=self.serial)
 
+    def _node(self, name: str, feature: str, *value: object) -> Any:
+        node = self._library.arv_device_get_feature(self._device, feature.encode())
+        return _call(f"arv_gc_feature_node_{name}", node, *value, to=self.serial)
+
     def has(self, feature: str) -> bool:
         return bool(self._feature("is_feature_available", feature))
 
     def text(self, feature: str) -> str:
-        value: bytes | None = self._feature("get_string_feature_value", feature)
+        value: bytes | None = self._node("get_value_as_string", feature)
         return (value or b"").decode("utf-8", "replace")
 
     def number(self, feature: str) -> float:
@@ -191,16 +200,13 @@ class AravisCamera:
         return int(self._feature("get_integer_feature_value", feature))
 
     def set_text(self, feature: str, value: str) -> None:
-        self._feature("set_string_feature_value", feature, value.encode())
+        self._node("set_value_from_string", feature, value.encode())
 
     def set_number(self, feature: str, value: float) -> None:
         self._feature("set_float_feature_value", feature, value)
 
     def set_integer(self, feature: str, value: int) -> None:
         self._feature("set_integer_feature_value", feature, value)
-
-    def switch(self, feature: str, *, on: bool) -> None:
-        self._feature("set_boolean_feature_value", feature, int(on))
 
     def execute(self, feature: str) -> None:
         self._feature("execute_command", feature)

@@ -15,7 +15,7 @@ from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDes
 from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.failure import REOPEN, exit_with
 from ocmm_genicam._aravis import FRAME_KEPT_US, AravisCameras
-from ocmm_genicam._grabber import Expected
+from ocmm_genicam._set_up import Expected
 from ocmm_genicam._source import GenicamSource
 from ocmm_genicam._timing import SKEW_BOUND_NS
 

@@ -14,7 +14,8 @@ from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock, Source
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
 from ocmm_genicam._client import Camera, Cameras
-from ocmm_genicam._grabber import BufferAccount, Expected, Grabber, Spots, exposure_us, set_up
+from ocmm_genicam._grabber import BufferAccount, Grabber, Spots
+from ocmm_genicam._set_up import Expected, exposure_us, set_up
 from ocmm_genicam._timing import MOST_SKEW_NS, CameraClock, require_bound, wait_until_bound
 
 _READ_S = 0.1

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from ocmm_core.errors import AcquisitionError
 from ocmm_genicam._client import Camera
+from ocmm_genicam._set_up import ptp_names
 
 MOST_SKEW_NS = 10_000
 _MOST_OFFSET_NS = 1_000
@@ -24,25 +25,6 @@ _REMEDY = (
     "Connect all cameras to one switch with one PTP master, wait until every camera reports "
     "'Slave', then open the job again."
 )
-
-
-@dataclass(frozen=True, slots=True)
-class _Names:
-    """Features of one family of PTP names."""
-
-    enable: str
-    status: str
-    offset: str
-    grandmaster: str
-    latch: str
-
-
-_FAMILIES = (
-    _Names("PtpEnable", "PtpStatus", "PtpOffsetFromMaster", "PtpGrandmasterClockID",
-           "PtpDataSetLatch"),
-    _Names("GevIEEE1588", "GevIEEE1588Status", "GevIEEE1588OffsetFromMaster",
-           "GevIEEE1588ParentClockId", "GevIEEE1588DataSetLatch"),
-)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +46,7 @@ class CameraClock:
 
     def __init__(self, camera: Camera) -> None:
         self._camera = camera
-        names = next((one for one in _FAMILIES if camera.has(one.enable)), None)
+        names = ptp_names(camera)
         missing = [
             one
             for one in (names.status, names.offset, names.grandmaster)
@@ -78,7 +60,7 @@ class CameraClock:
                 "Use cameras with PTP (IEEE 1588).",
             )
         self._names = names
-        camera.switch(names.enable, on=True)
+        camera.set_text(names.enable, names.on)
         ticks = camera.tick_frequency()
         if ticks != _TICKS_PER_S:
             raise AcquisitionError(
@@ -91,7 +73,7 @@ class CameraClock:
     def state(self) -> ClockState:
         """Read the state."""
         camera, names = self._camera, self._names
-        if camera.has(names.latch):
+        if names.latch and camera.has(names.latch):
             camera.execute(names.latch)
         return ClockState(
             camera.serial,

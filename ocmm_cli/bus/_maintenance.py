@@ -1,4 +1,4 @@
-"""``ocmm camera``: alias, errors, firmware, and descriptions of other cameras."""
+"""``ocmm camera``: alias, errors, firmware, descriptions, and GigE Vision cameras."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import msgspec
 import typer
 
 from ocmm_cli.bus._camera import follow_errand, write_bytes
-from ocmm_cli.terminal import heads, make_console, print_grid, tr
-from ocmm_core.errors import BusError, InputError
+from ocmm_cli.terminal import error_text, heads, make_console, print_grid, tr
+from ocmm_core.errors import AcquisitionError, BusError, InputError
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.described import Role
@@ -205,3 +205,38 @@ def _maintain(
             "Then repeat the command.",
         )
     console.show(words)
+
+
+@camera_app.command()
+def genicam() -> None:
+    """List the GigE Vision cameras in the network, and what their sensors and features allow.
+
+    Each camera is opened, not changed, and released. Ends with 1 if there is none.
+    """
+    from ocmm_genicam import AravisCameras, exposure_us, lost_by
+
+    console = make_console()
+    cameras = AravisCameras()
+    rows, notes = [], []
+    for serial, model in cameras.found().items():
+        try:
+            camera = cameras.open(serial)
+        except AcquisitionError as error:
+            rows.append((serial, model, "–", "–"))
+            notes.append(error_text(error))
+            continue
+        try:
+            size = f"{camera.integer('WidthMax')} x {camera.integer('HeightMax')}"
+            rows.append((serial, model, size, f"{exposure_us(camera):.6g}"))
+            notes += [f"{serial}: {tr(lost)}" for lost in lost_by(camera)]
+        finally:
+            camera.close()
+    if not rows:
+        console.show(
+            "No GigE Vision camera was found. Check power and cables, that their addresses are in "
+            "the network of this computer, and that no firewall blocks UDP port 3956."
+        )
+        raise typer.Exit(1)
+    print_grid(console, heads("Serial", "Maker and model", "Pixels", "Exposure, µs"), rows)
+    for note in notes:
+        console.print(note)

@@ -28,7 +28,7 @@ from ocmm_sim.genicam._registers import (
 PORT = 3956
 _KEY = 0x42
 _DISCOVERY, _RESEND, _READREG, _WRITEREG, _READMEM, _WRITEMEM = 0x02, 0x40, 0x80, 0x82, 0x84, 0x86
-_OK, _NOT_IMPLEMENTED, _BAD_ADDRESS, _DENIED = 0x0000, 0x8001, 0x8003, 0x8006
+_OK, _NOT_IMPLEMENTED, _BAD_ADDRESS, _PROTECTED, _DENIED = 0x0000, 0x8001, 0x8003, 0x8004, 0x8006
 _GONE, _RESENT = 0x800C, 0x0100
 _LEADER, _TRAILER, _PAYLOAD = 1, 2, 3
 _HEADERS = 36
@@ -240,6 +240,8 @@ class GigeCamera:
         for place, value in pairs:
             if self._controller is None and place != CONTROL:
                 return _DENIED, b""
+            if memory.is_locked(place):
+                return _PROTECTED, b""
             memory.write(place, value)
             self._obey(place, sender)
         return _OK, struct.pack(">HH", 0, len(pairs))

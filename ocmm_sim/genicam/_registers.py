@@ -49,6 +49,8 @@ class Feature(IntEnum):
     PTP_GRANDMASTER = 0x1_0088
     TRIGGER_MODE = 0x1_0090
     LINES = 0x1_0098
+    GAMMA = 0x1_00A0
+    EXPOSURE_AUTO = 0x1_00A8
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +70,8 @@ class GigeConfig:
     ptp_offset_ns: int = 120
     grandmaster: int = 0x0011_22FF_FE33_4455
     model: str = "Software Camera"
+    keeps_gamma: bool = False
+    """Gamma cannot be switched off."""
 
 
 class Memory:
@@ -88,6 +92,10 @@ class Memory:
         """Write bytes; IndexError outside the memory."""
         self.read(address, len(content))
         self._bytes[address : address + len(content)] = content
+
+    def is_locked(self, address: int) -> bool:
+        """Return whether an address cannot be written."""
+        return self.config.keeps_gamma and Feature.GAMMA <= address < Feature.GAMMA + 8
 
     def u32(self, address: int) -> int:
         return int.from_bytes(self._bytes[address : address + 4], "big")
@@ -155,6 +163,8 @@ class Memory:
             (Feature.WIDTH, config.width), (Feature.WIDTH_MAX, config.width),
             (Feature.HEIGHT, config.height), (Feature.HEIGHT_MAX, config.height),
             (Feature.PIXEL_FORMAT, FORMATS[config.formats[0]]),
+            # As after power-up: the image is processed, and the exposure an automatic one.
+            (Feature.GAMMA, 1), (Feature.EXPOSURE_AUTO, 2),
         ):  # fmt: skip
             self.set_integer(feature, number)
         self.write(Feature.EXPOSURE, struct.pack(">d", 100.0))
@@ -181,6 +191,8 @@ def _xml(config: GigeConfig) -> str:
             "PixelFormat", F.PIXEL_FORMAT, {name: FORMATS[name] for name in config.formats}
         ),
         _enumeration("TriggerMode", F.TRIGGER_MODE, {"Off": 0, "On": 1}),
+        _boolean("GammaEnable", F.GAMMA),
+        _enumeration("ExposureAuto", F.EXPOSURE_AUTO, {"Off": 0, "Once": 1, "Continuous": 2}),
         _real("ExposureTime", F.EXPOSURE), _real("AcquisitionFrameRate", F.RATE),
         _command("AcquisitionStart", F.START), _command("AcquisitionStop", F.STOP),
     ]  # fmt: skip
@@ -230,7 +242,7 @@ def _integer(
 def _boolean(name: str, address: int) -> tuple[str, str]:
     return name, (
         f'<Boolean Name="{name}" NameSpace="Standard"><pValue>{name}Reg</pValue>'
-        f"<OnValue>1</OnValue><OffValue>0</OffValue></Boolean>" + _int_register(name, address, "RW")
+        "<OnValue>1</OnValue><OffValue>0</OffValue></Boolean>" + _int_register(name, address, "RW")
     )
 
 

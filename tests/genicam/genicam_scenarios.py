@@ -29,6 +29,7 @@ import cv2
 import numpy as np
 
 from ocmm_boards import take_pictures
+from ocmm_cli.bus._maintenance import genicam
 from ocmm_core.acquisition.bus_process import ChildProcess
 from ocmm_core.acquisition.frames import (
     AcquisitionState,
@@ -41,9 +42,9 @@ from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
-from ocmm_genicam import AravisCameras, GenicamConfig, GenicamSource, genicam_command
-from ocmm_genicam._grabber import Expected
+from ocmm_genicam import AravisCameras, Expected, GenicamConfig, GenicamSource, genicam_command
 from ocmm_sim.genicam import GigeCamera, GigeConfig, packed
+from ocmm_sim.genicam._registers import Feature
 from tests.compiled import load_compiled
 
 SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
@@ -414,6 +415,24 @@ def _pictures(repeats: int) -> Any:
     return {"files": [one.name for one in files], "apart": apart, "away": max(away), "wrong": 0}
 
 
+def _set_up(_repeats: int) -> Any:
+    """Open cameras that process their images, and list what they lack before that."""
+    rig = Rig(CONFIG, replace(SECOND, ptp=""))
+    source = rig.source(untimed=True)
+    try:
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            genicam()
+        source.open()
+        memories = [camera.memory for camera in rig.cameras]
+        kept = [
+            (one.integer(Feature.GAMMA), one.integer(Feature.EXPOSURE_AUTO)) for one in memories
+        ]
+    finally:
+        source.close()
+        rig.close()
+    return {"kept": kept, "printed": printed.getvalue(), "wrong": 0}
+
+
 def _spot_in(path: Path) -> np.ndarray:
     picture = np.asarray(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), dtype=np.float64)
     light = np.clip(picture - 0.1 * picture.max(), 0.0, None)
@@ -461,6 +480,10 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
     "many spots": _many_spots,
     "absent": _sentence(lambda rig: rig.cameras.pop().close(), opens=False),
     "other size": _sentence(_nothing, CONFIG, replace(SECOND, width=128), opens=False),
+    "gamma stays": _sentence(
+        _nothing, CONFIG, replace(SECOND, keeps_gamma=True), opens=False
+    ),
+    "set up": _set_up,
     "colour": _sentence(_nothing, CONFIG, replace(SECOND, formats=("RGB8",)), opens=False),
     "other model": _sentence(_nothing, CONFIG, replace(SECOND, model="Other"), opens=False),
 }  # fmt: skip

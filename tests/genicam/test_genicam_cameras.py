@@ -158,6 +158,7 @@ def test_a_camera_that_fails_is_a_sentence_in_three_seconds(
         ("absent", "genicam.absent"),
         ("other size", "genicam.size"),
         ("colour", "genicam.format"),
+        ("gamma stays", "genicam.setting"),
         ("other model", "genicam.unlike"),
     ],
 )
@@ -166,6 +167,17 @@ def test_cameras_that_cannot_measure_are_refused(played: Played, name: str, code
     assert [told[0] for told in result["told"]] == [code] * _REPEATS
     # The controller is not disturbed by the one that is refused.
     assert name != "controlled" or result["frames"] > 0
+
+
+def test_cameras_that_process_their_images_are_set_to_send_what_the_sensor_saw(
+    played: Played,
+) -> None:
+    result = played("set up")
+    assert result["kept"] == [[0, 0], [0, 0]]
+    printed = " ".join(result["printed"].split())
+    assert "101" in printed
+    assert "102: Its exposure times cannot be proven: use genicam:untimed." in printed
+    assert "101: Its" not in printed
 
 
 def test_a_missing_library_is_a_sentence() -> None:

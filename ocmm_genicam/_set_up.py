@@ -1,0 +1,212 @@
+"""Set-up of a camera by documents: `resources/genicam`, one for all cameras and one for each make.
+
+A camera that processes its image (gamma, automatic exposure, a mirrored or binned image) sends
+spots whose middle is elsewhere: such settings are written, read back, and refused if they stay.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass
+from functools import cache
+
+import msgspec
+
+from ocmm_core.camera import USUAL_SLOTS
+from ocmm_core.documents import Document, files_of_folder, load_document, resource
+from ocmm_core.errors import AcquisitionError
+from ocmm_genicam._client import Camera
+from ocmm_genicam._pixels import FORMATS, PixelFormat
+
+_TRUTHS = {"false": 0.0, "true": 1.0}
+_ALIKE = 1e-6
+
+
+class _Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    pass
+
+
+class Setting(_Part, frozen=True, kw_only=True):
+    """Value that a feature must have, if the camera has it."""
+
+    feature: str
+    value: str
+    """As the camera writes it; numbers and switches are compared as such."""
+
+
+class Need(_Part, frozen=True, kw_only=True):
+    """Features of which a camera should have one."""
+
+    features: tuple[str, ...]
+    lost: str
+    """Sentence about a camera that has none of them; translated by its catalogue."""
+
+
+class PtpNames(_Part, frozen=True, kw_only=True):
+    """Features of one family of PTP names."""
+
+    enable: str
+    on: str = "true"
+    status: str
+    offset: str
+    grandmaster: str
+    latch: str = ""
+
+
+class MakeDocument(Document, frozen=True, kw_only=True):
+    """Document of a make."""
+
+    make: str
+    """Part of the maker's name, in any case; empty: all cameras."""
+    exposure: tuple[str, ...] = ()
+    rate: tuple[str, ...] = ()
+    rate_enable: tuple[str, ...] = ()
+    settings: tuple[Setting, ...] = ()
+    needs: tuple[Need, ...] = ()
+    ptp: tuple[PtpNames, ...] = ()
+    """`exposure` to `ptp`: names in the order in which they are tried; those of the make first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """A camera as the rig knows it."""
+
+    name: str
+    width: int
+    height: int
+    period_ns: int
+    button_line: int = -1
+    """Input line that the button of the probe is wired to; negative: none."""
+    n_slots: int = USUAL_SLOTS
+
+
+@cache
+def _documents() -> tuple[MakeDocument, ...]:
+    folder = resource("genicam")
+    return tuple(
+        load_document(path, MakeDocument, "ocmm.genicam/1")
+        for path in files_of_folder(folder, ".toml")
+    )
+
+
+def documents_for(model: str) -> tuple[MakeDocument, ...]:
+    """Return the documents of a camera by maker and model, that of its make before the common."""
+    fitting = [one for one in _documents() if one.make.lower() in model.lower()]
+    return tuple(sorted(fitting, key=lambda one: not one.make))
+
+
+def first_of(camera: Camera, names: tuple[str, ...]) -> str:
+    """Return the first of some features that a camera has; empty without one."""
+    return next((one for one in names if camera.has(one)), "")
+
+
+def lost_by(camera: Camera) -> tuple[str, ...]:
+    """Return what is lost by the features that a camera lacks, one sentence each."""
+    return tuple(
+        need.lost
+        for one in documents_for(camera.model)
+        for need in one.needs
+        if not first_of(camera, need.features)
+    )
+
+
+def ptp_names(camera: Camera) -> PtpNames | None:
+    """Return the PTP names of a camera; None without PTP."""
+    families = (family for one in documents_for(camera.model) for family in one.ptp)
+    return next((one for one in families if camera.has(one.enable)), None)
+
+
+def exposure_us(camera: Camera) -> float:
+    """Return the exposure time that is set in a camera, microseconds; NaN without one."""
+    name = _named(camera, "exposure")
+    # Of some cameras a whole number, of others a real one.
+    return float(camera.text(name)) if name else float("nan")
+
+
+def set_up(camera: Camera, expected: Expected) -> PixelFormat:
+    """Set format, region, rate and what its documents demand, and read it back.
+
+    AcquisitionError for a camera that cannot be set so.
+    """
+    serial = camera.serial
+    for document in documents_for(camera.model):
+        for setting in document.settings:
+            _apply(camera, setting)
+    offered = camera.entries("PixelFormat")
+    pixels = next((one for one in FORMATS if one.name in offered), None)
+    if pixels is None:
+        raise AcquisitionError(
+            "genicam.format",
+            f"Camera {serial} has no pixel format that OCMM reads; it has {', '.join(offered)}.",
+            f"Use a monochrome camera with one of {', '.join(one.name for one in FORMATS)}.",
+        )
+    camera.set_text("PixelFormat", pixels.name)
+    for offset in ("OffsetX", "OffsetY"):
+        if camera.has(offset):
+            camera.set_integer(offset, 0)
+    size = (camera.integer("WidthMax"), camera.integer("HeightMax"))
+    if size != (expected.width, expected.height):
+        raise AcquisitionError(
+            "genicam.size",
+            f"Camera {serial} has {size[0]} x {size[1]} px, but camera '{expected.name}' of the "
+            f"rig has {expected.width} x {expected.height} px.",
+            "Use the camera that the rig was made for, without binning, or correct the rig.",
+        )
+    camera.set_integer("Width", expected.width)
+    camera.set_integer("Height", expected.height)
+    if not (camera.has("TriggerMode") and camera.text("TriggerMode") == "On"):
+        _set_rate(camera, 1e9 / expected.period_ns)
+    return pixels
+
+
+def _set_rate(camera: Camera, rate: float) -> None:
+    enable, name = _named(camera, "rate_enable"), _named(camera, "rate")
+    if enable:
+        camera.set_text(enable, "true")
+    if name:
+        camera.set_number(name, rate)
+    real = camera.number(name) if name else float("nan")
+    if not abs(real - rate) <= 0.01 * rate:
+        raise AcquisitionError(
+            "genicam.rate",
+            f"Camera {camera.serial} takes {real:.4g} frames a second, but the rig states "
+            f"{rate:.4g}.",
+            f"Set a shorter exposure, or {real:.4g} as 'frame_rate_hz' of the rig.",
+        )
+
+
+def _named(camera: Camera, field: str) -> str:
+    found = (first_of(camera, getattr(one, field)) for one in documents_for(camera.model))
+    return next((one for one in found if one), "")
+
+
+def _apply(camera: Camera, setting: Setting) -> None:
+    feature, needed = setting.feature, setting.value
+    if not camera.has(feature) or _are_alike(camera.text(feature), needed):
+        return
+    # The value decides: a camera may lock what it cannot change.
+    with contextlib.suppress(AcquisitionError):
+        camera.set_text(feature, needed)
+    found = camera.text(feature)
+    if not _are_alike(found, needed):
+        raise AcquisitionError(
+            "genicam.setting",
+            f"Camera {camera.serial} keeps {feature} at {found}, but OCMM needs {needed}: its spots "
+            "would be elsewhere than the light.",
+            "Set it with the program of the maker, save it as the user set that is loaded at "
+            "power-up, then open the job again.",
+        )
+
+
+def _are_alike(found: str, value: str) -> bool:
+    first, second = (_number_of(one) for one in (found, value))
+    if first is None or second is None:
+        return found == value
+    return abs(first - second) <= _ALIKE
+
+
+def _number_of(text: str) -> float | None:
+    try:
+        return _TRUTHS[text.lower()] if text.lower() in _TRUTHS else float(text)
+    except ValueError:
+        return None

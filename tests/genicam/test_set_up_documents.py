@@ -1,0 +1,99 @@
+"""Documents of the makes, on features of cameras as their public node maps list them."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import pytest
+
+from ocmm_genicam._client import Camera
+from ocmm_genicam._set_up import documents_for, lost_by, ptp_names
+
+_IMAGE = "WidthMax HeightMax Width Height OffsetX OffsetY PixelFormat ReverseX ReverseY "
+_MAPS = {
+    # The Imaging Source DMK 33GX174 (areaDetector ADGenICam, xml/TIS_33GX174.xml).
+    "The Imaging Source Europe GmbH DMK 33GX174": _IMAGE
+    + "BlackLevel GainAuto Gain SensorWidth ChunkModeActive ActionDeviceKey ActionGroupKey "
+    "DeviceTemperature TimestampLatchValue TriggerMode TriggerSource TriggerOverlap ExposureAuto "
+    "ExposureTime IMX174HardwareWDREnable IMX174HardwareWDRShutterMode AcquisitionFrameRate "
+    "AcquisitionMode GPIn GPOut",
+    # Allied Vision Manta G-235B (xml/AVT_Manta_G235B.xml).
+    "Allied Vision Technologies Manta_G-235B": _IMAGE
+    + "AcquisitionMode AcquisitionFrameRateAbs TriggerMode TriggerSource TriggerDelayAbs "
+    "GevTimestampTickFrequency PtpMode PtpStatus PtpAcquisitionGateTime BinningHorizontal "
+    "BinningVertical DecimationHorizontal ExposureAuto ExposureMode ExposureTimeAbs GainAuto Gain "
+    "BlackLevel Gamma DefectMaskColumnEnable SyncInLevels ChunkModeActive StreamBytesPerSecond",
+    # FLIR Blackfly S 13Y3M (xml/FLIR-BFS-PGE-13Y3M.xml, its head).
+    "Point Grey Research Blackfly S BFS-PGE-13Y3M": _IMAGE
+    + "GevIEEE1588 GevIEEE1588Status GevIEEE1588Mode GevIEEE1588ClockAccuracy ExposureAuto "
+    "ExposureTime GainAuto Gain GammaEnable IspEnable TriggerMode LineStatusAll "
+    "AcquisitionFrameRateEnable AcquisitionFrameRate AdcBitDepth",
+    # Basler a2A2600-20gmBAS (GenICamApp/Db/Basler-a2A2600-20gmBAS.template, its head).
+    "Basler a2A2600-20gmBAS": _IMAGE
+    + "BinningHorizontal BinningVertical TestPattern BslMultipleROIRowsEnable ExposureAuto "
+    "ExposureMode ExposureTime AcquisitionMode SensorShutterMode TriggerMode LineStatusAll "
+    "PtpEnable PtpStatus PtpOffsetFromMaster PtpGrandmasterClockID PtpDataSetLatch",
+}
+
+
+class _NodeMap:
+    """Has the features of a list, and nothing else."""
+
+    def __init__(self, model: str) -> None:
+        self.model, self._names = model, frozenset(_MAPS[model].split())
+
+    def has(self, feature: str) -> bool:
+        return feature in self._names
+
+
+@pytest.mark.parametrize(
+    ("model", "settings", "enable", "lost"),
+    [
+        (
+            "The Imaging Source Europe GmbH DMK 33GX174",
+            {"IMX174HardwareWDREnable": "false", "ExposureAuto": "Off", "ReverseX": "false"},
+            "",
+            ("cannot be proven", "offset of its clock"),
+        ),
+        (
+            "Allied Vision Technologies Manta_G-235B",
+            {"Gamma": "1", "DecimationHorizontal": "1", "ExposureMode": "Timed"},
+            "PtpMode",
+            ("offset of its clock",),
+        ),
+        (
+            "Point Grey Research Blackfly S BFS-PGE-13Y3M",
+            {"IspEnable": "false", "GammaEnable": "false"},
+            "GevIEEE1588",
+            ("offset of its clock",),
+        ),
+        (
+            "Basler a2A2600-20gmBAS",
+            {"BslMultipleROIRowsEnable": "false", "TestPattern": "Off"},
+            "PtpEnable",
+            (),
+        ),
+    ],
+)
+def test_what_a_camera_gets_and_what_is_lost_by_it(
+    model: str, settings: dict[str, str], enable: str, lost: tuple[str, ...]
+) -> None:
+    camera = cast("Camera", _NodeMap(model))
+    wanted = {
+        one.feature: one.value
+        for document in documents_for(model)
+        for one in document.settings
+        if camera.has(one.feature)
+    }
+    assert settings.items() <= wanted.items()
+    names = ptp_names(camera)
+    assert ("" if names is None else names.enable) == enable
+    found = lost_by(camera)
+    assert len(found) == len(lost)
+    assert all(part in sentence for part, sentence in zip(lost, found, strict=True))
+
+
+def test_a_make_of_which_nothing_is_known_gets_the_names_of_the_standard() -> None:
+    (document,) = documents_for("Nobody Camera 1")
+    assert document.make == ""
+    assert len(document.settings) > 15
