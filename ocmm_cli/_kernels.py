@@ -121,7 +121,7 @@ ocmm_core.camera._windows
     measure_windows w3 i2 w2 f2 f1 f2
     predict_windows f2 f1 i i i2
     report f2 f2 f2 u1
-ocmm_genicam._pixels
+ocmm_genicam._client
     unpack_bits u1 i b w1
 ocmm_sim.scene._exposure
     expose i i i i f2 f1 U U f f1 f2 w2

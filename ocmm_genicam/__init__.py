@@ -3,8 +3,8 @@
 In: images of cameras with one clock (PTP), by Aravis. Out: spots of all cameras per exposure, in
 the ring of a station.
 
-Read `_client` (what a camera must do), `_aravis` (that by the library Aravis), `_set_up` (by
-documents of the makes), `_timing` (proof of a common clock), `_pixels` and `_grabber` (one camera),
+Read `_client` (what a camera must do, pixel formats), `_aravis` (that by the library Aravis),
+`_set_up` (by documents of the makes), `_timing` (proof of a common clock), `_grabber` (one camera),
 `_source` (all of them, also without a common clock), `_process`, `_feed`, `_specs` (the entry of
 `ocmm.sources`). It must not import virtual cameras.
 """
@@ -14,7 +14,7 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
     from ocmm_genicam._feed import genicam_config, require_cameras_of, slots_for
-    from ocmm_genicam._pixels import unpack
+    from ocmm_genicam._client import unpack
     from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
     from ocmm_genicam._set_up import Expected, exposure_us, lost_by
     from ocmm_genicam._source import GenicamSource

@@ -1,4 +1,8 @@
-"""A GenICam camera, and its client library (`AravisCameras`)."""
+"""A GenICam camera and its client library (`AravisCameras`); pixel formats and their unpacking.
+
+Layouts of the Pixel Format Naming Convention and of GigE Vision: ``p`` is a little-endian stream of
+bits; ``Packed`` holds the high bits of two pixels in bytes 0 and 2, the low bits of both in byte 1.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,8 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ocmm_core.camera import SpotOptions, compiled
 
 COMPLETE = 0
 """Status of a buffer with all its packets; others carry a stale number and old pixels."""
@@ -79,3 +85,90 @@ class Cameras(Protocol):
     def open(self, serial: str) -> Camera:
         """Take control of a camera; AcquisitionError if absent or controlled by others."""
         ...
+
+
+_SMALLEST_SIGNAL = 1.0 / 64.0
+_NOISE = 1.0 / 1000.0
+_WELL_ELECTRONS = 10_000.0
+"""Stated for the sensors of such cameras: 2 to 10 electrons of noise, a well of 10,000. They decide
+only which spots are refused; U has the noise of the rig, checked in each job."""
+
+
+@dataclass(frozen=True, slots=True)
+class PixelFormat:
+    name: str
+    code: int
+    full_scale: int
+    """Counts from here on are overexposed."""
+    bits: int
+    """Bits of a packed pixel; 0: whole bytes."""
+    split: bool = False
+    """Low bits of two pixels share a byte (``Packed``)."""
+
+    def bytes_of(self, width: int, height: int) -> int:
+        """Return the size of an image."""
+        return width * height * (self.code >> 16 & 0xFF) // 8
+
+    def spot_options(self) -> SpotOptions:
+        """Return the options of the spot finder for this number of counts."""
+        scale = float(self.full_scale)
+        return SpotOptions(
+            threshold=scale * _SMALLEST_SIGNAL,
+            read_noise=scale * _NOISE,
+            dark_spread=scale * _NOISE,
+            electrons_per_count=_WELL_ELECTRONS / scale,
+            full_scale=scale,
+        )
+
+
+FORMATS = (
+    PixelFormat("Mono12p", 0x010C_0047, 4095, 12),
+    PixelFormat("Mono12Packed", 0x010C_0006, 4095, 12, split=True),
+    PixelFormat("Mono12", 0x0110_0005, 4095, 0),
+    PixelFormat("Mono10p", 0x010A_0046, 1023, 10),
+    PixelFormat("Mono10Packed", 0x010C_0004, 1023, 10, split=True),
+    PixelFormat("Mono10", 0x0110_0003, 1023, 0),
+    # Most fill the high bits of a 10- or 12-bit converter: its end is below 65535.
+    PixelFormat("Mono16", 0x0110_0007, 65472, 0),
+    PixelFormat("Mono8", 0x0108_0001, 255, 0),
+)
+"""The best one first: many levels, few bytes."""
+
+
+def unpack(
+    pixels: PixelFormat, data: NDArray[np.uint8], width: int, height: int
+) -> NDArray[np.uint16]:
+    """Return the counts (height, width) of an image; a view of ``data`` if nothing is packed."""
+    data = data[: pixels.bytes_of(width, height)]
+    if pixels.bits:
+        out = np.empty(width * height, np.uint16)
+        unpack_bits(data, pixels.bits, pixels.split, out)
+        return out.reshape(height, width)
+    if pixels.code >> 16 & 0xFF == 8:
+        return data.astype(np.uint16).reshape(height, width)
+    return data.view("<u2").reshape(height, width)
+
+
+@compiled()
+def unpack_bits(data: NDArray[np.uint8], bits: int, split: bool, out: NDArray[np.uint16]) -> None:
+    """Write the counts of an even number of packed pixels (n,); n a multiple of 4 for 10p."""
+    if split:
+        low = bits - 8
+        mask = (1 << low) - 1
+        for k in range(len(out) // 2):
+            shared = int(data[3 * k + 1])
+            out[2 * k] = (int(data[3 * k]) << low) | (shared & mask)
+            out[2 * k + 1] = (int(data[3 * k + 2]) << low) | (shared >> 4 & mask)
+        return
+    if bits == 12:
+        for k in range(len(out) // 2):
+            a, b, e = int(data[3 * k]), int(data[3 * k + 1]), int(data[3 * k + 2])
+            out[2 * k] = a | (b & 15) << 8
+            out[2 * k + 1] = b >> 4 | e << 4
+        return
+    for k in range(len(out) // 4):
+        word = 0
+        for i in range(5):
+            word |= int(data[5 * k + i]) << (8 * i)
+        for i in range(4):
+            out[4 * k + i] = word >> (10 * i) & 1023

@@ -16,8 +16,7 @@ from ocmm_core.camera import SpotFinder
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.failure import REOPEN, contained
 from ocmm_core.geometry import Float
-from ocmm_genicam._client import COMPLETE, Camera, Image
-from ocmm_genicam._pixels import PixelFormat, unpack
+from ocmm_genicam._client import COMPLETE, Camera, Image, PixelFormat, unpack
 from ocmm_genicam._set_up import Expected
 from ocmm_genicam._timing import CameraClock, ClockState
 

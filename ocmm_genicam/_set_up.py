@@ -15,8 +15,7 @@ import msgspec
 from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.documents import Document, files_of_folder, load_document, resource
 from ocmm_core.errors import AcquisitionError
-from ocmm_genicam._client import Camera
-from ocmm_genicam._pixels import FORMATS, PixelFormat
+from ocmm_genicam._client import FORMATS, Camera, PixelFormat
 
 _TRUTHS = {"false": 0.0, "true": 1.0}
 _ALIKE = 1e-6
@@ -26,7 +25,7 @@ class _Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     pass
 
 
-class Setting(_Part, frozen=True, kw_only=True):
+class FeatureSetting(_Part, frozen=True, kw_only=True):
     """Value that a feature must have, if the camera has it."""
 
     feature: str
@@ -61,7 +60,7 @@ class MakeDocument(Document, frozen=True, kw_only=True):
     exposure: tuple[str, ...] = ()
     rate: tuple[str, ...] = ()
     rate_enable: tuple[str, ...] = ()
-    settings: tuple[Setting, ...] = ()
+    settings: tuple[FeatureSetting, ...] = ()
     needs: tuple[Need, ...] = ()
     ptp: tuple[PtpNames, ...] = ()
     """`exposure` to `ptp`: names in the order in which they are tried; those of the make first."""
@@ -180,7 +179,7 @@ def _named(camera: Camera, field: str) -> str:
     return next((one for one in found if one), "")
 
 
-def _apply(camera: Camera, setting: Setting) -> None:
+def _apply(camera: Camera, setting: FeatureSetting) -> None:
     feature, needed = setting.feature, setting.value
     if not camera.has(feature) or _are_alike(camera.text(feature), needed):
         return
@@ -191,8 +190,8 @@ def _apply(camera: Camera, setting: Setting) -> None:
     if not _are_alike(found, needed):
         raise AcquisitionError(
             "genicam.setting",
-            f"Camera {camera.serial} keeps {feature} at {found}, but OCMM needs {needed}: its spots "
-            "would be elsewhere than the light.",
+            f"Camera {camera.serial} keeps {feature} at {found}, but OCMM needs {needed}: its "
+            "spots would be elsewhere than the light.",
             "Set it with the program of the maker, save it as the user set that is loaded at "
             "power-up, then open the job again.",
         )

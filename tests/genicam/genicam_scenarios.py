@@ -29,7 +29,7 @@ import cv2
 import numpy as np
 
 from ocmm_boards import take_pictures
-from ocmm_cli.bus._maintenance import genicam
+from ocmm_cli.bus import camera_app
 from ocmm_core.acquisition.bus_process import ChildProcess
 from ocmm_core.acquisition.frames import (
     AcquisitionState,
@@ -43,8 +43,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
 from ocmm_genicam import AravisCameras, Expected, GenicamConfig, GenicamSource, genicam_command
-from ocmm_sim.genicam import GigeCamera, GigeConfig, packed
-from ocmm_sim.genicam._registers import Feature
+from ocmm_sim.genicam import Feature, GigeCamera, GigeConfig, packed
 from tests.compiled import load_compiled
 
 SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
@@ -421,7 +420,7 @@ def _set_up(_repeats: int) -> Any:
     source = rig.source(untimed=True)
     try:
         with contextlib.redirect_stdout(io.StringIO()) as printed:
-            genicam()
+            camera_app(["genicam"], standalone_mode=False)
         source.open()
         memories = [camera.memory for camera in rig.cameras]
         kept = [

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ocmm_genicam import unpack
-from ocmm_genicam._pixels import FORMATS
+from ocmm_genicam._client import FORMATS
 
 _WIDTH, _HEIGHT = 8, 6
 

@@ -5,9 +5,9 @@ Out: a value with its gradient by all ball centres.
 
 Read `_spec` (form of an entry) and `_registry` (all entries), then `_evaluate` (also for a part as
 drawn) and `_checks`, which are driven by the entries. The kinds, each file with its entries at the
-end: `_size`, `_distance`, `_angle`, and those with a zone: `_form`, `_orientation`, `_location`,
-`_profile` (also run-out). Code outside does not compare kind names; `spec_of` refuses
-unknown ones. The package is independent of uncertainty.
+end: `_size`, `_distance`, `_angle`, and those with a zone: `_form`, `_location`, `_related`
+(orientation, profile, run-out). Code outside does not compare kind names; `spec_of` refuses unknown
+ones. The package is independent of uncertainty.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports

@@ -7,15 +7,7 @@ from types import MappingProxyType
 
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.features.shapes import Shape
-from ocmm_core.tolerances.kinds import (
-    _angle,
-    _distance,
-    _form,
-    _location,
-    _orientation,
-    _profile,
-    _size,
-)
+from ocmm_core.tolerances.kinds import _angle, _distance, _form, _location, _related, _size
 from ocmm_core.tolerances.kinds._spec import KindSpec, Symbol
 
 
@@ -45,10 +37,10 @@ KINDS = registered(
         *_distance.KINDS,
         *_angle.KINDS,
         *_form.KINDS,
-        *_orientation.KINDS,
+        *_related.ORIENTATIONS,
         *_location.KINDS,
-        *_profile.KINDS,
-        *_profile.RUNOUTS,
+        *_related.PROFILES,
+        *_related.RUNOUTS,
     )
 )
 """All kinds by name, in the order of the plan editor."""
