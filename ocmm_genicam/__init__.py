@@ -13,8 +13,8 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
-    from ocmm_genicam._feed import genicam_config, require_cameras_of, slots_for
     from ocmm_genicam._client import unpack
+    from ocmm_genicam._feed import genicam_config, require_cameras_of, slots_for
     from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
     from ocmm_genicam._set_up import Expected, exposure_us, lost_by
     from ocmm_genicam._source import GenicamSource

@@ -4,7 +4,7 @@ In: touches with tracked frames, decisions of the inspector, records in force.
 Out: a job file, point by point, and views of the job; refusals with reason and remedy.
 
 Read `_session`: the job and its parts. A touch goes through it (is the ball at rest), `_assignment`
-(which feature, and is it that face), then `_acceptance` (does it become a point; in any order: of
+(which feature, and is it that face), then `_touch_filter` (does it become a point; in any order: of
 which feature). Decisions of the inspector: `_steps`, stored by `_step_log` (also undo, also after a
 restart), which is shared by all parts; `_header` is a smaller part; `_job_points` and `_job_view`
 (also the placed part) are read by others. It must not know threads or clocks: one lock guards it,
