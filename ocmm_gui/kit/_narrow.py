@@ -1,8 +1,8 @@
 """Widgets that keep longer translations fully visible.
 
-English fits and is painted by Qt. In other languages labels, buttons and field hints first use a
-second line, if high enough, then smaller type, down to `LEAST` of their size. Their minimum width
-follows, so that no page becomes wider than its window.
+English fits, but for some buttons, and is painted by Qt. In other languages labels, buttons and
+field hints first use a second line, if high enough, then smaller type, down to `LEAST` of their
+size. Their minimum width follows, so that no page becomes wider than its window.
 """
 
 from __future__ import annotations
@@ -167,8 +167,8 @@ class NarrowButton(QPushButton):
         return fit_words(self.text(), font, room.width(), room.height(), wraps=False)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        found = self.fitted() if is_longer() and self.text() else None
-        if found is None:
+        found = self.fitted() if self.text() else None
+        if found is None or not (is_longer() or found.text != self.text() or self._is_small(found)):
             super().paintEvent(event)
             return
         option = QStyleOptionButton()
@@ -179,6 +179,9 @@ class NarrowButton(QPushButton):
         ink(painter, self.palette().color(self._role()), font=found.font)
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextShowMnemonic
         painter.drawText(self._room(), flags, found.text)
+
+    def _is_small(self, found: FittedText) -> bool:
+        return found.font.pixelSize() < self.font().pixelSize()
 
     def _role(self) -> QPalette.ColorRole:
         filled = self.isChecked() or self.property("role") == "primary"

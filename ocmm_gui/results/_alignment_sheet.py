@@ -57,6 +57,7 @@ class AlignmentSheet(kit.Sheet):
             self.body, self.state, (kit.hbox((left, 62), (kit.panel(right), 38), spacing=10), 1)
         )
         self.use_keys({"again": self.compute, "accept": self.accept}, primary="accept")
+        self._paint()
 
     def open(self) -> None:
         self.compute()

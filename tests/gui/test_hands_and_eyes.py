@@ -23,7 +23,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.settings import SettingsStore
 from ocmm_gui.access import RULER_PX, TARGET_MM, TouchTargets, Zoom, screen_factor, screen_size
 from ocmm_gui.access._hands_and_eyes import _controls, _is_pressed, believed_pitch
-from ocmm_gui.kit import CAP_HEIGHT, NarrowButton
+from ocmm_gui.kit import CAP_HEIGHT, NarrowButton, text_font
 from ocmm_gui.kit._theme import FAR_SHARE
 from tests.gui.window_pages import faults, walk
 from tests.host import HANG_MS
@@ -308,3 +308,23 @@ def test_capitals_of_the_far_view_are_a_share_of_the_height(
         for text, pixels in window.far.type_pixels().items():
             assert ratio * CAP_HEIGHT * pixels >= least, (size, percent, text, pixels)
         assert ratio * window.far.readout.cap_height() >= least, (size, percent)
+
+
+def test_a_button_that_is_too_narrow_shows_its_whole_text(qtbot: QtBot) -> None:
+    """The outermost ink of the text keeps away from the border of the button."""
+    button = NarrowButton("Construct  [Shift+F6]")
+    qtbot.addWidget(button)
+    button.setFont(text_font(14))
+    button.setFlat(True)
+    button.resize(110, 40)
+    button.show()
+    assert button.fontMetrics().horizontalAdvance(button.text()) > button.width()
+    image = button.grab().toImage()
+    empty = image.pixel(0, 0)
+    inked = [
+        x
+        for x in range(image.width())
+        if any(image.pixel(x, y) != empty for y in range(6, image.height() - 6))
+    ]
+    assert inked[0] > 1
+    assert inked[-1] < image.width() - 2
