@@ -168,7 +168,7 @@ class NarrowButton(QPushButton):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         found = self.fitted() if self.text() else None
-        if found is None or not (is_longer() or found.text != self.text() or self._is_small(found)):
+        if found is None or not (is_longer() or self._is_cut()):
             super().paintEvent(event)
             return
         option = QStyleOptionButton()
@@ -180,8 +180,10 @@ class NarrowButton(QPushButton):
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextShowMnemonic
         painter.drawText(self._room(), flags, found.text)
 
-    def _is_small(self, found: FittedText) -> bool:
-        return found.font.pixelSize() < self.font().pixelSize()
+    def _is_cut(self) -> bool:
+        """Return whether the style would cut the text, which it keeps out of the padding."""
+        wide = self.fontMetrics().horizontalAdvance(self.text())
+        return wide > self._room().width() - 2 * _PADDING_PX
 
     def _role(self) -> QPalette.ColorRole:
         filled = self.isChecked() or self.property("role") == "primary"
