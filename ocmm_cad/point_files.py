@@ -135,7 +135,7 @@ def _heads(data: report.ReportData, units: report.Units, kind: str) -> list[str]
         *head_lines(data, units),
         f"ball centres: {centres} {'left out' if kind == 'xyz' else 'with the vector 0 0 0'}",
         "vector: from the material to the probe, ball centre = place + radius * vector",
-        f"columns: {'x y z' if kind == 'xyz' else 'x y z i j k'}",
+        "x y z" if kind == "xyz" else "x y z i j k",
     ]
 
 
@@ -187,7 +187,7 @@ def _is_cloud(data: report.ReportData, units: report.Units, content: bytes) -> b
         read = np.hstack([vertices["place"], vertices["normal"]])
         return read.shape == wanted.shape and np.allclose(read, wanted, rtol=0.0, atol=1e-6)
     lines = [line.split() for line in content.decode("ascii").splitlines() if line[0] != "#"]
-    if b"columns: x y z\r" in content:
+    if b"# x y z\r" in content:
         wanted = wanted[~points.are_centres, :3]
     most = 0.501 * 10.0 ** -np.array([units.length_decimals] * 3 + [units.vector_decimals] * 3)
     read = np.array(lines, dtype=np.float64).reshape(-1, wanted.shape[1])
