@@ -145,9 +145,7 @@ def _rows(data: report.ReportData, units: report.Units, kind: str) -> list[list[
         [cell for cell in row if isinstance(cell, report.Number)]
         for row in _table(data, units).chosen(_PLACE).rows
     ]
-    if kind == "xyz":
-        return [row[:3] for row in rows if any(cell.value for cell in row[3:])]
-    return rows
+    return [row[:3] for row in rows if any(c.value for c in row[3:])] if kind == "xyz" else rows
 
 
 def _cloud(jobs: Sequence[report.ReportData], profile: report.Profile) -> dict[str, bytes]:

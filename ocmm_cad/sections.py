@@ -32,8 +32,7 @@ _NEARLY = 0.9
 _LARGEST = 1e6
 _SHARE = 0.1
 """Of the size of the section: largest deviation as drawn."""
-_LAYERS = {"NOMINAL": 3, "MEASURED": 7, "DEVIATION": 1}
-"""Colours by layer."""
+_COLOURS = {"NOMINAL": 3, "MEASURED": 7, "DEVIATION": 1}
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,9 +217,9 @@ def _dxf(data: report.ReportData, section: SectionPlane, units: report.Units) ->
     nominal = flat - off
     pairs: list[tuple[int, object]] = [
         (0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1009"), (0, "ENDSEC"),
-        (0, "SECTION"), (2, "TABLES"), (0, "TABLE"), (2, "LAYER"), (70, len(_LAYERS)),
+        (0, "SECTION"), (2, "TABLES"), (0, "TABLE"), (2, "LAYER"), (70, len(_COLOURS)),
     ]  # fmt: skip
-    for layer, colour in _LAYERS.items():
+    for layer, colour in _COLOURS.items():
         pairs += [(0, "LAYER"), (2, layer), (70, 0), (62, colour), (6, "CONTINUOUS")]
     pairs += [(0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES")]
     for curve in range(1, int(found.curves[-1]) + 1):

@@ -11,7 +11,7 @@ import typer
 
 from ocmm_cli.measure._pages import print_reports
 from ocmm_cli.terminal import PlainConsole, lead, make_console, progress_line, tr
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.processes import processes_for, side_by_side
 
 if TYPE_CHECKING:
@@ -110,11 +110,15 @@ def report_command(
         # Before the first file, for all formats.
         export.require_complete(data)
     drawn = {k: v for one in data for k, v in section_files(one, sections, layout).items()}
-    if written or drawn:
-        files = export.write_report(
-            data, written, folder, layout, incomplete=incomplete, beside=drawn
+    if len(drawn) < 2 * len(sections) * len(data):
+        raise StorageError(
+            "export.twice",
+            "Two jobs have the same name, and so would their sections.",
+            "Report jobs of the same name to separate folders.",
         )
-        for path in files:
+    write = partial(export.write_report, incomplete=incomplete, beside=drawn)
+    if written or drawn:
+        for path in write(data, written, folder, layout):
             console.print(f"{lead('Report  ')}{path}")
     if export.PDF.name in chosen:
         for path in print_reports(data, folder, incomplete=incomplete):

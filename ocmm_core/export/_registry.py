@@ -35,12 +35,9 @@ EXPORTERS: dict[str, report.Exporter] = {
 """Formats of this package and of plug-ins, by name on the command line."""
 
 PDF = report.ReportFormat(
-    name="pdf",
-    title="PDF",
-    purpose="paper; the JSON file is inside",
-    suffixes=("_report.pdf",),
+    name="pdf", title="PDF", purpose="paper; the JSON file is inside", suffixes=("_report.pdf",),
     profile="",
-)
+)  # fmt: skip
 """Pages with pictures: they need Qt, so the window draws them."""
 
 FORMATS: dict[str, report.ReportFormat] = {**EXPORTERS, PDF.name: PDF}

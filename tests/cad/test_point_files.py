@@ -305,3 +305,14 @@ def test_a_section_of_a_path_is_in_the_order_of_the_path(ocmm_here: Ocmm, tmp_pa
         # The path has points 1 mm apart; a curve has no gap of several.
         steps = np.linalg.norm(np.diff(np.array(curve), axis=0), axis=1)
         assert np.all(steps < 6.0)
+
+
+def test_sections_of_two_jobs_do_not_replace_each_other(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    section = ("--section", "-142,17,35;0,0,1;3", "--section", "-142,17,35;0,0,1;1")
+    done = ocmm_here("report", TOUCHED, *section, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert len(list((tmp_path / "out").glob("*_section[12].*[vf]"))) == 4
+    twice = ocmm_here("report", TOUCHED, TOUCHED, *section, "--out", tmp_path / "twice")
+    assert twice.returncode != 0
+    assert "Two jobs have the same name" in twice.stderr
+    assert not (tmp_path / "twice").exists()
