@@ -49,7 +49,7 @@ LEFT_OUT = (
     ),
     "ocmm_core/export/aqdef", "ocmm_core/export/certificate/_dcc.py",
     "ocmm_core/export/report/_json_schema.py", "ocmm_core/export/report/_polyworks.py",
-    "ocmm_core/export/report/_first_article.py",
+    "ocmm_core/export/report/_first_article.py", "ocmm_cad/point_files.py",
     # For makers of cameras: the rules of a conforming one, by the words of the ETG.
     "ocmm_bench/conform",
     # Documents of the cameras, in English as the ETG wants them.
@@ -108,7 +108,8 @@ COMPOSED = (
 
 TITLES = (
     # From an excluded package, but the window shows its title.
-    "QIF 3.0 results", "First article (AS9102)",
+    "QIF 3.0 results", "First article (AS9102)", "Point cloud (XYZ, ASC, PLY)",
+    "Points with covariance (JSON, Parquet)",
     # Kinds of sources of a plan.
     "model", "QIF document", "table", "sources",
     # Placements of a bar.

@@ -1,10 +1,10 @@
 """Parts that installed packages add to the program, by entry points.
 
 Groups: `ocmm.sources` (`ocmm_core.composition.SourceSpec`), `ocmm.models`
-(`ocmm_core.part_model.ModelReader`), `ocmm.clusters` (`ocmm_core.cluster.Cluster`), `ocmm.records`
-(`ocmm_core.export.audits.AuditedRecord`), `ocmm.services` (`ocmm_core.station.ServiceSpec`) and
-`ocmm.commands` (of `ocmm`). Packages of this program
-come first; a name is given once, and the first one counts.
+(`ocmm_core.part_model.ModelReader`), `ocmm.clusters` (`ocmm_core.cluster.Cluster`), `ocmm.exports`
+(`ocmm_core.export.report.Exporter`), `ocmm.records` (`ocmm_core.export.audits.AuditedRecord`),
+`ocmm.services` (`ocmm_core.station.ServiceSpec`) and `ocmm.commands` (of `ocmm`). Packages of this
+program come first; a name is given once, and the first one counts.
 """
 
 from __future__ import annotations

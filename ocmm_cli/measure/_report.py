@@ -11,7 +11,7 @@ import typer
 
 from ocmm_cli.measure._pages import print_reports
 from ocmm_cli.terminal import PlainConsole, lead, make_console, progress_line, tr
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.processes import processes_for, side_by_side
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def report_command(
     *, jobs: Annotated[list[Path], typer.Argument(readable=False)], formats: list[str] | None,
     profile: Path | None, out: Path | None, preview_only: bool, probes: Path | None,
     calibrations: Path | None, incomplete: bool, template: Path | None, remember: bool,
-    facts: ReportFacts,
+    section: list[str] | None, facts: ReportFacts,
 ) -> None:  # fmt: skip
     """Report jobs from their own files, read-only.
 
@@ -59,9 +59,11 @@ def report_command(
     older one. Several jobs of one plan become several values in a Q-DAS file. A job that cannot be
     read is named and left out; the command ends with 2 then. What the job does not know (customer,
     drawing ...) is given here or was kept with it; what nobody gives is "not stated" on the paper.
+    With --section and without --format, only the sections are written.
     """
+    from ocmm_cad.sections import SectionPlane, section_files, section_table
     from ocmm_core import export
-    from ocmm_core.export.report import load_profile
+    from ocmm_core.export.report import load_profile, polyworks_profile
     from ocmm_core.export.template import (
         Particulars,
         ambient_conditions,
@@ -77,8 +79,9 @@ def report_command(
     # Reject an unusable template before the jobs are computed.
     load_paper(template or template_in_use())
     console = make_console(soft_wrap=True)
-    chosen = export.chosen_formats(formats or [export.DEFAULT_FORMAT])
-    layout = None if profile is None else load_profile(profile)
+    sections = tuple(map(SectionPlane.of_text, section or ()))
+    chosen = export.chosen_formats(formats or [export.DEFAULT_FORMAT][: not sections])
+    layout = polyworks_profile() if profile is None else load_profile(profile)
     read, faults = _read_all(jobs, probes, calibrations, console)
     if not read:
         raise faults[0]
@@ -96,6 +99,9 @@ def report_command(
         for name in written:
             typer.echo(f"== {export.EXPORTERS[name].title}")
             typer.echo(export.preview_text(export.preview(data, name, layout)))
+        tables = [section_table(one, cut, layout.units) for one in data for cut in sections]
+        if tables:
+            typer.echo(export.preview_text(tables))
         if export.PDF.name in chosen:
             typer.echo(tr("The window shows the pages of the PDF report (Results, Report)."))
         return
@@ -103,8 +109,16 @@ def report_command(
     if not incomplete:
         # Before the first file, for all formats.
         export.require_complete(data)
-    if written:
-        for path in export.write_report(data, written, folder, layout, incomplete=incomplete):
+    drawn = {k: v for one in data for k, v in section_files(one, sections, layout).items()}
+    if len(drawn) < 2 * len(sections) * len(data):
+        raise StorageError(
+            "export.twice",
+            "Two jobs have the same name, and so would their sections.",
+            "Report jobs of the same name to separate folders.",
+        )
+    write = partial(export.write_report, incomplete=incomplete, beside=drawn)
+    if written or drawn:
+        for path in write(data, written, folder, layout):
             console.print(f"{lead('Report  ')}{path}")
     if export.PDF.name in chosen:
         for path in print_reports(data, folder, incomplete=incomplete):

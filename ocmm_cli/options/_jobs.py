@@ -6,8 +6,8 @@ from pathlib import Path
 from ocmm_core.options import DEFAULT_OPERATOR, Option, argument
 from ocmm_core.settings import spec_of
 
-FORMAT_WORDS = "polyworks, qif, dfq, xlsx, json, fai, pdf or all"
-PROFILED_WORDS = "polyworks, dfq, xlsx"
+FORMAT_WORDS = "polyworks, qif, dfq, xlsx, json, fai, cloud, points, pdf or all"
+PROFILED_WORDS = "polyworks, dfq, xlsx, cloud, points"
 """Those of the registry, which is not loaded for help; a test compares them."""
 CRITERIA = ("least-squares", "minimum-zone", "inscribed", "circumscribed")
 
@@ -51,6 +51,8 @@ TABLE = {
         Option("formats", None, f"One of {FORMAT_WORDS}; can be repeated.", flags="--format"),
         Option("profile", None, "Profile document of the text files: delimiter, decimal sign, "
                f"unit, columns. Used by {PROFILED_WORDS}. Default: PolyWorks."),
+        Option("section", None, "Also write the points near a plane as CSV and DXF: "
+               "\"x,y,z;nx,ny,nz;distance\" in part coordinates, mm; can be repeated."),
         Option("out", None, "Report folder. Default: that of the first job."),
         Option("preview_only", False, "Print the contents of the files without writing "
                "them.", flags="--preview"),

@@ -21,22 +21,23 @@ from ocmm_core.export.qif import QIF
 from ocmm_core.export.report import ReportData
 from ocmm_core.host import HOST
 from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.plugins import load_all
 from ocmm_core.seals import KeyFolder, SealState, Signature, Signed, judge_signature, sign
 from ocmm_core.side_files import LARGEST_JOB, read_guarded
 
 EXPORTERS: dict[str, report.Exporter] = {
     item.name: item
-    for item in (report.POLYWORKS, QIF, AQDEF, report.XLSX, report.JSON, report.AS9102)
-}
-"""Formats of this package, by name on the command line."""
+    for item in (
+        report.POLYWORKS, QIF, AQDEF, report.XLSX, report.JSON, report.AS9102,
+        *load_all("ocmm.exports", report.Exporter),
+    )
+}  # fmt: skip
+"""Formats of this package and of plug-ins, by name on the command line."""
 
 PDF = report.ReportFormat(
-    name="pdf",
-    title="PDF",
-    purpose="paper; the JSON file is inside",
-    suffixes=("_report.pdf",),
+    name="pdf", title="PDF", purpose="paper; the JSON file is inside", suffixes=("_report.pdf",),
     profile="",
-)
+)  # fmt: skip
 """Pages with pictures: they need Qt, so the window draws them."""
 
 FORMATS: dict[str, report.ReportFormat] = {**EXPORTERS, PDF.name: PDF}

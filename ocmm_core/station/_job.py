@@ -192,11 +192,7 @@ class Reports:
         back = tuple(job.file.annulled())
         frame, plan = job.session.frame.T_part_from_world, job.use.plan
         return ReportData(
-            view,
-            job.file.head,
-            plan,
-            frame,
-            reported_features(view, plan, frame),
+            view, job.file.head, plan, frame, reported_features(view, plan, frame),
             calibration=Instrument(
                 calibration.label, f"{calibration.word.value} {calibration.identity}"
             ),
@@ -205,15 +201,12 @@ class Reports:
                 "" if reference is None else reference.label,
                 "" if reference is None else f"{reference.name} {reference.identity}",
             ),
-            climate=job.use.options.climate,
-            observations=tuple(job.file.points()),
-            annulled=tuple(point.number for point, _ in back),
-            taken_utc=job.file.taken_utc(),
-            taken_back=back,
-            explanations=job.session.explanations(),
-            seal=job.file.seal(),
+            climate=job.use.options.climate, observations=tuple(job.file.points()),
+            annulled=tuple(point.number for point, _ in back), taken_utc=job.file.taken_utc(),
+            taken_back=back, explanations=job.session.explanations(),
+            covariances=job.session.surface_covariances(), seal=job.file.seal(),
             release=job.release,
-        )
+        )  # fmt: skip
 
 
 _log = logging.getLogger(__name__)

@@ -188,8 +188,5 @@ AQDEF: report.Exporter = report.Exporter(
     purpose="Q-DAS and other programs for statistics; one or several parts",
     suffixes=(".dfq",),
     profile="unit and digits",
-    contents=_contents,
-    differences=_differences,
-    preview=_preview,
-    batch=True,
-)
+    contents=_contents, differences=_differences, preview=_preview, batch=True,
+)  # fmt: skip

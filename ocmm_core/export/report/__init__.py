@@ -14,7 +14,8 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.export.report._exporter import (
-        Exporter, Profile, ReportFormat, load_profile, polyworks_profile, same_number,
+        Exporter, Profile, ReportFormat, TableProfile, compare_delimited, delimited, load_profile,
+        polyworks_profile, same_number,
     )  # fmt: skip
     from ocmm_core.export.report._first_article import AS9102, account_file, write_account
     from ocmm_core.export.report._json_file import JSON
@@ -41,9 +42,10 @@ else:
 __all__ = [
     "AS9102", "CLAUSES", "JSON", "NOT_STATED", "POLYWORKS", "XLSX", "Cell", "Element", "Exporter",
     "Instrument", "Number", "PaperFact", "Profile", "ReportData", "ReportFile", "ReportFormat",
-    "ReportTable", "ReportedFeature", "ReportedResult", "Units", "account_file", "check_file_stem",
-    "check_name", "clean_text", "features_table", "head_table", "last_moment", "load_profile",
-    "one_line", "open_clauses", "paper_facts", "plan_deviations", "points_table",
-    "polyworks_profile", "read_report", "report_number", "report_of_job", "report_table",
-    "reported_features", "same_number", "spreadsheet_text", "statements", "write_account",
+    "ReportTable", "ReportedFeature", "ReportedResult", "TableProfile", "Units", "account_file",
+    "check_file_stem", "check_name", "clean_text", "compare_delimited", "delimited",
+    "features_table", "head_table", "last_moment", "load_profile", "one_line", "open_clauses",
+    "paper_facts", "plan_deviations", "points_table", "polyworks_profile", "read_report",
+    "report_number", "report_of_job", "report_table", "reported_features", "same_number",
+    "spreadsheet_text", "statements", "write_account",
 ]  # fmt: skip

@@ -248,33 +248,22 @@ def _element(element: Element | None) -> json_schema.ElementPart | None:
         point=triple(element.point),
         direction=None if element.direction is None else triple(element.direction),
         across=None if element.across is None else triple(element.across),
-        diameter=element.diameter,
-        length=element.length,
-        width=element.width,
+        diameter=element.diameter, length=element.length, width=element.width,
         angle_deg=element.angle_deg,
-    )
+    )  # fmt: skip
 
 
 def _observation(point: MeasuredPoint, taken_utc: str) -> json_schema.ObservationPart:
     reference = point.reference_spots
     return json_schema.ObservationPart(
-        number=point.number,
-        feature=point.feature,
-        taken_utc=taken_utc,
-        time_s=point.time_s,
-        first_frame=point.first_frame,
-        last_frame=point.last_frame,
-        n_frames=point.n_frames,
-        tip_world=triple(point.tip_world),
-        random_covariance=_matrix(point.random_covariance),
-        direction_world=triple(point.direction),
-        tip_radius=point.tip_radius,
+        number=point.number, feature=point.feature, taken_utc=taken_utc, time_s=point.time_s,
+        first_frame=point.first_frame, last_frame=point.last_frame, n_frames=point.n_frames,
+        tip_world=triple(point.tip_world), random_covariance=_matrix(point.random_covariance),
+        direction_world=triple(point.direction), tip_radius=point.tip_radius,
         rotation_world_from_probe=_matrix(point.rotation_world_from_probe),
-        spots=_spots(point.spots),
+        spots=_spots(point.spots), chi2_per_dof=point.chi2_per_dof, approach=point.approach,
         reference_spots=None if reference is None else _spots(reference),
-        chi2_per_dof=point.chi2_per_dof,
-        approach=point.approach,
-    )
+    )  # fmt: skip
 
 
 def _is_same(told: json_schema.ObservationPart, point: MeasuredPoint) -> bool:
@@ -311,9 +300,5 @@ JSON = Exporter(
     title="JSON with raw observations",
     purpose="your own programs; everything, with raw observations",
     suffixes=(".json",),
-    profile="",
-    contents=_contents,
-    differences=_differences,
-    preview=_preview,
-    batch=False,
-)
+    profile="", contents=_contents, differences=_differences, preview=_preview, batch=False,
+)  # fmt: skip

@@ -160,18 +160,9 @@ POLYWORKS = exporter.Exporter(
     title="PolyWorks|Inspector",
     purpose="PolyWorks|Inspector, spreadsheets",
     suffixes=(
-        "_job.csv",
-        "_points.csv",
-        "_features.csv",
-        "_report.csv",
-        "_cloud.asc",
-        "_import.pwmacro",
-        "_points_centres.csv",
-        "_cloud_centres.asc",
+        "_job.csv", "_points.csv", "_features.csv", "_report.csv", "_cloud.asc", "_import.pwmacro",
+        "_points_centres.csv", "_cloud_centres.asc",
     ),
-    profile="everything",
-    contents=_contents,
-    differences=_differences,
-    preview=_preview,
+    profile="everything", contents=_contents, differences=_differences, preview=_preview,
     batch=False,
-)
+)  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -16,7 +17,7 @@ from ocmm_core.export.template import Paper, plain_paper
 from ocmm_core.features.shapes import Fit, NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
 from ocmm_core.inspection.causes import Explanation, explanations
-from ocmm_core.inspection.evaluation import FeatureView, JobView, job_states
+from ocmm_core.inspection.evaluation import FeatureView, JobView, job_states, surface_covariances
 from ocmm_core.inspection.finished import ReopenedJob
 from ocmm_core.inspection.plan import Plan, release_in_job
 from ocmm_core.measuring import Climate, MeasuredPoint
@@ -184,6 +185,8 @@ class ReportData:
     """The job file that was read; None while a job is measured."""
     paper: Paper = field(default_factory=plain_paper)
     """Letterhead, and facts that are not in the job file; set with ``dataclasses.replace``."""
+    covariances: Mapping[int, Float] = field(default_factory=dict)
+    """(3, 3), mm^2, world: of compensated surface points by number; none of a specimen."""
 
     @property
     def job(self) -> str:
@@ -296,32 +299,22 @@ def report_of_job(job: ReopenedJob) -> ReportData:
     last = {event.kind: event.text for event in job.events}
     calibration = last.get("calibration", "NONE")
     probe = last.get("probe", f"NONE {job.body.name}:")
+    measured = job.points, job.sensitivities, job.rig, job.body, job.options
     body = job.options.reference
     reference = (
         Instrument("") if body is None else Instrument(body.label, f"{body.name} {body.identity}")
     )
     return ReportData(
-        job.view,
-        job.head,
-        job.plan,
-        job.T_part_from_world,
+        job.view, job.head, job.plan, job.T_part_from_world,
         reported_features(job.view, job.plan, job.T_part_from_world),
         calibration=_instrument(calibration, uncalibrated="uncalibrated" in last),
-        probe=_instrument(probe, uncalibrated="uncalibrated" in last),
-        reference=reference,
-        climate=job.climate,
-        observations=job.points,
-        annulled=job.annulled,
-        taken_utc=job.taken_utc,
-        notes=job.doubts,
-        taken_back=job.taken_back,
-        seal=job.seal,
-        release=release_in_job(job.head, job.events),
-        identity=job.identity,
-        explanations=explanations(
-            job.plan, job.view, job.points, job.sensitivities, job.rig, job.body, job.options
-        ),
-    )
+        probe=_instrument(probe, uncalibrated="uncalibrated" in last), reference=reference,
+        climate=job.climate, observations=job.points, annulled=job.annulled,
+        taken_utc=job.taken_utc, notes=job.doubts, taken_back=job.taken_back, seal=job.seal,
+        release=release_in_job(job.head, job.events), identity=job.identity,
+        explanations=explanations(job.plan, job.view, *measured),
+        covariances=surface_covariances(job.plan, *measured),
+    )  # fmt: skip
 
 
 def _instrument(note: str, *, uncalibrated: bool) -> Instrument:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.inspection.evaluation._uncertainty import (
         EvaluatedJob, JobUncertainty, evaluated_job, frame_covariance, job_uncertainty, probe_state,
-        uncertainty_of,
+        surface_covariances, uncertainty_of,
     )  # fmt: skip
     from ocmm_core.inspection.evaluation._view import (
         Coverage, DeletedPoint, FeatureState, FeatureView, JobHeader, JobView, LiveView,
@@ -61,5 +61,6 @@ __all__ = [
     "held_back", "held_below", "job_states", "job_uncertainty", "limit_words", "limits_text",
     "measured_frame", "methods_used", "nearness", "notes_of", "notes_on", "open_plan", "outliers",
     "part_line", "place_of_nominals", "places_of", "probe_state", "progress_from", "progress_of",
-    "state_lines", "targets_of", "uncertainty_of", "whereabouts", "with_stored_limits", "withdrawn",
+    "state_lines", "surface_covariances", "targets_of", "uncertainty_of", "whereabouts",
+    "with_stored_limits", "withdrawn",
 ]  # fmt: skip

@@ -245,6 +245,31 @@ def frame_covariance(
     return 0.5 * (of_frame + of_frame.T)
 
 
+def surface_covariances(
+    plan: Plan,
+    points: Sequence[measuring.MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+) -> dict[int, Float]:
+    """Return the covariances (3, 3), mm^2, world, of compensated surface points by number.
+
+    Arguments as `evaluated_job`. The compensation direction counts as exact.
+    """
+    if not points:
+        return {}
+    _, rig = noise_of_job(points, rig, body)
+    blocks, by_radius, radius = measuring.joint_factors(
+        measuring.reported_points(points, options.climate.part), sensitivities, rig, body,
+        options.contact, options.climate.part, doubt_of(plan.bound_alignment),
+    ).blocks(np.arange(len(points)))  # fmt: skip
+    normals = np.array([point.direction for point in points])
+    mixed = np.einsum("ni,nj->nij", 0.5 * radius * normals - by_radius, normals)
+    found = blocks + mixed + mixed.transpose(0, 2, 1)
+    return {point.number: one for point, one in zip(points, found, strict=True)}
+
+
 def _of_surfaces(samples: Sequence[uncertainty.FormSample], count: int) -> Float:
     """Return the variance of surface form per point, (N, 3, 3), mm^2."""
     added = np.zeros((count, 3, 3))

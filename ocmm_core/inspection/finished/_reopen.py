@@ -288,31 +288,17 @@ def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> Reopen
     differences = tuple(_differences(points, anew, plan, body))
     tell("Recalculating the results", 0.7)
     return ReopenedJob(
-        path=path,
-        head=head,
-        plan=plan,
-        rig=rig,
-        body=body,
-        options=options,
+        path=path, head=head, plan=plan, rig=rig, body=body, options=options,
         view=_judged(
             session.view, (*faults, *differences, *cameras.unread, *history.unread), known.held
         ),
-        T_part_from_world=session.frame.T_part_from_world,
-        points=points,
-        sensitivities=sensitivities,
-        taken_back=taken_back,
-        events=tuple(events),
-        taken_utc=job.taken_utc(),
-        faults=faults,
-        differences=differences,
-        seal=known.seal,
-        history=history,
-        cameras=cameras,
-        recalled=known.held,
-        identity=job.identity,
+        T_part_from_world=session.frame.T_part_from_world, points=points,
+        sensitivities=sensitivities, taken_back=taken_back, events=tuple(events),
+        taken_utc=job.taken_utc(), faults=faults, differences=differences, seal=known.seal,
+        history=history, cameras=cameras, recalled=known.held, identity=job.identity,
         left_out=known.left_out,
         held={hold_reason: session.held.held_for(hold_reason) for hold_reason in HoldReason},
-    )
+    )  # fmt: skip
 
 
 def _judged(view: JobView, doubts: Sequence[str], held: Sequence[str]) -> JobView:

@@ -13,7 +13,7 @@ from dataclasses import replace
 from ocmm_core.alignment import simulated_frame
 from ocmm_core.camera import Rig
 from ocmm_core.errors import MeasuringError
-from ocmm_core.geometry import RigidTransform
+from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.causes import Explanation, explanations
 from ocmm_core.inspection.evaluation import (
     SIMULATED,
@@ -22,6 +22,7 @@ from ocmm_core.inspection.evaluation import (
     SessionOptions,
     Target,
     measured_frame,
+    surface_covariances,
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._assignment import TouchAssigner, awaits_pull, methods_of
@@ -269,6 +270,16 @@ class InspectionSession:
         )
         self._explained = view.characteristics, found
         return found
+
+    def surface_covariances(self) -> dict[int, Float]:
+        """Return `evaluation.surface_covariances` of the points that count."""
+        ledger = self._ledger
+        with ledger.lock:
+            points = tuple(ledger.points.counting)
+            sensitivities = tuple(ledger.points.sensitivities(self._reference))
+        return surface_covariances(
+            ledger.plan, points, sensitivities, self._rig, self._body, self._options
+        )
 
     def remove_commanding(self, name: str = "") -> tuple[int, ...]:
         """Delete the points that command a fit, in one step; MeasuringError if none does."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 import msgspec
@@ -47,7 +48,8 @@ def test_files_end_as_the_entry_says(name: str) -> None:
     data = sample_report()
     profile = msgspec.structs.replace(polyworks_profile(), centres=True)
     made = EXPORTERS[name].contents((data,), profile)
-    assert {file.removeprefix(data.stem) for file in made} == set(EXPORTERS[name].suffixes)
+    left_out = {"_points.parquet"} if find_spec("pyarrow") is None else set()
+    assert {file.removeprefix(data.stem) for file in made} == {*EXPORTERS[name].suffixes} - left_out
     assert EXPORTERS[name].differences((data,), profile, made) == []
     assert EXPORTERS[name].preview((data,), profile)
 

@@ -126,6 +126,15 @@ def words_of(path: Path) -> list[str]:
         return re.split(r"[\x0f\x14\r\n]+", content.decode("cp1252"))
     if path.suffix == ".pwmacro":
         return [content.decode("utf-16")]
+    if path.suffix == ".parquet":
+        import pyarrow.parquet
+
+        table = pyarrow.parquet.read_table(path)
+        head = [text.decode() for text in table.schema.metadata.values()]
+        return [*head, *(cell for column in table.to_pydict().values() for cell in set(column)
+                         if isinstance(cell, str))]  # fmt: skip
+    if path.suffix == ".ply":
+        content = content.partition(b"end_header")[0]
     lines = content.decode("utf-8-sig").splitlines()
     if path.name.endswith("_job.csv"):
         lines = [re.split("[,;]", line, maxsplit=1)[1] for line in lines]
@@ -142,7 +151,7 @@ def test_what_is_not_decided_passes_and_fails_in_no_format_by_no_profile(
         for path in paths:
             for text in words_of(path):
                 assert not DECIDED.search(text), (path.name, text)
-        told = {path.suffix: path for path in paths}
+        told = {path.suffix: path for path in paths if not path.name.endswith("_points.json")}
         (status,) = {one.text for one in etree.parse(told[".qif"]).iter(f"{Q}InspectionStatusEnum")}
         assert status == "UNKNOWN"
         assert read_report(told[".json"].read_bytes()).results[0].verdict == verdict.value
@@ -187,7 +196,7 @@ def test_every_file_says_simulated_and_incomplete_where_it_is_so_and_only_there(
             for word, is_so in holds.items():
                 assert (word in path.name) == is_so
                 # A cloud, a macro and a table without a header have no room but their names.
-                bare = path.suffix in (".asc", ".pwmacro") or (
+                bare = path.name.endswith(("_cloud.asc", ".pwmacro")) or (
                     path.name.endswith("_points.csv") and not profile.points.header
                 )
                 if not bare:
@@ -320,6 +329,10 @@ def test_a_verdict_or_a_state_that_does_not_come_back_is_noticed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, old: bytes, new: bytes
 ) -> None:
     data = sample_report(replace(sample_view(), simulated=True))
+    if name in ("cloud", "points") and old == b"Bore in doubt":
+        # Files of points name no characteristic.
+        assert old not in b"".join(EXPORTERS[name].contents((data,), polyworks_profile()).values())
+        return
     spoil = _replaced(old, new)
     spoil_files(monkeypatch, lambda _path, content: spoil(content))
     with pytest.raises(StorageError) as caught:
