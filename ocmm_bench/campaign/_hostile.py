@@ -51,17 +51,6 @@ writer.Write(sys.argv[1])
 """
 
 
-def has_models() -> bool:
-    """Return whether models can be read: the extra ``step`` is installed."""
-    return importlib.util.find_spec("OCP") is not None
-
-
-def write_good_step(path: Path) -> None:
-    """Write a block with a bore and a cone; needs the extra ``step``."""
-    command = [sys.executable, "-c", _GOOD, str(path)]
-    subprocess.run(command, check=True, capture_output=True)  # noqa: S603 - the text above
-
-
 def step_kinds(good: str, seed: int) -> list[Forgery]:
     """Return kinds of hostile models, made from the text of a good one with one solid."""
     head, data = good.split("DATA;", 1)
@@ -91,7 +80,9 @@ def step_kinds(good: str, seed: int) -> list[Forgery]:
             r"(#\d+) ?=([^;]*);", lambda m: f"{m[1]}={re.sub('#[0-9]+', m[1], m[2])};", good
         ),
         "every reference is the next": re.sub(
-            r"\(([^;]*)\);", lambda m: "(" + re.sub(r"#(\d+)", _next, m[1]) + ");", good
+            r"\(([^;]*)\);",
+            lambda m: "(" + re.sub(r"#(\d+)", lambda n: f"#{int(n[1]) + 1}", m[1]) + ");",
+            good,
         ),
         "every entity is another": re.sub(r"= ?([A-Z_]+)\(", "=CARTESIAN_POINT(", good),
         "no name of a shape": good.replace("MANIFOLD_SOLID_BREP", "MANIFOLD_SOLID"),
@@ -137,10 +128,6 @@ def _write(content: bytes, _good: Path, path: Path) -> None:
 def _numbers(text: str, instead: str, most: int) -> str:
     """Replace reals of the data; -1 is all of them."""
     return re.sub(r"(?<=[(,])-?\d+\.\d*(?:E[+-]?\d+)?(?=[,)])", instead, text, count=max(most, 0))
-
-
-def _next(found: re.Match[str]) -> str:
-    return f"#{int(found[1]) + 1}"
 
 
 def _more(head: str, body: str, end: str, last: int, entity: str, n: int) -> str:
@@ -199,9 +186,10 @@ def good_files(folder: Path) -> dict[str, Path]:
     good |= {"points": folder / "good.txt", "table": folder / "good.csv"}
     good["points"].write_text("0 0 0\n1 0 0\n0 1 0\n1 1 0.01\n", "utf-8")
     good["table"].write_text("name,shape,x,y,z,diameter\nS1,Sphere,0,0,0,20\n", "utf-8")
-    if has_models():
+    if importlib.util.find_spec("OCP") is not None:
         good["step"] = folder / "good.step"
-        write_good_step(good["step"])
+        command = [sys.executable, "-c", _GOOD, str(good["step"])]
+        subprocess.run(command, check=True, capture_output=True)  # noqa: S603 - the text above
     next((folder / "measured").glob("*.ocmm")).rename(good["job"])
     with JobFile.open(good["job"]) as job:
         if not job.points():
@@ -306,11 +294,8 @@ def given(group: Group, kind: Forgery, folder: Path, index: int) -> CommandResul
 
 def usual_of(group: Group, folder: Path) -> float:
     """Return the CPU time of the good file of a group, s."""
-    return given(group, Forgery("good", partial(_copy, group.good)), folder, -1).cpu_s
-
-
-def _copy(file: Path, good: Path, path: Path) -> None:
-    shutil.copyfile(file, path)
+    made = Forgery("good", lambda _, path: shutil.copyfile(group.good, path))
+    return given(group, made, folder, -1).cpu_s
 
 
 DAMAGED, LEAVES = 600, 40
