@@ -19,8 +19,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_sim.scene import _kernels as kernels
 from ocmm_sim.scene._artefacts import Part
-from ocmm_sim.scene._hand import attitude_at
-from ocmm_sim.scene._script_writer import ScriptedTouch, ScriptWriter, segment_of
+from ocmm_sim.scene._hand import ScriptedTouch, ScriptWriter, attitude_at, segment_of
 from ocmm_sim.scene._surfaces import (
     HOLES,
     Artefact,
@@ -113,7 +112,7 @@ class Operator:
         self._dwell_s = max(DWELL_S, kernels.BUTTON_DOWN_S + _WINDOW_FRAMES * period_s)
         self._tip_radius = tip_radius
         self._seed = seed
-        self._tremor = _draw_tremor(np.random.default_rng([seed, _STREAM]))
+        self._tremor = draw_tremor(np.random.default_rng([seed, _STREAM]))
         self._lock = threading.Lock()
         pose = part.T_world_from_part
         tops = [_top(entry) for entry in part.artefacts]
@@ -317,7 +316,7 @@ class Operator:
         writer.retract(tips[-1] + reach * normals[-1])
 
 
-def _draw_tremor(rng: np.random.Generator) -> Float:
+def draw_tremor(rng: np.random.Generator) -> Float:
     """Return waves (2, 3, K, 3) of attitude and place: amplitude, frequency, phase."""
     shape = (2, 3, _TREMOR_WAVES)
     tremor = np.empty((*shape, 3))
