@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from ocmm_shop.archive.questions import Query, parts, today, trend, used
-from ocmm_shop.archive.stores import SqlArchive
+from ocmm_shop.archive.stores import Archive
 from ocmm_shop.archive.stores._interface import Cell, Table
 from ocmm_shop.archive.stores._sqlite import SqliteArchive
 from tests.shop.archive.conftest import Place
@@ -20,7 +20,7 @@ JOBS = 40
 class Explained:
     """An archive of which every question is explained before it is answered."""
 
-    def __init__(self, archive: SqlArchive) -> None:
+    def __init__(self, archive: Archive) -> None:
         self._archive = archive
         self.place = archive.place
         self.steps: list[str] = []
