@@ -17,7 +17,6 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from ocmm_bench.campaign._hostile_documents import (
@@ -26,6 +25,7 @@ from ocmm_bench.campaign._hostile_documents import (
     points_kinds,
     recording_kinds,
     table_kinds,
+    writes,
 )
 from ocmm_bench.campaign._hostile_jobs import damaged_kinds, job_kinds
 from ocmm_bench.campaign._hostile_runs import REFUSED, CommandResult, Forgery, run_aside, run_here
@@ -102,27 +102,18 @@ def step_kinds(good: str, seed: int) -> list[Forgery]:
         "a chain of 100,000", "units in light years", "a schema that nobody has", "no head",
         "twice the same", "twice the same data", "units of nothing", "all numbers -1",
     }  # fmt: skip
-    kinds = [
-        Forgery(name, partial(_write, text.encode()), name in harmless)
-        for name, text in whole.items()
-    ]
+    kinds = [Forgery(name, writes(text.encode()), name in harmless) for name, text in whole.items()]
     raw = {
         "no UTF-8": good.replace("'", "'\udcff\udcc3", 40).encode("utf-8", "surrogateescape"),
         "noughts behind it": good.encode() + bytes(1_000_000),
         "noughts within": good.encode()[:3000] + bytes(1000) + good.encode()[3000:],
         "UTF-16": b"ISO-10303-21;" + good.encode("utf-16"),
     }
-    kinds += [
-        Forgery(name, partial(_write, content), harmless=True) for name, content in raw.items()
-    ]
+    kinds += [Forgery(name, writes(content), harmless=True) for name, content in raw.items()]
     for number in range(_DAMAGED):
         content = _damaged(good, random.Random(f"{seed} {number}"))  # noqa: S311 - no secret
-        kinds.append(Forgery(f"damaged {number}", partial(_write, content), harmless=True))
+        kinds.append(Forgery(f"damaged {number}", writes(content), harmless=True))
     return kinds
-
-
-def _write(content: bytes, _good: Path, path: Path) -> None:
-    path.write_bytes(content)
 
 
 def _numbers(text: str, instead: str, most: int) -> str:

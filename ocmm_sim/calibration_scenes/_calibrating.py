@@ -166,7 +166,8 @@ class CalibrationScenesRig:
         elif isinstance(scene, _scenes.FreeMotionScene):
             segments = motions.waves(self.rig.volume_world, scene, body)
         elif isinstance(scene, _scenes.SweepProbe):
-            segments, hidden = _scenes.sweep_segments(scene, body), _scenes.hidden_bits(scene)
+            segments = _scenes.sweep_segments(scene, body)
+            hidden = sum(1 << led for led in scene.hidden)
             seat = scene.seat if scene.seat != _scenes.SeatFault() else None
             origin = origin + np.array(scene.tip_shift_mm)
         elif isinstance(scene, _scenes.TouchWithTip):

@@ -180,11 +180,11 @@ class ScriptWriter:
         top_z: float = np.nan,
         normal: Float | None = None,
     ) -> None:
-        segment = segment_of(self._time, duration_s, kind, self._place, place)
+        segment = segment_of(
+            self._time, duration_s, kind, self._place, place, self._attitude, attitude
+        )
         segment[kernels.TOP] = top_z
         segment[kernels.SWAY0], segment[kernels.SWAY1] = self._sway, sway
-        segment[kernels.W0 : kernels.W0 + 3] = self._attitude
-        segment[kernels.W1 : kernels.W1 + 3] = attitude
         if normal is not None:
             segment[kernels.NORMAL : kernels.NORMAL + 3] = normal
         self.segments.append(segment)
@@ -192,11 +192,13 @@ class ScriptWriter:
         self._place, self._attitude, self._sway = place, attitude, sway
 
 
-def segment_of(start_s: float, duration_s: float, kind: int, begin: Float, end: Float) -> Float:
+def segment_of(
+    start_s: float, duration_s: float, kind: int, begin: Float, end: Float, w0: Float, w1: Float
+) -> Float:
+    """Return a segment between places (3,), mm, and rotation vectors (3,), rad."""
     segment = np.zeros(kernels.N_COLUMNS)
     segment[kernels.T0], segment[kernels.T1] = start_s, start_s + duration_s
-    segment[kernels.KIND] = kind
-    segment[kernels.TOP] = np.nan
-    segment[kernels.P0 : kernels.P0 + 3] = begin
-    segment[kernels.P1 : kernels.P1 + 3] = end
+    segment[kernels.KIND], segment[kernels.TOP] = kind, np.nan
+    segment[kernels.P0 : kernels.P0 + 3], segment[kernels.P1 : kernels.P1 + 3] = begin, end
+    segment[kernels.W0 : kernels.W0 + 3], segment[kernels.W1 : kernels.W1 + 3] = w0, w1
     return segment
