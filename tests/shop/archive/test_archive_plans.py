@@ -28,7 +28,7 @@ class Explained:
             "EXPLAIN QUERY PLAN" if isinstance(archive, SqliteArchive) else "EXPLAIN (COSTS OFF)"
         )
 
-    def ask(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
+    def query(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
         with self._archive._transaction():  # noqa: SLF001 - as one who tunes a server
             if not isinstance(self._archive, SqliteArchive):
                 # With forty jobs reading all is quickest; with many it is not.
