@@ -199,12 +199,10 @@ def hostile_groups(good: dict[str, Path], damaged: int, leaves: int, seed: int) 
     quick = str(resource("plans", "quick.toml"))
 
     def recorded(option: str) -> Command:
-        def command(file: Path, out: Path) -> list[str]:
-            plan = [] if option == "--plan" else ["--plan", quick]
-            to = str(out / "x.ocrec")
-            return ["record", option, str(file), *plan, "--seconds", "0.1", "--out", to]
-
-        return command
+        plan = [] if option == "--plan" else ["--plan", quick]
+        return lambda file, out: [
+            "record", option, str(file), *plan, "--seconds", "0.1", "--out", str(out / "x.ocrec")
+        ]  # fmt: skip
 
     def report(file: Path, out: Path) -> list[str]:
         return ["report", str(file), "--format", "json", "--incomplete", "--out", str(out)]
@@ -253,11 +251,10 @@ def hostile_groups(good: dict[str, Path], damaged: int, leaves: int, seed: int) 
         found.append(Group(word, kinds, f"{word}.toml", command, file))
 
     def measured(option: str) -> Command:
-        def command(file: Path, out: Path) -> list[str]:
-            plan = [] if option == "--plan" else ["--plan", quick]
-            return ["measure", *plan, option, str(file), "--incomplete", "--out", str(out)]
-
-        return command
+        plan = [] if option == "--plan" else ["--plan", quick]
+        return lambda file, out: [
+            "measure", *plan, option, str(file), "--incomplete", "--out", str(out)
+        ]  # fmt: skip
 
     # Accepted files must not fail later either: those with a replaced value are measured.
     for word, file in {

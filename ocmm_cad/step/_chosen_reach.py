@@ -110,7 +110,12 @@ def _why_none(offers: Sequence[Offer], choice: Choice) -> str:
 
 
 def _fits(offer: Offer, choice: Choice) -> bool:
-    wanted = _named(offer, choice.only) if choice.only else _to_begin_with(offer, choice)
+    if choice.only:
+        wanted = _named(offer, choice.only)
+    elif offer.free_form is not None:
+        wanted = choice.profiles
+    else:
+        wanted = choice.everything or not offer.against
     return wanted and _is_asked_for(offer, choice)
 
 
@@ -121,12 +126,6 @@ def _is_asked_for(offer: Offer, choice: Choice) -> bool:
         and (not kinds or offer.kind.lower() in kinds)
         and choice.least_mm <= offer.size_mm <= choice.most_mm
     )
-
-
-def _to_begin_with(offer: Offer, choice: Choice) -> bool:
-    if offer.free_form is not None:
-        return choice.profiles
-    return choice.everything or not offer.against
 
 
 def _named(offer: Offer, words: Sequence[str]) -> bool:

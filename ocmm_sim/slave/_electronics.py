@@ -6,6 +6,7 @@ import hashlib
 import struct
 import zlib
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
@@ -77,18 +78,15 @@ class Snapshots:
     def written(self) -> dict[Address, Callable[[bytes], object]]:
         return {
             **{
-                (device.SNAPSHOT, sub): self._setter(sub)
+                (device.SNAPSHOT, sub): partial(self._want, sub)
                 for sub in (_LEFT, _TOP, _REGION_WIDTH, _REGION_HEIGHT)
             },
             (device.SNAPSHOT, _COMMAND): self._command,
             (device.SNAPSHOT, _OFFSET): self._set_offset,
         }
 
-    def _setter(self, sub: int) -> Callable[[bytes], object]:
-        def keep(value: bytes) -> None:
-            self._wanted[sub - 1] = int.from_bytes(value, "little")
-
-        return keep
+    def _want(self, sub: int, value: bytes) -> None:
+        self._wanted[sub - 1] = int.from_bytes(value, "little")
 
     def _set_offset(self, value: bytes) -> None:
         self._offset = int.from_bytes(value, "little")
